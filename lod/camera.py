@@ -1,0 +1,122 @@
+"""The camera: where the eye is in an endless plane, and the angle of one pixel."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import freeze
+from lod.errors import InputError
+
+GRID_M = 16.0
+"""Side of the grid squares that carry the eye; a frame's geometry is relative to one corner."""
+
+_FARTHEST_CELL = 2**56
+"""Keeps every lattice finer than the grid (down to 2^-3 m) inside int64."""
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A corner of the endless grid: the origin of a frame's coordinates, exact at any distance.
+
+    ``x`` and ``y`` count squares of GRID_M; x points east, y north, z up from the datum.
+    """
+
+    x: int
+    y: int
+
+    def __post_init__(self) -> None:
+        if max(abs(self.x), abs(self.y)) > _FARTHEST_CELL:
+            raise InputError("eye", (self.x, self.y), f"within {_FARTHEST_CELL * GRID_M:.1e} m")
+
+    def lattice(self, exponent: int) -> tuple[int, int, float, float]:
+        """This corner in a lattice of squares of side 2**exponent m.
+
+        Gives (ix, iy, rx, ry): the square it lies in, and how far into it [m]; exact, in integers.
+        """
+        shift = exponent - int(math.log2(GRID_M))
+        if shift <= 0:
+            return self.x << -shift, self.y << -shift, 0.0, 0.0
+        mask = (1 << shift) - 1
+        return (
+            self.x >> shift,
+            self.y >> shift,
+            (self.x & mask) * GRID_M,
+            (self.y & mask) * GRID_M,
+        )
+
+
+def split(x: float, y: float, cell_x: int = 0, cell_y: int = 0) -> tuple[Corner, float, float]:
+    """The point (x, y) metres from corner (cell_x, cell_y), as its own corner and an offset.
+
+    The offset lies in [0, GRID_M) on both axes.
+    """
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError("eye", (x, y), "a position is finite")
+    step_x, step_y = math.floor(x / GRID_M), math.floor(y / GRID_M)
+    corner = Corner(cell_x + step_x, cell_y + step_y)
+    return corner, x - step_x * GRID_M, y - step_y * GRID_M
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A perspective camera with square pixels.
+
+    corner   origin of the frame's coordinates, a function of the eye alone
+    eye      (3,) position relative to the corner [m]
+    forward, up   (3,) orthonormal unit vectors
+    fov_x    full horizontal field of view [rad], below π
+    width, height [px]
+    """
+
+    corner: Corner
+    eye: np.ndarray
+    forward: np.ndarray
+    up: np.ndarray
+    fov_x: float
+    width: int
+    height: int
+
+    def __post_init__(self) -> None:
+        freeze(self, eye=np.float64, forward=np.float64, up=np.float64)
+        if not (math.isfinite(self.fov_x) and 0 < self.fov_x < math.pi):
+            raise InputError("camera.fov", math.degrees(self.fov_x), "above 0° and below 180°")
+        if min(self.width, self.height) < 1:
+            raise InputError("size", f"{self.width}x{self.height}", "at least 1x1", "try 640x360")
+        if not np.isfinite(np.concatenate((self.eye, self.forward, self.up))).all():
+            raise InputError("camera", "a number that is not finite", "every coordinate is finite")
+
+    @property
+    def right(self) -> np.ndarray:
+        """Unit vector to the right of the picture, (3,)."""
+        return np.cross(self.forward, self.up)
+
+    @property
+    def tan_half(self) -> tuple[float, float]:
+        """Tangents of half the field of view, horizontally and vertically."""
+        tan_x = math.tan(self.fov_x / 2)
+        return tan_x, tan_x * self.height / self.width
+
+    @property
+    def pixel_angle(self) -> float:
+        """θ = 2·tan(fov_x/2)/width [rad]: the angle of one pixel at the centre (DESIGN §1)."""
+        return 2 * self.tan_half[0] / self.width
+
+
+def look(
+    corner: Corner,
+    eye: np.ndarray,
+    heading_deg: float,
+    pitch_deg: float,
+    fov_x_deg: float,
+    size: tuple[int, int],
+) -> Camera:
+    """A level camera: heading clockwise from north (+y), pitch above the horizon [degrees]."""
+    if not (math.isfinite(pitch_deg) and abs(pitch_deg) <= 90):
+        raise InputError("camera.pitch", pitch_deg, "between -90° and 90°")
+    if not math.isfinite(heading_deg):
+        raise InputError("camera.heading", heading_deg, "finite")
+    a, b = math.radians(heading_deg), math.radians(pitch_deg)
+    forward = np.array((math.sin(a) * math.cos(b), math.cos(a) * math.cos(b), math.sin(b)))
+    up = np.array((-math.sin(a) * math.sin(b), -math.cos(a) * math.sin(b), math.cos(b)))
+    return Camera(corner, np.asarray(eye), forward, up, math.radians(fov_x_deg), *size)

@@ -1,0 +1,19 @@
+"""Bad input, said in one line: the rule, what arrived, and the cure."""
+
+
+class InputError(ValueError):
+    """A value that breaks a rule.
+
+    ``where`` names the flag, key or argument; ``arrived`` is what was given; ``rule`` is what it must
+    satisfy; ``cure`` is one thing that would work.
+    """
+
+    def __init__(self, where: str, arrived: object, rule: str, cure: str = "") -> None:
+        self.where, self.arrived, self.rule, self.cure = where, arrived, rule, cure
+        message = f"{where}: {_short(arrived)}: {rule}"
+        super().__init__(f"{message}; {cure}" if cure else message)
+
+
+def _short(arrived: object, longest: int = 80) -> str:
+    text = repr(arrived).replace("\n", " ")
+    return text if len(text) <= longest else text[: longest - 1] + "…"

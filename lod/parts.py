@@ -1,0 +1,129 @@
+"""What representations hand to the pruner and to the renderer: arrays, never one object per part."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from lod.arrays import freeze
+from lod.view import View
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """A batch of parts of one representation, in the frame's coordinates.
+
+    position  (n, 3) the point that d is measured to [m]
+    centre    (n, 3) centre of the bounding sphere; usually the same array [m]
+    bound     (n,)   radius B of that sphere [m]
+    limit, limit_offscreen  (n,) clamped limit distance D in view and out of it [m]
+    level     (n,)   detail level
+    object    (n,)   which object of this frame the part belongs to
+    part      (n,)   which part of its representation it is
+    whole     (n,)   row, in the batch that was asked, of the part that owns it; -1 for roots
+    state     the representation's own, passed along untouched (poses, seeds, tiles)
+    """
+
+    position: np.ndarray
+    centre: np.ndarray
+    bound: np.ndarray
+    limit: np.ndarray
+    limit_offscreen: np.ndarray
+    level: np.ndarray
+    object: np.ndarray
+    part: np.ndarray
+    whole: np.ndarray
+    state: Any = None
+
+    def __post_init__(self) -> None:
+        same = self.centre is self.position
+        freeze(self, position=np.float64, bound=np.float64, limit=np.float64)
+        freeze(self, limit_offscreen=np.float64, level=np.int64, object=np.int64)
+        freeze(self, part=np.int64, whole=np.int64)
+        centre = self.position if same else np.asarray(self.centre, np.float64)
+        object.__setattr__(self, "centre", centre)
+
+    def __len__(self) -> int:
+        return len(self.part)
+
+    def take(self, rows: np.ndarray) -> "Parts":
+        """The parts at ``rows`` (indices or flags)."""
+        position = self.position[rows]
+        centre = position if self.centre is self.position else self.centre[rows]
+        return Parts(
+            position=position,
+            centre=centre,
+            bound=self.bound[rows],
+            limit=self.limit[rows],
+            limit_offscreen=self.limit_offscreen[rows],
+            level=self.level[rows],
+            object=self.object[rows],
+            part=self.part[rows],
+            whole=self.whole[rows],
+            state=self.state,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Sticks:
+    """Round cones with round ends: limbs, branches, blobs.
+
+    start, end              (n, 3) ends of the axis, in the frame's coordinates [m]
+    start_radius, end_radius (n,) [m]
+    tint    (n,)   row of ``tints``
+    tints   (k, 3) linear Rec.709 albedo of each tint, 0 to 1
+    owner   (n,)   row of the part that each stick belongs to
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    start_radius: np.ndarray
+    end_radius: np.ndarray
+    tint: np.ndarray
+    tints: np.ndarray
+    owner: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, start=np.float64, end=np.float64, tints=np.float64)
+        freeze(self, start_radius=np.float64, end_radius=np.float64)
+        freeze(self, tint=np.int64, owner=np.int64)
+
+    def __len__(self) -> int:
+        return len(self.tint)
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """A triangle mesh with its own normals and colours: terrain, leaves.
+
+    vertices (v, 3) [m]; normals (v, 3) unit; colours (v, 3) linear Rec.709 albedo, 0 to 1
+    faces (f, 3) rows of ``vertices``, counter-clockwise seen from outside; owner (f,) row of the part
+    """
+
+    vertices: np.ndarray
+    normals: np.ndarray
+    colours: np.ndarray
+    faces: np.ndarray
+    owner: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, vertices=np.float64, normals=np.float64, colours=np.float64)
+        freeze(self, faces=np.int64, owner=np.int64)
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+
+class Representation(Protocol):
+    """Anything with hierarchical levels of detail: it hands out parts, and knows what they look like."""
+
+    name: str
+
+    def roots(self, view: View) -> Parts:
+        """Every whole near enough that a part of it could be displayed (``whole`` = -1)."""
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The parts that ``parts`` own directly; ``whole`` gives rows of ``parts``."""
+
+    def appearance(self, parts: Parts, is_leaf: np.ndarray) -> Sticks | Triangles:
+        """What displayed parts look like, as inner nodes or in their leaf appearance (§2.4)."""

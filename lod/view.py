@@ -1,0 +1,78 @@
+"""A view: a camera, a metric and a detail, and with them the one test of every part."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.camera import Camera
+from lod.errors import InputError
+from lod.hierarchy import Hierarchy
+from lod.metric import Metric, limit_distances
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What one frame asks of every representation.
+
+    detail            τ: detail threshold [px]
+    offscreen_detail  detail kept out of view, as a share of that in view (0 to 1]
+    look_around       no field of view: every direction counts as in view (experiments on the law)
+    """
+
+    camera: Camera
+    metric: Metric
+    detail: float = 1.0
+    offscreen_detail: float = 0.25
+    look_around: bool = False
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.detail) and self.detail > 0):
+            raise InputError("detail", self.detail, "a threshold above 0 px", "try --detail 1.0")
+        if not 0 < self.offscreen_detail <= 1:
+            raise InputError("offscreen_detail", self.offscreen_detail, "above 0, at most 1")
+        if self.look_around and self.metric.along_axis:
+            raise InputError("metric", self.metric.name, "needs a view axis, not a full turn")
+
+    @property
+    def m(self) -> float:
+        """m = τ·θ in view [rad] (§2.4)."""
+        return self.detail * self.camera.pixel_angle
+
+    @property
+    def m_offscreen(self) -> float:
+        """The coarser m for what is out of view, seen only through shadow and bounce [rad]."""
+        return self.m / self.offscreen_detail
+
+    def limits(self, hierarchy: Hierarchy) -> tuple[np.ndarray, np.ndarray]:
+        """Clamped limit distances of every part, in view and out of it, (n,) each [m]."""
+        inside = limit_distances(hierarchy, self.metric, self.m)
+        if self.metric.along_axis:
+            return inside, np.zeros_like(inside)
+        return inside, limit_distances(hierarchy, self.metric, self.m_offscreen)
+
+
+def distance(view: View, position: np.ndarray) -> np.ndarray:
+    """d of each point, (n, 3) → (n,) [m]: from the eye, or along the axis where the metric says so."""
+    offset = position - view.camera.eye
+    if view.metric.along_axis:
+        return offset @ view.camera.forward
+    return np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2)
+
+
+def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Whether each sphere reaches into the pyramid of view, (n, 3), (n,) → (n,).
+
+    Plane by plane, so a sphere beyond an edge of the pyramid may count as in view; never the reverse.
+    A sphere inside another is in view only if the other is: with nested bounds, cuts stay connected.
+    """
+    if view.look_around:
+        return np.ones(len(centre), bool)
+    camera, offset = view.camera, centre - view.camera.eye
+    tan_x, tan_y = camera.tan_half
+    ahead = offset @ camera.forward
+    seen = ahead > -radius
+    for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):
+        aside, length = offset @ axis, math.hypot(1.0, tangent)
+        seen &= (ahead * tangent - np.abs(aside)) / length > -radius
+    return seen
