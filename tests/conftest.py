@@ -1,0 +1,39 @@
+"""What holds under test only: checked shapes and types, and how Hypothesis searches."""
+
+import os
+import sys
+
+import jaxtyping._import_hook as import_hook
+from hypothesis import settings
+from jaxtyping import install_import_hook
+
+ROOMS = ("lod", "scenes", "bench")
+
+# An int may stand for a float, as PEP 484 and mypy have it; beartype alone would refuse it.
+CHECKER = "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
+
+COMPILED_BY = {"njit", "jit", "vectorize", "guvectorize", "cfunc"}
+
+
+def leave_numba_alone() -> None:
+    """Have the hook pass over functions that numba compiles: it cannot compile a wrapper."""
+    skips = import_hook._is_no_type_check
+
+    def skips_numba_too(decorator) -> bool:
+        # Also reached from within `skips`, which unwraps @njit(...) to njit.
+        name = getattr(decorator, "attr", getattr(decorator, "id", None))
+        return skips(decorator) or name in COMPILED_BY
+
+    import_hook._is_no_type_check = skips_numba_too
+
+
+already_imported = [room for room in ROOMS if room in sys.modules]
+if already_imported:
+    raise RuntimeError(f"{already_imported} imported before its annotations could be checked")
+leave_numba_alone()
+install_import_hook(ROOMS, CHECKER)
+
+# A shared machine is slow at times: no deadline. CI must not find something new by chance.
+settings.register_profile("local", deadline=None, max_examples=50)
+settings.register_profile("ci", deadline=None, max_examples=50, derandomize=True, print_blob=True)
+settings.load_profile("ci" if os.environ.get("CI") else "local")
