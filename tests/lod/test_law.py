@@ -1,0 +1,81 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.camera import Corner, look
+from lod.law import chained_limits, disc_areas, expected, variance
+from lod.law_ground import moments, polar_net, reach_of
+from lod.metric import METRICS, limit_distances
+from lod.view import View
+from lod.hierarchy import Hierarchy
+
+AREAS = st.lists(st.floats(0, 1e6), min_size=1, max_size=30).map(np.array)
+
+
+def tree_of(seed, parts=20):
+    """A random tree; parts are often larger than what owns them, so that the clamp matters."""
+    chance = np.random.default_rng(seed)
+    whole = np.array([-1] + [int(chance.integers(0, i)) for i in range(1, parts)])
+    position = np.cumsum(chance.normal(0, 1, (parts, 3)), axis=0) * 0.3
+    separation = np.linalg.norm(position - position[np.maximum(whole, 0)], axis=1)
+    P, R = chance.lognormal(0, 1, parts), chance.lognormal(0, 1, parts)
+    B = R + P
+    level = np.zeros(parts, int)
+    for i in range(parts - 1, 0, -1):
+        B[whole[i]] = max(B[whole[i]], separation[i] + B[i])
+    for i in range(1, parts):
+        level[i] = level[whole[i]] + 1
+    return Hierarchy(whole, level, position, P, R, B, separation)
+
+
+def test_a_disc_by_hand():
+    assert disc_areas(np.array([5.0, 1.0]), np.array([3.0, 2.0])) == pytest.approx([16 * math.pi, 0.0])
+    assert expected(0.5, np.array([16.0, 4.0])) == 10.0
+
+
+def test_variance_of_single_parts_is_poisson_and_of_pairs_by_hand():
+    assert variance(2.0, np.array([3.0])) == 6.0
+    assert variance(1.0, np.array([3.0, 1.0])) == 3 + 1 + 2 * 1
+
+
+@given(AREAS)
+def test_variance_is_the_double_sum(areas):
+    double = np.minimum.outer(areas, areas).sum()
+    assert variance(0.3, areas) == pytest.approx(0.3 * double)
+
+
+@given(seed=st.integers(0, 10**6), m=st.floats(1e-3, 0.5))
+def test_limits_by_chains_agree_with_the_pruners(seed, m):
+    tree = tree_of(seed)
+    for name in ("blake", "bounded", "solid_angle", "full"):
+        assert chained_limits(tree, name, m) == pytest.approx(limit_distances(tree, METRICS[name], m))
+
+
+@pytest.mark.parametrize("name", ["blake", "solid_angle"])
+def test_the_net_gives_the_closed_form_on_flat_ground(name):
+    tree = tree_of(3)
+    camera = look(Corner(0, 0), np.array([4.0, 5.0, 1.7]), 0.0, 0.0, 60.0, (64, 36))
+    view = View(camera, METRICS[name], look_around=True)
+    net = polar_net(camera.eye, reach_of((tree,), view), 400, 400)
+    found = moments((tree,), view, net, np.zeros(len(net.area)))
+    areas = disc_areas(chained_limits(tree, name, view.m), 1.7 - tree.position[:, 2])
+    assert found.objects == pytest.approx(areas[0], rel=2e-3)
+    assert found.parts == pytest.approx(areas.sum(), rel=2e-3)
+    assert found.parts_variance == pytest.approx(variance(1.0, areas), rel=5e-3)
+    assert sum(found.parts_by_level) == pytest.approx(found.parts)
+
+
+def test_a_view_holds_its_share_of_the_turn():
+    """A small object far away: φ/2π of the disc in view, and the coarser disc out of it."""
+    tree = Hierarchy(
+        np.array([-1]), np.array([0]), np.zeros((1, 3)), *(np.array([x]) for x in (1.0, 0.0, 1e-6, 0.0))
+    )
+    camera = look(Corner(0, 0), np.array([0.0, 0.0, 1e-3]), 30.0, 0.0, 60.0, (64, 6400))
+    view = View(camera, METRICS["blake"])
+    net = polar_net(camera.eye, reach_of((tree,), view), 200, 600)
+    found = moments((tree,), view, net, np.zeros(len(net.area)))
+    D = 1.0 / view.m
+    assert found.objects == pytest.approx(math.pi * D**2 * (1 / 6 + 5 / 6 / 16), rel=5e-3)
