@@ -1,0 +1,42 @@
+"""Lengths with their unit and picture sizes as people write them: 20km, 500 m, 640x360."""
+
+import math
+import re
+
+from lod.errors import InputError
+
+UNITS_M = {"m": 1.0, "km": 1000.0}
+LARGEST_SIDE = 16384
+
+_LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d]*)\s*", re.ASCII)
+_SIZE = re.compile(r"\s*(\d{1,9})\s*[x×]\s*(\d{1,9})\s*", re.ASCII)
+
+
+def parse_length(text: object, where: str = "length") -> float:
+    """A length with its unit, in metres. Raises InputError without a unit, or unless above 0."""
+    cure = "write 20km or 500m"
+    match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        rule = "a number with its unit, m or km"
+        if isinstance(text, int | float):
+            cure = f'write "{text:g}km" or "{text:g}m"'
+        raise InputError(where, text, rule, cure)
+    number, unit = match.groups()
+    if unit not in UNITS_M:
+        rule = "a length names its unit, m or km"
+        raise InputError(where, text, rule, f"write {number}km or {number}m")
+    length = float(number) * UNITS_M[unit]
+    if not (math.isfinite(length) and length > 0):
+        raise InputError(where, text, "a length above 0 and finite", cure)
+    return length
+
+
+def parse_size(text: str, where: str = "size") -> tuple[int, int]:
+    """A picture size WIDTHxHEIGHT in pixels. Raises InputError for anything else."""
+    match = _SIZE.fullmatch(text)
+    if match is None:
+        raise InputError(where, text, "WIDTHxHEIGHT in whole pixels", "try 640x360")
+    width, height = int(match[1]), int(match[2])
+    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE):
+        raise InputError(where, text, f"each side from 1 to {LARGEST_SIDE} px", "try 640x360")
+    return width, height

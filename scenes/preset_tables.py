@@ -1,0 +1,212 @@
+"""What a preset may say: a frozen table per subject, keys with unit, range and default."""
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError
+
+from lod.errors import InputError
+from lod.metric import METRICS
+from scenes.lengths import LARGEST_SIDE, parse_length, parse_size
+
+LARGEST_SEED = 2**63 - 1
+_FARTHEST_CELL = 2**55
+_FARTHEST_M = 1e15
+
+
+def key(
+    about: str,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    below: float | None = None,
+    most: float | None = None,
+) -> FieldInfo:
+    """A key's meaning and range; the description that errors quote is made from both."""
+    words = (("above", above), ("at least", least), ("below", below), ("at most", most))
+    range_ = " and ".join(f"{word} {bound:.15g}" for word, bound in words if bound is not None)
+    info: FieldInfo = Field(
+        gt=above, ge=least, lt=below, le=most, title=about, description=range_ or None
+    )
+    return info
+
+
+def _refuse(rule: str, cure: str = "", where: str = "") -> PydanticCustomError:
+    return PydanticCustomError("rule", "{rule}", {"rule": rule, "cure": cure, "key": where})
+
+
+def _told(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """The rule and cure of an InputError, as pydantic passes them on; it adds the key itself."""
+
+    def reader(value: Any) -> Any:
+        try:
+            return read(value)
+        except InputError as error:
+            raise _refuse(error.rule, error.cure) from error
+
+    return reader
+
+
+def _visibility(value: Any) -> Any:
+    return None if value is None or value == "clear" else parse_length(value)
+
+
+def _extent(value: Any) -> Any:
+    if value is None or value == "endless":
+        return None
+    return parse_length(value) if isinstance(value, str) else value
+
+
+def _size(value: Any) -> Any:
+    return value if isinstance(value, tuple) else parse_size(str(value))
+
+
+def _metres(value: float | None) -> str | None:
+    return None if value is None else f"{value!r}m"
+
+
+Visibility = Annotated[
+    Annotated[float, Field(ge=1, le=1e9)] | None,
+    BeforeValidator(_told(_visibility)),
+    PlainSerializer(_metres),
+    key("where 2 % of contrast is left, 1m to 1000000km; absent or 'clear' = no haze"),
+]
+Extent = Annotated[
+    Annotated[float, Field(gt=0, le=_FARTHEST_M)] | None,
+    BeforeValidator(_told(_extent)),
+    key("side of the window on the field [m], at most 1e15; absent or 'endless' = no edge"),
+]
+Side = Annotated[int, Field(ge=1, le=LARGEST_SIDE)]
+Size = Annotated[
+    tuple[Side, Side],
+    BeforeValidator(_told(_size)),
+    key(f"WIDTHxHEIGHT in pixels, each side from 1 to {LARGEST_SIDE}"),
+]
+Metres = Annotated[float, Field(ge=-_FARTHEST_M, le=_FARTHEST_M)]
+Cell = Annotated[int, Field(ge=-_FARTHEST_CELL, le=_FARTHEST_CELL)]
+SizeFactor = Annotated[float, Field(ge=1e-3, le=1e3)]
+
+
+class Table(BaseModel):
+    """Frozen, closed to unknown keys, strict about types, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class CameraPreset(Table):
+    """Where the eye is, where it looks, and how it moves from frame to frame."""
+
+    position: Annotated[
+        tuple[Metres, Metres], key("(x, y) from the cell's corner [m], each within ±1e15")
+    ] = (0.0, 0.0)
+    cell: Annotated[tuple[Cell, Cell], key("(x, y) in whole 16 m squares, each within ±2**55")] = (
+        0,
+        0,
+    )
+    height: Annotated[float, key("height of the eye above the ground [m]", above=0, most=1e6)] = 1.7
+    heading: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 0.0
+    pitch: Annotated[float, key("above the horizon [degrees]", least=-90, most=90)] = 0.0
+    fov: Annotated[float, key("full horizontal field of view [degrees]", above=0, below=180)] = 60.0
+    speed: Annotated[float, key("along the heading [m/s]; 0 = still", least=-1e6, most=1e6)] = 0.0
+    fps: Annotated[float, key("frames per second", above=0, most=1000)] = 24.0
+
+
+class ViewPreset(Table):
+    """How detail is chosen."""
+
+    metric: Annotated[str, key("member of the metric family")] = "blake"
+    detail: Annotated[float, key("detail threshold τ [px]", above=0, most=1e6)] = 1.0
+    offscreen_detail: Annotated[
+        float, key("share of the detail that is kept out of view", above=0, most=1)
+    ] = 0.25
+    look_around: Annotated[bool, key("count every direction as in view")] = False
+
+
+class AirPreset(Table):
+    """The haze. Koschmieder's 2 %: beta = 3.912/visibility (not the WMO's 5 %)."""
+
+    visibility: Visibility = None
+
+
+class LightPreset(Table):
+    """Sun and sky."""
+
+    sun_azimuth: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 230
+    sun_elevation: Annotated[float, key("above the horizon [degrees]", above=0, most=90)] = 35.0
+    turbidity: Annotated[float, key("turbidity of the sky", least=1, most=10)] = 3.0
+
+
+class WorldPreset(Table):
+    """How far the field goes."""
+
+    extent: Extent = None
+
+
+class TerrainPreset(Table):
+    """The ground: fractal relief about the datum; without this table it is flat."""
+
+    amplitude: Annotated[float, key("RMS relief [m]; 0 = flat", least=0, most=1e4)] = 0.0
+    wavelength: Annotated[float, key("longest wavelength [m]", least=1, most=1e6)] = 1024.0
+    hurst: Annotated[float, key("Hurst exponent: 0 rough, 1 smooth", above=0, below=1)] = 0.8
+    reach: Annotated[
+        float, key("how far from the eye the ground is built [m]", least=16, most=1e7)
+    ] = 40_000.0
+
+
+class SpeciesPreset(Table):
+    """One Poisson field of objects."""
+
+    model: Annotated[Literal["figure", "tree"], key("what each object is")]
+    density: Annotated[float, key("objects per unit ground area [1/m²]", least=0, most=100)]
+    prototypes: Annotated[int, key("different objects of this model", least=1, most=256)] = 4
+    sizes: Annotated[
+        tuple[SizeFactor, ...],
+        Field(min_length=1, max_length=64),
+        key("size factors, 1 to 64 of them, equally likely, each from 0.001 to 1000"),
+    ] = (1.0,)
+
+
+class RenderPreset(Table):
+    """How the picture is made."""
+
+    size: Size = (640, 360)
+    spp: Annotated[int, key("samples per pixel", least=1, most=65536)] = 16
+    max_depth: Annotated[int, key("longest light path, in segments", least=1, most=64)] = 4
+    variant: Annotated[str, Field(min_length=1), key("Mitsuba variant, or auto")] = "auto"
+
+
+SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
+
+
+class Preset(Table):
+    """A whole scene with its camera and quality, as one TOML file says it."""
+
+    about: Annotated[str, key("one line on what this preset shows")] = ""
+    seed: Annotated[
+        int, Field(ge=0, le=LARGEST_SEED), key(f"seed of every choice, 0 to {LARGEST_SEED}")
+    ] = 0
+    camera: CameraPreset = CameraPreset()
+    view: ViewPreset = ViewPreset()
+    air: AirPreset = AirPreset()
+    light: LightPreset = LightPreset()
+    world: WorldPreset = WorldPreset()
+    terrain: TerrainPreset = TerrainPreset()
+    species: dict[SpeciesName, SpeciesPreset] = {}
+    render: RenderPreset = RenderPreset()
+
+    @model_validator(mode="after")
+    def _agree(self) -> "Preset":
+        """Keys that must agree with each other."""
+        metric = METRICS.get(self.view.metric)
+        if metric is None:
+            rule, cure = f"one of {', '.join(METRICS)}", "see `lodbench list`"
+            raise _refuse(rule, cure, "view.metric")
+        if not metric.finite and self.world.extent is None:
+            rule = "needs a finite world, and this one is endless"
+            raise _refuse(rule, "add -D world.extent=1000, or choose blake", "view.metric")
+        if metric.along_axis and self.view.look_around:
+            rule = "needs a view axis, not a full turn"
+            raise _refuse(rule, "set view.look_around = false", "view.metric")
+        return self
