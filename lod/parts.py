@@ -1,7 +1,7 @@
 """What representations hand to the pruner and to the renderer: arrays, never one object per part."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -114,6 +114,7 @@ class Triangles:
         return len(self.faces)
 
 
+@runtime_checkable
 class Representation(Protocol):
     """Anything with hierarchical levels of detail: it hands out parts, and knows what they look like."""
 

@@ -6,7 +6,7 @@ No list of objects exists anywhere. A frame visits only the cells from which a p
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from scenes.cells import Draws, PoissonCells
 from scenes.prototype import Prototype
 
 
+@runtime_checkable
 class Ground(Protocol):
     """What the field stands on."""
 
