@@ -148,10 +148,12 @@ def _lay(tables: dict[str, Any], each: Setting) -> None:
     """Lay one setting over the tables. Raises InputError for a key that no preset has."""
     known = known_keys(_species(tables))
     opened = {key.rpartition(".")[0] for key in known} - {""} | {"species"}
-    new_species = each.key.count(".") == 1 and each.key.startswith("species.")
-    if each.key not in known and each.key not in opened and not new_species:
-        raise InputError(each.source, each.value, "no such key", nearest_key(each.key, known))
     *path, name = each.key.split(".")
+    if len(path) == 2 and path[0] == "species" and path[1] not in _species(tables):
+        cure = nearest_name(path[1], _species(tables))
+        raise InputError(each.source, each.value, f"no species {path[1]} in this preset", cure)
+    if each.key not in known and each.key not in opened and path != ["species"]:
+        raise InputError(each.source, each.value, "no such key", nearest_key(each.key, known))
     for step in path:
         inner = tables.setdefault(step, {})
         if not isinstance(inner, dict):

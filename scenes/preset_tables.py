@@ -1,9 +1,18 @@
 """What a preset may say: a frozen table per subject, keys with unit, range and default."""
 
+import math
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
@@ -63,6 +72,13 @@ def _size(value: Any) -> Any:
     return value if isinstance(value, tuple) else parse_size(str(value))
 
 
+def _power_of_two(value: float) -> float:
+    if value <= 0 or math.frexp(value)[0] != 0.5:
+        near = 2.0 ** round(math.log2(value)) if value > 0 else 1.0
+        raise _refuse("a power of two", f"try {near:.15g}")
+    return value
+
+
 def _metres(value: float | None) -> str | None:
     return None if value is None else f"{value!r}m"
 
@@ -86,6 +102,7 @@ Size = Annotated[
 ]
 Metres = Annotated[float, Field(ge=-_FARTHEST_M, le=_FARTHEST_M)]
 Cell = Annotated[int, Field(ge=-_FARTHEST_CELL, le=_FARTHEST_CELL)]
+PowerOfTwo = Annotated[float, AfterValidator(_power_of_two)]
 SizeFactor = Annotated[float, Field(ge=1e-3, le=1e3)]
 
 
@@ -148,11 +165,16 @@ class TerrainPreset(Table):
     """The ground: fractal relief about the datum; without this table it is flat."""
 
     amplitude: Annotated[float, key("RMS relief [m]; 0 = flat", least=0, most=1e4)] = 0.0
-    wavelength: Annotated[float, key("longest wavelength [m]", least=1, most=1e6)] = 1024.0
-    hurst: Annotated[float, key("Hurst exponent: 0 rough, 1 smooth", above=0, below=1)] = 0.8
+    wavelength: Annotated[
+        PowerOfTwo, key("longest wavelength [m], a power of two", least=1, most=2**24)
+    ] = 1024.0
+    hurst: Annotated[float, key("Hurst exponent: 0 rough, 1 smooth", above=0, most=1)] = 0.8
     reach: Annotated[
         float, key("how far from the eye the ground is built [m]", least=16, most=1e7)
     ] = 40_000.0
+    finest: Annotated[
+        PowerOfTwo, key("finest spacing of the mesh [m], a power of two", least=2**-5, most=1)
+    ] = 0.25
 
 
 class SpeciesPreset(Table):
