@@ -93,7 +93,9 @@ def _check_tree(h: Hierarchy) -> None:
     if len(wrong):
         row = int(wrong[0])
         raise InputError(
-            f"hierarchy.whole[{row}]", int(h.whole[row]), "a part stands after the part that owns it"
+            f"hierarchy.whole[{row}]",
+            int(h.whole[row]),
+            "a part stands after the part that owns it",
         )
     wrong = rows[h.level[1:] < h.level[h.whole[1:]]]
     if len(wrong) or h.level[0] != 0:

@@ -46,7 +46,9 @@ def polar_net(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> Net:
     shape = (rings, spokes)
     radius = np.sqrt(inner + chance.random(shape) * (outer - inner))
     angle = 2 * np.pi * (np.arange(spokes) + chance.random(shape)) / spokes
-    xy = eye[:2] + np.stack((radius * np.cos(angle), radius * np.sin(angle)), axis=-1).reshape(-1, 2)
+    xy = eye[:2] + np.stack((radius * np.cos(angle), radius * np.sin(angle)), axis=-1).reshape(
+        -1, 2
+    )
     area = np.broadcast_to(np.pi * (outer - inner) / spokes, shape).ravel()
     return Net(xy, area, 2 * np.pi * chance.random(rings * spokes))
 
@@ -70,7 +72,9 @@ def reach_of(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
     )
 
 
-def moments(hierarchies: tuple[Hierarchy, ...], view: View, net: Net, ground: np.ndarray) -> Moments:
+def moments(
+    hierarchies: tuple[Hierarchy, ...], view: View, net: Net, ground: np.ndarray
+) -> Moments:
     """Integrals of n and n² over the net, (n,) heights of ``ground`` [m], for equally likely kinds.
 
     Cells of the net outside a window are given area 0 by the caller.
@@ -87,7 +91,8 @@ def moments(hierarchies: tuple[Hierarchy, ...], view: View, net: Net, ground: np
         )
         total += sums / len(hierarchies)
         by_level += level_sums / len(hierarchies)
-    return Moments(*(float(t) for t in total), tuple(float(v) for v in by_level))
+    objects, objects_variance, parts, parts_variance = total.tolist()
+    return Moments(objects, objects_variance, parts, parts_variance, tuple(by_level.tolist()))
 
 
 def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
@@ -103,7 +108,19 @@ def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
 
 @njit(cache=True)
 def _integrate(  # type: ignore[no-untyped-def]
-    position, bound, level, inside, outside, xy, area, turn, ground, eye, planes, look_around, levels
+    position,
+    bound,
+    level,
+    inside,
+    outside,
+    xy,
+    area,
+    turn,
+    ground,
+    eye,
+    planes,
+    look_around,
+    levels,
 ):
     total = np.zeros(4)
     by_level = np.zeros(levels)

@@ -53,11 +53,25 @@ class View:
 
 
 def distance(view: View, position: np.ndarray) -> np.ndarray:
-    """d of each point, (n, 3) → (n,) [m]: from the eye, or along the axis where the metric says so."""
+    """d of each point, (n, 3) → (n,) [m]: from the eye, or along the axis where the metric says so.
+
+    Never below 0, so that nothing passes a limit of 0; a point behind the eye has depth 0.
+    """
     offset = position - view.camera.eye
     if view.metric.along_axis:
-        return offset @ view.camera.forward
+        return np.maximum(offset @ view.camera.forward, 0.0)
     return np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2)
+
+
+def reach(view: View, limit: float, bound: float) -> float:
+    """Greatest true distance at which something of that D and B in view can pass its test [m].
+
+    Along the axis it can be D deep and still lie aside of it, by D·tan + B·√(1 + tan²) on each axis.
+    """
+    if not view.metric.along_axis:
+        return limit
+    aside = [limit * tan + bound * math.hypot(1.0, tan) for tan in view.camera.tan_half]
+    return math.hypot(limit, *aside)
 
 
 def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:

@@ -48,7 +48,9 @@ class Atlas:
             bound=np.concatenate([tree.B for tree in trees]),
             level=np.concatenate([tree.level for tree in trees]),
             part_count=np.concatenate([tree.part_count for tree in trees]),
-            first_part=np.concatenate([t.first_part + s for t, s in zip(trees, order_start, strict=True)]),
+            first_part=np.concatenate(
+                [t.first_part + s for t, s in zip(trees, order_start, strict=True)]
+            ),
             order=np.concatenate([tree.order + r for tree, r in zip(trees, root, strict=True)]),
             sticks=sticks,
             tints=tints,

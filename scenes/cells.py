@@ -75,7 +75,9 @@ def _counts(cell_x, cell_y, seed, species, cumulative):  # type: ignore[no-untyp
     count = np.empty(len(cell_x), np.int64)
     zero = np.uint64(0)
     for i in range(len(cell_x)):
-        word, _, _, _ = philox(np.uint64(cell_x[i]), np.uint64(cell_y[i]), zero, zero, seed, species)
+        word, _, _, _ = philox(
+            np.uint64(cell_x[i]), np.uint64(cell_y[i]), zero, zero, seed, species
+        )
         count[i] = np.searchsorted(cumulative, unit(word), side="right")
     return count
 

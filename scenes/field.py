@@ -14,7 +14,7 @@ from lod.arrays import freeze
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.parts import Parts, Sticks
-from lod.view import View, in_view
+from lod.view import View, in_view, reach
 from scenes.atlas import Atlas
 from scenes.cells import Draws, PoissonCells
 from scenes.prototype import Prototype
@@ -169,20 +169,22 @@ class SpeciesField:
     def _cells_near(self, view: View) -> tuple[np.ndarray, np.ndarray]:
         """Cells near enough, and near enough for being in view or not, to hold a displayed whole."""
         inside, outside = (limit[self.atlas.root].max() for limit in self.atlas.limits(view))
+        bound = float(self.atlas.bound[self.atlas.root].max())
+        inside = reach(view, float(inside), bound)
         lean = float(np.hypot(*self.atlas.position[self.atlas.root, :2].T).max())
         low, high = self._root_heights()
         eye = view.camera.eye
         above = max(0.0, eye[2] - high, low - eye[2])
-        reach = math.sqrt(max(inside**2 - above**2, 0.0)) + lean
-        x, y = self._cells_within(view.camera.corner, eye, reach)
+        in_plan = math.sqrt(max(inside**2 - above**2, 0.0)) + lean
+        x, y = self._cells_within(view.camera.corner, eye, in_plan)
         if len(x) == 0 or view.look_around:
             return x, y
         centre, near = self._cell_places(view.camera.corner, eye, x, y)
         centre[:, 2] = (low + high) / 2
         radius = self.cells.side_m / math.sqrt(2) + (high - low) / 2 + lean
-        seen = in_view(view, centre, np.full(len(x), radius + self.atlas.bound.max()))
+        seen = in_view(view, centre, np.full(len(x), radius + bound))
         far = np.hypot(np.maximum(near - lean, 0.0), above)
-        return tuple(a[far <= np.where(seen, inside, outside)] for a in (x, y))  # type: ignore[return-value]
+        return tuple(a[far <= np.where(seen, inside, outside)] for a in (x, y))
 
     def _root_heights(self) -> tuple[float, float]:
         """Lowest and highest that the origin of a whole can be [m]."""
@@ -223,10 +225,15 @@ class SpeciesField:
 def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int, int]:
     """Range of cell numbers within ``reach`` cells of the eye, cut to the window."""
     if math.isinf(reach) and math.isinf(half_window):
-        raise InputError("world.extent", None, "this metric needs a finite world", "-D world.extent=500")
-    low, high = -half_window, half_window
+        raise InputError(
+            "world.extent", None, "this metric needs a finite world", "-D world.extent=500"
+        )
+    lows, highs = [], []
+    if math.isfinite(half_window):
+        lows.append(math.floor(-half_window))
+        highs.append(math.floor(half_window))
     if math.isfinite(reach):
-        low, high = max(low, first + math.floor(eye - reach)), min(high, first + math.floor(eye + reach))
-    if high < low:
-        return 0, 0
-    return math.floor(low), math.floor(high) + 1
+        lows.append(first + math.floor(eye - reach))
+        highs.append(first + math.floor(eye + reach))
+    low, high = max(lows), min(highs)
+    return (low, high + 1) if low <= high else (0, 0)

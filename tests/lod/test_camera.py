@@ -59,7 +59,8 @@ def test_a_point_keeps_its_place_when_split(x, cell):
 
 
 @pytest.mark.parametrize(
-    "where", [{"pitch_deg": 91.0}, {"heading_deg": math.nan}, {"fov": 180.0}, {"fov": 0.0}, {"width": 0}]
+    "where",
+    [{"pitch_deg": 91.0}, {"heading_deg": math.nan}, {"fov": 180.0}, {"fov": 0.0}, {"width": 0}],
 )
 def test_impossible_cameras_are_refused(where):
     with pytest.raises(InputError):

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
+from lod.hierarchy import Hierarchy
 from lod.law import chained_limits, disc_areas, expected, variance
 from lod.law_ground import moments, polar_net, reach_of
 from lod.metric import METRICS, limit_distances
 from lod.view import View
-from lod.hierarchy import Hierarchy
 
 AREAS = st.lists(st.floats(0, 1e6), min_size=1, max_size=30).map(np.array)
 
@@ -32,7 +32,9 @@ def tree_of(seed, parts=20):
 
 
 def test_a_disc_by_hand():
-    assert disc_areas(np.array([5.0, 1.0]), np.array([3.0, 2.0])) == pytest.approx([16 * math.pi, 0.0])
+    assert disc_areas(np.array([5.0, 1.0]), np.array([3.0, 2.0])) == pytest.approx(
+        [16 * math.pi, 0.0]
+    )
     assert expected(0.5, np.array([16.0, 4.0])) == 10.0
 
 
@@ -51,7 +53,9 @@ def test_variance_is_the_double_sum(areas):
 def test_limits_by_chains_agree_with_the_pruners(seed, m):
     tree = tree_of(seed)
     for name in ("blake", "bounded", "solid_angle", "full"):
-        assert chained_limits(tree, name, m) == pytest.approx(limit_distances(tree, METRICS[name], m))
+        assert chained_limits(tree, name, m) == pytest.approx(
+            limit_distances(tree, METRICS[name], m)
+        )
 
 
 @pytest.mark.parametrize("name", ["blake", "solid_angle"])
@@ -71,7 +75,10 @@ def test_the_net_gives_the_closed_form_on_flat_ground(name):
 def test_a_view_holds_its_share_of_the_turn():
     """A small object far away: φ/2π of the disc in view, and the coarser disc out of it."""
     tree = Hierarchy(
-        np.array([-1]), np.array([0]), np.zeros((1, 3)), *(np.array([x]) for x in (1.0, 0.0, 1e-6, 0.0))
+        np.array([-1]),
+        np.array([0]),
+        np.zeros((1, 3)),
+        *(np.array([x]) for x in (1.0, 0.0, 1e-6, 0.0)),
     )
     camera = look(Corner(0, 0), np.array([0.0, 0.0, 1e-3]), 30.0, 0.0, 60.0, (64, 6400))
     view = View(camera, METRICS["blake"])

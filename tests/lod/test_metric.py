@@ -12,7 +12,13 @@ SIZES = st.floats(1e-3, 1e3)
 
 @pytest.mark.parametrize(
     ("name", "limit"),
-    [("blake", 300.0), ("bounded", 201.0), ("solid_angle", 200.0), ("depth", 300.0), ("full", np.inf)],
+    [
+        ("blake", 300.0),
+        ("bounded", 201.0),
+        ("solid_angle", 200.0),
+        ("depth", 300.0),
+        ("full", np.inf),
+    ],
 )
 def test_limit_distance_by_hand(name, limit):
     """P = 2 m, R = 1 m, m = 0.01 rad."""
@@ -24,7 +30,9 @@ def test_limit_distance_by_hand(name, limit):
 def test_limits_scale_with_the_object(P, R, m, scale):
     for metric in METRICS.values():
         once = metric.limit(np.array([P]), np.array([R]), m)
-        assert metric.limit(np.array([scale * P]), np.array([scale * R]), m) == pytest.approx(scale * once)
+        assert metric.limit(np.array([scale * P]), np.array([scale * R]), m) == pytest.approx(
+            scale * once
+        )
 
 
 @given(P=SIZES, R=SIZES, m=st.floats(1e-5, 0.99))
