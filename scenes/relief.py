@@ -78,9 +78,22 @@ class Relief:
         """Height that the octaves shorter than ``wavelength`` together never exceed [m]."""
         return BOUND / unit_rms() * float(np.sum(self.rms[self.wavelengths < wavelength]))
 
-    def steepest(self) -> float:
-        """Slope that no point of the relief exceeds."""
-        return STEEPEST / unit_rms() * float(np.sum(self.rms / self.wavelengths))
+    def within(
+        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], radius: Reals
+    ) -> tuple[Reals, Reals]:
+        """Heights that the ground within ``radius`` of each point is not beyond, (n,) each [m].
+
+        An octave leaves its height at the point by at most its steepest slope × radius; one so
+        short that its bound is less than that is left out, and its bound taken instead.
+        """
+        highest = BOUND / unit_rms() * self.rms
+        steepest = STEEPEST / unit_rms() * self.rms / self.wavelengths
+        most = np.minimum(highest, steepest * radius[:, None]).sum(axis=1)
+        if self.amplitude == 0:
+            return -most, most
+        shortest = STEEPEST / BOUND * radius
+        height = octave_sums(_octaves(self, corner), xy, shortest, limit_value=True)[:, 0]
+        return height - most, height + most
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
         """Height above the datum of points ``xy`` from ``corner`` [m]."""

@@ -1,0 +1,243 @@
+"""The ground as an ordinary representation: fractal relief, finer where it is nearer.
+
+Parts are the tiles of a quadtree over the plane; refining a tile into its four quarters halves its
+spacing s and adds the relief of wavelength 2s. For a tile of spacing s (DESIGN §1):
+
+    P  √(width × amplitude) of the bumps that this spacing adds: half their wavelength, which is s,
+       × their RMS height
+    R  the height that the still shorter octaves, left to the tile's own parts, never exceed
+    d  to the nearest point of the tile's box
+    B  half the box's diagonal on the map + half its height: spheres about its centre that nest
+
+They are the bumps' own, not the tile's, so the cut does not depend on how many quads a tile has.
+Root tiles have no limit: the ground itself is never dropped, only its refinement. The Earth is
+flat here.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Flags, Ints, Points, Reals
+from lod.camera import Corner
+from lod.errors import InputError
+from lod.metric import blake
+from lod.parts import Parts, Triangles
+from lod.view import View
+from scenes.relief import Relief, normals
+from scenes.terrain_colour import ground_colours
+from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh
+from scenes.terrain_patches import balanced, quarters_of, uncovered_quarters
+
+FULL_DETAIL_PX = 0.5
+"""Metric ``full`` asks for everything, and all the relief out to the reach is more than memory holds:
+there the ground is cut by ``blake`` at half a pixel, whatever the detail of the view."""
+
+SAMPLES = 4
+"""Heights are looked up at SAMPLES² points of a tile to bound them."""
+
+MOST_TILES = 60_000
+"""Tiles examined on one level; beyond it a frame would need tens of millions of triangles."""
+
+
+@dataclass(frozen=True)
+class TileGrid:
+    """Where a frame's tiles are: root (0, 0) has its south-west corner at (west, south) [m]."""
+
+    corner: Corner
+    root_side: float
+    west: float
+    south: float
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """Ground out to ``reach`` [m] from the eye.
+
+    amplitude, wavelength, hurst   of the relief (scenes.relief); amplitude 0 is flat
+    finest   spacing of the finest mesh [m], a power of two
+    """
+
+    seed: int
+    amplitude: float
+    wavelength: float
+    hurst: float
+    reach: float
+    finest: float = 0.25
+    name: str = "terrain"
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.reach) and 16 <= self.reach <= 1e7):
+            raise InputError("terrain.reach", self.reach, "16 m to 1e7 m", "try 40000")
+        if not (2**-5 <= self.finest <= 1 and math.log2(self.finest).is_integer()):
+            raise InputError("terrain.finest", self.finest, "a power of two, 1/32 m to 1 m")
+        _ = self.relief
+
+    @cached_property
+    def relief(self) -> Relief:
+        """The shape of the ground; raises InputError where its parameters make none."""
+        return Relief(self.seed, self.amplitude, self.wavelength, self.hurst)
+
+    def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
+        """Height of the full relief above the datum at points ``xy`` from ``corner`` [m]."""
+        return self.relief.height(corner, xy)
+
+    def normal(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Points:
+        """Unit normals of the full relief."""
+        return self.relief.normal(corner, xy)
+
+    def bounds(self) -> tuple[float, float]:
+        """Heights that no point of the ground is beyond [m]."""
+        return self.relief.bounds()
+
+    @property
+    def root_exponent(self) -> int:
+        """log₂ of a root tile's side in metres: between a quarter and a half of the reach."""
+        return math.floor(math.log2(self.reach / 2))
+
+    @property
+    def spacings(self) -> Reals:
+        """Spacing of the mesh of a tile of each level [m]."""
+        coarsest = self.root_exponent - round(math.log2(2 * QUADS))
+        finest = min(round(math.log2(self.finest)), coarsest)
+        return 2.0 ** np.arange(coarsest, finest - 1, -1)
+
+    def roots(self, view: View) -> Parts:
+        """The root tiles that the disc of radius ``reach`` about the eye touches."""
+        corner, eye = view.camera.corner, view.camera.eye
+        side = 2.0**self.root_exponent
+        inset = np.array(corner.lattice(self.root_exponent)[2:])
+        first, last = (np.floor((eye[:2] + inset + s * self.reach) / side) for s in (-1, 1))
+        x, y = (g.ravel() for g in np.indices((last - first + 1).astype(np.int64)))
+        southwest = first * side - inset
+        corners = southwest + side * np.stack((x, y), axis=1)
+        away = np.clip(eye[:2], corners, corners + side) - eye[:2]
+        near = np.hypot(away[:, 0], away[:, 1]) <= self.reach
+        x, y, zero = x[near], y[near], np.zeros(np.count_nonzero(near), np.int64)
+        grid = TileGrid(corner, side, *southwest)
+        low, high = (np.full(len(x), bound) for bound in self.bounds())
+        return self._tiles(view, grid, (zero, x, y), np.arange(len(x)), zero - 1, low, high)
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The four quarters of each tile. Raises InputError when memory would not hold them."""
+        rows = np.flatnonzero(parts.level < len(self.spacings) - 1)
+        if 4 * len(rows) > MOST_TILES:
+            rule = f"the ground of a view has at most {MOST_TILES} tiles a level"
+            raise InputError("detail", view.detail, rule, "raise --detail or lower --size")
+        tiles = quarters_of(parts.level[rows], *unpacked(parts.part[rows]))
+        whole = np.repeat(rows, 4)
+        z = parts.centre[whole, 2]
+        half = parts.bound[whole] - _flat_bound(parts.state, parts.level[whole])
+        return self._tiles(view, parts.state, tiles, parts.object[whole], whole, z - half, z + half)
+
+    def _tiles(
+        self,
+        view: View,
+        grid: TileGrid,
+        tiles: tuple[Ints, Ints, Ints],
+        root: Ints,
+        whole: Ints,
+        lowest: Reals,
+        highest: Reals,
+    ) -> Parts:
+        """Tiles (level, x, y), the ground of whose wholes is between ``lowest`` and ``highest``."""
+        level, x, y = tiles
+        low, high = self._boxes(grid, tiles, lowest, highest)
+        inside, outside = self.limits(view)
+        return Parts(
+            position=_nearest(view, low, high),
+            centre=(low + high) / 2,
+            bound=_flat_bound(grid, level) + (high - low)[:, 2] / 2,
+            limit=inside[level],
+            limit_offscreen=outside[level],
+            level=level,
+            object=root,
+            part=(x << 32) | y,
+            whole=whole,
+            state=grid,
+        )
+
+    def _boxes(
+        self, grid: TileGrid, tiles: tuple[Ints, Ints, Ints], lowest: Reals, highest: Reals
+    ) -> tuple[Points, Points]:
+        """Boxes that hold the tiles, each inside its whole's, (n, 3) each [m].
+
+        Their heights come from SAMPLES² points and how far the ground can leave those within the
+        squares about them.
+        """
+        level, x, y = tiles
+        side = (grid.root_side / 2.0**level)[:, None]
+        step = (np.indices((SAMPLES, SAMPLES)).reshape(2, -1) + 0.5) / SAMPLES
+        west, south = grid.west + side * x[:, None], grid.south + side * y[:, None]
+        xy = np.stack((west + side * step[0], south + side * step[1]), axis=-1)
+        radius = np.repeat(side[:, 0] * math.sqrt(0.5) / SAMPLES, SAMPLES**2)
+        low, high = self.relief.within(grid.corner, xy.reshape(-1, 2), radius)
+        low = np.maximum(lowest, low.reshape(-1, SAMPLES**2).min(axis=1))[:, None]
+        high = np.minimum(highest, high.reshape(-1, SAMPLES**2).max(axis=1))[:, None]
+        return np.hstack((west, south, low)), np.hstack((west + side, south + side, high))
+
+    def limits(self, view: View) -> tuple[Reals, Reals]:
+        """Limit distance of the tiles of each level, in view and out of it, never growing [m]."""
+        P, R = self.sizes()
+        if view.metric.finite:
+            limit, m, m_outside = view.metric.limit, view.m, view.m_offscreen
+        else:
+            limit, m = blake, FULL_DETAIL_PX * view.camera.pixel_angle
+            m_outside = m / view.offscreen_detail
+        both = np.stack((limit(P, R, m), limit(P, R, m_outside)))
+        both[1] *= not view.metric.along_axis
+        both[:, 0] = np.inf
+        inside, outside = np.minimum.accumulate(both, axis=1)
+        return inside, outside
+
+    def sizes(self) -> tuple[Reals, Reals]:
+        """P and R of the tiles of each level [m]; the formulas are at the head of this file."""
+        relief, wavelength = self.relief, np.minimum(2 * self.spacings, self.wavelength)
+        rms = dict(zip(relief.wavelengths, relief.rms, strict=True))
+        P = np.array([math.sqrt(w / 2 * rms.get(w, 0.0)) for w in wavelength])
+        return P, np.array([relief.bound_below(w) for w in wavelength])
+
+    def appearance(self, parts: Parts, is_leaf: Flags) -> Triangles:
+        """One watertight mesh of all tiles, each at its own spacing.
+
+        Where only some quarters of a tile are displayed, the tile itself draws the others. Heights
+        are the full relief's at every vertex; normals and colours leave out what is shorter than
+        two spacings, which a mesh would turn into speckle.
+        """
+        x, y = unpacked(parts.part)
+        grid: TileGrid = parts.state
+        patches, coarser = balanced(uncovered_quarters(parts.level, x, y), MOST_COARSER)
+        where, coarse, faces, owner = lattice_mesh(patches, coarser)
+        unit = grid.root_side / 2.0**patches.deepest / QUADS
+        xy = np.array((grid.west, grid.south)) + unit * where
+        shortest = 2 * unit * 2.0**coarse
+        sums = self.relief.sums(grid.corner, xy, shortest)
+        rise = sums[:, 0] / (self.amplitude or 1.0)
+        slope = np.hypot(sums[:, 1], sums[:, 2])
+        return Triangles(
+            vertices=np.column_stack((xy, sums[:, 0])),
+            normals=normals(sums),
+            colours=ground_colours(self.seed, grid.corner, xy, rise, slope, shortest),
+            faces=faces,
+            owner=owner,
+        )
+
+
+def _flat_bound(grid: TileGrid, level: Ints) -> Reals:
+    """Half the diagonal of tiles, and a millionth more, so that rounding cannot un-nest spheres."""
+    return grid.root_side / 2.0**level * math.sqrt(0.5) * (1 + 1e-6)
+
+
+def unpacked(part: Ints) -> tuple[Ints, Ints]:
+    """A tile's x and y, counted in its own sides from root (0, 0), from its number."""
+    return part >> 32, part & 0xFFFFFFFF
+
+
+def _nearest(view: View, low: Points, high: Points) -> Points:
+    """The point of each box nearest to the eye, or least deep where depth is what counts."""
+    if view.metric.along_axis:
+        return np.where(view.camera.forward >= 0, low, high)
+    return np.clip(view.camera.eye, low, high)
