@@ -1,0 +1,80 @@
+"""What was claimed, what was measured, and the verdict: judged here and nowhere else."""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from bench.statistics import Estimate
+from lod.errors import InputError
+
+Verdict = Literal["holds", "refuted", "undecided"]
+Relation = Literal["equals", "at most"]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim and its measurement.
+
+    name       short and unique within its experiment: ``blake/objects/slope_K``
+    about      the claim in plain words
+    source     where it comes from: a section of the paper, or of the design
+    predicted, tolerance   what it must be, and how near
+    relation   ``equals``: predicted ± tolerance; ``at most``: not above predicted + tolerance
+    measured, low, high    the estimate and its 95 % interval
+    """
+
+    name: str
+    about: str
+    source: str
+    predicted: float
+    tolerance: float
+    measured: float
+    low: float
+    high: float
+    relation: Relation = "equals"
+
+    def __post_init__(self) -> None:
+        numbers = (self.predicted, self.tolerance, self.measured, self.low, self.high)
+        if not all(math.isfinite(v) for v in numbers):
+            raise InputError(f"claim {self.name}", numbers, "every number is finite")
+        if not (self.low <= self.measured <= self.high and self.tolerance >= 0):
+            raise InputError(
+                f"claim {self.name}", numbers, "low <= measured <= high, tolerance >= 0"
+            )
+        if self.relation not in ("equals", "at most"):
+            raise InputError(f"claim {self.name}", self.relation, "'equals' or 'at most'")
+
+    @property
+    def verdict(self) -> Verdict:
+        """Holds with the whole interval inside what was claimed, refuted with it wholly outside."""
+        lowest = self.predicted - self.tolerance if self.relation == "equals" else -math.inf
+        highest = self.predicted + self.tolerance
+        if lowest <= self.low and self.high <= highest:
+            return "holds"
+        if self.high < lowest or self.low > highest:
+            return "refuted"
+        return "undecided"
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data, with the verdict worked out."""
+        return asdict(self) | {"verdict": self.verdict}
+
+
+def claim(
+    name: str,
+    about: str,
+    source: str,
+    predicted: float,
+    tolerance: float,
+    found: Estimate,
+    **more: Any,
+) -> Claim:
+    """The claim that ``found`` is ``predicted``, give or take ``tolerance``."""
+    return Claim(
+        name, about, source, predicted, tolerance, found.value, found.low, found.high, **more
+    )
+
+
+def claim_from(data: dict[str, Any]) -> Claim:
+    """A claim read back; its verdict is worked out again, never read."""
+    return Claim(**{key: value for key, value in data.items() if key != "verdict"})

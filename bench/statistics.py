@@ -1,0 +1,101 @@
+"""How sure: slopes, ratios and errors of counts whose noise is compound Poisson. Pure, no files.
+
+Every row is one field (one independent seed). Its count has mean μ and variance scale·φ·μ, where
+φ is the dispersion that the law predicts for its row: 1 for objects; for parts more, because the
+parts of one object come together, and not the same at every point of a sweep. Rows are weighted by
+1/φ, and the one scale left is measured (Pearson's χ² over its degrees of freedom), so that a wrong
+φ widens the interval instead of hiding in it: a quasi-Poisson model (Wedderburn 1974; McCullagh &
+Nelder, "Generalized Linear Models", 2nd ed., §9.2) with Student's t for the interval.
+
+Without the weights one pooled dispersion stands for all points: it is that of the points with the
+most fields. Where dispersion varies from point to point, its 95 % intervals of a slope covered the
+truth anywhere from 81 % to 98 % of the time in simulation; the weighted ones 94.5 % to 96 %.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import statsmodels.api as sm
+from scipy import stats
+
+from lod.arrays import Reals
+from lod.errors import InputError
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A measured number with its 95 % interval.
+
+    scale is the variance measured over the variance assumed (1: the law's noise is right too);
+    rows is the number of fields behind it.
+    """
+
+    value: float
+    low: float
+    high: float
+    standard_error: float
+    scale: float
+    rows: int
+
+
+def slope(counts: Reals, covariate: Reals, dispersion: Reals | None = None) -> Estimate:
+    """Exponent b of E[count] = a·covariate^b: a quasi-Poisson GLM with log link."""
+    log_x = np.log(_positive("covariate", covariate))
+    if len(log_x) < 3 or np.ptp(log_x) == 0:
+        raise InputError("slope", len(log_x), "at least 3 rows at 2 or more different covariates")
+    # Centred, so that the level and the exponent are nearly uncorrelated.
+    design = np.column_stack((np.ones_like(log_x), log_x - log_x.mean()))
+    return _fit(counts, design, None, dispersion)
+
+
+def ratio(counts: Reals, predicted: Reals, dispersion: Reals | None = None) -> Estimate:
+    """Measured ÷ predicted, one number over all rows: a GLM with offset log(predicted)."""
+    offset = np.log(_positive("predicted", predicted))
+    if len(offset) < 2:
+        raise InputError("ratio", len(offset), "at least 2 rows")
+    fit = _fit(counts, np.ones((len(offset), 1)), offset, dispersion)
+    # The interval is symmetric for the logarithm, as the model is.
+    value, low, high = (math.exp(v) for v in (fit.value, fit.low, fit.high))
+    return Estimate(value, low, high, value * fit.standard_error, fit.scale, fit.rows)
+
+
+def standard_error(counts: Reals) -> float:
+    """Standard error of the mean, as a share of the mean; infinite where nothing was counted."""
+    mean = float(np.mean(counts))
+    if len(counts) < 2 or mean == 0:
+        return math.inf
+    return float(np.std(counts, ddof=1)) / math.sqrt(len(counts)) / mean
+
+
+def fields_needed(mean: float, variance: float, target: float) -> int:
+    """Fields for which a mean of that variance has a relative standard error below ``target``."""
+    if not (mean > 0 and variance >= 0 and target > 0):
+        raise InputError("fields", (mean, variance, target), "a mean and a target above 0")
+    return math.floor(variance / (mean * target) ** 2) + 1
+
+
+def _fit(
+    counts: Reals, design: np.ndarray, offset: Reals | None, dispersion: Reals | None
+) -> Estimate:
+    """The last coefficient of the weighted quasi-Poisson model, with its t interval."""
+    counts = np.asarray(counts, np.float64)
+    if len(counts) != len(design) or not (np.isfinite(counts).all() and (counts >= 0).all()):
+        raise InputError("counts", len(counts), f"{len(design)} finite counts, none below 0")
+    if not counts.any():
+        raise InputError("counts", 0, "something was counted", "widen the sweep")
+    weights = 1 / (np.ones(len(counts)) if dispersion is None else _positive("φ", dispersion))
+    model = sm.GLM(counts, design, sm.families.Poisson(), offset=offset, var_weights=weights)
+    fit = model.fit(scale="X2")
+    value, error = float(fit.params[-1]), float(fit.bse[-1])
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, fit.df_resid)) * error
+    return Estimate(value, value - reach, value + reach, error, float(fit.scale), len(counts))
+
+
+def _positive(name: str, values: Reals) -> np.ndarray:
+    values = np.asarray(values, np.float64)
+    if not (np.isfinite(values).all() and (values > 0).all()):
+        raise InputError(name, float(values.min()), "every value finite and above 0")
+    return values

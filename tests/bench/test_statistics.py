@@ -1,0 +1,169 @@
+"""Intervals are honest: on synthetic data with the field's own noise they cover at their rate."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from bench.statistics import fields_needed, ratio, slope, standard_error
+from lod.errors import InputError
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Objects whose parts are displayed within these distances, in units of the whole's own."""
+
+    limits: np.ndarray
+
+    @property
+    def rings(self) -> tuple[np.ndarray, np.ndarray]:
+        """Share of the disc's area in each ring, and how many parts an object there displays."""
+        edges, count = np.unique(-self.limits, return_counts=True)
+        area = np.diff(np.append(-edges, 0.0) ** 2) * -1
+        return area, np.cumsum(count)
+
+    def moments(self) -> tuple[float, float]:
+        """Parts per object displayed, and its dispersion."""
+        area, parts = self.rings
+        return float(area @ parts), float(area @ parts**2 / (area @ parts))
+
+    def draw(self, chance, mean: float, fields: int) -> tuple[np.ndarray, np.ndarray]:
+        """Objects and parts displayed in each of so many fields of ``mean`` objects."""
+        area, parts = self.rings
+        count = chance.poisson(mean * area, (fields, len(area)))
+        return count.sum(1).astype(float), (count @ parts).astype(float)
+
+
+TREE = Kind(np.repeat([1.0, 0.6, 0.4, 0.25, 0.1], [1, 8, 20, 22, 26]))
+FIGURE = Kind(np.repeat([1.0, 0.6, 0.3, 0.1], [1, 9, 15, 40]))
+BUSH = Kind(np.repeat([1.0, 0.4], [1, 10]))
+
+
+def sweep(chance, kinds, means, target=0.02, least=8):
+    """One synthetic data set, sampled as the experiment does: objects, parts, means, φ."""
+    rows = []
+    for kind, mean in zip(kinds, means, strict=True):
+        per_object, dispersion = kind.moments()
+        variance = dispersion * per_object * mean
+        fields = max(
+            least,
+            fields_needed(mean, mean, target),
+            fields_needed(per_object * mean, variance, target),
+        )
+        objects, parts = kind.draw(chance, mean, int(1.3 * fields))
+        rows += [
+            (o, p, mean, per_object * mean, dispersion) for o, p in zip(objects, parts, strict=True)
+        ]
+    return (np.array(column, np.float64) for column in zip(*rows, strict=True))
+
+
+def coverage(draws: int, seed: int, kinds, means) -> dict[str, float]:
+    """How often each 95 % interval holds the truth, which is 1 for all of them."""
+    chance = np.random.default_rng(seed)
+    hits = {}
+    for _ in range(draws):
+        objects, parts, mean, parts_mean, dispersion = sweep(chance, kinds, means)
+        found = {
+            "objects slope": slope(objects, mean),
+            "parts slope": slope(parts, parts_mean, dispersion),
+            "objects ratio": ratio(objects, mean),
+            "parts ratio": ratio(parts, parts_mean, dispersion),
+        }
+        for name, estimate in found.items():
+            hits.setdefault(name, []).append(estimate.low <= 1.0 <= estimate.high)
+    return {name: float(np.mean(hit)) for name, hit in hits.items()}
+
+
+SWEEPS = {
+    "one kind, many small fields to few large ones": ([TREE] * 5, [50, 300, 2000, 12000, 100000]),
+    "dispersion from point to point": ([TREE, BUSH] * 3, [50, 200, 1000, 5000, 20000, 100000]),
+    "the small fields quieter": ([BUSH] + [TREE] * 4, [50, 500, 5000, 20000, 100000]),
+    "three points": ([FIGURE] * 3, [200, 2000, 20000]),
+}
+
+
+def test_the_synthetic_noise_is_that_of_a_tree():
+    assert 20 <= TREE.moments()[1] <= 35
+    per_object, dispersion = TREE.moments()
+    _, parts = TREE.draw(np.random.default_rng(0), 500.0, 40_000)
+    assert np.mean(parts) == pytest.approx(500 * per_object, rel=0.005)
+    assert np.var(parts) / np.mean(parts) == pytest.approx(dispersion, rel=0.03)
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_intervals_cover(name):
+    # 300 draws: 95 ± 1.26 %, so ± 4.4 is three and a half standard deviations.
+    for estimate, share in coverage(300, 1, *SWEEPS[name]).items():
+        assert 0.906 <= share <= 0.994, (estimate, share)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SWEEPS)
+def test_intervals_cover_at_their_rate(name):
+    for estimate, share in coverage(2000, 2, *SWEEPS[name]).items():
+        assert 0.93 <= share <= 0.97, (estimate, share)
+
+
+def test_the_weights_are_needed():
+    """Many quiet small fields, few noisy large ones: one pooled dispersion claims too much."""
+    chance = np.random.default_rng(3)
+    hits = []
+    for _ in range(300):
+        _, parts, _, mean, dispersion = sweep(chance, *SWEEPS["the small fields quieter"])
+        found = slope(parts, mean), slope(parts, mean, dispersion)
+        hits.append([estimate.low <= 1 <= estimate.high for estimate in found])
+    pooled, weighted = np.mean(hits, axis=0)
+    assert pooled < 0.9 < weighted
+
+
+def test_a_false_slope_is_found():
+    chance = np.random.default_rng(4)
+    _, parts, _, mean, dispersion = sweep(
+        chance, *SWEEPS["one kind, many small fields to few large ones"]
+    )
+    found = slope(parts, mean**0.95, dispersion)
+    assert found.low > 1.02 and found.value == pytest.approx(1 / 0.95, abs=0.01)
+
+
+def test_scale_tells_whether_the_noise_is_the_predicted_one():
+    chance = np.random.default_rng(5)
+    _, parts, _, mean, dispersion = sweep(chance, [TREE] * 4, [50, 100, 200, 400], target=0.01)
+    assert ratio(parts, mean, dispersion).scale == pytest.approx(1.0, abs=0.05)
+    assert ratio(parts, mean).scale == pytest.approx(TREE.moments()[1], rel=0.05)
+
+
+@pytest.mark.filterwarnings("ignore:Perfect separation")
+def test_exact_data_give_the_exact_power():
+    x = np.repeat(np.geomspace(1, 1e4, 9), 2)
+    found = slope(3 * x**-2.0, x)
+    assert found.value == pytest.approx(-2.0, abs=1e-6) and found.high - found.low < 1e-6
+    assert ratio(3 * x, x).value == pytest.approx(3.0)
+
+
+def test_standard_error_and_the_fields_it_takes():
+    assert standard_error(np.array([9.0, 11.0])) == pytest.approx(0.1)
+    assert standard_error(np.array([0.0, 0.0])) == math.inf
+    assert standard_error(np.array([5.0])) == math.inf
+    assert fields_needed(100.0, 100.0, 0.005) == 401
+    assert fields_needed(1e9, 1e9, 0.005) == 1
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: slope(np.ones(2), np.array([1.0, 2.0])),
+        lambda: slope(np.ones(4), np.ones(4)),
+        lambda: slope(np.ones(3), np.array([1.0, 2.0, -1.0])),
+        lambda: slope(np.array([1.0, np.nan, 2.0]), np.array([1.0, 2.0, 3.0])),
+        lambda: slope(np.array([1.0, -1.0, 2.0]), np.array([1.0, 2.0, 3.0])),
+        lambda: slope(np.zeros(3), np.array([1.0, 2.0, 3.0])),
+        lambda: ratio(np.ones(1), np.ones(1)),
+        lambda: ratio(np.ones(3), np.zeros(3)),
+        lambda: ratio(np.ones(3), np.ones(3), np.zeros(3)),
+        lambda: fields_needed(0.0, 1.0, 0.005),
+    ],
+)
+def test_what_cannot_be_estimated_is_refused(call):
+    with pytest.raises(InputError):
+        call()
