@@ -1,0 +1,104 @@
+"""The sticks of every part of an object: round cones in the object's own frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import freeze
+from lod.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class StickTable:
+    """Sticks laid end to end, part after part: the convex hulls of two spheres each.
+
+    The frame: origin where the object stands on the ground, z up, x the way it faces, y to its left.
+
+    first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
+    start, end (k, 3) centres of the two spheres [m]
+    start_radius, end_radius (k,) above 0 [m]
+    tint (k,)  row of the object's tints
+    """
+
+    first: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    start_radius: np.ndarray
+    end_radius: np.ndarray
+    tint: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, first=np.int64, start=np.float64, end=np.float64, tint=np.int64)
+        freeze(self, start_radius=np.float64, end_radius=np.float64)
+        _check(self)
+
+    def __len__(self) -> int:
+        return len(self.tint)
+
+    @property
+    def count(self) -> np.ndarray:
+        """Number of sticks of each part, (n,)."""
+        return np.diff(self.first)
+
+    @property
+    def owner(self) -> np.ndarray:
+        """Part that each stick belongs to, (k,)."""
+        return np.repeat(np.arange(len(self.first) - 1), self.count)
+
+    @staticmethod
+    def of(
+        parts: int,
+        owner: np.ndarray,
+        start: np.ndarray,
+        end: np.ndarray,
+        start_radius: np.ndarray,
+        end_radius: np.ndarray,
+        tint: np.ndarray,
+    ) -> "StickTable":
+        """The table of ``parts`` parts from sticks in any order, each with its owner, (k,)."""
+        owner = np.asarray(owner, np.int64)
+        if len(owner) and not (owner.min() >= 0 and owner.max() < parts):
+            raise InputError("sticks.owner", int(owner.max()), f"a part, 0 to {parts - 1}")
+        order = np.argsort(owner, kind="stable")
+        columns = (start, end, start_radius, end_radius, tint)
+        count = np.bincount(owner, minlength=parts)
+        return StickTable(
+            np.concatenate(([0], np.cumsum(count))), *(np.asarray(c)[order] for c in columns)
+        )
+
+    def scaled(self, factor: float) -> "StickTable":
+        """Every length times ``factor``."""
+        names = ("start", "end", "start_radius", "end_radius")
+        lengths = {name: getattr(self, name) * factor for name in names}
+        return StickTable(first=self.first, tint=self.tint, **lengths)
+
+
+def _check(table: StickTable) -> None:
+    k = len(table.tint)
+    for name, shape in (
+        ("start", (k, 3)),
+        ("end", (k, 3)),
+        ("start_radius", (k,)),
+        ("end_radius", (k,)),
+    ):
+        values = getattr(table, name)
+        if values.shape != shape:
+            raise InputError(f"sticks.{name}", values.shape, f"its shape is {shape}")
+        if not np.isfinite(values).all():
+            raise InputError(
+                f"sticks.{name}", "a number that is not finite", "every length is finite"
+            )
+    first = table.first
+    if (
+        first.ndim != 1
+        or len(first) == 0
+        or first[0] != 0
+        or first[-1] != k
+        or np.any(np.diff(first) < 0)
+    ):
+        raise InputError("sticks.first", first, f"rises from 0 to the number of sticks, {k}")
+    for name in ("start_radius", "end_radius"):
+        if k and getattr(table, name).min() <= 0:
+            raise InputError(f"sticks.{name}", float(getattr(table, name).min()), "above 0 m")
+    if k and table.tint.min() < 0:
+        raise InputError("sticks.tint", int(table.tint.min()), "a row of the tints, at least 0")
