@@ -118,7 +118,9 @@ class Triangles:
 class Representation(Protocol):
     """Anything with hierarchical levels of detail: it hands out parts, and knows what they look like."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """What it is called in counts and records."""
 
     def roots(self, view: View) -> Parts:
         """Every whole near enough that a part of it could be displayed (``whole`` = -1)."""
