@@ -1,0 +1,80 @@
+"""`lodbench count`: prune one frame and hold it against the law; no renderer is needed."""
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.output import Output, output, table
+from bench.view_flags import preset_of, view_flags
+
+if TYPE_CHECKING:
+    from bench.counting import Counts, SpeciesCount
+
+
+@click.command("count")
+@view_flags
+@click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
+    """Objects and parts of one frame: examined, displayed, predicted."""
+    chosen = preset_of(preset, **flags)
+    from bench.counting import Stopwatch, count
+    from scenes.world import build_world, view_at
+
+    watch = Stopwatch()
+    with output(as_json) as out:
+        with watch.stage("build"):
+            world = build_world(chosen)
+            view = view_at(world, chosen, frame)
+        counts = count(world, view)
+        seconds = watch.seconds | counts.seconds
+        out.record(as_data(counts, seconds))
+        _say(out, counts, seconds)
+
+
+def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
+    """What --json prints, by the names of the contract."""
+    return {
+        "objects": vars(counts.objects),
+        "parts": vars(counts.parts),
+        "terrain": {"tiles": counts.terrain_tiles, "triangles": counts.terrain_triangles},
+        "by_species": {name: _species(each) for name, each in counts.by_species.items()},
+        "by_level": list(counts.by_level),
+        "detail": counts.detail,
+        "m": counts.m,
+        "seconds": seconds,
+        "peak_rss_bytes": peak_rss_bytes(),
+    }
+
+
+def peak_rss_bytes() -> int:
+    """The most memory that this process has held [bytes]."""
+    import resource
+    import sys
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+def _species(each: "SpeciesCount") -> dict[str, Any]:
+    return {
+        "objects": vars(each.objects),
+        "parts": vars(each.parts),
+        "by_level": list(each.by_level),
+        "predicted_by_level": each.predicted_by_level,
+    }
+
+
+def _say(out: Output, counts: "Counts", seconds: dict[str, float]) -> None:
+    rows: list[tuple[object, ...]] = [("", "examined", "displayed", "predicted", "±")]
+    tallies = {"objects": counts.objects, "parts": counts.parts}
+    for name, each in counts.by_species.items():
+        tallies |= {f"{name}: objects": each.objects, f"{name}: parts": each.parts}
+    rows += [(name, *vars(tally).values()) for name, tally in tallies.items()]
+    out.say(table(rows))
+    levels: list[tuple[object, ...]] = [("parts by level", *range(len(counts.by_level)))]
+    levels.append(("", *counts.by_level))
+    out.say(f"\n{table(levels)}")
+    ground = f"{counts.terrain_tiles:,} tiles, {counts.terrain_triangles:,} triangles"
+    took = ", ".join(f"{stage} {spent:.2f} s" for stage, spent in seconds.items())
+    out.say(f"\n  terrain: {ground}\n  τ = {counts.detail:g} px, m = {counts.m:.6g} rad\n  {took}")

@@ -1,0 +1,78 @@
+"""Which frames, and where they go: checked before anything slow begins."""
+
+import os
+import re
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from lod.errors import InputError
+
+LAST_FRAME = 999_999
+MOST_FRAMES = 100_000
+_SPAN = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
+_HASHES = "####"
+
+
+def frame_numbers(text: str) -> tuple[int, ...]:
+    """Frame numbers of ``1-24`` or ``1,5,9``, each once, ascending."""
+    frames: set[int] = set()
+    for span in text.split(","):
+        match = _SPAN.fullmatch(span.strip())
+        if match is None:
+            raise InputError("--frames", text, "whole numbers, as 1-24 or 1,5,9", "try 1-24")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if last < first:
+            raise InputError("--frames", text, "a range runs upwards", f"write {last}-{first}")
+        if first < 1:
+            raise InputError("--frames", text, "frames count from 1", "try 1-24")
+        frames.update(range(first, last + 1))
+    if len(frames) > MOST_FRAMES:
+        raise InputError("--frames", text, f"at most {MOST_FRAMES} frames", "render in parts")
+    return tuple(sorted(frames))
+
+
+def frame_pattern(text: str) -> str:
+    """A path as OUT/name.####.exr, where #### becomes the frame's number."""
+    folder, name = os.path.split(text)
+    cure = "write it as out/name.####.exr"
+    if not name.endswith(".exr"):
+        raise InputError("-o", text, "frames are .exr files", cure)
+    if name.count("#") != len(_HASHES) or _HASHES not in name or "#" in folder:
+        raise InputError("-o", text, "the file's name holds #### once, for the number", cure)
+    return text
+
+
+def frame_path(pattern: str, frame: int) -> Path:
+    """The file of one frame."""
+    folder, name = os.path.split(pattern)
+    return Path(folder) / name.replace(_HASHES, f"{frame:04d}")
+
+
+def check_targets(paths: Sequence[Path], may_exist: bool) -> None:
+    """Raise InputError where a frame's place is taken."""
+    for path in paths:
+        if path.is_dir():
+            raise InputError("-o", str(path), "a file's place, and a folder is there")
+        if path.exists() and not may_exist:
+            rule = "this frame is already there"
+            raise InputError("-o", str(path), rule, "add --resume or --overwrite")
+
+
+def make_folder(folder: str | Path, where: str = "-o") -> Path:
+    """Make a folder that can be written to, or raise InputError and leave nothing behind."""
+    folder = Path(folder)
+    made: list[Path] = []
+    try:
+        for each in [*reversed(folder.parents), folder]:
+            if not each.exists():
+                each.mkdir()
+                made.append(each)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except (OSError, ValueError) as error:
+        for each in reversed(made):
+            each.rmdir()
+        why = getattr(error, "strerror", None) or str(error)
+        rule = f"a folder that can be written to ({why})"
+        raise InputError(where, str(folder), rule, "choose another") from None

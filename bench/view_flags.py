@@ -1,0 +1,74 @@
+"""The flags that say what is seen: each one sets a key of the preset, and errors name the flag."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import click
+
+from lod.errors import InputError
+from scenes.preset import Preset, Setting, load_preset
+
+Command = Callable[..., Any]
+
+VIEW_KEYS = {
+    "size": "render.size",
+    "seed": "seed",
+    "metric": "view.metric",
+    "detail": "view.detail",
+    "visibility": "air.visibility",
+}
+QUALITY_KEYS = {"spp": "render.spp", "variant": "render.variant"}
+_TEXT = {"size", "metric", "visibility", "variant"}
+
+
+def view_flags(command: Command) -> Command:
+    """PRESET and the flags that `render` and `count` share."""
+    flags = (
+        click.argument("preset"),
+        click.option("--size", metavar="WxH", help="Picture size in pixels."),
+        click.option("--seed", metavar="N", help="Seed of every random choice."),
+        click.option("--metric", metavar="NAME", help="Member of the metric family."),
+        click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
+        click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
+        click.option(
+            "--density",
+            multiple=True,
+            metavar="NAME=K",
+            help="Objects of a species per m², as figure=0.002.",
+        ),
+        click.option(
+            "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
+        ),
+    )
+    for flag in reversed(flags):
+        command = flag(command)
+    return command
+
+
+def preset_of(name: str, settings: Sequence[str], density: Sequence[str], **flags: Any) -> Preset:
+    """The preset with -D laid over it, and the flags over that; flags left out are None."""
+    keys = VIEW_KEYS | QUALITY_KEYS
+    laid: list[str | Setting] = list(settings)
+    for flag, text in flags.items():
+        if text is not None:
+            laid.append(Setting(f"--{flag}", keys[flag], text if flag in _TEXT else number(text)))
+    laid += [_density(text) for text in density]
+    return load_preset(name, laid)
+
+
+def _density(text: str) -> Setting:
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        rule = "NAME=K: a species and its objects per m²"
+        raise InputError("--density", text, rule, "try --density figure=0.002")
+    return Setting(f"--density {name}", f"species.{name}.density", number(value))
+
+
+def number(text: str) -> int | float | str:
+    """The number that a text means; otherwise the text itself, for the preset to refuse."""
+    for read in (int, float):
+        try:
+            return read(text)
+        except ValueError:
+            continue
+    return text
