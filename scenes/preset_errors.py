@@ -89,9 +89,6 @@ def nearest_key(key: str, known: Sequence[str]) -> str:
     """Which known key was probably meant, as a question; the choices where none is near."""
     parent, _, name = key.rpartition(".")
     beside = {each.rpartition(".")[2]: each for each in known if each.rpartition(".")[0] == parent}
-    close = difflib.get_close_matches(name, beside, 1)
-    if close:
-        return f"did you mean {beside[close[0]]}?"
     namesakes = [each for each in known if each.rpartition(".")[2] == name]
     close = namesakes or difflib.get_close_matches(key, known, 1)
     if close:

@@ -51,7 +51,20 @@ def test_a_size_is_width_and_height(text: str, size: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["0x0", "640", "640x", "x360", "-1x3", "1.5x2", "16385x1", "1x1x1", "9" * 5000 + "x1"]
+    "text",
+    [
+        "0x0",
+        "0x5",
+        "5x0",
+        "640",
+        "640x",
+        "x360",
+        "-1x3",
+        "1.5x2",
+        "16385x1",
+        "1x1x1",
+        "9" * 5000 + "x1",
+    ],
 )
 def test_what_is_no_size_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="640x360"):
