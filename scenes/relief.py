@@ -19,7 +19,7 @@ from lod.camera import Corner
 from lod.errors import InputError
 from scenes.terrain_noise import BOUND, STEEPEST, Octaves, octave_sums, octaves_at, unit_rms
 
-SHORTEST_M = 0.5
+SHORTEST_M = 0.25
 """Wavelength of the last octave: what is smaller is no relief but grass."""
 
 _STREAM = 0x52454C494546

@@ -27,14 +27,14 @@ from lod.errors import InputError
 from lod.metric import blake
 from lod.parts import Parts, Triangles
 from lod.view import View
-from scenes.relief import Relief, normals
+from scenes.relief import Relief
 from scenes.terrain_colour import ground_colours
-from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh
+from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh, vertex_normals
 from scenes.terrain_patches import balanced, quarters_of, uncovered_quarters
 
 FULL_DETAIL_PX = 0.5
-"""Metric ``full`` asks for everything, and all the relief out to the reach is more than memory holds:
-there the ground is cut by ``blake`` at half a pixel, whatever the detail of the view."""
+"""Metric ``full`` asks for everything, and all the relief out to the reach is more than memory can
+hold: there the ground is cut by ``blake`` at half a pixel, whatever the detail of the view."""
 
 SAMPLES = 4
 """Heights are looked up at SAMPLES² points of a tile to bound them."""
@@ -66,7 +66,7 @@ class Terrain:
     wavelength: float
     hurst: float
     reach: float
-    finest: float = 0.25
+    finest: float = 0.125
     name: str = "terrain"
 
     def __post_init__(self) -> None:
@@ -204,8 +204,7 @@ class Terrain:
         """One watertight mesh of all tiles, each at its own spacing.
 
         Where only some quarters of a tile are displayed, the tile itself draws the others. Heights
-        are the full relief's at every vertex; normals and colours leave out what is shorter than
-        two spacings, which a mesh would turn into speckle.
+        are the full relief's at every vertex; colours leave out patches smaller than the spacing.
         """
         x, y = unpacked(parts.part)
         grid: TileGrid = parts.state
@@ -213,14 +212,15 @@ class Terrain:
         where, coarse, faces, owner = lattice_mesh(patches, coarser)
         unit = grid.root_side / 2.0**patches.deepest / QUADS
         xy = np.array((grid.west, grid.south)) + unit * where
-        shortest = 2 * unit * 2.0**coarse
-        sums = self.relief.sums(grid.corner, xy, shortest)
+        spacing = unit * 2.0**coarse
+        sums = self.relief.sums(grid.corner, xy, 2 * spacing)
         rise = sums[:, 0] / (self.amplitude or 1.0)
         slope = np.hypot(sums[:, 1], sums[:, 2])
+        vertices = np.column_stack((xy, sums[:, 0]))
         return Triangles(
-            vertices=np.column_stack((xy, sums[:, 0])),
-            normals=normals(sums),
-            colours=ground_colours(self.seed, grid.corner, xy, rise, slope, shortest),
+            vertices=vertices,
+            normals=vertex_normals(vertices, faces),
+            colours=ground_colours(self.seed, grid.corner, xy, rise, slope, spacing),
             faces=faces,
             owner=owner,
         )

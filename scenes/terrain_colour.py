@@ -13,14 +13,14 @@ from lod.arrays import Points, Reals
 from lod.camera import Corner
 from scenes.terrain_noise import Octaves, octave_sums, octaves_at, unit_rms
 
-LUSH = np.array((0.060, 0.125, 0.028))
-DRY = np.array((0.185, 0.185, 0.070))
+LUSH = np.array((0.072, 0.135, 0.031))
+DRY = np.array((0.165, 0.178, 0.066))
 EARTH = np.array((0.150, 0.112, 0.072))
 
-_EXPONENTS = range(10, -3, -1)
-"""Patches from 1024 m to 0.25 m across."""
+_EXPONENTS = range(10, -4, -1)
+"""Patches from 1024 m to 0.125 m across."""
 
-_FALL = 0.87
+_FALL = 0.92
 """RMS of each octave of patches beside the one twice as large: close to equal, as in vegetation."""
 
 _DRYNESS, _SHADE = 0x445259, 0x53484144

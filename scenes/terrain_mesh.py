@@ -83,3 +83,26 @@ def _faces(
                         owners[n] = owner[p]
                         n += 1
     return coarse, faces[:n].copy(), owners[:n].copy()
+
+
+@njit(cache=True)
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Unit normals of the faces about each vertex, weighted by their area (Gouraud 1971).
+
+    Not the relief's own: where the ground is seen at a grazing angle, as on every ridge, a normal
+    that differs from the facets' turns away from the eye and shades it black.
+    """
+    normals = np.zeros_like(vertices)
+    for f in range(len(faces)):
+        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        for k in range(3):
+            normals[faces[f, k], 0] += nx
+            normals[faces[f, k], 1] += ny
+            normals[faces[f, k], 2] += nz
+    for i in range(len(normals)):
+        n = normals[i]
+        n /= np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
+    return normals

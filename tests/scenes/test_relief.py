@@ -1,0 +1,223 @@
+"""The relief has the size, roughness and exactness that it says; first its laws."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.camera import GRID_M, Corner
+from lod.errors import InputError
+from scenes import relief as relief_file
+from scenes.relief import SHORTEST_M, Relief, normals
+from scenes.terrain_noise import BOUND, STEEP, STEEPEST, lattice_bits, unit_noise, unit_rms
+
+HOME = Corner(0, 0)
+FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
+MASK = 2**64 - 1
+
+
+def spread(rng: np.random.Generator, count: int, side: float) -> np.ndarray:
+    return rng.uniform(-side, side, (count, 2))
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.95])
+def test_amplitude_is_the_rms_of_the_relief(hurst):
+    rng = np.random.default_rng(1)
+    ground = Relief(seed=5, amplitude=30.0, wavelength=64.0, hurst=hurst)
+    height = ground.height(HOME, spread(rng, 200_000, 60_000.0))
+    assert np.sqrt(np.mean(height**2)) == pytest.approx(30.0, rel=0.01)
+    assert abs(np.mean(height)) < 0.3
+
+
+@pytest.mark.parametrize("hurst", [0.2, 0.5, 0.8])
+def test_heights_apart_differ_as_distance_to_the_power_hurst(hurst):
+    rng = np.random.default_rng(2)
+    ground = Relief(seed=6, amplitude=50.0, wavelength=2.0**14, hurst=hurst)
+    xy = spread(rng, 100_000, 4e6)
+    turn = rng.uniform(0, 2 * np.pi, len(xy))
+    way = np.stack((np.cos(turn), np.sin(turn)), axis=1)
+    distances = 2.0 ** np.arange(2, 10)  # well inside the octaves, 2^-2 m to 2^14 m
+    here = ground.height(HOME, xy)
+    rms = [np.sqrt(np.mean((ground.height(HOME, xy + r * way) - here) ** 2)) for r in distances]
+    slope = np.polyfit(np.log(distances), np.log(rms), 1)[0]
+    assert slope == pytest.approx(hurst, abs=0.03)
+
+
+@pytest.mark.parametrize("corner", [HOME, FAR])
+@given(
+    x=st.floats(-2e4, 2e4), y=st.floats(-2e4, 2e4), dx=st.integers(-999, 999), dy=st.integers(-9, 9)
+)
+def test_a_place_has_one_height_whatever_the_corner(corner, x, y, dx, dy):
+    ground = Relief(seed=7, amplitude=30.0, wavelength=2048.0, hurst=0.9)
+    other = Corner(corner.x + dx, corner.y + dy)
+    here = ground.height(corner, np.array([[x, y]]))
+    there = ground.height(other, np.array([[x - dx * GRID_M, y - dy * GRID_M]]))
+    assert abs(here - there)[0] < 1e-9
+
+
+def split_mix(seed: int, index: int) -> int:
+    """Output ``index``, from 1, of the SplitMix64 stream of ``seed``, in Python's integers."""
+    z = (seed + index * 0x9E3779B97F4A7C15) & MASK
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
+    return z ^ (z >> 31)
+
+
+def exact_height(ground: Relief, corner: Corner, x: float, y: float) -> float:
+    """The relief from its definition, in fractions and Python's integers."""
+    where = (corner.x * 16 + Fraction(x), corner.y * 16 + Fraction(y))
+    total = 0.0
+    for exponent, rms in zip(ground.exponents, ground.rms, strict=True):
+        seed = (ground.seed ^ relief_file._STREAM) & MASK
+        key = split_mix(split_mix(seed, exponent), 0)
+        cells = [math.floor(w / Fraction(2) ** exponent) for w in where]
+        parts = [float(w / Fraction(2) ** exponent - c) for w, c in zip(where, cells, strict=True)]
+        for i, j in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            bits = split_mix(split_mix(key, cells[0] + i), cells[1] + j)
+            turn = 2 * math.pi * (bits % 256) / 256
+            du, dv = parts[0] - i, parts[1] - j
+            value = (bits >> 11) / 2**52 - 1
+            value += STEEP * (math.cos(turn) * du + math.sin(turn) * dv)
+            weight = [6 * (1 - abs(t)) ** 5 - 15 * (1 - abs(t)) ** 4 for t in (du, dv)]
+            weight = [w + 10 * (1 - abs(t)) ** 3 for w, t in zip(weight, (du, dv), strict=True)]
+            total += rms / unit_rms() * weight[0] * weight[1] * value
+    return total
+
+
+@pytest.mark.parametrize("corner", [HOME, FAR, Corner(-(2**55), 2**55 + 1)])
+def test_heights_agree_with_exact_integers(corner):
+    ground = Relief(seed=2**63 - 1, amplitude=30.0, wavelength=4096.0, hurst=0.9)
+    xy = spread(np.random.default_rng(3), 40, 4e4)
+    exact = [exact_height(ground, corner, x, y) for x, y in xy]
+    np.testing.assert_allclose(ground.height(corner, xy), exact, rtol=0, atol=1e-9)
+
+
+def test_the_hash_is_splitmix64():
+    # First outputs for seed 1234567, as published with the generator's reference code.
+    published = [6457827717110365317, 3203168211198807973, 9817491932198370423]
+    assert [split_mix(1234567, i) for i in (1, 2, 3)] == published
+    bits = lattice_bits(np.uint64(99), np.int64(-5), np.int64(2**60))
+    assert int(bits) == split_mix(split_mix(99, -5), 2**60)
+
+
+@pytest.mark.parametrize("corner", [HOME, FAR])
+def test_slopes_are_those_of_the_heights(corner):
+    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
+    xy, step = spread(np.random.default_rng(4), 500, 1e3), 1e-4
+    sums = ground.sums(corner, xy, np.zeros(len(xy)))
+    for axis in (0, 1):
+        move = step * np.eye(2)[axis]
+        rise = ground.height(corner, xy + move) - ground.height(corner, xy - move)
+        np.testing.assert_allclose(sums[:, 1 + axis], rise / (2 * step), atol=2e-6)
+    np.testing.assert_allclose(np.linalg.norm(normals(sums), axis=1), 1.0)
+    np.testing.assert_array_equal(ground.normal(corner, xy), normals(sums))
+
+
+def test_shortest_leaves_out_the_octaves_below_it():
+    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
+    xy = spread(np.random.default_rng(5), 200, 1e3)
+    limited = ground.normal(HOME, xy, np.full(len(xy), 600.0))
+    np.testing.assert_array_equal(limited, np.tile((0.0, 0.0, 1.0), (len(xy), 1)))
+    all_of_it = ground.normal(HOME, xy, np.full(len(xy), SHORTEST_M))
+    np.testing.assert_array_equal(all_of_it, ground.normal(HOME, xy))
+
+
+def test_unit_noise_keeps_its_bounds_and_its_size():
+    rng = np.random.default_rng(6)
+    cells = rng.integers(-(2**60), 2**60, (200_000, 2))
+    parts = rng.random((200_000, 2))
+    key = np.uint64(1)
+    noise = np.array(
+        [unit_noise(key, *c, *p) for c, p in zip(cells[:50_000], parts[:50_000], strict=True)]
+    )
+    assert np.abs(noise[:, 0]).max() < BOUND
+    assert np.hypot(noise[:, 1], noise[:, 2]).max() < STEEPEST
+    assert np.sqrt(np.mean(noise[:, 0] ** 2)) == pytest.approx(unit_rms(), rel=0.01)
+
+
+def corners_at(u, v, turn):
+    """Each corner's weight w, ∂w along the direction, and offset d, as grids."""
+    ex, ey = np.cos(turn), np.sin(turn)
+    for i in (0, 1):
+        for j in (0, 1):
+            a, b = (1 - abs(t - k) for t, k in ((u, i), (v, j)))
+            wa, wb = (t**3 * (t * (6 * t - 15) + 10) for t in (a, b))
+            ka, kb = (30 * (t * (t - 1)) ** 2 for t in (a, b))
+            slope = (2 * i - 1) * ka * wb * ex + (2 * j - 1) * kb * wa * ey
+            yield wa * wb, slope, u - i, v - j, ex, ey
+
+
+def test_the_bounds_of_unit_noise_are_the_largest_there_are():
+    u, v, turn = np.meshgrid(*[np.linspace(0, 1, 61)] * 2, np.linspace(0, np.pi, 61))
+    highest = sum(w * (1 + STEEP * np.hypot(x, y)) for w, _, x, y, _, _ in corners_at(u, v, turn))
+    assert highest.max() == pytest.approx(BOUND, rel=1e-9)
+    steepest = sum(
+        np.abs(s) + STEEP * np.hypot(w * ex + s * x, w * ey + s * y)
+        for w, s, x, y, ex, ey in corners_at(u, v, turn)
+    )
+    assert steepest.max() == pytest.approx(STEEPEST, rel=1e-9)
+
+
+def test_lattices_do_not_show_in_the_variance():
+    ground = Relief(seed=9, amplitude=1.0, wavelength=1.0, hurst=1.0)
+    cells = np.random.default_rng(7).integers(-(2**15), 2**15, (60_000, 2)).astype(float)
+    at_corners = ground.height(HOME, cells).std()
+    assert ground.height(HOME, cells + 0.5).std() == pytest.approx(at_corners, rel=0.02)
+
+
+@given(x=st.floats(-1e4, 1e4), y=st.floats(-1e4, 1e4), log_radius=st.floats(-3, 4))
+def test_ground_stays_within_what_is_said_of_a_circle(x, y, log_radius):
+    ground, radius = Relief(seed=3, amplitude=30.0, wavelength=512.0, hurst=0.8), 10.0**log_radius
+    low, high = ground.within(HOME, np.array([[x, y]]), np.array([radius]))
+    turn, away = np.random.default_rng(8).random((2, 2000))
+    circle = radius * np.sqrt(away) * np.exp(2j * np.pi * turn)
+    height = ground.height(HOME, np.stack((x + circle.real, y + circle.imag), axis=1))
+    assert low[0] <= height.min() and height.max() <= high[0]
+    lowest, highest = ground.bounds()
+    assert lowest <= height.min() and height.max() <= highest
+    assert high[0] - low[0] <= 2 * (highest - lowest)
+
+
+def test_what_is_below_a_wavelength_is_bounded():
+    ground = Relief(seed=3, amplitude=30.0, wavelength=512.0, hurst=0.8)
+    bounds = [ground.bound_below(w) for w in ground.wavelengths]
+    assert bounds[-1] == 0.0
+    assert np.all(np.diff(bounds) < 0)
+    assert ground.bound_below(np.inf) == ground.bounds()[1]
+
+
+def test_no_amplitude_is_perfectly_flat():
+    ground = Relief(seed=3, amplitude=0.0, wavelength=512.0, hurst=0.8)
+    xy = spread(np.random.default_rng(9), 100, 1e5)
+    assert np.all(ground.height(FAR, xy) == 0.0)
+    assert np.all(ground.normal(FAR, xy) == (0.0, 0.0, 1.0))
+    assert ground.bounds() == (0.0, 0.0)
+
+
+def test_seeds_make_different_ground_and_the_same_seed_the_same():
+    xy = spread(np.random.default_rng(10), 1000, 1e5)
+    grounds = [Relief(seed, 30.0, 512.0, 0.8).height(HOME, xy) for seed in (1, 2, 1)]
+    assert abs(np.corrcoef(grounds[0], grounds[1])[0, 1]) < 0.15
+    assert grounds[0].tobytes() == grounds[2].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"amplitude": -1.0}, "terrain.amplitude"),
+        ({"amplitude": math.nan}, "terrain.amplitude"),
+        ({"wavelength": 1000.0}, "terrain.wavelength"),
+        ({"wavelength": math.inf}, "terrain.wavelength"),
+        ({"wavelength": 0.5}, "terrain.wavelength"),
+        ({"hurst": 0.0}, "terrain.hurst"),
+        ({"hurst": 1.5}, "terrain.hurst"),
+        ({"hurst": math.nan}, "terrain.hurst"),
+    ],
+)
+def test_wrong_parameters_are_refused_by_name(change, key):
+    good = {"seed": 0, "amplitude": 30.0, "wavelength": 1024.0, "hurst": 0.9}
+    with pytest.raises(InputError, match=key):
+        Relief(**{**good, **change})
