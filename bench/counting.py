@@ -1,0 +1,181 @@
+"""Counting one frame: what was examined and displayed, and what the law predicts; no renderer."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lod.law import chained_limits, disc_areas, expected, variance
+from lod.law_ground import Moments, moments, polar_net, reach_of
+from lod.parts import Triangles
+from lod.prune import Cut, prune
+from lod.view import View
+from scenes.field import SpeciesField
+from scenes.world import World
+
+_RINGS = _SPOKES = 256
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Objects, or parts, of one frame; ``predicted`` is None where no law is claimed."""
+
+    examined: int
+    displayed: int
+    predicted: float | None
+    predicted_sd: float | None
+
+    def __add__(self, other: "Tally") -> "Tally":
+        known = self.predicted is not None and other.predicted is not None
+        return Tally(
+            self.examined + other.examined,
+            self.displayed + other.displayed,
+            self.predicted + other.predicted if known else None,  # type: ignore[operator]
+            float(np.hypot(self.predicted_sd, other.predicted_sd)) if known else None,  # type: ignore[arg-type]
+        )
+
+
+@dataclass(frozen=True)
+class SpeciesCount:
+    """One species in one frame; ``by_level`` counts displayed parts."""
+
+    objects: Tally
+    parts: Tally
+    by_level: tuple[int, ...]
+    predicted_by_level: tuple[float, ...] | None
+
+
+@dataclass(frozen=True)
+class Counts:
+    """One frame of a world."""
+
+    objects: Tally
+    parts: Tally
+    by_species: dict[str, SpeciesCount]
+    terrain_tiles: int
+    terrain_triangles: int
+    detail: float
+    m: float
+    seconds: dict[str, float]
+
+    @property
+    def by_level(self) -> tuple[int, ...]:
+        """Displayed parts of all species on each level."""
+        rows = [each.by_level for each in self.by_species.values()]
+        deepest = max((len(row) for row in rows), default=0)
+        return tuple(sum(row[k] for row in rows if k < len(row)) for k in range(deepest))
+
+
+@dataclass
+class Stopwatch:
+    """Wall-clock seconds spent in named stages."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Add the time spent inside to that stage."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def count(world: World, view: View) -> Counts:
+    """Prune one frame and hold every species against its prediction."""
+    watch, by_species = Stopwatch(), {}
+    for each in world.fields:
+        with watch.stage("prune"):
+            cut = prune(each, view)
+        with watch.stage("predict"):
+            predicted = predict(each, view)
+        by_species[each.name] = _species_count(cut, predicted, each.species.density)
+    with watch.stage("terrain"):
+        ground = prune(world.terrain, view)
+        mesh = world.terrain.appearance(ground.parts, ground.is_leaf)
+    nothing = Tally(0, 0, 0.0, 0.0)
+    return Counts(
+        objects=sum((s.objects for s in by_species.values()), nothing),
+        parts=sum((s.parts for s in by_species.values()), nothing),
+        by_species=by_species,
+        terrain_tiles=ground.displayed_parts,
+        terrain_triangles=len(mesh) if isinstance(mesh, Triangles) else 0,
+        detail=view.detail,
+        m=view.m,
+        seconds=watch.seconds,
+    )
+
+
+def predict(each: SpeciesField, view: View) -> Moments | None:
+    """The law for one species, per unit density; None for the metric that has none.
+
+    In closed form on flat ground all round; over a net of the real ground otherwise.
+    """
+    trees = each.atlas.hierarchies
+    if view.metric.along_axis:
+        return None
+    low, high = each.ground.bounds()
+    if view.look_around and low == high and each.extent is None:
+        return _flat(each, view, high)
+    reach = reach_of(trees, view)
+    if each.extent is not None:
+        reach = min(reach, _farthest_corner(each, view))
+    net = polar_net(view.camera.eye, reach, _RINGS, _SPOKES)
+    if each.extent is not None:
+        net = type(net)(net.xy, np.where(_in_window(each, view, net.xy), net.area, 0.0), net.turn)
+    return moments(trees, view, net, each.ground.height(view.camera.corner, net.xy))
+
+
+def _flat(each: SpeciesField, view: View, ground: float) -> Moments:
+    trees = each.atlas.hierarchies
+    share = 1 / len(trees)
+    levels = np.zeros(1 + max(int(tree.level.max()) for tree in trees))
+    objects = parts = spread = 0.0
+    for tree in trees:
+        above = view.camera.eye[2] - ground - tree.position[:, 2]
+        areas = disc_areas(chained_limits(tree, view.metric.name, view.m), above)
+        objects += expected(share, areas[:1])
+        parts += expected(share, areas)
+        spread += variance(share, areas)
+        levels += share * np.bincount(tree.level, weights=areas, minlength=len(levels))
+    return Moments(objects, objects, parts, spread, tuple(float(v) for v in levels))
+
+
+def _in_window(each: SpeciesField, view: View, xy: np.ndarray) -> np.ndarray:
+    half = each.extent / 2  # type: ignore[operator]
+    return (np.abs(xy + _corner_m(view)) <= half).all(axis=1)
+
+
+def _farthest_corner(each: SpeciesField, view: View) -> float:
+    eye = np.abs(view.camera.eye[:2] + _corner_m(view))
+    return float(np.hypot(*(eye + each.extent / 2)))  # type: ignore[operator]
+
+
+def _corner_m(view: View) -> np.ndarray:
+    corner = view.camera.corner
+    return np.array(corner.lattice(0)[:2], np.float64)
+
+
+def _species_count(cut: Cut, predicted: Moments | None, density: float) -> SpeciesCount:
+    levels = int(cut.parts.level.max(initial=0)) + 1
+    if predicted is not None:
+        levels = max(levels, len(predicted.parts_by_level))
+    means: tuple[float | None, float | None] = (None, None)
+    spreads: tuple[float | None, float | None] = (None, None)
+    if predicted is not None:
+        means = density * predicted.objects, density * predicted.parts
+        spreads = tuple(  # type: ignore[assignment]
+            (density * v) ** 0.5 for v in (predicted.objects_variance, predicted.parts_variance)
+        )
+    by_level = np.bincount(cut.parts.level, minlength=levels)
+    return SpeciesCount(
+        objects=Tally(cut.examined_objects, cut.displayed_objects, means[0], spreads[0]),
+        parts=Tally(cut.examined_parts, cut.displayed_parts, means[1], spreads[1]),
+        by_level=tuple(int(n) for n in by_level),
+        predicted_by_level=None
+        if predicted is None
+        else tuple(density * area for area in predicted.parts_by_level),
+    )
