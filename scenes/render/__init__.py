@@ -1,0 +1,1 @@
+"""How a cut becomes pixels: plain description → Mitsuba → layers → EXR → sequence."""

@@ -1,0 +1,214 @@
+"""The last door: a plain description becomes a Mitsuba scene, in whatever variant is set."""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from scenes.render.describe import Description
+
+GUIDES = {
+    "depth": slice(0, 1),
+    "normal": slice(1, 4),
+    "albedo": slice(4, 7),
+    "shape_index": slice(7, 8),
+    "prim_index": slice(8, 9),
+}
+"""What the aov integrator gives beside colour, and in which channels."""
+
+BLOCK_SIZE = 32
+"""Fixed, because Mitsuba derives it from the thread count otherwise, and the noise from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """A Mitsuba scene, and what finds its way back from a hit to the parts.
+
+    integrators   "image" alone, "distance" alone, "guides" alone, and "all": image and guides
+    ids    (n, 3) uint32 object, part and level of every primitive; row 0 is the sky
+    first  (k,) row of primitive 0 of each shape, by the renderer's shape number; 0 is the sky
+    """
+
+    scene: Any
+    description: Description
+    integrators: dict[str, Any]
+    ids: np.ndarray
+    first: np.ndarray
+
+    def hit_ids(self, shape: np.ndarray, prim: np.ndarray) -> np.ndarray:
+        """Object, part and level of hits given the renderer's shape and primitive numbers."""
+        return self.ids[self.first[shape.astype(np.int64)] + prim.astype(np.int64)]
+
+
+def build(description: Description) -> Built:
+    """Build the scene; the acceleration structure is made here."""
+    contents = {name: _shape(name, shape) for name, shape in description["shapes"].items()}
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "sky": sky(description["light"], sun_scale=0.0),
+            "sun": _sun(description["light"]),
+            **contents,
+        }
+    )
+    names = [shape.id() for shape in scene.shapes()]
+    tables = [np.zeros((1, 3), np.uint32)] + [description["ids"][name] for name in names]
+    first = np.cumsum([0] + [len(table) for table in tables])[:-1]
+    integrators = _integrators(description["integrator"]["max_depth"])
+    return Built(scene, description, integrators, np.concatenate(tables), first)
+
+
+def sensor(camera: Description, scale: int = 1, rows: tuple[int, int] | None = None) -> Any:
+    """The camera, ``scale`` film pixels a side to each pixel; only ``rows``, from the top."""
+    width, height = (scale * side for side in camera["size"])
+    top, bottom = rows or (0, height)
+    eye, forward, up = (camera[name].tolist() for name in ("eye", "forward", "up"))
+    target = [e + f for e, f in zip(eye, forward, strict=True)]
+    return mi.load_dict(
+        {
+            "type": "perspective",
+            "fov": camera["fov_x_deg"],
+            "fov_axis": "x",
+            "near_clip": camera["clip"][0],
+            "far_clip": camera["clip"][1],
+            "to_world": mi.ScalarTransform4f().look_at(eye, target, up),
+            "film": {
+                "type": "hdrfilm",
+                "width": width,
+                "height": height,
+                "crop_offset_y": top,
+                "crop_height": bottom - top,
+                "rfilter": {"type": "box"},  # the only filter with the same bytes every time
+                "pixel_format": "rgb",
+                "component_format": "float32",
+            },
+            "sampler": {"type": "independent", "sample_count": 1},
+        }
+    )
+
+
+def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> Description:
+    """Hosek's and Wilkie's sky and sun, z up; without its sun where ``sun_scale`` is 0."""
+    return {
+        "type": "sunsky",
+        "sun_direction": light["to_sun"].tolist(),
+        "turbidity": light["turbidity"],
+        "sun_scale": sun_scale,
+        "sky_scale": sky_scale,
+    }
+
+
+def sun_disc(light: Description) -> tuple[np.ndarray, float]:
+    """Radiance of the sun's disc, (3,), never negative, and the cosine of its angular radius."""
+    emitter = mi.load_dict(sky(light, sky_scale=0.0))
+    radius = np.radians(_SUN_APERTURE_DEG / 2)
+    return np.maximum(radiance(emitter, light["to_sun"][None])[0], 0.0), float(np.cos(radius))
+
+
+def radiance(emitter: Any, directions: np.ndarray) -> np.ndarray:
+    """What an environment sends from each direction, (n, 3) → (n, 3)."""
+    if not str(mi.variant()).startswith("scalar_"):
+        return _radiance(emitter, np.float32(-directions.T)).T
+    rows = [_radiance(emitter, [-float(x) for x in direction]) for direction in directions]
+    return np.array(rows).reshape(-1, 3)
+
+
+def _radiance(emitter: Any, wi: Any) -> np.ndarray:
+    hit = mi.SurfaceInteraction3f()
+    hit.wi = mi.Vector3f(wi)
+    return np.array(emitter.eval(hit), np.float64)
+
+
+_SUN_APERTURE_DEG = 0.5358
+"""The full width of sunsky's sun."""
+
+
+def _sun(light: Description) -> Description:
+    """The sun as a direction of the same irradiance: E = L·2π(1 − cos r). It has no penumbra."""
+    disc, cosine = sun_disc(light)
+    return {
+        "type": "directional",
+        "direction": (-light["to_sun"]).tolist(),
+        "irradiance": {"type": "rgb", "value": (disc * 2 * np.pi * (1 - cosine)).tolist()},
+        "sampling_weight": light["weight"],
+    }
+
+
+def _integrators(max_depth: int) -> dict[str, Any]:
+    image = {"type": "path", "max_depth": max_depth, "block_size": BLOCK_SIZE}
+    names = {"depth": "depth", "normal": "sh_normal"}
+    aovs = ",".join(f"{name}:{names.get(name, name)}" for name in GUIDES)
+    guides = {"type": "aov", "aovs": aovs, "block_size": BLOCK_SIZE}
+    plans = {
+        "image": image,
+        "distance": {"type": "depth", "block_size": BLOCK_SIZE},
+        "guides": guides,
+        "all": {**guides, "image": image},
+    }
+    return {name: mi.load_dict(plan) for name, plan in plans.items()}
+
+
+def _shape(name: str, shape: Description) -> Any:
+    return _mesh(name, shape) if shape["type"] == "mesh" else _curve(name, shape)
+
+
+def _curve(name: str, shape: Description) -> Any:
+    """The plugin loads only from a file: load a stub of one segment, then replace its arrays."""
+    with tempfile.TemporaryDirectory() as folder:
+        stub = Path(folder) / "stub.txt"
+        stub.write_text("0 0 0 1\n0 0 1 1\n")
+        reflectance = {"type": "rgb", "value": shape["albedo"].tolist()}
+        curve = mi.load_dict(
+            {
+                "type": "linearcurve",
+                "id": name,
+                "filename": str(stub),
+                "bsdf": {"type": "diffuse", "reflectance": reflectance},
+            }
+        )
+    points = np.ascontiguousarray(shape["control_points"]).reshape(-1)
+    _replace(
+        curve,
+        control_points=points,
+        segment_indices=shape["segment_indices"],
+        control_point_count=len(shape["control_points"]),
+    )
+    return curve
+
+
+def _mesh(name: str, shape: Description) -> Any:
+    """Triangles with vertex normals, coloured by their vertices, the same from both sides."""
+    reflectance = {"type": "mesh_attribute", "name": "vertex_color"}
+    properties = mi.Properties()
+    properties["mesh_bsdf"] = mi.load_dict(
+        {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
+    )
+    mesh = mi.Mesh(
+        name, len(shape["vertices"]), len(shape["faces"]), properties, has_vertex_normals=True
+    )
+    mesh.add_attribute("vertex_color", 3, shape["colours"].reshape(-1))
+    _replace(
+        mesh,
+        vertex_positions=shape["vertices"].reshape(-1),
+        vertex_normals=shape["normals"].reshape(-1),
+        faces=shape["faces"].reshape(-1),
+    )
+    mesh.set_id(name)
+    return mesh
+
+
+def _replace(plugin: Any, **values: Any) -> None:
+    """Set parameters to values of another size, which scalar variants refuse to be assigned."""
+    parameters = mi.traverse(plugin)
+    for key, value in values.items():
+        current, kind, node, _ = parameters.properties[key]
+        if kind is None:
+            mi.set_property(current, value)
+        else:
+            held: Any = type(mi.get_property(current, kind, node))
+            mi.set_property(current, kind, value if np.isscalar(value) else held(value))
+        parameters.set_dirty(key)
+    parameters.update()

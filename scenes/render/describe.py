@@ -1,0 +1,127 @@
+"""A frame as plain data: nested dicts of numbers and arrays, checked, before any renderer sees it.
+
+Sticks become one batched curve shape for each tint, whichever representation they come from;
+triangles one mesh for each representation. Object ids are the frame's own: 0 is the sky, and each
+representation has a range of its own, from 1 up.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from lod.camera import Camera
+from lod.errors import InputError
+from lod.parts import Sticks, Triangles
+from scenes.render.frame import Light, Visible
+from scenes.render.sticks import Batch, batches
+
+Description = dict[str, Any]
+
+NEAR_M, FAR_M = 0.05, 1e7
+"""What the camera sees: from 5 cm to farther than any ground that is built."""
+
+SUN_SAMPLING = 3.0
+"""Share of light samples for the sun against 1 for the sky: the least noise (DESIGN §3)."""
+
+_ID_LIMIT = 2**32
+
+
+def describe(
+    camera: Camera, visible: Sequence[Visible], light: Light, max_depth: int
+) -> Description:
+    """The whole frame: ``camera``, ``light``, ``integrator``; ``shapes`` and ``ids`` by name."""
+    owners = _global_ids(visible)
+    shapes: dict[str, Description] = {}
+    ids: dict[str, np.ndarray] = {}
+    sticks = []
+    for v, owner in zip(visible, owners, strict=True):
+        _check(v)
+        if isinstance(v.shape, Sticks):
+            sticks.append((v.shape, owner))
+        elif len(v.shape):
+            name = f"mesh{len(shapes):03d}"
+            shapes[name], ids[name] = _mesh(v.shape), owner[v.shape.owner]
+    for batch in batches(sticks):
+        name = f"sticks{len(shapes):03d}"
+        shapes[name], ids[name] = _curve(batch), batch.ids
+    return {
+        "camera": _camera(camera),
+        "light": {"to_sun": light.to_sun, "turbidity": light.turbidity, "weight": SUN_SAMPLING},
+        "integrator": {"max_depth": max_depth},
+        "shapes": shapes,
+        "ids": ids,
+    }
+
+
+def _camera(camera: Camera) -> Description:
+    return {
+        "eye": camera.eye,
+        "forward": camera.forward,
+        "up": camera.up,
+        "fov_x_deg": float(np.degrees(camera.fov_x)),
+        "size": (camera.width, camera.height),
+        "clip": (NEAR_M, FAR_M),
+    }
+
+
+def _curve(batch: Batch) -> Description:
+    return {
+        "type": "linearcurve",
+        "control_points": batch.points,
+        "segment_indices": batch.segments,
+        "albedo": batch.tint,
+    }
+
+
+def _mesh(triangles: Triangles) -> Description:
+    return {
+        "type": "mesh",
+        "vertices": triangles.vertices.astype(np.float32),
+        "normals": triangles.normals.astype(np.float32),
+        "colours": triangles.colours.astype(np.float32),
+        "faces": triangles.faces.astype(np.uint32),
+    }
+
+
+def _global_ids(visible: Sequence[Visible]) -> list[np.ndarray]:
+    """For each representation, (n, 3) uint32: object, part and level of every displayed part."""
+    first, tables = 1, []
+    for v in visible:
+        parts = v.cut.parts
+        table = np.stack((parts.object + first, parts.part, parts.level), axis=1)
+        if len(table):
+            if table.min() < 0 or parts.object.min() < 0 or table.max() >= _ID_LIMIT:
+                raise InputError(f"{v.name} ids", int(table.max()), "from 0 to 2**32 - 1")
+            first = int(table[:, 0].max()) + 1
+        tables.append(table.astype(np.uint32))
+    return tables
+
+
+def _check(v: Visible) -> None:
+    """Refuse what the renderer would accept silently: NaN, rows that are not there, albedo > 1."""
+    shape, parts = v.shape, len(v.cut.parts)
+    if isinstance(shape, Sticks):
+        numbers = {k: getattr(shape, k) for k in ("start", "end", "start_radius", "end_radius")}
+        rows = {"tint": (shape.tint, len(shape.tints)), "owner": (shape.owner, parts)}
+        colours = shape.tints
+        _check_range(f"{v.name} radius", shape.start_radius, 0, np.inf)
+        _check_range(f"{v.name} radius", shape.end_radius, 0, np.inf)
+    else:
+        numbers = {"vertices": shape.vertices, "normals": shape.normals}
+        rows = {"faces": (shape.faces, len(shape.vertices)), "owner": (shape.owner, parts)}
+        colours = shape.colours
+    for name, values in numbers.items():
+        _check_range(f"{v.name} {name}", values, -3e38, 3e38)
+    _check_range(f"{v.name} albedo", colours, 0, 1)
+    for name, (values, count) in rows.items():
+        _check_range(f"{v.name} {name}", values, 0, count - 1)
+
+
+def _check_range(where: str, values: np.ndarray, low: float, high: float) -> None:
+    if not len(values):
+        return
+    smallest, largest = values.min(), values.max()
+    if not (np.isfinite(smallest) and low <= smallest and largest <= high and np.isfinite(largest)):
+        arrived = smallest if not smallest >= low else largest
+        raise InputError(where, float(arrived), f"finite, from {low:g} to {high:g}")

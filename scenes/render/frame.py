@@ -1,0 +1,142 @@
+"""What goes into a rendered frame and what comes out of it; nothing here knows the renderer."""
+
+import hashlib
+import math
+import struct
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lod.arrays import freeze
+from lod.camera import Camera
+from lod.errors import InputError
+from lod.parts import Sticks, Triangles
+from lod.prune import Cut
+
+SKY_Z = np.float32(1e10)
+"""Z of the sky [m]: farther than anything, finite, exact to read in every program."""
+
+SEED_LIMIT = 2**63
+
+
+@dataclass(frozen=True, eq=False)
+class Visible:
+    """One representation's cut and its looks; ``shape.owner`` gives rows of ``cut.parts``."""
+
+    name: str
+    cut: Cut
+    shape: Sticks | Triangles
+
+
+@dataclass(frozen=True, eq=False)
+class Air:
+    """Haze: transmittance T = exp(−β·d) over d metres; ``beta`` (3,) per Rec.709 channel [1/m]."""
+
+    beta: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, beta=np.float64)
+        if self.beta.shape != (3,) or not (np.isfinite(self.beta) & (self.beta >= 0)).all():
+            raise InputError(
+                "air.beta", self.beta.tolist(), "three finite numbers, 0 or more [1/m]"
+            )
+
+
+@dataclass(frozen=True)
+class Light:
+    """Sun and sky: azimuth clockwise from north (+y), elevation above the horizon [degrees]."""
+
+    sun_azimuth_deg: float
+    sun_elevation_deg: float
+    turbidity: float = 3.0
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.sun_azimuth_deg):
+            raise InputError("light.sun_azimuth", self.sun_azimuth_deg, "finite [degrees]")
+        if not 0 <= self.sun_elevation_deg <= 90:
+            raise InputError("light.sun_elevation", self.sun_elevation_deg, "from 0° to 90°")
+        if not 1 <= self.turbidity <= 10:
+            raise InputError("light.turbidity", self.turbidity, "from 1 (clear) to 10", "try 3")
+
+    @property
+    def to_sun(self) -> np.ndarray:
+        """Unit vector to the sun, (3,)."""
+        a, e = math.radians(self.sun_azimuth_deg), math.radians(self.sun_elevation_deg)
+        return np.array((math.sin(a) * math.cos(e), math.cos(a) * math.cos(e), math.sin(e)))
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How a frame is sampled.
+
+    variant    a Mitsuba variant that works here (see variants.choose)
+    spp        samples per pixel, taken exactly
+    max_depth  longest light path, in edges: 2 is direct light only
+    """
+
+    variant: str
+    spp: int = 16
+    seed: int = 0
+    max_depth: int = 4
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.spp <= 65536:
+            raise InputError("spp", self.spp, "from 1 to 65536 samples per pixel", "try 16")
+        if not 0 <= self.seed < SEED_LIMIT:
+            raise InputError("seed", self.seed, "from 0 to 2**63 - 1")
+        if not 1 <= self.max_depth <= 64:
+            raise InputError("max_depth", self.max_depth, "from 1 to 64", "try 4")
+
+
+@dataclass(frozen=True, eq=False)
+class FrameInput:
+    """All that one frame of a sequence is made from.
+
+    fps        frames a second, for the header
+    seconds    of the stages that made this input, such as pruning
+    """
+
+    camera: Camera
+    visible: tuple[Visible, ...]
+    air: Air
+    light: Light
+    quality: Quality
+    fps: float = 24.0
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """A rendered frame, rows from the top.
+
+    rgb     (h, w, 3) linear Rec.709 radiance, haze included; mean of all samples, never negative
+    Z       (h, w)    distance along the ray [m]; SKY_Z where the ray meets nothing
+    N       (h, w, 3) unit shading normal, x east, y north, z up; 0 for the sky
+    albedo  (h, w, 3) mean of all samples, 0 to 1; 0 for the sky
+    object, part, level (h, w) frame-local ids; object 0 is the sky
+    seconds      of each stage
+    statistics   counts worth keeping: shapes, sticks, triangles, clamped and replaced pixels
+
+    Z, N and the ids are those of one sample of each pixel, which one the driver says.
+    """
+
+    rgb: np.ndarray
+    Z: np.ndarray
+    N: np.ndarray
+    albedo: np.ndarray
+    object: np.ndarray
+    part: np.ndarray
+    level: np.ndarray
+    seconds: dict[str, float] = field(default_factory=dict)
+    statistics: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        freeze(self, rgb=np.float32, Z=np.float32, N=np.float32, albedo=np.float32)
+        freeze(self, object=np.uint32, part=np.uint32, level=np.uint32)
+
+
+def sampler_seed(seed: int, frame: int, *where: int) -> int:
+    """32 bits for Mitsuba's samplers: BLAKE2b of seed, frame and place as 8-byte integers."""
+    words = struct.pack(f"<Q{1 + len(where)}q", seed, frame, *where)
+    digest = hashlib.blake2b(words, digest_size=4, person=b"lodbench frame").digest()
+    return int.from_bytes(digest, "little")

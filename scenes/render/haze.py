@@ -1,0 +1,83 @@
+"""Haze along a ray, in closed form: L·T(d) + L_air·(1 − T), T = exp(−β·d) (Koschmieder 1924).
+
+The airlight is the sky's own radiance just above the horizon in the ray's azimuth, so that land
+fades into the sky behind it. Rays that meet nothing and go below that elevation get it whole.
+"""
+
+from dataclasses import dataclass
+
+import mitsuba as mi
+import numpy as np
+
+from scenes.render.build import Built, radiance, sky, sun_disc
+from scenes.render.describe import Description
+
+HORIZON_DEG = 0.5
+"""Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
+
+_AZIMUTHS = 1440
+
+
+@dataclass(frozen=True, eq=False)
+class Haze:
+    """What the drivers need to finish a sample.
+
+    beta      (3,) extinction [1/m]
+    airlight  (n + 1, 3) radiance at the horizon, by azimuth, evenly spaced; last row = first
+    lowest    sine of the elevation below which a ray that meets nothing gets the airlight
+    to_sun    (3,); sun (3,) radiance of the disc; sun_cosine of its angular radius
+    """
+
+    beta: np.ndarray
+    airlight: np.ndarray
+    lowest: float
+    to_sun: np.ndarray
+    sun: np.ndarray
+    sun_cosine: float
+
+
+def haze_of(built: Built, beta: np.ndarray) -> Haze:
+    """Evaluate the built scene's sky at the horizon; small negatives of the sky model become 0."""
+    light = built.description["light"]
+    sun, cosine = sun_disc(light)
+    lowest = float(np.sin(np.radians(HORIZON_DEG)))
+    return Haze(beta, _airlight(light), lowest, light["to_sun"], sun, cosine)
+
+
+def _airlight(light: Description) -> np.ndarray:
+    emitter = mi.load_dict(sky(light, sun_scale=0.0))
+    angles, up = np.arange(_AZIMUTHS) / _AZIMUTHS * 2 * np.pi, np.radians(HORIZON_DEG)
+    east, north = np.cos(up) * np.sin(angles), np.cos(up) * np.cos(angles)
+    directions = np.stack((east, north, np.full(_AZIMUTHS, np.sin(up))), axis=1)
+    rows = np.maximum(radiance(emitter, directions), 0.0)
+    return np.concatenate((rows, rows[:1]))
+
+
+def finish(
+    haze: Haze,
+    radiance: np.ndarray,
+    distance: np.ndarray,
+    air: np.ndarray,
+    low: np.ndarray,
+    disc: np.ndarray,
+) -> np.ndarray:
+    """Radiance of samples with their air, (…, 3).
+
+    radiance (…, 3); distance (…), 0 where nothing was met; airlight (…, 3); whether the ray goes
+    below the horizon (…), and into the sun's disc (…)
+    """
+    through = np.exp(-distance[..., None] * np.float32(haze.beta))
+    solid = radiance * through + air * (1 - through)
+    beyond = np.where(low[..., None], air, radiance)
+    if disc.any():
+        beyond += disc[..., None] * np.float32(haze.sun)
+    return np.where(distance[..., None] > 0, solid, beyond)
+
+
+def airlight_towards(haze: Haze, directions: np.ndarray) -> np.ndarray:
+    """Airlight in the azimuth of each direction, (…, 3) → (…, 3)."""
+    turn = np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0
+    at = turn * (len(haze.airlight) - 1)
+    row = np.minimum(at.astype(np.int64), len(haze.airlight) - 2)
+    share = (at - row)[..., None]
+    return haze.airlight[row] * (1 - share) + haze.airlight[row + 1] * share

@@ -1,0 +1,121 @@
+"""A frame in a JIT variant: wavefronts of samples from Dr.Jit, with haze on every sample."""
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from scenes.render.build import GUIDES, Built, sensor
+from scenes.render.frame import Quality, sampler_seed
+from scenes.render.haze import Haze
+from scenes.render.samples import Samples
+
+MOST_SAMPLES = 2**20
+"""Samples in one wavefront: bounds memory, and how long Ctrl-C waits."""
+
+_IMAGE_CHANNELS = 4
+"""R, G, B and A of the image come before the guides."""
+
+
+def render_jit(built: Built, haze: Haze, quality: Quality, frame: int) -> Samples:
+    """Render group by group of samples, run by run of pixels.
+
+    The sample that Z, N and the ids come from is each pixel's first, somewhere in the pixel.
+    """
+    width, height = built.description["camera"]["size"]
+    total = Samples.zeros(width, height)
+    view = sensor(built.description["camera"])
+    for number, spp in enumerate(sample_groups(quality.spp)):
+        step = max(1, MOST_SAMPLES // spp)
+        for first in range(0, width * height, step):
+            pixels = slice(first, min(first + step, width * height))
+            seed = sampler_seed(quality.seed, frame, number, first)
+            _wavefront(built, haze, view, total, spp, pixels, seed, keep=number == 0)
+    total.rgb /= quality.spp
+    total.albedo /= quality.spp
+    return total
+
+
+def _wavefront(
+    built: Built,
+    haze: Haze,
+    view: Any,
+    total: Samples,
+    spp: int,
+    pixels: slice,
+    seed: int,
+    keep: bool,
+) -> None:
+    """Add ``spp`` samples of each pixel of a run to ``total``."""
+    width, height = built.description["camera"]["size"]
+    count = (pixels.stop - pixels.start) * spp
+    sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
+    sampler.set_samples_per_wavefront(spp)
+    sampler.seed(seed, count)
+    # Where on the film: spp samples of each pixel stand together.
+    index = dr.arange(mi.UInt32, count) // dr.opaque(mi.UInt32, spp)
+    index += dr.opaque(mi.UInt32, pixels.start)
+    corner = mi.Vector2f(mi.Float(index % width), mi.Float(index // width))
+    film = (corner + sampler.next_2d()) / mi.ScalarVector2f(width, height)
+    ray, _ = view.sample_ray_differential(0.0, 0.0, film, mi.Point2f(0.5))
+    # Radiance and what was met, of every sample; then the air in between.
+    colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray)
+    guides = values[_IMAGE_CHANNELS:]
+    finite = dr.all(dr.isfinite(colour))
+    colour = _hazy(haze, dr.select(finite, colour, 0.0), guides[0], ray.d)
+    # All outputs together, or every channel would trace the scene again.
+    bad = dr.select(finite, mi.UInt32(0), mi.UInt32(1))
+    dr.eval(colour, guides, bad)
+    _add(total, colour, guides, pixels, spp, keep)
+    total.replaced += int(dr.sum(bad)[0])
+
+
+def _add(
+    total: Samples, colour: Any, guides: list[Any], pixels: slice, spp: int, keep: bool
+) -> None:
+    rgb, albedo = total.rgb.reshape(-1, 3)[pixels], total.albedo.reshape(-1, 3)[pixels]
+    for channel, guide in enumerate(guides[GUIDES["albedo"]]):
+        rgb[:, channel] += np.array(dr.block_sum(colour[channel], spp))
+        albedo[:, channel] += np.array(dr.block_sum(guide, spp))
+    if keep:
+        first = dr.arange(mi.UInt32, pixels.stop - pixels.start) * spp
+        chosen = [np.array(dr.gather(mi.Float, guide, first)) for guide in guides]
+        total.keep(pixels, np.stack(chosen, axis=-1))
+
+
+def _hazy(haze: Haze, colour: Any, distance: Any, direction: Any) -> Any:
+    """haze.apply, for Dr.Jit arrays."""
+    air = _airlight_towards(haze, direction)
+    through = dr.exp(-distance * mi.Color3f(haze.beta.tolist()))
+    solid = dr.fma(colour, through, air * (1 - through))
+    low = direction.z < haze.lowest
+    disc = dr.dot(direction, mi.Vector3f(haze.to_sun.tolist())) > haze.sun_cosine
+    beyond = dr.select(low, air, colour) + dr.select(disc, mi.Color3f(haze.sun.tolist()), 0.0)
+    return dr.select(distance > 0, solid, beyond)
+
+
+def _airlight_towards(haze: Haze, direction: Any) -> Any:
+    """haze.airlight_towards, for Dr.Jit arrays."""
+    rows = len(haze.airlight) - 1
+    table = mi.Float(haze.airlight.astype(np.float32).reshape(-1))
+    turn = dr.atan2(direction.x, direction.y) / (2 * math.pi)
+    at = (turn - dr.floor(turn)) * rows
+    row = dr.minimum(mi.UInt32(at), rows - 1)
+    share = at - mi.Float(row)
+    here = dr.gather(mi.Color3f, table, row)
+    return dr.fma(dr.gather(mi.Color3f, table, row + 1) - here, share, here)
+
+
+@lru_cache(maxsize=64)
+def sample_groups(spp: int) -> tuple[int, ...]:
+    """Counts that the multijitter sampler takes as they are, adding up to ``spp``: 7 → (6, 1).
+
+    It lays samples out in isqrt(n) rows, and would round any other count up.
+    """
+    if spp == 0:
+        return ()
+    count = next(n for n in range(spp, 0, -1) if n % math.isqrt(n) == 0)
+    return (count, *sample_groups(spp - count))

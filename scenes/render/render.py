@@ -1,0 +1,60 @@
+"""One frame, from what is visible to finished layers, with the time of each stage."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from lod.camera import Camera
+from scenes.render import variants
+from scenes.render.describe import Description, describe
+from scenes.render.frame import Air, Layers, Light, Quality, Visible
+
+
+def render_frame(
+    camera: Camera,
+    visible: Sequence[Visible],
+    air: Air,
+    light: Light,
+    quality: Quality,
+    frame: int = 0,
+) -> Layers:
+    """Render ``frame``: same arguments, same bytes, within a variant and on any thread count.
+
+    Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
+    """
+    start = time.perf_counter()
+    description = describe(camera, visible, light, quality.max_depth)
+    described = time.perf_counter()
+    name = variants.choose(quality.variant)
+    variants.use(name)
+    from scenes.render.build import build
+    from scenes.render.haze import haze_of
+    from scenes.render.samples import layers_of
+
+    built = build(description)
+    haze = haze_of(built, air.beta)
+    ready = time.perf_counter()
+    samples = _driver(name)(built, haze, quality, frame)
+    traced = time.perf_counter()
+    seconds = {"describe": described - start, "build": ready - described, "trace": traced - ready}
+    return layers_of(samples, built, seconds, _statistics(description))
+
+
+def _driver(variant: str) -> Callable[..., Any]:
+    """The way to drive a frame that suits the variant."""
+    if variant.startswith("scalar_"):
+        from scenes.render.passes_frame import render_passes
+
+        return render_passes
+    from scenes.render.jit_frame import render_jit
+
+    return render_jit
+
+
+def _statistics(description: Description) -> dict[str, int]:
+    shapes = description["shapes"].values()
+    return {
+        "shapes": len(shapes),
+        "sticks": sum(len(s["segment_indices"]) for s in shapes if s["type"] == "linearcurve"),
+        "triangles": sum(len(s["faces"]) for s in shapes if s["type"] == "mesh"),
+    }

@@ -1,0 +1,193 @@
+"""Which Mitsuba variants work on this machine, each tried in a child process.
+
+libLLVM is not in Mitsuba's wheel, and a wrong one does not raise: it aborts the process. So every
+candidate renders a tiny scene in a child first. ``DRJIT_LIBLLVM_PATH`` is the user's word: where it
+is set, no other library is tried.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from lod.errors import InputError
+
+LLVM_PATH = "DRJIT_LIBLLVM_PATH"
+JIT_VARIANT, SCALAR_VARIANT = "llvm_ad_rgb", "scalar_rgb"
+_TIMEOUT_S = 120
+_FOLDERS = (
+    "/usr/lib/x86_64-linux-gnu",
+    "/usr/lib/aarch64-linux-gnu",
+    "/usr/lib64",
+    "/usr/lib",
+    "/usr/local/lib",
+    "/opt/homebrew/opt/llvm/lib",
+    "/usr/local/opt/llvm/lib",
+    f"{sys.prefix}/lib",
+)
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What works here.
+
+    variants   every variant of the wheel: True, or why it does not work
+    libllvm    path of the libLLVM that the llvm variants use; None without one
+    libraries  every libLLVM that was tried: True, or why it does not work
+    """
+
+    variants: dict[str, bool | str]
+    libllvm: str | None
+    libraries: dict[str, bool | str]
+
+
+def probe() -> Probe:
+    """Try every variant of the wheel."""
+    import mitsuba
+
+    names = list(mitsuba.variants())
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        variants = dict(zip(names, pool.map(works, names), strict=True))
+    return Probe(variants, libllvm(), _libraries())
+
+
+def choose(name: str = "auto") -> str:
+    """The variant to render with: llvm_ad_rgb for "auto" where it works, else scalar_rgb.
+
+    Raises InputError for a variant that is asked for by name and unknown, or does not work.
+    """
+    if name == "auto":
+        return JIT_VARIANT if works(JIT_VARIANT) is True else SCALAR_VARIANT
+    import mitsuba
+
+    known = list(mitsuba.variants())
+    if name not in known:
+        raise InputError(
+            "variant", name, f"auto or one of {', '.join(known)}", "try --variant auto"
+        )
+    answer = works(name)
+    if answer is not True:
+        raise InputError("variant", name, f"does not work here ({answer})", _cure(name))
+    if not name.endswith("_rgb"):
+        raise InputError(
+            "variant", name, "frames are made in an _rgb variant", "try --variant auto"
+        )
+    return name
+
+
+def use(name: str) -> None:
+    """Make ``name`` Mitsuba's variant in this process, with the libLLVM that passed the probe."""
+    import mitsuba
+
+    if name.startswith("llvm_") and (library := libllvm()):
+        os.environ[LLVM_PATH] = library
+    mitsuba.set_variant(name)
+
+
+@lru_cache(maxsize=64)
+def works(name: str) -> bool | str:
+    """True, or why this variant does not work here."""
+    if not name.startswith("llvm_"):
+        return _try(name, None)
+    library = libllvm()
+    if library:
+        return True if name == JIT_VARIANT else _try(name, library)
+    found = [f"{Path(path).name}: {why}" for path, why in _libraries().items()]
+    return "; ".join(found) or "no libLLVM was found"
+
+
+def libllvm() -> str | None:
+    """Path of the newest libLLVM that renders; None without one."""
+    return next((path for path, answer in _libraries().items() if answer is True), None)
+
+
+@lru_cache(maxsize=1)
+def _libraries() -> dict[str, bool | str]:
+    """Candidates in the order tried, up to the first that renders."""
+    tried: dict[str, bool | str] = {}
+    for path in candidates():
+        tried[path] = _try(JIT_VARIANT, path)
+        if tried[path] is True:
+            break
+    return tried
+
+
+def candidates() -> list[str]:
+    """Every distinct libLLVM here, the newest first; only the user's where one is named."""
+    if asked := os.environ.get(LLVM_PATH):
+        return [asked]
+    found: dict[str, Path] = {}
+    for path in _found():
+        found.setdefault(str(path.resolve()), path)
+    return sorted(map(str, found.values()), key=_version, reverse=True)
+
+
+def _found() -> Iterator[Path]:
+    """Files named libLLVM, from the loader's cache and the usual folders."""
+    for line in _loader_cache():
+        if "libLLVM" in line and "=>" in line:
+            yield Path(line.split("=>")[1].strip())
+    folders = [Path(folder) for folder in _FOLDERS]
+    folders += sorted(Path("/usr/lib").glob("llvm-*/lib"))
+    for folder in folders:
+        for pattern in ("libLLVM*.so*", "libLLVM*.dylib"):
+            yield from (path for path in sorted(folder.glob(pattern)) if path.is_file())
+
+
+def _loader_cache() -> list[str]:
+    try:
+        done = subprocess.run(["ldconfig", "-p"], capture_output=True, text=True, timeout=20)
+    except (OSError, subprocess.TimeoutExpired):
+        return []
+    return done.stdout.splitlines()
+
+
+def _version(path: str) -> tuple[tuple[int, ...], str]:
+    """(19, 1) of libLLVM.so.19.1, (15, 1) of libLLVM-15.so.1, (0,) where the name does not say."""
+    name = Path(path).resolve().name
+    return tuple(int(digits) for digits in re.findall(r"\d+", name)) or (0,), path
+
+
+def _try(variant: str, library: str | None) -> bool | str:
+    """Render the tiny scene in a child: True, or why not."""
+    if library and not Path(library).is_file():
+        return f"there is no file {library}"
+    child = Path(__file__).with_name("probe_child.py")
+    environment = dict(os.environ, **({LLVM_PATH: library} if library else {}))
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", str(child), variant],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=_TIMEOUT_S,
+            env=environment,
+        )
+    except subprocess.TimeoutExpired:
+        return f"no answer in {_TIMEOUT_S} s"
+    if done.returncode == 0 and done.stdout.strip().endswith("works"):
+        return True
+    return _why(done.returncode, done.stderr)
+
+
+def _why(code: int, words: str) -> str:
+    """The most telling line of a failed child."""
+    lines = [line.strip() for line in words.splitlines() if line.strip()]
+    telling = ("too old", "LLVM ERROR", "Error:")
+    line = next((ln for sign in telling for ln in lines if sign in ln), lines[-1] if lines else "")
+    line = re.sub(r"^(\w*Error: )?(\w+\(\): )?", "", line).split(". ")[0]
+    line = line if len(line) <= 100 else line[:99] + "…"
+    return f"it aborts with signal {-code}: {line}" if code < 0 else line
+
+
+def _cure(name: str) -> str:
+    if name.startswith("llvm_"):
+        return f"apt install libllvm19 (or set {LLVM_PATH}), or --variant {SCALAR_VARIANT}"
+    if name.startswith("cuda_"):
+        return "it needs an NVIDIA GPU and driver; try --variant auto"
+    return "try --variant auto"
