@@ -21,7 +21,7 @@ from functools import lru_cache
 import numpy as np
 
 from lod.arrays import Points, Reals
-from scenes.stick_raster import areas_of_parts
+from scenes.stick_raster import FINE, areas_of_parts
 from scenes.stick_table import StickTable
 
 DIRECTIONS = 64
@@ -86,9 +86,11 @@ def largest_area(table: StickTable, spread: Points | None = None) -> Reals:
     return _exact_where_single(table, areas.max(axis=1), largest_outline_areas)
 
 
-def mean_area(table: StickTable, spread: Points | None = None) -> Reals:
+def mean_area(
+    table: StickTable, spread: Points | None = None, fineness: float = FINE
+) -> Reals:
     """Mean over directions of the area that each part's sticks cover together, (n,) [m²]."""
-    areas = areas_of_parts(table, directions() if spread is None else spread)
+    areas = areas_of_parts(table, directions() if spread is None else spread, fineness)
     return _exact_where_single(table, areas.mean(axis=1), mean_outline_areas)
 
 

@@ -14,20 +14,20 @@ from numba import njit
 from lod.arrays import Points
 from scenes.stick_table import StickTable
 
-ROWS_PER_RADIUS = 12.0
-"""Rows per (area-weighted) mean radius for a single stick; falls with √count, to one row."""
+FINE, COARSE = 12.0, 5.0
+"""Rows per (area-weighted) mean radius for a single stick; falls with √count, to a twelfth of it."""
 
 MOST_ROWS = 4096
 
 
-def areas_of_parts(table: StickTable, directions: Points) -> np.ndarray:
+def areas_of_parts(table: StickTable, directions: Points, fineness: float = FINE) -> np.ndarray:
     """Area of the union of each part's sticks along each direction, (n, d) [m²]."""
     columns = (table.start, table.end, table.start_radius, table.end_radius)
-    return _areas(table.first, *columns, np.ascontiguousarray(directions))
+    return _areas(table.first, *columns, np.ascontiguousarray(directions), fineness)
 
 
 @njit(cache=True)
-def _areas(first, start, end, r0, r1, directions):  # type: ignore[no-untyped-def]
+def _areas(first, start, end, r0, r1, directions, fineness):  # type: ignore[no-untyped-def]
     n = len(first) - 1
     areas = np.zeros((n, len(directions)))
     for j in range(len(directions)):
@@ -37,7 +37,8 @@ def _areas(first, start, end, r0, r1, directions):  # type: ignore[no-untyped-de
         for i in range(n):
             a, b = first[i], first[i + 1]
             if b > a:
-                areas[i, j] = _union_area(x0[a:b], y0[a:b], r0[a:b], x1[a:b], y1[a:b], r1[a:b])
+                disc0, disc1 = (x0[a:b], y0[a:b], r0[a:b]), (x1[a:b], y1[a:b], r1[a:b])
+                areas[i, j] = _union_area(*disc0, *disc1, fineness)
     return areas
 
 
@@ -50,9 +51,9 @@ def _along(points, axis):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _union_area(x0, y0, r0, x1, y1, r1):  # type: ignore[no-untyped-def]
+def _union_area(x0, y0, r0, x1, y1, r1, fineness):  # type: ignore[no-untyped-def]
     """Area of a union of convex hulls of two discs each."""
-    low, spacing, rows = _rows(x0, y0, r0, x1, y1, r1)
+    low, spacing, rows = _rows(x0, y0, r0, x1, y1, r1, fineness)
     begin = np.zeros(rows + 1, np.int64)
     for i in range(len(r0)):  # how many outlines cross each row
         a, b = _row_range(y0[i], r0[i], y1[i], r1[i], low, spacing, rows)
@@ -62,11 +63,14 @@ def _union_area(x0, y0, r0, x1, y1, r1):  # type: ignore[no-untyped-def]
         begin[row + 1] += begin[row]
     left, right = np.empty(begin[-1]), np.empty(begin[-1])
     slot = begin[:-1].copy()
+    sides = np.empty((2, 4))
     for i in range(len(r0)):
+        slim = _tangents(x0[i], y0[i], r0[i], x1[i], y1[i], r1[i], sides)
         a, b = _row_range(y0[i], r0[i], y1[i], r1[i], low, spacing, rows)
         for row in range(a, b):
             y, k = low + (row + 0.5) * spacing, slot[row]
-            left[k], right[k] = _interval(y, x0[i], y0[i], r0[i], x1[i], y1[i], r1[i])
+            lo, hi = _disc_span(y, x0[i], y0[i], r0[i], x1[i], y1[i], r1[i])
+            left[k], right[k] = _widened(y, lo, hi, sides) if slim else (lo, hi)
             slot[row] = k + 1
     covered = 0.0
     for row in range(rows):
@@ -87,7 +91,7 @@ def _frame(direction):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _rows(x0, y0, r0, x1, y1, r1):  # type: ignore[no-untyped-def]
+def _rows(x0, y0, r0, x1, y1, r1, fineness):  # type: ignore[no-untyped-def]
     """Lowest edge, spacing and number of the rows."""
     low, high, weight, radius = np.inf, -np.inf, 0.0, 0.0
     for i in range(len(r0)):
@@ -97,8 +101,8 @@ def _rows(x0, y0, r0, x1, y1, r1):  # type: ignore[no-untyped-def]
         area = r * (math.hypot(x1[i] - x0[i], y1[i] - y0[i]) + r)
         weight += area
         radius += area * r
-    fineness = max(1.0, ROWS_PER_RADIUS / math.sqrt(len(r0)))
-    rows = math.ceil((high - low) / (radius / weight) * fineness)
+    per_radius = fineness * max(1.0 / 12.0, 1.0 / math.sqrt(len(r0)))
+    rows = math.ceil((high - low) / (radius / weight) * per_radius)
     rows = min(max(rows, 1), MOST_ROWS)
     return low, (high - low) / rows, rows
 
@@ -112,36 +116,56 @@ def _row_range(y0, r0, y1, r1, low, spacing, rows):  # type: ignore[no-untyped-d
     return first, max(first, last)
 
 
-@njit(cache=True)
-def _interval(y, x0, y0, r0, x1, y1, r1):  # type: ignore[no-untyped-def]
-    """Where the row at height y crosses the convex hull of two discs."""
-    left, right = np.inf, -np.inf
-    for x, dy, r in ((x0, y - y0, r0), (x1, y - y1, r1)):
-        if abs(dy) <= r:
-            half = math.sqrt(r * r - dy * dy)
-            left, right = min(left, x - half), max(right, x + half)
+@njit(cache=True, inline="always")
+def _tangents(x0, y0, r0, x1, y1, r1, sides):  # type: ignore[no-untyped-def]
+    """Whether the discs have outer tangents; each as lowest y, highest y, x at y = 0, dx/dy."""
     ex, ey = x1 - x0, y1 - y0
-    apart = math.hypot(ex, ey)
-    if apart > abs(r0 - r1):
-        ex, ey, sine = ex / apart, ey / apart, (r0 - r1) / apart
-        cosine = math.sqrt(1.0 - sine * sine)
-        for side in (-cosine, cosine):
-            nx, ny = sine * ex - side * ey, sine * ey + side * ex
-            ya, yb = y0 + r0 * ny, y1 + r1 * ny
-            if (ya <= y) != (yb <= y):
-                xa, xb = x0 + r0 * nx, x1 + r1 * nx
-                x = xa + (y - ya) / (yb - ya) * (xb - xa)
-                left, right = min(left, x), max(right, x)
-    if left > right:  # the row only grazes the outline
-        return x0, x0
+    apart2, difference = ex * ex + ey * ey, r0 - r1
+    if apart2 <= difference * difference:
+        return False
+    cosine = math.sqrt(apart2 - difference * difference) / apart2
+    sine = difference / apart2
+    for k in range(2):
+        side = cosine if k else -cosine
+        nx, ny = sine * ex - side * ey, sine * ey + side * ex
+        xa, ya = x0 + r0 * nx, y0 + r0 * ny
+        xb, yb = x1 + r1 * nx, y1 + r1 * ny
+        slope = (xb - xa) / (yb - ya) if yb != ya else 0.0
+        sides[k, 0], sides[k, 1] = min(ya, yb), max(ya, yb)
+        sides[k, 2], sides[k, 3] = xa - slope * ya, slope
+    return True
+
+
+@njit(cache=True, inline="always")
+def _disc_span(y, x0, y0, r0, x1, y1, r1):  # type: ignore[no-untyped-def]
+    """Span of the row at height y across two discs; empty (∞, −∞) where it meets neither."""
+    left, right = np.inf, -np.inf
+    square = r0 * r0 - (y - y0) * (y - y0)
+    if square >= 0.0:
+        half = math.sqrt(square)
+        left, right = x0 - half, x0 + half
+    square = r1 * r1 - (y - y1) * (y - y1)
+    if square >= 0.0:
+        half = math.sqrt(square)
+        left, right = min(left, x1 - half), max(right, x1 + half)
+    return left, right
+
+
+@njit(cache=True, inline="always")
+def _widened(y, left, right, sides):  # type: ignore[no-untyped-def]
+    """The span with the points where the row crosses the two tangents."""
+    for k in range(2):
+        if sides[k, 0] < y < sides[k, 1]:
+            x = sides[k, 2] + y * sides[k, 3]
+            left, right = min(left, x), max(right, x)
     return left, right
 
 
 @njit(cache=True)
 def _union_length(left, right, a, b):  # type: ignore[no-untyped-def]
     """Length of the union of the intervals a to b; sorts both kinds of end in place."""
-    if a == b:
-        return 0.0
+    if b - a < 2:
+        return right[a] - left[a] if b > a else 0.0
     _sort(left, a, b)
     _sort(right, a, b)
     # Sweep: the k-th end closes a piece of the union when only k intervals begin before it.
@@ -157,9 +181,10 @@ def _union_length(left, right, a, b):  # type: ignore[no-untyped-def]
 def _sort(values, a, b):  # type: ignore[no-untyped-def]
     """Sort values[a:b] in place (Shell 1959, gaps of Ciura 2001): few values, quick to compile."""
     for gap in (701, 301, 132, 57, 23, 10, 4, 1):
-        for i in range(a + gap, b):
-            value, k = values[i], i
-            while k >= a + gap and values[k - gap] > value:
-                values[k] = values[k - gap]
-                k -= gap
-            values[k] = value
+        if gap < b - a:
+            for i in range(a + gap, b):
+                value, k = values[i], i
+                while k >= a + gap and values[k - gap] > value:
+                    values[k] = values[k - gap]
+                    k -= gap
+                values[k] = value

@@ -1,0 +1,182 @@
+"""How a tree grows: trunk, limbs, branches, branchlets, twigs and leaves, level by level.
+
+After Weber & Penn (SIGGRAPH 1995): equations for lengths, radii, flare and placement are theirs, cited by
+section; tropism and random bending are simplified to a turn per segment. All branches of a level grow at once.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import Ints, Points, Reals
+from scenes.tree_species import BranchLevel, TreeSpecies
+
+THINNEST = 0.006
+"""Radius of the thinnest twig [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """All branches of one level.
+
+    parent (n,) row in the level before; −1 for the trunk
+    nodes (n, s + 1, 3) the chain; radii (n, s + 1) [m]; length (n,) [m]
+    """
+
+    parent: np.ndarray
+    nodes: np.ndarray
+    radii: np.ndarray
+    length: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.parent)
+
+
+@dataclass(frozen=True, eq=False)
+class Leaves:
+    """Leaves of all twigs: the twig each grows on (k,), their two ends (k, 3) and radii (k,) [m]."""
+
+    twig: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    start_radius: np.ndarray
+    end_radius: np.ndarray
+
+
+def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches], Leaves]:
+    """A tree standing at the origin: trunk and four levels of branches, and its leaves."""
+    levels = [_trunk(species, rng)]
+    for number, level in enumerate(species.levels):
+        shape = species.shape if number == 0 else None
+        levels.append(_children(levels[-1], level, shape, rng))
+    return levels, _leaves(levels[-1], species, rng)
+
+
+def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
+    mean, spread = species.height
+    height = mean + spread * float(np.clip(rng.normal(), -2, 2))
+    length, segments = species.trunk * height, 10
+    up = np.array([[0.0, 0.0, 1.0]])
+    nodes = _chain(np.zeros((1, 3)), up, np.array([length]), segments, 0.15, species.trunk_wander, rng)
+    z = np.linspace(0, 1, segments + 1)
+    # §4.4: a linear taper, and near the ground a flare that falls off exponentially.
+    flare = 1 + species.flare * (100.0 ** np.maximum(0, 1 - 8 * z) - 1) / 100
+    radii = species.radius * height * (1 - 0.80 * z) * flare
+    foot = nodes[:, :1] - (0.0, 0.0, species.below)
+    nodes = np.concatenate((foot, nodes), axis=1)
+    radii = np.concatenate(([radii[0] * 1.08], radii))[None]
+    return Branches(np.array([-1]), nodes, radii, np.array([length]))
+
+
+def _children(
+    parents: Branches,
+    level: BranchLevel,
+    shape: tuple[tuple[float, float], ...] | None,
+    rng: np.random.Generator,
+) -> Branches:
+    """§4.3: the branches of one level, spread along and around their parents."""
+    parent, along, around = _places(parents, level, rng)
+    base, heading, radius = _at(parents, parent, along)
+    down = level.down_base + (level.down_tip - level.down_base) * along
+    down = np.radians(down + level.spread * rng.normal(size=len(parent)))
+    side, other = _across(heading)
+    outward = np.cos(around)[:, None] * side + np.sin(around)[:, None] * other
+    start = np.cos(down)[:, None] * heading + np.sin(down)[:, None] * outward
+    if shape is None:
+        share = 1 - level.fade * along
+    else:
+        crown = (along - level.first) / (1 - level.first)
+        share = np.interp(crown, *zip(*shape, strict=True))
+    length = level.length * share * parents.length[parent] * rng.uniform(0.94, 1.06, len(parent))
+    nodes = _chain(base, start, length, level.segments, level.lift, level.wander, rng)
+    # §4.4: radius by the ratio of lengths, never thicker than what bears it.
+    thick = (length / parents.length[parent]) ** level.slender * parents.radii[parent, _skip(parents)]
+    thick = np.maximum(np.minimum(thick, 0.85 * radius), THINNEST)
+    taper = np.linspace(1, 0.35, level.segments + 1)
+    radii = np.maximum(thick[:, None] * taper, THINNEST)
+    return Branches(parent, nodes, radii, length)
+
+
+def _places(
+    parents: Branches, level: BranchLevel, rng: np.random.Generator
+) -> tuple[Ints, Reals, Reals]:
+    """Parent of each child, how far along it stands, and at which angle around it [rad]."""
+    # §4.3: short parents bear fewer children.
+    mean = level.count * (0.25 + 0.75 * parents.length / parents.length.max())
+    count = np.maximum(2, np.floor(mean + rng.random(len(parents)))).astype(np.int64)
+    parent = np.repeat(np.arange(len(parents)), count)
+    number = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
+    step = (number + 0.5 + 0.35 * rng.uniform(-1, 1, len(parent))) / count[parent]
+    along = level.first + (0.99 - level.first) * step
+    first = rng.uniform(0, 360, len(parents))
+    around = first[parent] + level.turn * number + level.spread * rng.normal(size=len(parent))
+    return parent, along, np.radians(around)
+
+
+def _at(parents: Branches, parent: Ints, along: Reals) -> tuple[Points, Points, Reals]:
+    """Point, direction and radius at a share of each parent's length above its base."""
+    nodes, radii = parents.nodes[:, _skip(parents) :], parents.radii[:, _skip(parents) :]
+    segments = nodes.shape[1] - 1
+    segment = np.minimum((along * segments).astype(np.int64), segments - 1)
+    rest = along * segments - segment
+    a, b = nodes[parent, segment], nodes[parent, segment + 1]
+    radius = (1 - rest) * radii[parent, segment] + rest * radii[parent, segment + 1]
+    return a + rest[:, None] * (b - a), _unit(b - a), radius
+
+
+def _skip(branches: Branches) -> int:
+    """The trunk's first stick is under the ground."""
+    return 1 if branches.parent[0] == -1 else 0
+
+
+def _chain(
+    base: Points,
+    heading: Points,
+    length: Reals,
+    segments: int,
+    lift: float,
+    wander: float,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Chains of equal steps that turn upwards by ``lift`` and at random by ``wander``, (n, s + 1, 3)."""
+    nodes = np.empty((len(base), segments + 1, 3))
+    nodes[:, 0] = base
+    for k in range(segments):
+        bend = np.radians(wander) * rng.normal(size=heading.shape)
+        bend[:, 2] += lift / segments
+        heading = _unit(heading + bend) if k else heading
+        nodes[:, k + 1] = nodes[:, k] + heading * (length / segments)[:, None]
+    return nodes
+
+
+def _leaves(twigs: Branches, species: TreeSpecies, rng: np.random.Generator) -> Leaves:
+    """Leaves along the outer part of each twig, standing off to all sides and turned to the light."""
+    f = species.foliage
+    n = len(twigs) * f.leaves
+    twig = np.repeat(np.arange(len(twigs)), f.leaves)
+    step = np.tile((np.arange(f.leaves) + 0.5) / f.leaves, len(twigs))
+    along = np.clip(0.15 + 0.95 * step + 0.06 * rng.normal(size=n), 0, 1)
+    point, heading, _ = _at(twigs, twig, along)
+    side, other = _across(heading)
+    around = np.radians(137.5 * np.tile(np.arange(f.leaves), len(twigs)) + 40 * rng.normal(size=n))
+    outward = np.cos(around)[:, None] * side + np.sin(around)[:, None] * other
+    pointing = outward + 0.5 * heading + 0.35 * rng.normal(size=(n, 3))
+    pointing[:, 2] += f.upturn
+    pointing = _unit(pointing)
+    size = rng.uniform(0.75, 1.25, n)
+    start = point + f.scatter * rng.uniform(0.2, 1.0, n)[:, None] * outward
+    end = start + pointing * (f.length * size)[:, None]
+    return Leaves(twig, start, end, f.wide * size, f.narrow * size)
+
+
+def _across(heading: Points) -> tuple[Points, Points]:
+    """Two unit vectors across each heading; the first is level."""
+    side = np.stack((-heading[:, 1], heading[:, 0], np.zeros(len(heading))), axis=1)
+    upright = np.abs(heading[:, 2]) > 0.999
+    side[upright] = (1.0, 0.0, 0.0)
+    side = _unit(side)
+    return side, _unit(np.cross(heading, side))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.sqrt((vectors**2).sum(axis=-1, keepdims=True))
