@@ -30,7 +30,7 @@ from lod.view import View
 from scenes.relief import Relief
 from scenes.terrain_colour import ground_colours
 from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh, vertex_normals
-from scenes.terrain_patches import balanced, quarters_of, uncovered_quarters
+from scenes.terrain_patches import Squares, balanced, quarters_of, uncovered_quarters
 
 FULL_DETAIL_PX = 0.5
 """Metric ``full`` asks for everything, and all the relief out to the reach is more than memory can
@@ -41,6 +41,10 @@ SAMPLES = 4
 
 MOST_TILES = 60_000
 """Tiles examined on one level; beyond it a frame would need tens of millions of triangles."""
+
+
+SLOPE_M = 8.0
+"""Shortest waves of the slope that grass minds: it grows over smaller bumps."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,7 @@ class Terrain:
         self,
         view: View,
         grid: TileGrid,
-        tiles: tuple[Ints, Ints, Ints],
+        tiles: Squares,
         root: Ints,
         whole: Ints,
         lowest: Reals,
@@ -161,7 +165,7 @@ class Terrain:
         )
 
     def _boxes(
-        self, grid: TileGrid, tiles: tuple[Ints, Ints, Ints], lowest: Reals, highest: Reals
+        self, grid: TileGrid, tiles: Squares, lowest: Reals, highest: Reals
     ) -> tuple[Points, Points]:
         """Boxes that hold the tiles, each inside its whole's, (n, 3) each [m].
 
@@ -213,7 +217,7 @@ class Terrain:
         unit = grid.root_side / 2.0**patches.deepest / QUADS
         xy = np.array((grid.west, grid.south)) + unit * where
         spacing = unit * 2.0**coarse
-        sums = self.relief.sums(grid.corner, xy, 2 * spacing)
+        sums = self.relief.sums(grid.corner, xy, np.maximum(2 * spacing, SLOPE_M))
         rise = sums[:, 0] / (self.amplitude or 1.0)
         slope = np.hypot(sums[:, 1], sums[:, 2])
         vertices = np.column_stack((xy, sums[:, 0]))

@@ -1,0 +1,390 @@
+"""The ground is one watertight surface, finer where it is nearer, and keeps the pruner's rules."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numba import njit
+
+from lod.camera import GRID_M, Corner, look
+from lod.errors import InputError
+from lod.metric import METRICS
+from lod.parts import Parts, Triangles
+from lod.prune import Cut, prune
+from lod.view import View, distance
+from scenes.terrain import Terrain, unpacked
+from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh
+from scenes.terrain_patches import SIDES, Patches, balanced, morton, uncovered_quarters
+
+FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
+HILLS = Terrain(seed=3, amplitude=30.0, wavelength=2048.0, hurst=0.95, reach=3000.0)
+ROUGH = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.6, reach=150.0)
+FLAT = Terrain(seed=5, amplitude=0.0, wavelength=1024.0, hurst=0.8, reach=3000.0)
+
+
+def view_of(
+    terrain: Terrain,
+    corner: Corner = FAR,
+    above: float = 1.7,
+    heading: float = 20.0,
+    pitch: float = 0.0,
+    metric: str = "blake",
+    xy: tuple[float, float] = (3.0, 14.0),
+    size: tuple[int, int] = (64, 36),
+    **settings: float,
+) -> View:
+    ground = terrain.height(corner, np.array([xy]))[0]
+    eye = np.array((*xy, ground + above))
+    camera = look(corner, eye, heading, pitch, 60.0, size)
+    return View(camera, METRICS[metric], **settings)
+
+
+def made(terrain: Terrain, view: View) -> tuple[Cut, Triangles]:
+    cut = prune(terrain, view)
+    return cut, terrain.appearance(cut.parts, cut.is_leaf)
+
+
+views = st.fixed_dictionaries(
+    {
+        "corner": st.sampled_from([Corner(0, 0), FAR, Corner(-1, 10**15)]),
+        "above": st.floats(-5, 300),
+        "heading": st.floats(0, 360),
+        "pitch": st.floats(-90, 90),
+        "metric": st.sampled_from(sorted(METRICS)),
+        "xy": st.tuples(st.floats(0, 16), st.floats(0, 16)),
+        "detail": st.floats(1, 8),
+        "offscreen_detail": st.sampled_from([0.01, 0.25, 1.0]),
+    }
+)
+grounds = st.sampled_from([HILLS, ROUGH, FLAT])
+
+
+def sides(terrain: Terrain, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
+    """South-west corners (n, 2) and sides (n,) of tiles [m]."""
+    grid = parts.state
+    side = grid.root_side / 2.0**parts.level
+    return np.array((grid.west, grid.south)) + side[:, None] * np.stack(
+        unpacked(parts.part), 1
+    ), side
+
+
+# --- what the pruner relies on
+
+
+@settings(max_examples=15)
+@given(terrain=grounds, view=views)
+def test_parts_never_outreach_their_wholes(terrain, view):
+    view = view_of(terrain, **view)
+    parts = prune(terrain, view).parts
+    rows = np.flatnonzero(parts.whole >= 0)
+    whole = parts.whole[rows]
+    assert np.all(parts.limit[rows] <= parts.limit[whole])
+    assert np.all(parts.limit_offscreen[rows] <= parts.limit_offscreen[whole])
+    apart = np.linalg.norm(parts.centre[rows] - parts.centre[whole], axis=1)
+    assert np.all(apart + parts.bound[rows] <= parts.bound[whole])
+    d = distance(view, parts.position)
+    assert np.all(d[rows] >= d[whole] - 1e-9)
+    assert np.all(parts.object[rows] == parts.object[whole])
+    assert len(np.unique(np.stack((parts.level, parts.part)), axis=1).T) == len(parts)
+
+
+@settings(max_examples=15)
+@given(terrain=grounds, view=views)
+def test_a_tile_is_inside_its_sphere_and_no_nearer_than_its_distance(terrain, view):
+    view = view_of(terrain, **view)
+    parts = prune(terrain, view).parts
+    southwest, side = sides(terrain, parts)
+    steps = np.random.default_rng(1).random((20, 2))
+    for step in np.concatenate((steps, np.array(((0, 0), (1, 0), (0, 1), (1, 1))))):
+        xy = southwest + side[:, None] * step
+        ground = np.column_stack((xy, terrain.height(view.camera.corner, xy)))
+        away = np.linalg.norm(ground - parts.centre, axis=1)
+        assert np.all(away <= parts.bound)
+        assert np.all(distance(view, ground) >= distance(view, parts.position) - 1e-9)
+
+
+@pytest.mark.parametrize("reach", [16.0, 1000.0, 1e7])
+def test_roots_cover_the_disc_and_are_never_dropped(reach):
+    terrain = Terrain(seed=3, amplitude=30.0, wavelength=2048.0, hurst=0.95, reach=reach)
+    view = view_of(terrain)
+    roots = terrain.roots(view)
+    southwest, side = sides(terrain, roots)
+    rng = np.random.default_rng(2)
+    turn, away = 2 * np.pi * rng.random(2000), reach * np.sqrt(rng.random(2000))
+    xy = view.camera.eye[:2] + away[:, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)
+    inside = (xy >= southwest[:, None]) & (xy < southwest[:, None] + side[:, None, None])
+    assert np.all(inside.all(axis=2).sum(axis=0) == 1)
+    assert np.all(roots.limit == np.inf) and np.all(roots.limit_offscreen == np.inf)
+    assert len(roots) < 80
+
+
+@pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle"])
+def test_limits_are_the_metrics_own_of_p_and_r(metric):
+    view = view_of(HILLS, metric=metric)
+    P, R = HILLS.sizes()
+    assert np.all(np.diff(P) < 0) and np.all(np.diff(R) < 0)
+    octave = HILLS.relief.wavelengths == 2 * HILLS.spacings[3]
+    assert P[3] == pytest.approx(np.sqrt(HILLS.spacings[3] * HILLS.relief.rms[octave][0]))
+    for got, m in zip(HILLS.limits(view), (view.m, view.m_offscreen), strict=True):
+        np.testing.assert_allclose(got[1:], METRICS[metric].limit(P, R, m)[1:])
+
+
+def test_a_reach_far_beyond_the_wavelength_still_refines_near_the_eye():
+    terrain = Terrain(seed=3, amplitude=2.0, wavelength=16.0, hurst=0.8, reach=1e5)
+    for metric in ("blake", "solid_angle", "bounded"):
+        levels = prune(terrain, view_of(terrain, metric=metric, size=(640, 360))).parts.level
+        assert levels.max() == len(terrain.spacings) - 1
+
+
+def test_metric_full_is_blake_at_half_a_pixel_whatever_the_detail():
+    half = prune(HILLS, view_of(HILLS, metric="blake", detail=0.5))
+    for detail in (0.5, 7.0):
+        full = prune(HILLS, view_of(HILLS, metric="full", detail=detail))
+        assert full.parts.part.tobytes() == half.parts.part.tobytes()
+
+
+def test_more_detail_than_memory_holds_is_refused():
+    with pytest.raises(InputError, match="detail"):
+        prune(HILLS, view_of(HILLS, detail=0.001))
+
+
+# --- the mesh
+
+
+def rim_edges(faces: np.ndarray) -> np.ndarray:
+    """Edges of one triangle only, (n, 2); all others must have exactly two, in opposite senses."""
+    edges = faces[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2)
+    ways = [edges[:, 0] << 32 | edges[:, 1], edges[:, 1] << 32 | edges[:, 0]]
+    assert len(np.unique(ways[0])) == len(edges), "an edge is walked twice in one direction"
+    return edges[~np.isin(ways[0], ways[1])]
+
+
+def map_areas(xy: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Signed area of triangles on the map, positive counter-clockwise."""
+    a, b, c = (xy[faces[:, k]] for k in range(3))
+    ab, ac = b - a, c - a
+    return (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]) / 2
+
+
+def assert_watertight(terrain: Terrain, view: View, cut: Cut, mesh: Triangles) -> None:
+    # Only the outer rim is open: its edges have ground on one side and no root tile on the other.
+    ends = mesh.vertices[rim_edges(mesh.faces)][:, :, :2]
+    middle, along = ends.mean(axis=1), ends[:, 1] - ends[:, 0]
+    across = np.stack((-along[:, 1], along[:, 0]), axis=1)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    southwest, side = sides(terrain, cut.parts.take(cut.parts.whole < 0))
+    covered = [
+        ((p[:, None] > southwest) & (p[:, None] < southwest + side[:, None]))
+        .all(axis=2)
+        .any(axis=1)
+        for p in (middle + 1e-3 * across, middle - 1e-3 * across)
+    ]
+    assert np.all(covered[0] != covered[1])
+    # Every triangle faces up, and together they are as large as the roots: a tiling.
+    area = map_areas(mesh.vertices[:, :2], mesh.faces)
+    assert np.all(area > 0)
+    assert area.sum() == pytest.approx(np.sum(side**2), rel=1e-12)
+
+
+@settings(max_examples=20)
+@given(terrain=grounds, view=views)
+def test_the_mesh_is_watertight(terrain, view):
+    view = view_of(terrain, **view)
+    cut, mesh = made(terrain, view)
+    assert_watertight(terrain, view, cut, mesh)
+    places = mesh.vertices[:, 0] + 1j * mesh.vertices[:, 1]
+    assert len(np.unique(places)) == len(places), "two vertices in one place"
+    assert len(np.unique(mesh.faces)) == len(mesh.vertices), "a vertex that no face uses"
+
+
+@settings(max_examples=10)
+@given(terrain=grounds, view=views)
+def test_vertices_lie_on_the_relief_and_look_like_ground(terrain, view):
+    view = view_of(terrain, **view)
+    _, mesh = made(terrain, view)
+    height = terrain.height(view.camera.corner, mesh.vertices[:, :2])
+    np.testing.assert_array_equal(mesh.vertices[:, 2], height)
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, rtol=1e-12)
+    assert np.all(mesh.normals[:, 2] > 0)
+    assert 0 < mesh.colours.min() and mesh.colours.max() < 0.5
+    green = mesh.colours.mean(axis=0)
+    assert green[1] > green[0] > green[2]
+
+
+@settings(max_examples=10)
+@given(terrain=grounds, view=views)
+def test_each_tile_draws_ground_of_its_own(terrain, view):
+    cut, mesh = made(terrain, view_of(terrain, **view))
+    southwest, side = sides(terrain, cut.parts)
+    middle = mesh.vertices[mesh.faces, :2].mean(axis=1)
+    inside = (middle >= southwest[mesh.owner]) & (middle <= (southwest + side[:, None])[mesh.owner])
+    assert np.all(inside)
+    assert np.all(np.isin(np.flatnonzero(cut.is_leaf), mesh.owner)), (
+        "a leaf tile that draws nothing"
+    )
+
+
+def test_where_only_some_quarters_are_displayed_the_tile_draws_the_others():
+    level, x, y = (np.array(v) for v in ((0, 1, 1), (0, 0, 1), (0, 1, 1)))
+    patches = uncovered_quarters(level, x, y)
+    assert list(patches.owner) == [0, 0, *[1] * 4, *[2] * 4]
+    assert list(patches.depth) == [1, 1, *[2] * 8]
+
+
+@njit
+def probe_count(vertices: np.ndarray, faces: np.ndarray, probes: np.ndarray):
+    """How many triangles each probe meets, and the height of the last."""
+    hits, z = np.zeros(len(probes), np.int64), np.zeros(len(probes))
+    for f in range(len(faces)):
+        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+        low_x, high_x = min(a[0], b[0], c[0]), max(a[0], b[0], c[0])
+        first = np.searchsorted(probes[:, 0], low_x)
+        double = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        for i in range(first, len(probes)):
+            x, y = probes[i]
+            if x > high_x:
+                break
+            u = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / double
+            v = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / double
+            if u >= 0 and v >= 0 and u + v <= 1:
+                hits[i] += 1
+                z[i] = a[2] + u * (b[2] - a[2]) + v * (c[2] - a[2])
+    return hits, z
+
+
+def test_every_plumb_line_meets_the_ground_once_and_within_a_pixel():
+    view = view_of(HILLS, look_around=True, above=30.0, size=(160, 90))
+    _, mesh = made(HILLS, view)
+    rng = np.random.default_rng(3)
+    turn, away = 2 * np.pi * rng.random(10_000), 10 ** rng.uniform(0, 3.47, 10_000)
+    probes = view.camera.eye[:2] + away[:, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)
+    probes = probes[np.argsort(probes[:, 0])]
+    hits, z = probe_count(mesh.vertices, mesh.faces, probes)
+    assert np.all(hits == 1)
+    ground = np.column_stack((probes, HILLS.height(view.camera.corner, probes)))
+    wrong = np.abs(z - ground[:, 2]) / (distance(view, ground) * view.camera.pixel_angle)
+    assert np.sqrt(np.mean(wrong**2)) < 0.2
+    assert wrong.max() < 1.0
+
+
+def random_patches(seed: int) -> Patches:
+    """A quadtree over 3 x 2 roots, split at random, so that neighbours differ a lot."""
+    rng = np.random.default_rng(seed)
+    tiles = [(0, x, y) for x in range(3) for y in range(2)]
+    for level, x, y in tiles:
+        for i, j in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            if level < 7 and rng.random() < (0.3 if level else 0.6):
+                tiles.append((level + 1, 2 * x + i, 2 * y + j))
+    return uncovered_quarters(*np.array(tiles).T)
+
+
+def touching(patches: Patches) -> Iterator[tuple[int, int]]:
+    """Pairs of patches with a side in common, found one by one."""
+    size = 2 ** (patches.deepest - patches.depth)
+    x, y = patches.x * size, patches.y * size
+    for p in range(len(patches)):
+        overlap_x = np.minimum(x + size, x[p] + size[p]) - np.maximum(x, x[p])
+        overlap_y = np.minimum(y + size, y[p] + size[p]) - np.maximum(y, y[p])
+        for q in np.flatnonzero(
+            ((overlap_x == 0) & (overlap_y > 0)) | ((overlap_x > 0) & (overlap_y == 0))
+        ):
+            yield p, q
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_neighbours_differ_by_no_more_than_a_side_allows(seed):
+    rough = random_patches(seed)
+    assert max(rough.depth[p] - rough.depth[q] for p, q in touching(rough)) > MOST_COARSER
+    patches, coarser = balanced(rough, MOST_COARSER)
+    expected = np.zeros_like(coarser)
+    fine = patches.deepest - patches.depth
+    for p, q in touching(patches):
+        difference = patches.depth[p] - patches.depth[q]
+        assert difference <= MOST_COARSER
+        if difference > 0:
+            moved = [
+                ((patches.x[p] + dx) << fine[p], (patches.y[p] + dy) << fine[p]) for dx, dy in SIDES
+            ]
+            side = [(int(mx) >> int(fine[q]), int(my) >> int(fine[q])) for mx, my in moved]
+            expected[p, side.index((patches.x[q], patches.y[q]))] = difference
+    np.testing.assert_array_equal(coarser, expected)
+    assert np.sum(4.0**-patches.depth) == np.sum(4.0**-rough.depth)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_any_quadtree_makes_one_watertight_mesh(seed):
+    patches, coarser = balanced(random_patches(seed), MOST_COARSER)
+    xy, _, faces, _ = lattice_mesh(patches, coarser)
+    unit = QUADS << patches.deepest  # of a root's side; the roots fill 3 x 2 of them
+    rim = xy[rim_edges(faces)].transpose(0, 2, 1)
+    on_rim = (rim == 0) | (rim == np.array((3 * unit, 2 * unit))[:, None])
+    assert np.all(on_rim.all(axis=2).any(axis=1))
+    area = map_areas(xy, faces)
+    assert np.all(area > 0)
+    assert area.sum() == 6 * unit**2
+
+
+def test_morton_codes_take_the_bits_in_turns():
+    x, y = (np.array([v], np.int64) for v in (0b1011, 0b0110))
+    assert morton(x, y)[0] == 0b01101101
+    large = morton(np.array([2**31 - 1]), np.array([0]))[0]
+    assert large == sum(4**k for k in range(31))
+
+
+# --- exactness
+
+
+@pytest.mark.parametrize("home", [Corner(0, 0), FAR])
+def test_the_frame_does_not_depend_on_where_its_corner_is(home):
+    steps = (7, -4)
+    near = view_of(HILLS, corner=home)
+    shifted = view_of(
+        HILLS,
+        corner=Corner(home.x + steps[0], home.y + steps[1]),
+        xy=(3.0 - GRID_M * steps[0], 14.0 - GRID_M * steps[1]),
+    )
+    (_, a), (_, b) = made(HILLS, near), made(HILLS, shifted)
+    np.testing.assert_array_equal(a.faces, b.faces)
+    np.testing.assert_array_equal(a.vertices[:, :2], b.vertices[:, :2] + GRID_M * np.array(steps))
+    np.testing.assert_allclose(a.vertices[:, 2], b.vertices[:, 2], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(a.colours, b.colours, rtol=0, atol=1e-9)
+
+
+def test_the_same_view_gives_the_same_bytes():
+    meshes = [made(ROUGH, view_of(ROUGH))[1] for _ in range(2)]
+    for name in ("vertices", "normals", "colours", "faces", "owner"):
+        assert getattr(meshes[0], name).tobytes() == getattr(meshes[1], name).tobytes()
+
+
+def test_flat_ground_is_few_tiles_exactly_level_and_not_of_one_colour():
+    cut, mesh = made(FLAT, view_of(FLAT))
+    assert np.all(cut.parts.level == 0)
+    assert np.all(mesh.vertices[:, 2] == 0.0)
+    assert np.all(mesh.normals == (0.0, 0.0, 1.0))
+    assert np.all(mesh.colours.std(axis=0) > 0.005)
+    assert FLAT.bounds() == (0.0, 0.0)
+
+
+def test_a_frame_costs_no_more_far_from_home():
+    near, far = (prune(HILLS, view_of(HILLS, corner=c)).examined_parts for c in (Corner(0, 0), FAR))
+    assert far == pytest.approx(near, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"reach": 0.0}, "terrain.reach"),
+        ({"reach": np.nan}, "terrain.reach"),
+        ({"reach": np.inf}, "terrain.reach"),
+        ({"finest": 0.3}, "terrain.finest"),
+        ({"finest": 0.0}, "terrain.finest"),
+        ({"amplitude": -1.0}, "terrain.amplitude"),
+        ({"wavelength": 100.0}, "terrain.wavelength"),
+    ],
+)
+def test_wrong_parameters_are_refused_by_name(change, key):
+    good = {"seed": 0, "amplitude": 30.0, "wavelength": 1024.0, "hurst": 0.9, "reach": 1e4}
+    with pytest.raises(InputError, match=key):
+        Terrain(**{**good, **change})
