@@ -49,14 +49,11 @@ def frame_path(pattern: str, frame: int) -> Path:
     return Path(folder) / name.replace(_HASHES, f"{frame:04d}")
 
 
-def check_targets(paths: Sequence[Path], may_exist: bool) -> None:
-    """Raise InputError where a frame's place is taken."""
+def check_targets(paths: Sequence[Path]) -> None:
+    """Raise InputError where a folder stands in a frame's place."""
     for path in paths:
         if path.is_dir():
-            raise InputError("-o", str(path), "a file's place, and a folder is there")
-        if path.exists() and not may_exist:
-            rule = "this frame is already there"
-            raise InputError("-o", str(path), rule, "add --resume or --overwrite")
+            raise InputError("-o", str(path), "a file's place, and a folder is there", "move it")
 
 
 def make_folder(folder: str | Path, where: str = "-o") -> Path:

@@ -1,0 +1,64 @@
+"""From a preset to what the renderer asks for: cuts and their looks, air, light and quality."""
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from lod.prune import Cut, prune
+from scenes.preset import Preset
+from scenes.render.frame import Air, FrameInput, Light, Quality, Visible
+from scenes.world import World, view_at
+
+KOSCHMIEDER = math.log(1 / 0.02)
+"""β·V at a contrast of 2 % (Koschmieder 1924): 3.912; the WMO's 5 % would make it 2.996."""
+
+
+def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
+    """Prune every representation for a frame, and ask what is displayed for its looks."""
+    view, visible, seconds = view_at(world, preset, frame), [], {"prune": 0.0, "appearance": 0.0}
+    for each in world.representations:
+        start = time.perf_counter()
+        cut = prune(each, view)
+        pruned = time.perf_counter()
+        looks = each.appearance(cut.parts, cut.is_leaf)
+        visible.append(Visible(each.name, short_ids(cut), looks))
+        seconds["prune"] += pruned - start
+        seconds["appearance"] += time.perf_counter() - pruned
+    return FrameInput(
+        camera=view.camera,
+        visible=tuple(visible),
+        air=air_of(preset),
+        light=light_of(preset),
+        quality=quality_of(preset, variant),
+        fps=preset.camera.fps,
+        seconds=seconds,
+    )
+
+
+def short_ids(cut: Cut) -> Cut:
+    """A frame's ids have 32 bits: parts with longer addresses are numbered in their order."""
+    part = cut.parts.part
+    if not len(part) or part.max() < 2**32:
+        return cut
+    numbers = np.unique(part, return_inverse=True)[1]
+    return replace(cut, parts=replace(cut.parts, part=numbers))
+
+
+def air_of(preset: Preset) -> Air:
+    """Haze of large droplets: the same β = 3.912/V in every channel; 0 where the air is clear."""
+    visibility = preset.air.visibility
+    return Air(np.full(3, KOSCHMIEDER / visibility if visibility else 0.0))
+
+
+def light_of(preset: Preset) -> Light:
+    """Sun and sky."""
+    light = preset.light
+    return Light(light.sun_azimuth, light.sun_elevation, light.turbidity)
+
+
+def quality_of(preset: Preset, variant: str) -> Quality:
+    """How frames are sampled, in a variant that works here."""
+    render = preset.render
+    return Quality(variant, render.spp, preset.seed, render.max_depth)

@@ -1,0 +1,178 @@
+"""The program's manners: exit codes, one line for what goes wrong, stdout for JSON alone."""
+
+import errno
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+import pytest
+
+from bench import cli
+from bench.output import output, table
+from lod.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def leave(arguments: list[str]) -> int:
+    with pytest.raises(SystemExit) as left:
+        cli.main(arguments)
+    assert isinstance(left.value.code, int)
+    return left.value.code
+
+
+def lodbench(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """The program in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "bench.cli", *arguments],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+@pytest.fixture
+def breaking(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]:
+    """Makes `lodbench count` raise an exception."""
+
+    def plant(error: BaseException) -> None:
+        @click.command("count")
+        def command() -> None:
+            raise error
+
+        monkeypatch.setattr(cli.Commands, "get_command", lambda *_: command)
+
+    monkeypatch.delenv(cli.TRACEBACK, raising=False)
+    return plant
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "line"),
+    [
+        (InputError("--x", 3, "a rule", "a cure"), 2, "error: --x: 3: a rule; a cure"),
+        (click.UsageError("two\nlines"), 2, "error: two lines"),
+        (click.ClickException("it broke"), 1, "error: it broke"),
+        (OSError(errno.ENOSPC, "No space left", "a.exr"), 1, "No space left: 'a.exr'"),
+        (MemoryError(), 1, "error: out of memory"),
+        (RuntimeError("a\nsurprise"), 1, "RuntimeError: a surprise (LODBENCH_TRACEBACK=1 shows"),
+        (KeyboardInterrupt(), 130, "lodbench: interrupted"),
+        (click.Abort(), 130, "lodbench: interrupted"),
+    ],
+    ids=lambda part: type(part).__name__,
+)
+def test_what_goes_wrong_is_one_line_and_a_code(
+    breaking: Callable[[BaseException], None],
+    capsys: pytest.CaptureFixture[str],
+    error: BaseException,
+    code: int,
+    line: str,
+) -> None:
+    breaking(error)
+    assert leave(["count"]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("lodbench: ")
+    assert err.count("\n") == 1
+    assert line in err
+
+
+def test_a_traceback_is_there_for_those_who_ask(
+    breaking: Callable[[BaseException], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    breaking(RuntimeError("surprise"))
+    monkeypatch.setenv(cli.TRACEBACK, "1")
+    with pytest.raises(RuntimeError, match="surprise"):
+        cli.main(["count"])
+
+
+def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert leave([]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    for name in ("doctor", "list", "count", "render", "run", "report"):
+        assert f"  {name} " in out
+
+
+def test_the_version_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    assert leave(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("lodbench, version ")
+
+
+@pytest.mark.parametrize("name", cli.COMMANDS)
+def test_every_command_explains_itself(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert leave([name, "--help"]) == 0
+    assert f"lodbench {name}" in capsys.readouterr().out
+
+
+def test_list_names_presets_metrics_and_experiments(capfd: pytest.CaptureFixture[str]) -> None:
+    assert leave(["list"]) == 0
+    words = capfd.readouterr().out
+    assert all(word in words for word in ("meadow", "blake", "solid_angle", "scaling"))
+    assert leave(["list", "--json"]) == 0
+    listed = json.loads(capfd.readouterr().out)
+    assert set(listed) == {"presets", "metrics", "experiments"}
+    assert all(about for section in listed.values() for about in section.values())
+
+
+def test_mistakes_are_found_before_anything_heavy_is_imported() -> None:
+    heavy = {"mitsuba", "OpenEXR", "numba", "scipy", "statsmodels", "matplotlib", "colour"}
+    code = (
+        "import sys, bench.cli\n"
+        "try: bench.cli.main(['render', 'meadow', '-o', 'out/a.####.exr', '--spp', '0'])\n"
+        "except SystemExit as left: print(left.code, *sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    status, *modules = done.stdout.split()
+    assert status == "2"
+    assert heavy.isdisjoint(modules)
+
+
+def test_under_json_stdout_holds_json_alone(capfd: pytest.CaptureFixture[str]) -> None:
+    with output(as_json=True) as out:
+        print("a library talks")
+        subprocess.run(["echo", "a library in C talks"], check=True)
+        out.say("words for people")
+        out.record({"n": 1})
+        out.note("progress")
+    print("afterwards")
+    seen = capfd.readouterr()
+    assert seen.out == '{"n": 1}\nafterwards\n'
+    for words in ("a library talks", "a library in C talks", "progress"):
+        assert words in seen.err
+
+
+def test_without_json_people_read_the_result(capfd: pytest.CaptureFixture[str]) -> None:
+    with output(as_json=False) as out:
+        out.record({"n": 1})
+        out.say("words for people")
+    assert capfd.readouterr().out == "words for people\n"
+
+
+def test_json_has_no_nan(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ValueError, match="JSON"), output(as_json=True) as out:
+        out.record({"n": float("nan")})
+    assert capfd.readouterr().out == ""
+
+
+def test_a_reader_that_stops_reading_is_no_drama() -> None:
+    command = f"'{sys.executable}' -m bench.cli list | true; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", command], cwd=ROOT, capture_output=True, text=True)
+    assert done.stderr == ""
+    assert done.returncode in (0, 1)
+
+
+def test_a_table_lines_up() -> None:
+    assert table([("a", 1, None), ("bcd", 12345, 0.5)]) == "  a         1    –\n  bcd  12,345  0.5"
+    assert table([]) == ""
+
+
+def test_bad_input_in_a_process_of_its_own() -> None:
+    done = lodbench("count", "meadow", "--visibility", "20")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("lodbench: error: --visibility: '20': ")
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,169 @@
+"""Whatever a user gets wrong: one line on stderr that names it, exit code 2, nothing written."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from bench.cli import main
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("LODBENCH_TRACEBACK", raising=False)
+
+    def runner(*arguments: str) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as left:
+            main(arguments)
+        out, err = capfd.readouterr()
+        return left.value.code, out, err
+
+    return runner
+
+
+def everything(folder: Path) -> dict[Path, bytes | None]:
+    return {path: path.read_bytes() if path.is_file() else None for path in folder.rglob("*")}
+
+
+RENDER = ("render", "meadow", "-o", "out/a.####.exr")
+COUNT = ("count", "meadow")
+RUN = ("run", "scaling", "--quick", "-o", "out")
+
+# arguments; then everything that the message says: what is blamed, what arrived, the rule or cure
+CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
+    # commands and flags
+    (("rendr",), ("'rendr'",)),
+    (("--frob",), ("'--frob'",)),
+    (("render",), ("'PRESET'",)),
+    (("render", "meadow"), ("'-o'",)),
+    ((*COUNT, "--frob"), ("'--frob'",)),
+    ((*COUNT, "second"), ("(second)",)),
+    ((*COUNT, "-D"), ("'-D'",)),
+    # presets
+    (("count", "medow"), ("PRESET", "'medow'", "did you mean meadow?")),
+    (("render", "medow", "-o", "out/a.####.exr"), ("'medow'", "did you mean meadow?")),
+    (("count", ""), ("PRESET", "''")),
+    (("count", "none.toml"), ("PRESET", "'none.toml'", "no such file")),
+    (("count", "/"), ("PRESET", "'/'")),
+    (("count", "broken.toml"), ("broken.toml", "'height ='", "line 2, column 10")),
+    (("count", "nan.toml"), ("nan.toml: species.elk.density", "nan", "finite")),
+    (("count", "misspelt.toml"), ("misspelt.toml: camera.hieght", "did you mean camera.height?")),
+    (("count", "latin.toml"), ("latin.toml", "UTF-8")),
+    # sizes
+    ((*RENDER, "--size", "0x0"), ("--size", "'0x0'", "1 to 16384")),
+    ((*COUNT, "--size", "640"), ("--size", "'640'", "WIDTHxHEIGHT")),
+    ((*COUNT, "--size", "-4x4"), ("--size", "'-4x4'", "640x360")),
+    ((*COUNT, "--size", "99999x9"), ("--size", "'99999x9'", "16384")),
+    # samples, variant
+    ((*RENDER, "--spp", "-1"), ("--spp", "-1", "at least 1")),
+    ((*RENDER, "--spp", "0"), ("--spp", "0", "at least 1")),
+    ((*RENDER, "--spp", "1.5"), ("--spp", "1.5", "a whole number")),
+    ((*RENDER, "--spp", "many"), ("--spp", "'many'", "a whole number")),
+    ((*RENDER, "--variant", "fast"), ("variant", "'fast'", "--variant auto")),
+    ((*RENDER, "--variant", "scalar_mono"), ("variant", "'scalar_mono'")),
+    ((*RENDER, "--variant", ""), ("--variant", "''")),
+    # haze
+    ((*COUNT, "--visibility", "20"), ("--visibility", "'20'", "20km or 20m")),
+    ((*COUNT, "--visibility", "-3km"), ("--visibility", "'-3km'", "above 0")),
+    ((*COUNT, "--visibility", "20 miles"), ("--visibility", "'20 miles'", "m or km")),
+    ((*COUNT, "--visibility", "infkm"), ("--visibility", "'infkm'")),
+    # frames
+    ((*RENDER, "--frames", "9-1"), ("--frames", "'9-1'", "1-9")),
+    ((*RENDER, "--frames", "a"), ("--frames", "'a'", "1-24")),
+    ((*RENDER, "--frames", "1,,2"), ("--frames", "'1,,2'")),
+    ((*RENDER, "--frames", "0"), ("--frames", "'0'", "from 1")),
+    ((*RENDER, "--frames", ""), ("--frames", "''")),
+    ((*RENDER, "--frames", "1-999999"), ("--frames", "'1-999999'", "at most")),
+    ((*COUNT, "--frame", "0"), ("--frame", "0")),
+    # numbers
+    ((*COUNT, "--density", "figure=nan"), ("--density figure", "nan", "finite")),
+    ((*COUNT, "--density", "figure=inf"), ("--density figure", "inf", "finite")),
+    ((*COUNT, "--density", "figure=-1"), ("--density figure", "-1", "at least 0")),
+    ((*COUNT, "--density", "figure"), ("--density", "'figure'", "figure=0.002")),
+    ((*COUNT, "--density", "elk=1"), ("--density elk", "1", "one of: figure, tree")),
+    ((*COUNT, "--detail", "0"), ("--detail", "0", "above 0")),
+    ((*COUNT, "--detail", "fine"), ("--detail", "'fine'", "a number")),
+    ((*COUNT, "--seed", "-1"), ("--seed", "-1", "at least 0")),
+    ((*COUNT, "--seed", str(2**63)), ("--seed", str(2**63), str(2**63 - 1))),
+    ((*COUNT, "-D", "camera.fov=180"), ("-D camera.fov", "180", "below 180")),
+    ((*COUNT, "-D", "camera.height=0"), ("-D camera.height", "0", "above 0")),
+    ((*COUNT, "-D", "camera.position=[1e300, 0]"), ("-D camera.position[0]", "1e+300", "1e15")),
+    # metrics
+    ((*COUNT, "--metric", "blak"), ("--metric", "'blak'", "blake")),
+    ((*RENDER, "--metric", "full"), ("--metric", "'full'", "finite world", "world.extent")),
+    # -D
+    ((*COUNT, "-D", "seed"), ("-D", "'seed'", "key=value")),
+    ((*COUNT, "-D", "camera.hight=3"), ("-D camera.hight", "3", "did you mean camera.height?")),
+    ((*COUNT, "-D", "species.elk.density=1"), ("-D species.elk.density", "one of: figure, tree")),
+    # where frames go
+    (("render", "meadow", "-o", "out/a.exr"), ("-o", "'out/a.exr'", "####")),
+    (("render", "meadow", "-o", "out/a.####.png"), ("-o", "'out/a.####.png'", ".exr")),
+    (("render", "meadow", "-o", "out/####.####.exr"), ("-o", "####")),
+    (("render", "meadow", "-o", "out/"), ("-o", "'out/'", ".exr")),
+    (("render", "meadow", "-o", "here"), ("-o", "'here'", ".exr")),
+    (("render", "meadow", "-o", "file/a.####.exr"), ("-o", "'file'", "written")),
+    (("render", "meadow", "-o", "file/b/a.####.exr"), ("-o", "'file/b'", "written")),
+    (("render", "meadow", "-o", "new/" + "n" * 300 + "/a.####.exr"), ("-o", "written")),
+    (("render", "meadow", "-o", "/proc/a.####.exr"), ("-o", "'/proc'", "written")),
+    (("render", "meadow", "-o", "here/a.####.exr"), ("-o", "'here/a.0001.exr'", "--overwrite")),
+    (("render", "meadow", "-o", "here/d.####.exr", "--overwrite"), ("'here/d.0001.exr'",)),
+    ((*RENDER, "--resume", "--overwrite"), ("--resume", "--overwrite")),
+    # experiments and reports
+    (("run", "scalling", "-o", "out"), ("EXPERIMENT", "'scalling'", "did you mean scaling?")),
+    (("run", "scaling"), ("'-o'",)),
+    (("run", "-o", "out"), ("EXPERIMENT",)),
+    (("run", "scaling", "--quick", "-o", "file/x"), ("-o", "'file/x'", "written")),
+    (("report", "none"), ("DIR", "'none'", "lodbench run")),
+    (("report", "file"), ("DIR", "'file'")),
+    (("report", "here"), ("'here'", "record")),
+    (("report", "spoilt"), ("spoilt", "record")),
+]
+
+
+@pytest.fixture
+def litter(tmp_path: Path) -> None:
+    """Files and folders that the cases stumble over."""
+    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "here" / "d.0001.exr").mkdir(parents=True)
+    (tmp_path / "here" / "a.0001.exr").write_text("a frame")
+    (tmp_path / "broken.toml").write_text("[camera]\nheight = \n")
+    (tmp_path / "nan.toml").write_text("[species.elk]\nmodel = 'tree'\ndensity = nan\n")
+    (tmp_path / "misspelt.toml").write_text("[camera]\nhieght = 2\n")
+    (tmp_path / "latin.toml").write_bytes(b"about = '\xe9'")
+    (tmp_path / "spoilt").mkdir()
+    (tmp_path / "spoilt" / "scaling-0123456789abcdef.json").write_text('{"format": ')
+
+
+@pytest.mark.usefixtures("litter")
+@pytest.mark.parametrize(("arguments", "says"), CASES, ids=lambda part: " ".join(part)[:60])
+def test_bad_input_is_one_clear_line(
+    run: Run, tmp_path: Path, arguments: tuple[str, ...], says: tuple[str, ...]
+) -> None:
+    before = everything(tmp_path)
+    code, out, err = run(*arguments)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("lodbench: error: ")
+    assert len(err.splitlines()) == 1
+    assert len(err) < 400
+    assert "Traceback" not in err
+    for words in says:
+        assert words in err
+    assert everything(tmp_path) == before
+
+
+def test_there_are_enough_cases() -> None:
+    assert len(CASES) >= 40
+    assert len(set(CASES)) == len(CASES)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_permission_is_refused(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "closed").mkdir(mode=0o555)
+    code, _, err = run("render", "meadow", "-o", "closed/a.####.exr")
+    assert code == 2
+    assert "-o: 'closed': a folder that can be written to" in err

@@ -1,0 +1,65 @@
+"""`lodbench count --json` keeps its contract, and the words say the same."""
+
+import json
+import math
+
+import pytest
+
+from bench.cli import main
+
+SMALL = ("--size", "64x36", "-D", "species.tree.prototypes=1", "-D", "species.figure.prototypes=1")
+
+
+def counted(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
+    with pytest.raises(SystemExit) as left:
+        main(["count", "meadow", *SMALL, *arguments])
+    out, err = capfd.readouterr()
+    assert left.value.code == 0, err
+    return out
+
+
+def test_the_json_is_one_object_with_every_key(capfd: pytest.CaptureFixture[str]) -> None:
+    out = counted(capfd, "--json")
+    assert out.count("\n") == 1
+    data = json.loads(out)
+    for kind in ("objects", "parts"):
+        tally = data[kind]
+        assert set(tally) == {"examined", "displayed", "predicted", "predicted_sd"}
+        assert 0 < tally["displayed"] <= tally["examined"]
+        assert tally["predicted_sd"] > 0
+    assert set(data["by_species"]) == {"figure", "tree"}
+    total = sum(each["parts"]["displayed"] for each in data["by_species"].values())
+    assert total == data["parts"]["displayed"] == sum(data["by_level"])
+    assert data["terrain"]["tiles"] > 0
+    assert data["terrain"]["triangles"] > 0
+    assert data["detail"] == 1.0
+    assert data["m"] == pytest.approx(2 * math.tan(math.radians(30)) / 64)
+    assert all(spent >= 0 for spent in data["seconds"].values())
+    assert data["peak_rss_bytes"] > 2**20
+
+
+def test_what_has_no_law_is_null(capfd: pytest.CaptureFixture[str]) -> None:
+    data = json.loads(counted(capfd, "--json", "--metric", "depth"))
+    assert data["objects"]["predicted"] is None
+    assert data["parts"]["predicted_sd"] is None
+
+
+def test_flags_reach_the_count(capfd: pytest.CaptureFixture[str]) -> None:
+    data = json.loads(counted(capfd, "--json", "--density", "tree=0", "--detail", "4"))
+    assert data["detail"] == 4
+    assert set(data["by_species"]) == {"figure"}
+
+
+def test_frames_differ_and_repeat(capfd: pytest.CaptureFixture[str]) -> None:
+    def parts(frame: str) -> int:
+        out = counted(capfd, "--json", "--frame", frame, "-D", "camera.speed=500")
+        examined: int = json.loads(out)["parts"]["examined"]
+        return examined
+
+    assert parts("1") == parts("1") != parts("24")
+
+
+def test_the_words_name_what_was_counted(capfd: pytest.CaptureFixture[str]) -> None:
+    out = counted(capfd)
+    for words in ("objects", "parts", "figure", "tree", "terrain", "τ = 1 px"):
+        assert words in out

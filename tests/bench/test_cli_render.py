@@ -1,0 +1,106 @@
+"""`lodbench render`, small: frames, their record, and what a second run does with them."""
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.cli import main
+
+TINY = """
+[camera]
+speed = 20
+[terrain]
+reach = 100
+[species.figure]
+model = "figure"
+density = 0.01
+prototypes = 1
+[render]
+size = "16x9"
+spp = 1
+variant = "scalar_rgb"
+"""
+PATTERN = "out/a.####.exr"
+
+Render = Callable[..., tuple[int, list[dict[str, Any]], str]]
+
+
+@pytest.fixture
+def render(
+    capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Render:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.toml").write_text(TINY)
+
+    def runner(*arguments: str) -> tuple[int, list[dict[str, Any]], str]:
+        with pytest.raises(SystemExit) as left:
+            main(["render", "tiny.toml", "-o", PATTERN, "--json", *arguments])
+        out, err = capfd.readouterr()
+        return left.value.code, [json.loads(line) for line in out.splitlines()], err
+
+    return runner
+
+
+def test_frames_are_written_and_recorded(render: Render, tmp_path: Path) -> None:
+    code, (first, second, end), err = render("--frames", "1,3")
+    assert code == 0, err
+    assert end == {"done": 2, "failed": 0}
+    for record, frame in ((first, 1), (second, 3)):
+        path = tmp_path / "out" / f"a.{frame:04d}.exr"
+        assert (record["frame"], record["path"]) == (frame, f"out/{path.name}")
+        assert record["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+        assert record["peak_rss_bytes"] > 2**20
+        assert {"world", "prune", "appearance"} <= set(record["seconds"])
+    assert first["sha256"] != second["sha256"]
+
+
+def test_the_same_command_again_keeps_what_is_done(render: Render) -> None:
+    _, (first, _), _ = render()
+    _, (again, _), _ = render("--resume")
+    assert again["kept"] is True
+    assert again["sha256"] == first["sha256"]
+    _, (anew, _), _ = render("--overwrite")
+    assert anew["kept"] is False
+    assert anew["sha256"] == first["sha256"]
+
+
+def test_frames_of_other_settings_are_not_touched(render: Render, tmp_path: Path) -> None:
+    render()
+    before = (tmp_path / "out" / "a.0001.exr").read_bytes()
+    code, lines, err = render("--seed", "5")
+    assert code == 2
+    assert "seed: 0 → 5" in err
+    assert lines == [{"done": 0, "failed": 1}]
+    assert (tmp_path / "out" / "a.0001.exr").read_bytes() == before
+
+
+def test_what_a_preset_is_about_is_no_setting(render: Render) -> None:
+    render()
+    code, (again, _), _ = render("-D", "about='something else'")
+    assert code == 0
+    assert again["kept"] is True
+
+
+def test_a_strange_file_in_the_way_is_not_touched(render: Render, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    strange = tmp_path / "out" / "a.0001.exr"
+    strange.write_text("mine")
+    code, _, err = render()
+    assert code == 2
+    assert "--overwrite" in err
+    assert strange.read_text() == "mine"
+
+
+def test_people_read_a_line_for_each_frame(
+    render: Render, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["render", "tiny.toml", "-o", PATTERN])
+    out, err = capfd.readouterr()
+    assert out.startswith("out/a.0001.exr  ")
+    assert out.count("\n") == 1
+    assert err == ""

@@ -1,0 +1,62 @@
+"""A preset becomes a shot: every representation cut, air and light as the preset says."""
+
+import numpy as np
+import pytest
+
+from scenes.preset import load_preset
+from scenes.shot import air_of, light_of, quality_of, shoot
+from scenes.world import build_world
+
+SMALL = (
+    "render.size=64x36",
+    "camera.fps=10",
+    "species.figure.prototypes=1",
+    "species.tree.prototypes=1",
+    "species.tree.sizes=[1]",
+)
+
+
+def test_at_the_visibility_two_per_cent_of_contrast_is_left() -> None:
+    air = air_of(load_preset("meadow", ["air.visibility=20km"]))
+    assert np.exp(-air.beta * 20_000) == pytest.approx([0.02] * 3, rel=1e-12)
+    assert air.beta * 20_000 == pytest.approx([3.912] * 3, rel=1e-4)
+
+
+def test_clear_air_is_clear() -> None:
+    assert (air_of(load_preset("meadow", ["air.visibility=clear"])).beta == 0).all()
+
+
+def test_light_and_quality_are_the_presets_own() -> None:
+    keys = ["light.sun_azimuth=12", "light.sun_elevation=34", "light.turbidity=5"]
+    preset = load_preset("meadow", [*keys, "render.spp=3", "render.max_depth=7", "seed=9"])
+    light = light_of(preset)
+    assert (light.sun_azimuth_deg, light.sun_elevation_deg, light.turbidity) == (12, 34, 5)
+    quality = quality_of(preset, "scalar_rgb")
+    assert (quality.variant, quality.spp, quality.seed) == ("scalar_rgb", 3, 9)
+    assert quality.max_depth == 7
+
+
+def test_a_shot_holds_every_representation_once() -> None:
+    preset = load_preset("meadow", SMALL)
+    world = build_world(preset)
+    shot = shoot(world, preset, 1, "scalar_rgb")
+    assert [each.name for each in shot.visible] == [each.name for each in world.representations]
+    for each in shot.visible:
+        assert len(each.shape.owner)
+        assert each.shape.owner.max() < len(each.cut.parts)
+        assert each.cut.parts.part.max() < 2**32
+    assert shot.fps == 10
+    assert shot.quality.variant == "scalar_rgb"
+    assert set(shot.seconds) == {"prune", "appearance"}
+    assert (shot.camera.width, shot.camera.height) == (64, 36)
+
+
+def test_the_same_frame_is_the_same_shot_and_the_next_is_not() -> None:
+    preset = load_preset("meadow", SMALL)
+    one, two = (shoot(build_world(preset), preset, 3, "scalar_rgb") for _ in range(2))
+    for first, second in zip(one.visible, two.visible, strict=True):
+        assert np.array_equal(first.cut.parts.position, second.cut.parts.position)
+        assert np.array_equal(first.shape.owner, second.shape.owner)
+    after = shoot(build_world(preset), preset, 4, "scalar_rgb")
+    step = after.camera.eye[:2] - one.camera.eye[:2]
+    assert np.hypot(*step) == pytest.approx(preset.camera.speed / preset.camera.fps)
