@@ -1,12 +1,13 @@
 """Standing people: the stick figure of figs 1 and 2, down to the finger joints.
 
-The origin of the person (and of its torso) is the pelvis; R of the person is the reach from there. Every
-other part's origin is the joint at its near end. The person faces +x with both soles on z = 0.
+The origin of the person (and of its torso) is the pelvis; R of the person is the reach from there.
+Every other part's origin is the joint at its near end. The person faces +x with both soles on z =
+0.
 
 Leaf appearances stand for what they hide (§2.4): their radii are fitted so that the mean area over
-directions is that of everything hidden. The blob is an upright stick with round ends, as high as the person.
-A part without a body of its own keeps, as an inner node, its leaf appearance thinned: a core hidden inside
-its parts, which shows only where one of them is not displayed.
+directions is that of everything hidden. The blob is an upright stick with round ends, as high as
+the person. A part without a body of its own keeps, as an inner node, its leaf appearance thinned:
+a core hidden inside its parts, which shows only where one of them is not displayed.
 """
 
 from functools import lru_cache
@@ -16,16 +17,15 @@ import numpy as np
 from lod.errors import InputError
 from scenes.figure_looks import Person, person
 from scenes.figure_skeleton import Frame, both_sides, parts, side_of, skeleton
-from scenes.figure_tables import (
+from scenes.figure_sticks import (
     BUST,
     LONG_HAIR,
     SIDE_BODY,
     SIDE_LEAF,
-    STANDING,
     TRUNK_BODY,
     TRUNK_LEAF,
-    Rod,
 )
+from scenes.figure_tables import STANDING, Rod
 from scenes.prototype import Prototype, assemble
 from scenes.stick_area import mean_area, mean_outline_areas
 from scenes.stick_table import StickTable
@@ -83,19 +83,24 @@ def _sticks(
 ) -> StickTable:
     """The rods of a table as posed sticks [m]."""
     material = {name: i for i, name in enumerate(who.materials)}
-    columns: list[tuple] = []  # type: ignore[type-arg]
+    columns: list[tuple] = []
     for name, rods in table.items():
         side, _ = side_of(name)
         for rod in rods:
             for mirror in (side, -side) if rod.pair else (side,):
-                start, end = (
-                    _placed(frames[rod.joint], point, mirror) for point in (rod.start, rod.end)
-                )
+                ends = (_placed(frames[rod.joint], end, mirror) for end in (rod.start, rod.end))
                 radii = rod.start_radius * who.girth, rod.end_radius * who.girth
-                columns.append((row[name], start, end, *radii, material[rod.material]))
+                columns.append((row[name], *ends, *radii, material[rod.material]))
     owner, start, end, start_radius, end_radius, tint = zip(*columns, strict=True)
-    lengths = [np.array(c) * who.stature for c in (start, end, start_radius, end_radius)]
-    return StickTable.of(len(row) - 1, np.array(owner), *lengths, np.array(tint))
+    return StickTable.of(
+        len(row) - 1,
+        np.array(owner),
+        np.array(start) * who.stature,
+        np.array(end) * who.stature,
+        np.array(start_radius) * who.stature,
+        np.array(end_radius) * who.stature,
+        np.array(tint),
+    )
 
 
 def _placed(frame: Frame, point: tuple[float, float, float], mirror: float) -> np.ndarray:
@@ -142,7 +147,7 @@ def _chosen(table: StickTable, stick: np.ndarray, owner: np.ndarray, n: int) -> 
 def _leaves(
     given: StickTable, body: StickTable, full: StickTable, who: Person
 ) -> tuple[StickTable, np.ndarray]:
-    """Leaf appearances: the blob; those given, fitted to what they hide; the rest look as they are."""
+    """Leaf appearances: the blob; those given, fitted to what they hide; the rest as they are."""
     n = len(full.first) - 1
     has = given.count > 0
     fitted = _fitted(given, mean_area(full), has)
@@ -159,12 +164,13 @@ def _leaves(
 
 
 def _fitted(given: StickTable, target: np.ndarray, has: np.ndarray, rounds: int = 4) -> StickTable:
-    """The same sticks with each part's radii scaled alike, so that its mean area is the target [m²]."""
+    """The same sticks, each part's radii scaled alike so that its mean area is the target [m²]."""
     rows = np.flatnonzero(has)
     factor = np.ones(len(has))
     for _ in range(rounds):
         table = _thickened(given, factor)
-        # Area grows almost in proportion to the radius of a slender stick: a fixed-point step converges.
+        # Area grows almost in proportion to the radius of a slender stick: a fixed-point step
+        # converges.
         factor[rows] *= target[rows] / mean_area(table)[rows]
     return _thickened(given, factor)
 
@@ -199,7 +205,7 @@ def _blob(full: StickTable, materials: np.ndarray) -> tuple[dict[str, np.ndarray
 
 
 def _inner(whole: np.ndarray, body: StickTable, leaf: StickTable) -> StickTable:
-    """Bodies of the parts that own parts; a thinned core for those that have no body but the blob."""
+    """Bodies of the parts that own parts; a thinned core where there is no body (not the blob)."""
     n = len(whole)
     owns = np.zeros(n, bool)
     owns[whole[whole >= 0]] = True

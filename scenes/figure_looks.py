@@ -28,6 +28,7 @@ CLOTHES = (
     (0.06, 0.06, 0.07),  # charcoal
     (0.25, 0.19, 0.13),  # brown
 )
+HAIR_OF_SKIN = ((0, 1, 2, 3, 4), (0, 1, 2, 4), (0, 1, 4), (0, 1, 4), (0, 4))
 TOPS = (0, 1, 2, 3, 4, 5)
 BOTTOMS = (2, 6, 7, 5, 0)
 
@@ -64,7 +65,8 @@ def person(rng: np.random.Generator) -> Person:
 
 
 def _materials(rng: np.random.Generator) -> dict[str, tuple[float, float, float]]:
-    skin, hair = SKINS[rng.integers(len(SKINS))], HAIRS[rng.integers(len(HAIRS))]
+    tone = int(rng.integers(len(SKINS)))
+    skin, hair = SKINS[tone], HAIRS[rng.choice(HAIR_OF_SKIN[tone])]
     top, bottom = CLOTHES[rng.choice(TOPS)], CLOTHES[rng.choice(BOTTOMS)]
     short_sleeves, shorts = rng.random() < 0.5, rng.random() < 0.25
     return {

@@ -48,7 +48,7 @@ def parts() -> dict[str, Part]:
     return both_sides(TRUNK_PARTS, SIDE_PARTS)
 
 
-def both_sides(trunk: dict, side: dict) -> dict:  # type: ignore[type-arg]
+def both_sides(trunk: dict, side: dict) -> dict:
     """The trunk's entries, then those of the left side, then their mirror images on the right."""
     named = dict(trunk)
     for hand in SIDES:

@@ -4,10 +4,14 @@ The one rule by which priority P, range R, bound B and separation follow from th
 rigid object (one that is only placed, turned about the vertical and scaled):
 
     separation  distance from a part's origin to its whole's origin, as it stands
-    extent      farthest that a part's own sticks, of either appearance and radius included, are from a point
-    P           √ of the largest area over directions that the leaf appearance covers (``stick_area``)
-    R           the greater of the extent of the part and the extents of its direct parts, from its origin
-    B           the greater of the extent of the part and, over its parts, separation + B of the part
+    extent      farthest that a part's own sticks, of either appearance and radius included, are
+        from a point
+    P           √ of the largest area over directions that the leaf appearance covers
+        (``stick_area``)
+    R           the greater of the extent of the part and the extents of its direct parts, from its
+        origin
+    B           the greater of the extent of the part and, over its parts, separation + B of the
+        part
 """
 
 from dataclasses import dataclass

@@ -1,21 +1,24 @@
 """How large sticks look: the area of their outline, seen from far off along a direction [m²].
 
-A stick is the convex hull of two spheres, radii r₀ and r₁, a distance L apart. Along a direction at an
-angle φ to its axis it looks like the convex hull of two discs whose centres are l = L·sin φ apart. Where
-neither disc holds the other, both outer tangents touch, and with sin a = (r₀ − r₁)/l the outline is two
-sectors of π ± 2a and, between each tangent and the axis, a trapezoid of height l·cos a:
+A stick is the convex hull of two spheres, radii r₀ and r₁, a distance L apart. Along a direction
+at an angle φ to its axis it looks like the convex hull of two discs whose centres are l = L·sin φ
+apart. Where neither disc holds the other, both outer tangents touch, and with sin a = (r₀ − r₁)/l
+the outline is two sectors of π ± 2a and, between each tangent and the axis, a trapezoid of height
+l·cos a:
 
     A(l) = r₀²·(π/2 + a) + r₁²·(π/2 − a) + (r₀ + r₁)·l·cos a,         else A = π·max(r₀, r₁)².
 
-It grows with l, so it is largest across the axis, l = L. The stick is convex, so by Cauchy's theorem
-(Cauchy 1832; Santaló, "Integral Geometry and Geometric Probability", 1976, ch. 13) its mean over all
-directions is a quarter of its surface, two caps and a frustum with sin α = (r₀ − r₁)/L:
+It grows with l, so it is largest across the axis, l = L. The stick is convex, so by Cauchy's
+theorem (Cauchy 1832; Santaló, "Integral Geometry and Geometric Probability", 1976, ch. 13) its
+mean over all directions is a quarter of its surface, two caps and a frustum with sin α = (r₀ −
+r₁)/L:
 
     S = 2π·r₀²·(1 + sin α) + 2π·r₁²·(1 − sin α) + π·(r₀ + r₁)·L·cos²α.
 
 Several sticks hide one another: their union is measured by ``scenes.stick_raster``.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -25,7 +28,7 @@ from scenes.stick_raster import FINE, areas_of_parts
 from scenes.stick_table import StickTable
 
 DIRECTIONS = 64
-"""Directions over which composites are measured: no direction is further than about 10° from one."""
+"""Directions over which composites are measured: about 10° apart from any other."""
 
 
 @lru_cache(maxsize=16)
@@ -86,15 +89,15 @@ def largest_area(table: StickTable, spread: Points | None = None) -> Reals:
     return _exact_where_single(table, areas.max(axis=1), largest_outline_areas)
 
 
-def mean_area(
-    table: StickTable, spread: Points | None = None, fineness: float = FINE
-) -> Reals:
+def mean_area(table: StickTable, spread: Points | None = None, fineness: float = FINE) -> Reals:
     """Mean over directions of the area that each part's sticks cover together, (n,) [m²]."""
     areas = areas_of_parts(table, directions() if spread is None else spread, fineness)
     return _exact_where_single(table, areas.mean(axis=1), mean_outline_areas)
 
 
-def _exact_where_single(table: StickTable, areas: Reals, closed_form) -> Reals:  # type: ignore[no-untyped-def]
+def _exact_where_single(
+    table: StickTable, areas: Reals, closed_form: Callable[[StickTable], Reals]
+) -> Reals:
     single = np.flatnonzero(table.count == 1)
     areas = areas.copy()
     areas[single] = closed_form(table)[table.first[single]]

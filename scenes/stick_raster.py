@@ -1,9 +1,9 @@
 """Area that several sticks cover together, seen along a direction: rows sampled, lengths exact.
 
-The outlines are cut by evenly spaced parallel rows; in each row the union of the intervals is measured
-exactly, and the area is the sum over rows times their spacing (Cavalieri; midpoint rule). Rows are a
-fraction of the sticks' own radius apart, less fine where many sticks average out, which keeps the error
-of a composite well under 0.5 %.
+The outlines are cut by evenly spaced parallel rows; in each row the union of the intervals is
+measured exactly, and the area is the sum over rows times their spacing (Cavalieri; midpoint rule).
+Rows are a fraction of the sticks' own radius apart, less fine where many sticks average out, which
+keeps the error of a composite well under 0.5 %.
 """
 
 import math
@@ -15,7 +15,7 @@ from lod.arrays import Points
 from scenes.stick_table import StickTable
 
 FINE, COARSE = 12.0, 5.0
-"""Rows per (area-weighted) mean radius for a single stick; falls with √count, to a twelfth of it."""
+"""Rows per (area-weighted) mean radius of one stick; falls with √count, to a twelfth of it."""
 
 MOST_ROWS = 4096
 

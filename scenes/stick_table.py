@@ -12,7 +12,8 @@ from lod.errors import InputError
 class StickTable:
     """Sticks laid end to end, part after part: the convex hulls of two spheres each.
 
-    The frame: origin where the object stands on the ground, z up, x the way it faces, y to its left.
+    The frame: origin where the object stands on the ground, z up, x the way it faces, y to its
+        left.
 
     first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
     start, end (k, 3) centres of the two spheres [m]

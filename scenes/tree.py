@@ -1,10 +1,10 @@
 """Trees: a trunk, four levels of branches and foliage, in six levels of detail.
 
-Level 0 is the whole tree, and as an inner node the trunk; 1 limbs; 2 branches; 3 branchlets; 4 twigs;
-5 the foliage of each twig. A part's origin is the base of its branch, of foliage its middle; the whole
-tree's is the foot of the trunk, on the ground. As an inner node a branch is its own chain of sticks. Its leaf appearance is
-that chain with fewer sticks and a few blobs, which cover on average over directions what the hidden
-twigs and leaves would (``tree_blobs``).
+Level 0 is the whole tree, and as an inner node the trunk; 1 limbs; 2 branches; 3 branchlets; 4
+twigs; 5 the foliage of each twig. A part's origin is the base of its branch, of foliage its
+middle; the whole tree's is the foot of the trunk, on the ground. As an inner node a branch is its
+own chain of sticks. Its leaf appearance is that chain with fewer sticks and a few blobs, which
+cover on average over directions what the hidden twigs and leaves would (``tree_blobs``).
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from lod.arrays import Ints, Reals
+from lod.arrays import Ints
 from lod.errors import InputError
 from scenes.prototype import Prototype, assemble
 from scenes.stick_area import mean_outline_areas
@@ -35,7 +35,7 @@ _STREAM = 0x7EE
 
 @dataclass(frozen=True, eq=False)
 class Grown:
-    """A grown tree with its colours: branches of levels 0 (trunk) to TWIGS, leaves, tint of each leaf."""
+    """A grown tree: branches of levels 0 (trunk) to TWIGS, leaves, and the tint of each leaf."""
 
     levels: list[Branches]
     leaves: Leaves
@@ -124,7 +124,7 @@ def _leaf_appearance(tree: Grown, depth: int) -> StickTable:
 
 
 def _grown_from(tree: Grown, depth: int) -> StickTable:
-    """All sticks of each branch of one depth: its own, those of all that grow from it, their leaves."""
+    """All sticks of each branch of one depth: its own, those of all that grow from it, leaves."""
     n = len(tree.levels[depth])
     tables = []
     for level in range(depth, TWIGS + 1):
@@ -136,11 +136,13 @@ def _grown_from(tree: Grown, depth: int) -> StickTable:
 
 
 def _blob_tints(tree: Grown, depth: int, hidden: StickTable, part: Ints, group: Ints) -> Ints:
-    """Tints of blobs: each as its own leaves, with a share of bark as large as the hidden wood's."""
+    """Tints of blobs: each as its own leaves, with as large a share of bark as the hidden wood's."""
     foliage = _foliage(tree)
     area, colour = mean_outline_areas(foliage), tree.palette[foliage.tint]
     weight = np.bincount(group, area, len(part))
-    green = np.stack([np.bincount(group, area * c, len(part)) for c in colour.T], 1) / weight[:, None]
+    green = (
+        np.stack([np.bincount(group, area * c, len(part)) for c in colour.T], 1) / weight[:, None]
+    )
     leafy = np.bincount(part, weight)
     everything = np.bincount(hidden.owner, mean_outline_areas(hidden))
     own = _chains(tree, depth)
@@ -159,7 +161,9 @@ def _chains(tree: Grown, level: int, keep: int | None = None) -> StickTable:
     owner = np.repeat(np.arange(len(branches)), len(stops) - 1)
     ends = nodes[:, :-1].reshape(-1, 3), nodes[:, 1:].reshape(-1, 3)
     tint = np.full(len(owner), min(level // 2, 1))
-    return StickTable.of(len(branches), owner, *ends, radii[:, :-1].ravel(), radii[:, 1:].ravel(), tint)
+    return StickTable.of(
+        len(branches), owner, *ends, radii[:, :-1].ravel(), radii[:, 1:].ravel(), tint
+    )
 
 
 def _foliage(tree: Grown) -> StickTable:

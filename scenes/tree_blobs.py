@@ -1,10 +1,10 @@
 """What foliage looks like from further off: a few larger blobs that cover as much.
 
-Stochastic simplification after R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic simplification of
-aggregate detail", SIGGRAPH 2007: of many like elements keep few, enlarged so that the area they cover is
-kept. Here the few are drawn evenly: the leaves are halved again and again along their longest extent
-(a k-d tree), and each group becomes one stick along its longest spread. They stay apart, so that the crown
-keeps its gaps.
+Stochastic simplification after R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic
+simplification of aggregate detail", SIGGRAPH 2007: of many like elements keep few, enlarged so
+that the area they cover is kept. Here the few are drawn evenly: the leaves are halved again and
+again along their longest extent (a k-d tree), and each group becomes one stick along its longest
+spread. They stay apart, so that the crown keeps its gaps.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ _FULLEST = 2.236
 
 @dataclass(frozen=True, eq=False)
 class Blobs:
-    """Sticks by their middle: centre and half-axis (g, 3), radius (g,) [m], and the part of each (g,)."""
+    """Sticks by their middle: part (g,), centre and half-axis (g, 3), radius (g,) [m]."""
 
     part: np.ndarray
     centre: np.ndarray
@@ -33,7 +33,7 @@ class Blobs:
     radius: np.ndarray
 
     def sticks(self, factor: Reals) -> tuple[np.ndarray, ...]:
-        """Owner, start, end, start_radius, end_radius, each part's blobs enlarged by its factor (n,)."""
+        """Owner, start, end and both radii, each part's blobs enlarged by its factor (n,)."""
         f = factor[self.part]
         half, radius = self.half * f[:, None], self.radius * f
         # One end plumper than the other, as a bough of leaves is.
@@ -73,7 +73,7 @@ def fitted(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 4) -> Re
 
 
 def fitting_area(table: StickTable) -> Reals:
-    """Mean area of each part, (n,) [m²], as blobs are fitted: over few directions, on coarse rows."""
+    """Mean area of each part, (n,) [m²], as blobs are fitted: few directions, coarse rows."""
     return mean_area(table, directions(FITTING_DIRECTIONS), COARSE)
 
 
@@ -92,7 +92,8 @@ def joined(wood: StickTable, blobs: Blobs, factor: Reals, tint: Ints | None = No
 def blended_tints(
     part: Ints, weight: Reals, wanted: np.ndarray, palette: np.ndarray, allowed: Ints
 ) -> Ints:
-    """A tint of the palette for each blob, so that the weighted mean of a part's blobs is as wanted.
+    """A tint of the palette for each blob, so that the weighted mean of a part's blobs is as
+        wanted.
 
     Error diffusion from blob to blob of one part (after Floyd & Steinberg 1976).
     """
@@ -106,7 +107,7 @@ def _sums(group: Ints, values: np.ndarray, groups: int) -> np.ndarray:
 
 @njit(cache=True)
 def _strata(first, centre, most):  # type: ignore[no-untyped-def]
-    """Group of each leaf, and the part of each group: the largest group is halved until ``most``."""
+    """Group of each leaf, part of each group: the largest group is halved until ``most``."""
     group = np.empty(len(centre), np.int64)
     part = np.empty((len(first) - 1) * most, np.int64)
     order = np.arange(len(centre))

@@ -1,7 +1,8 @@
 """How a tree grows: trunk, limbs, branches, branchlets, twigs and leaves, level by level.
 
-After Weber & Penn (SIGGRAPH 1995): equations for lengths, radii, flare and placement are theirs, cited by
-section; tropism and random bending are simplified to a turn per segment. All branches of a level grow at once.
+After Weber & Penn (SIGGRAPH 1995): equations for lengths, radii, flare and placement are theirs,
+cited by section; tropism and random bending are simplified to a turn per segment. All branches of
+a level grow at once.
 """
 
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ class Branches:
 
 @dataclass(frozen=True, eq=False)
 class Leaves:
-    """Leaves of all twigs: the twig each grows on (k,), their two ends (k, 3) and radii (k,) [m]."""
+    """Leaves of all twigs: each one's twig (k,), its two ends (k, 3) and radii (k,) [m]."""
 
     twig: np.ndarray
     start: np.ndarray
@@ -57,7 +58,9 @@ def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
     height = mean + spread * float(np.clip(rng.normal(), -2, 2))
     length, segments = species.trunk * height, 10
     up = np.array([[0.0, 0.0, 1.0]])
-    nodes = _chain(np.zeros((1, 3)), up, np.array([length]), segments, 0.15, species.trunk_wander, rng)
+    nodes = _chain(
+        np.zeros((1, 3)), up, np.array([length]), segments, 0.15, species.trunk_wander, rng
+    )
     z = np.linspace(0, 1, segments + 1)
     # §4.4: a linear taper, and near the ground a flare that falls off exponentially.
     flare = 1 + species.flare * (100.0 ** np.maximum(0, 1 - 8 * z) - 1) / 100
@@ -86,11 +89,14 @@ def _children(
         share = 1 - level.fade * along
     else:
         crown = (along - level.first) / (1 - level.first)
-        share = np.interp(crown, *zip(*shape, strict=True))
+        height, limb = np.array(shape).T
+        share = np.interp(crown, height, limb)
     length = level.length * share * parents.length[parent] * rng.uniform(0.94, 1.06, len(parent))
     nodes = _chain(base, start, length, level.segments, level.lift, level.wander, rng)
     # §4.4: radius by the ratio of lengths, never thicker than what bears it.
-    thick = (length / parents.length[parent]) ** level.slender * parents.radii[parent, _skip(parents)]
+    thick = (length / parents.length[parent]) ** level.slender * parents.radii[
+        parent, _skip(parents)
+    ]
     thick = np.maximum(np.minimum(thick, 0.85 * radius), THINNEST)
     taper = np.linspace(1, 0.35, level.segments + 1)
     radii = np.maximum(thick[:, None] * taper, THINNEST)
@@ -138,7 +144,7 @@ def _chain(
     wander: float,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Chains of equal steps that turn upwards by ``lift`` and at random by ``wander``, (n, s + 1, 3)."""
+    """Chains of equal steps that turn up by ``lift`` and at random by ``wander``, (n, s + 1, 3)."""
     nodes = np.empty((len(base), segments + 1, 3))
     nodes[:, 0] = base
     for k in range(segments):
@@ -150,7 +156,7 @@ def _chain(
 
 
 def _leaves(twigs: Branches, species: TreeSpecies, rng: np.random.Generator) -> Leaves:
-    """Leaves along the outer part of each twig, standing off to all sides and turned to the light."""
+    """Leaves along the outer part of each twig, standing off to all sides, turned to the light."""
     f = species.foliage
     n = len(twigs) * f.leaves
     twig = np.repeat(np.arange(len(twigs)), f.leaves)

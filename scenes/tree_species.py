@@ -1,7 +1,7 @@
 """Kinds of tree in tables, in the terms of Weber & Penn (1995).
 
-J. Weber & J. Penn, "Creation and rendering of realistic trees", SIGGRAPH 1995: a trunk and levels of
-branches, each level with its own number, angles, length and curvature. The values are our own.
+J. Weber & J. Penn, "Creation and rendering of realistic trees", SIGGRAPH 1995: a trunk and levels
+of branches, each level with its own number, angles, length and curvature. The values are our own.
 """
 
 from dataclasses import dataclass
@@ -59,9 +59,11 @@ class Foliage:
 class TreeSpecies:
     """A kind of tree.
 
-    height: mean and spread [m]; trunk: its length, as a share of the height; radius: of the trunk, as a share of the height ("Ratio")
+    height: mean and spread [m]; trunk: its length, as a share of the height; radius: of the trunk,
+        as a share of the height ("Ratio")
     flare: widening at the foot ("Flare"); below: how far the foot reaches under the ground [m]
-    shape: length of limbs along the crown, from its base 0 to its top 1, as a share of the longest ("Shape")
+    shape: length of limbs along the crown, from its base 0 to its top 1, as a share of the longest
+        ("Shape")
     levels: limbs, branches, branchlets, twigs
     """
 
