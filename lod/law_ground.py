@@ -77,22 +77,29 @@ def moments(
 ) -> Moments:
     """Integrals of n and n² over the net, (n,) heights of ``ground`` [m], for equally likely kinds.
 
-    Cells of the net outside a window are given area 0 by the caller.
+    Kinds take turns along each ring. Cells outside a window are given area 0 by the caller.
     """
     levels = 1 + max(int(h.level.max()) for h in hierarchies)
-    total = np.zeros(4)
-    by_level = np.zeros(levels)
-    for hierarchy in hierarchies:
-        inside = chained_limits(hierarchy, view.metric.name, view.m)
-        outside = chained_limits(hierarchy, view.metric.name, view.m_offscreen)
-        tables = (hierarchy.position, hierarchy.B, hierarchy.level)
-        sums, level_sums = _integrate(
-            *tables, inside, outside, net.xy, net.area, net.turn, ground, *_frustum(view), levels
-        )
-        total += sums / len(hierarchies)
-        by_level += level_sums / len(hierarchies)
-    objects, objects_variance, parts, parts_variance = total.tolist()
-    return Moments(objects, objects_variance, parts, parts_variance, tuple(by_level.tolist()))
+    total, by_level = np.zeros(4), np.zeros(levels)
+    for turn, hierarchy in enumerate(hierarchies):
+        rows = slice(turn, None, len(hierarchies))
+        where = net.xy[rows], net.area[rows] * len(hierarchies), net.turn[rows], ground[rows]
+        sums, level_sums = _integrate(*_falling(hierarchy, view), *where, *_frustum(view), levels)
+        total += sums
+        by_level += level_sums
+    objects, objects_variance, parts, parts_variance = (total / len(hierarchies)).tolist()
+    shares = tuple((by_level / len(hierarchies)).tolist())
+    return Moments(objects, objects_variance, parts, parts_variance, shares)
+
+
+def _falling(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
+    """Parts in falling order of how far in plan the object can stand while they are displayed."""
+    inside = chained_limits(hierarchy, view.metric.name, view.m)
+    outside = chained_limits(hierarchy, view.metric.name, view.m_offscreen)
+    farthest = inside + np.hypot(hierarchy.position[:, 0], hierarchy.position[:, 1])
+    order = np.argsort(-farthest, kind="stable")
+    tables = (hierarchy.position, hierarchy.B, hierarchy.level, inside, outside, farthest)
+    return *(table[order] for table in tables), order == 0
 
 
 def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
@@ -113,6 +120,8 @@ def _integrate(  # type: ignore[no-untyped-def]
     level,
     inside,
     outside,
+    farthest,
+    is_whole,
     xy,
     area,
     turn,
@@ -122,14 +131,18 @@ def _integrate(  # type: ignore[no-untyped-def]
     look_around,
     levels,
 ):
+    """Sums of area·(objects, objects², parts, parts²) displayed, and area·parts of each level."""
     total = np.zeros(4)
     by_level = np.zeros(levels)
     for q in range(len(area)):
         if area[q] == 0.0:
             continue
         c, s = math.cos(turn[q]), math.sin(turn[q])
-        shown, whole_shown = 0, 0
+        in_plan = math.hypot(xy[q, 0] - eye[0], xy[q, 1] - eye[1])
+        parts, wholes = 0, 0
         for i in range(len(bound)):
+            if in_plan > farthest[i]:
+                break
             x = xy[q, 0] + c * position[i, 0] - s * position[i, 1] - eye[0]
             y = xy[q, 1] + s * position[i, 0] + c * position[i, 1] - eye[1]
             z = ground[q] + position[i, 2] - eye[2]
@@ -139,11 +152,10 @@ def _integrate(  # type: ignore[no-untyped-def]
                     seen &= plane[0] * x + plane[1] * y + plane[2] * z > -bound[i]
             limit = inside[i] if seen else outside[i]
             if x * x + y * y + z * z < limit * limit:
-                shown += 1
-                whole_shown += i == 0
+                parts += 1
+                wholes += is_whole[i]
                 by_level[level[i]] += area[q]
-        total[0] += area[q] * whole_shown
-        total[2] += area[q] * shown
-        total[3] += area[q] * shown * shown
-    total[1] = total[0]
+        total[:2] += area[q] * wholes
+        total[2] += area[q] * parts
+        total[3] += area[q] * parts * parts
     return total, by_level
