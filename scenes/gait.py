@@ -1,0 +1,232 @@
+"""Walking by tables: where feet go, how the body sways, and the key poses that follow from both.
+
+A foot is prescribed relative to the ground: it lands on its heel, rolls flat, rises about its ball and swings
+to its next print. Hips follow from the body's own waves, and hip and knee from the two of them by two-link
+inverse kinematics. Everything on legs goes by the same rules; what differs stands in its ``Gait``.
+
+Lengths are shares of h, the height of the first leg's hip at rest. Speed and stride are those of dynamically
+similar animals: speed² = Froude·g·h, and stride = 2.3·h·Froude^0.3 (Alexander, "Estimates of speeds of
+dinosaurs", Nature 261:129, 1976; for people from four years on, the same author, Am. J. Phys. Anthropol.
+63:23, 1984).
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lod.errors import InputError
+from scenes.gait_feet import Contacts, Leg, contacts_of, foot_path
+from scenes.rig import Rig
+from scenes.rig_build import side_of
+from scenes.rig_motion import Motion, key_phases
+from scenes.rig_prototype import RiggedPrototype
+from scenes.rig_turns import Turns, Vectors, degrees_of, inverse, product, turned, turns_of
+
+GRAVITY = 9.81
+KEYS = 32
+
+REACH = 0.996
+"""How far a leg may be stretched, as a share of its length: knees are never locked."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """One joint's swing about one axis: mean + amplitude·cos 2π(cycles·phase − peak) [degrees].
+
+    Added to the angle at rest where ``mean`` is None. Of joints on both sides this is the left one; the
+    right one is its mirror image, ``apart`` of a cycle later. Joint "" bobs and sways the whole [shares of h].
+    """
+
+    joint: str
+    axis: int
+    amplitude: float
+    peak: float = 0.0
+    cycles: int = 1
+    mean: float | None = None
+    apart: float = 0.5
+
+
+@dataclass(frozen=True)
+class Gait:
+    """How one kind moves. ``froude``: speed²/(g·h); ``duty``: share of the cycle that a foot stands."""
+
+    legs: tuple[Leg, ...]
+    waves: tuple[Wave, ...]
+    duty: float = 0.62
+    froude: float = 0.22
+    stride: float | None = None
+    period: float | None = None
+
+    def stride_of(self, height: float) -> float:
+        """Ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
+        relative = 2.3 * self.froude**0.3 if self.stride is None else self.stride
+        return relative * height
+
+    def period_of(self, height: float) -> float:
+        """Duration of one cycle [s]."""
+        if self.period is not None:
+            return self.period
+        return self.stride_of(height) / math.sqrt(self.froude * GRAVITY * height)
+
+
+def walking(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> RiggedPrototype:
+    """The same object, moving. Raises InputError where a stride is too long for a leg."""
+    return prototype.moving(motion_of(prototype, gait, keys))
+
+
+def motion_of(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motion:
+    """Key poses of one cycle; the left foot of the first leg lands at its ``strike`` phase."""
+    rig, phase = prototype.rig, key_phases(keys)
+    height = _hip_height(rig, gait)
+    stride = gait.stride_of(height)
+    turns, shift = _body(rig, gait, phase, height)
+    placed = [
+        _placed_leg(prototype, gait, leg, side, phase, stride, height)
+        for leg in gait.legs
+        for side in ("left ", "right ")
+    ]
+    shift[:, 2] += min(0.0, min((_room(rig, p, turns, shift) for p in placed), default=0.0))
+    for p in placed:
+        _bend_leg(rig, p, turns, shift)
+    legs = np.array([p.rows for p in placed], np.int64).reshape(-1, 3)
+    bend = np.array([float(p.leg.bend) for p in placed])
+    return Motion(turns, shift, stride, gait.period_of(height), legs, bend)
+
+
+def _hip_height(rig: Rig, gait: Gait) -> float:
+    if not gait.legs:
+        return float(rig.frames()[0][:, 2].max())
+    return float(rig.frames()[0][rig.row(f"left {gait.legs[0].hip}"), 2])
+
+
+def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Turns, Vectors]:
+    """Turns of every joint by the waves alone, (K, j, 4), and bob and sway, (K, 3) [m]."""
+    rest = degrees_of(rig.rest)
+    angles = np.broadcast_to(rest, (len(phase), *rest.shape)).copy()
+    shift, moved = np.zeros((len(phase), 3)), np.zeros(rest.shape, bool)
+    for wave in gait.waves:
+        if not wave.joint:
+            swing = np.cos(2 * np.pi * (wave.cycles * phase - wave.peak))
+            shift[:, wave.axis] += height * ((wave.mean or 0.0) + wave.amplitude * swing)
+            continue
+        named = [name for name in rig.name if side_of(name)[1] == wave.joint]
+        if not named:
+            raise InputError("gait.wave", wave.joint, "a joint of the rig")
+        for name in named:
+            row, right = rig.row(name), name.startswith("right ")
+            late = wave.apart if right else 0.0
+            value = wave.amplitude * np.cos(2 * np.pi * (wave.cycles * (phase - late) - wave.peak))
+            sign = -1.0 if right and wave.axis != 1 else 1.0
+            if wave.mean is not None and not moved[row, wave.axis]:
+                angles[:, row, wave.axis] = sign * wave.mean
+            angles[:, row, wave.axis] += sign * value
+            moved[row, wave.axis] = True
+    still = ~moved.any(axis=1)
+    turns = turns_of(angles)
+    turns[:, still] = rig.rest[still]
+    return turns, shift
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """One leg of one side through the cycle: rows of hip, knee, ankle; ankle's path and turn."""
+
+    leg: Leg
+    rows: tuple[int, int, int]
+    toes: tuple[int, ...]
+    turnout: float
+    ankle: np.ndarray
+    foot: np.ndarray
+    curl: np.ndarray
+
+
+def _placed_leg(
+    prototype: RiggedPrototype,
+    gait: Gait,
+    leg: Leg,
+    side: str,
+    phase: np.ndarray,
+    stride: float,
+    height: float,
+) -> _Placed:
+    rig, sign = prototype.rig, 1.0 if side == "left " else -1.0
+    rows = tuple(rig.row(side + name) for name in (leg.hip, leg.knee, leg.ankle))
+    contacts: Contacts = contacts_of(prototype, rows[2])
+    own = phase - leg.strike - (0.0 if side == "left " else leg.apart)
+    path = foot_path(leg, contacts, own % 1.0, stride, gait.duty, leg.clearance * height)
+    turnout = sign * math.radians(leg.turnout)
+    home = rig.frames()[0][rows[0]] * (1.0, 0.0, 0.0) + np.array(
+        (leg.ahead * height, sign * leg.spread * height, 0.0)
+    )
+    ahead = np.stack((path.print_x, np.zeros(len(own)), path.z), axis=1)
+    along = path.roll[:, None] * np.array((math.cos(turnout), math.sin(turnout), 0.0))
+    degrees = np.stack((0 * own, path.pitch, np.full(len(own), math.degrees(turnout))), axis=1)
+    return _Placed(
+        leg,
+        rows,
+        tuple(rig.row(side + toe) for toe in leg.toes),
+        turnout,
+        home + ahead + along,
+        turns_of(degrees),
+        path.curl,
+    )
+
+
+def _room(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> float:
+    """How far the body may rise (or must sink, below 0) for this leg to reach its foot all the way [m]."""
+    hip = rig.frames(turns, shift)[0][:, p.rows[0]]
+    length = REACH * sum(float(np.linalg.norm(rig.offset[row])) for row in p.rows[1:])
+    aside = np.linalg.norm((p.ankle - hip)[:, :2], axis=1)
+    if aside.max() >= length:
+        raise InputError("gait.stride", float(aside.max()), f"within a leg's reach, {length:.3g} m")
+    return float((np.sqrt(length**2 - aside**2) + p.ankle[:, 2] - hip[:, 2]).min())
+
+
+def _bend_leg(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> None:
+    """Turns of hip, knee, ankle and toes that put the ankle where it must be, written into ``turns``."""
+    hip, knee, ankle = p.rows
+    origin, frame = rig.frames(turns, shift)
+    above = (
+        frame[:, rig.parent[hip]] if rig.parent[hip] >= 0 else turns_of(np.zeros((len(turns), 3)))
+    )
+    reach = turned(inverse(above), p.ankle - origin[:, hip])
+    upper, lower = (float(np.linalg.norm(rig.offset[row])) for row in (knee, ankle))
+    hip_degrees, knee_degrees = two_links(reach, upper, lower, p.leg, p.turnout)
+    turns[:, hip], turns[:, knee] = turns_of(hip_degrees), turns_of(knee_degrees)
+    shank = product(product(above, turns[:, hip]), turns[:, knee])
+    turns[:, ankle] = product(inverse(shank), p.foot)
+    for toe in p.toes:
+        turns[:, toe] = turns_of(np.stack((0 * p.curl, p.curl, 0 * p.curl), axis=1))
+
+
+def two_links(
+    reach: Vectors, upper: float, lower: float, leg: Leg, turnout: float
+) -> tuple[Vectors, Vectors]:
+    """Angles about x, y, z of hip and knee that put the ankle at ``reach`` in the hip's parent frame [degrees].
+
+    Both bones hang straight down at angles 0. The knee turns about y alone, by the law of cosines; the hip
+    about y into the direction of the ankle, and aside about x, or about z for legs that stick out.
+    """
+    distance = np.linalg.norm(reach, axis=1)
+    cosine = (distance**2 - upper**2 - lower**2) / (2 * upper * lower)
+    knee = leg.bend * np.arccos(np.clip(cosine, -1, 1))
+    x, z = -lower * np.sin(knee), -(upper + lower * np.cos(knee))
+    if leg.sticks_out:
+        about_z = np.arctan2(reach[:, 1], reach[:, 0])
+        about_x = np.zeros(len(reach))
+        ahead = np.hypot(reach[:, 0], reach[:, 1])
+    else:
+        about_z = np.full(len(reach), turnout)
+        ahead = reach[:, 0] * np.cos(turnout) + reach[:, 1] * np.sin(turnout)
+        aside = reach[:, 1] * np.cos(turnout) - reach[:, 0] * np.sin(turnout)
+        about_x = np.arcsin(np.clip(-aside / z, -1, 1))
+        z = z * np.cos(about_x)
+    about_y = np.arctan2(z * ahead - x * reach[:, 2], x * ahead + z * reach[:, 2])
+    hip = np.degrees(np.stack((about_x, about_y, about_z), axis=1))
+    return hip, np.degrees(np.stack((0 * knee, knee, 0 * knee), axis=1))
+
+
+def brisker(gait: Gait, factor: float) -> Gait:
+    """The same gait at ``factor`` times the speed; the stride follows (Alexander 1976)."""
+    return replace(gait, froude=gait.froude * factor**2)

@@ -1,0 +1,193 @@
+"""A rig: the joints of one object, how far each may turn, and sticks that ride on them.
+
+The frame of the object: origin where it stands on the ground, z up, x the way it faces, y to its left.
+A joint sits at ``offset`` in the frame of its parent and turns there; joint −1 is the object's own frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Flags, Ints, Points, freeze
+from lod.errors import InputError
+from scenes.rig_turns import Turns, Vectors, degrees_of, product, turned, turns_of
+from scenes.stick_table import StickTable
+
+_SLACK_DEG = 1e-6
+
+Shift = Float64[np.ndarray, "3"]
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """Joints, parents before children.
+
+    name    of every joint
+    parent  (j,) −1 for joints that sit in the object's own frame
+    offset  (j, 3) origin in the parent's frame [m]
+    rest    (j, 4) turn of each joint as the object stands, (x, y, z, w)
+    low, high (j, 3) least and greatest angle about x, y, z, in Rz·Ry·Rx [degrees]
+    shift_low, shift_high (3,) how far the joints of the object's own frame may move as it walks on the spot:
+            bob and sway [m]
+    """
+
+    name: tuple[str, ...]
+    parent: np.ndarray
+    offset: np.ndarray
+    rest: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    shift_low: np.ndarray
+    shift_high: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, parent=np.int64, offset=np.float64, rest=np.float64)
+        freeze(self, low=np.float64, high=np.float64, shift_low=np.float64, shift_high=np.float64)
+        _check(self)
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+    def row(self, name: str) -> int:
+        """The joint of that name."""
+        if name not in self.name:
+            raise InputError("joint", name, f"one of {', '.join(self.name)}")
+        return self.name.index(name)
+
+    def frames(
+        self, turns: Turns | None = None, shift: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0)
+    ) -> tuple[Vectors, Turns]:
+        """Origin (…, j, 3) [m] and turn (…, j, 4) of every joint in the object's frame.
+
+        As posed by turns (…, j, 4), at rest without; shift (…, 3) moves the joints of the object's frame.
+        """
+        local = self.rest if turns is None else turns
+        origin, turn = np.zeros((*local.shape[:-1], 3)), np.zeros(local.shape)
+        for j, parent in enumerate(self.parent):
+            if parent < 0:
+                origin[..., j, :], turn[..., j, :] = (
+                    self.offset[j] + np.asarray(shift),
+                    local[..., j, :],
+                )
+            else:
+                above = turn[..., parent, :]
+                origin[..., j, :] = origin[..., parent, :] + turned(above, self.offset[j])
+                turn[..., j, :] = product(above, local[..., j, :])
+        return origin, turn
+
+    def beyond(self, turns: Turns) -> Float64[np.ndarray, "*n j"]:
+        """How far each joint is beyond its limits, (…, j); 0 within them [degrees]."""
+        angle = degrees_of(turns)
+        # The same turn has a second set of angles, (x ± 180, ±180 − y, z ± 180).
+        other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
+        return np.minimum(self._outside(angle), self._outside(other))
+
+    def _outside(self, angle: np.ndarray) -> np.ndarray:
+        middle = (self.low + self.high) / 2
+        near = middle + (angle - middle + 180.0) % 360.0 - 180.0
+        return np.maximum(0, np.maximum(self.low - near, near - self.high)).max(axis=-1)
+
+    def random_turns(self, rng: np.random.Generator, count: int) -> Turns:
+        """Allowed poses, even over the angles, every limit met now and then, (count, j, 4)."""
+        share = np.clip(rng.uniform(-0.25, 1.25, (count, len(self), 3)), 0, 1)
+        return turns_of(self.low + share * (self.high - self.low))
+
+    def scaled(self, factor: float) -> "Rig":
+        """Every length times ``factor``."""
+        lengths = (self.offset * factor, self.shift_low * factor, self.shift_high * factor)
+        offset, shift_low, shift_high = lengths
+        angles = (self.rest, self.low, self.high)
+        return Rig(self.name, self.parent, offset, *angles, shift_low, shift_high)
+
+
+@dataclass(frozen=True, eq=False)
+class RiggedSticks:
+    """Sticks of every part, each end in the frame of a joint (−1 = the object's own frame).
+
+    first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
+    start, end (k, 3) centres of the two spheres, in the frames of start_joint, end_joint (k,) [m]
+    start_radius, end_radius (k,) above 0 [m]; tint (k,) row of the object's tints
+    """
+
+    first: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    start_radius: np.ndarray
+    end_radius: np.ndarray
+    tint: np.ndarray
+    start_joint: np.ndarray
+    end_joint: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, first=np.int64, start=np.float64, end=np.float64, tint=np.int64)
+        freeze(self, start_radius=np.float64, end_radius=np.float64)
+        freeze(self, start_joint=np.int64, end_joint=np.int64)
+        columns = (self.start, self.end, self.start_radius, self.end_radius, self.tint)
+        StickTable(self.first, *columns)  # the same rules
+        for key in ("start_joint", "end_joint"):
+            joints = getattr(self, key)
+            if joints.shape != self.tint.shape or np.any(joints < -1):
+                raise InputError(f"sticks.{key}", joints.shape, "a joint, or -1, for every stick")
+
+    def __len__(self) -> int:
+        return len(self.tint)
+
+    @property
+    def owner(self) -> Ints:
+        """Part that each stick belongs to, (k,)."""
+        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+
+    def posed(self, origin: Points, turn: Turns) -> StickTable:
+        """The sticks in the object's frame, from the frames of all joints."""
+        start, end = (
+            placed(origin, turn, joint, point)
+            for joint, point in ((self.start_joint, self.start), (self.end_joint, self.end))
+        )
+        return StickTable(self.first, start, end, self.start_radius, self.end_radius, self.tint)
+
+    def only(self, parts: Flags) -> "RiggedSticks":
+        """The sticks of the flagged parts (n,) alone."""
+        keep = parts[self.owner]
+        count = np.bincount(self.owner[keep], minlength=len(parts))
+        columns = ("start", "end", "start_radius", "end_radius", "tint", "start_joint", "end_joint")
+        first = np.concatenate(([0], np.cumsum(count)))
+        return RiggedSticks(first, *(getattr(self, name)[keep] for name in columns))
+
+    def scaled(self, factor: float) -> "RiggedSticks":
+        """Every length times ``factor``."""
+        names = ("start", "end", "start_radius", "end_radius")
+        start, end, start_radius, end_radius = (getattr(self, name) * factor for name in names)
+        joints = (self.tint, self.start_joint, self.end_joint)
+        return RiggedSticks(self.first, start, end, start_radius, end_radius, *joints)
+
+
+def placed(origin: Points, turn: Turns, joint: Ints, point: Points) -> Points:
+    """Points in the frames of joints, as they are in the object's frame, (k, 3) [m]."""
+    row = np.maximum(joint, 0)
+    at = origin[row] + turned(turn[row], point)
+    return np.where((joint < 0)[:, None], point, at)
+
+
+def _check(rig: Rig) -> None:
+    j = len(rig.name)
+    shapes = {"parent": (j,), "offset": (j, 3), "rest": (j, 4), "low": (j, 3), "high": (j, 3)}
+    for key, shape in (shapes | {"shift_low": (3,), "shift_high": (3,)}).items():
+        values = getattr(rig, key)
+        if values.shape != shape:
+            raise InputError(f"rig.{key}", values.shape, f"its shape is {shape}")
+        if not np.isfinite(values).all():
+            raise InputError(f"rig.{key}", "a number that is not finite", "every number is finite")
+    for row in np.flatnonzero((rig.parent >= np.arange(j)) | (rig.parent < -1)):
+        rule = "a joint stands after its parent; -1 is the object's frame"
+        raise InputError(f"rig.parent[{row}]", int(rig.parent[row]), rule)
+    if np.any(rig.low > rig.high) or np.any(rig.shift_low > rig.shift_high):
+        raise InputError("rig.low", "a limit above its upper limit", "low is at most high")
+    if np.abs(np.linalg.norm(rig.rest, axis=1) - 1).max(initial=0) > 1e-9:
+        raise InputError("rig.rest", "a quaternion not of length 1", "a turn is a unit quaternion")
+    outside = rig.beyond(rig.rest)
+    for row in np.flatnonzero(outside > _SLACK_DEG):
+        arrived = np.round(degrees_of(rig.rest[row]), 2).tolist()
+        rule = f"stands between {rig.low[row].tolist()} and {rig.high[row].tolist()} degrees"
+        raise InputError(f"rig.rest[{rig.name[row]}]", arrived, rule)

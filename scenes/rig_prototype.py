@@ -1,0 +1,155 @@
+"""A posable object: its part hierarchy holds for every pose that the joint limits allow (§2.4).
+
+    separation  farthest that a part's origin can be from its whole's origin, over all poses
+    extent      farthest that a part's own sticks, of either appearance, can be from a point, over all poses
+    P           √ of the largest area over directions that the leaf appearance covers; where a leaf appearance
+                spans joints, the largest over the poses of ``P_POSES`` as well
+    R           the greater of the extent of the part and the extents of its direct parts, from its origin
+    B           the greater of the extent of the part and, over its parts, separation + B of the part
+
+"Over all poses" is the bound of ``rig_reach``: never exceeded, and reached within a few per cent. It is the
+rule of ``prototype`` with poses; a rig that cannot move gives the same numbers.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lod.arrays import Ints, Points, Reals, freeze
+from lod.errors import InputError
+from lod.hierarchy import Hierarchy
+from scenes.prototype import Prototype
+from scenes.rig import Rig, RiggedSticks
+from scenes.rig_motion import Motion
+from scenes.rig_reach import farthest
+from scenes.rig_turns import Turns, turns_of
+from scenes.stick_area import largest_area
+
+P_POSES = 6
+"""Random allowed poses in which leaf appearances that span joints are measured, besides rest and straight."""
+
+
+@dataclass(frozen=True, eq=False)
+class RiggedPrototype:
+    """One whole object that can be posed.
+
+    joint   (n,) joint whose origin is the part's origin
+    hierarchy  positions at rest; P, R, B and separation for every allowed pose
+    inner, leaf, tints as in Prototype; motion: its walk, or whatever it does
+    """
+
+    name: str
+    rig: Rig
+    joint: np.ndarray
+    hierarchy: Hierarchy
+    inner: RiggedSticks
+    leaf: RiggedSticks
+    tints: np.ndarray
+    motion: Motion
+
+    def __post_init__(self) -> None:
+        freeze(self, joint=np.int64, tints=np.float64)
+        if self.motion.turns.shape[1] != len(self.rig):
+            arrived = self.motion.turns.shape[1]
+            raise InputError(f"{self.name}.motion", arrived, f"{len(self.rig)} joints")
+        if len(self.joint) != len(self.hierarchy) or self.joint.max() >= len(self.rig):
+            raise InputError(f"{self.name}.joint", len(self.joint), "one joint for each part")
+        for table in (self.inner, self.leaf):
+            if len(table) and max(table.start_joint.max(), table.end_joint.max()) >= len(self.rig):
+                raise InputError(f"{self.name}.sticks", "no such joint", "a joint of the rig")
+
+    def posed(
+        self,
+        turns: Turns | None = None,
+        shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
+    ) -> Prototype:
+        """The object standing in one pose, at rest by default; its P, R, B stay those of every pose."""
+        origin, turn = self.rig.frames(turns, shift)
+        hierarchy = replace(self.hierarchy, position=origin[self.joint])
+        inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
+        return Prototype(self.name, hierarchy, inner, leaf, self.tints)
+
+    def walking(self, phase: float) -> Prototype:
+        """The object at a phase of its motion."""
+        return self.posed(*self.motion.at(phase))
+
+    def moving(self, motion: Motion) -> "RiggedPrototype":
+        """The same object with another motion."""
+        return replace(self, motion=motion)
+
+    def scaled(self, factor: float) -> "RiggedPrototype":
+        """The same object ``factor`` times as large, moving in a way dynamically similar."""
+        return RiggedPrototype(
+            self.name,
+            self.rig.scaled(factor),
+            self.joint,
+            self.hierarchy.scaled(factor),
+            self.inner.scaled(factor),
+            self.leaf.scaled(factor),
+            self.tints,
+            self.motion.scaled(factor),
+        )
+
+
+def hierarchy_of(
+    rig: Rig,
+    whole: Ints,
+    level: Ints,
+    joint: Ints,
+    inner: RiggedSticks,
+    leaf: RiggedSticks,
+    twin: Ints | None = None,
+) -> Hierarchy:
+    """The compiled hierarchy by the rule above. ``twin``: an earlier part that each is the mirror image of."""
+    n = len(whole)
+    twin = np.arange(n) if twin is None else twin
+    own, R = np.zeros(n), np.zeros(n)
+    for row in np.flatnonzero(twin == np.arange(n)):
+        parts = np.flatnonzero(whole == row)
+        own[row] = _extent(rig, int(joint[row]), (inner, leaf), np.array([row]))
+        R[row] = max(own[row], _extent(rig, int(joint[row]), (inner, leaf), parts))
+    own, R = own[twin], R[twin]
+    separation, B = np.zeros(n), own.copy()
+    for row in range(1, n):
+        owner, to = int(joint[whole[row]]), np.array([joint[row]])
+        first = twin[row] == row
+        reach = farthest(rig, owner, to, np.zeros((1, 3)), np.zeros(1)) if first else 0.0
+        separation[row] = reach if first else separation[twin[row]]
+    for row in range(n - 1, 0, -1):
+        B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
+    P = np.sqrt(_largest_areas(rig, leaf)[twin])
+    position = rig.frames()[0][joint]
+    return Hierarchy(whole, level, position, P, R, B, separation)
+
+
+def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:
+    """Farthest that any stick of these parts can be from a joint [m]."""
+    columns: list[tuple[Ints, Points, Reals]] = []
+    for table in tables:
+        rows = np.flatnonzero(np.isin(table.owner, parts))
+        columns.append((table.start_joint[rows], table.start[rows], table.start_radius[rows]))
+        columns.append((table.end_joint[rows], table.end[rows], table.end_radius[rows]))
+    joints, points, radii = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return farthest(rig, joint, joints, points, radii)
+
+
+def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
+    areas = largest_area(leaf.posed(*rig.frames()))
+    spans = _spanning(leaf)
+    if spans.any():
+        some = leaf.only(spans)
+        straight = turns_of(np.clip(0.0, rig.low, rig.high))
+        rng = np.random.Generator(np.random.Philox(0))
+        for turns in (straight, *rig.random_turns(rng, P_POSES)):
+            areas = np.maximum(areas, largest_area(some.posed(*rig.frames(turns))))
+    return areas
+
+
+def _spanning(leaf: RiggedSticks) -> np.ndarray:
+    """Parts whose leaf appearance rides on more than one joint, (n,)."""
+    n = len(leaf.first) - 1
+    least, most = np.full(n, np.iinfo(np.int64).max), np.full(n, -2)
+    for joints in (leaf.start_joint, leaf.end_joint):
+        np.minimum.at(least, leaf.owner, joints)
+        np.maximum.at(most, leaf.owner, joints)
+    return most > least

@@ -1,0 +1,111 @@
+"""Rotations by arrays: unit quaternions (x, y, z, w), and the angles about x, y and z that joints are limited in.
+
+A joint's angles turn it about x first, then y, then z of its parent: R = Rz·Ry·Rx (as ``figure_tables``).
+Products combine from the right, as in ``lod.quaternion``: p·q turns by q first. Compiled scalars are for the
+walks of ``rig_pose``; arrays for everything else.
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float64
+from numba import njit
+
+Turns = Float64[np.ndarray, "*n 4"]
+Vectors = Float64[np.ndarray, "*n 3"]
+Matrices = Float64[np.ndarray, "*n 3 3"]
+
+
+def turns_of(degrees: Vectors) -> Turns:
+    """Quaternions of Rz·Ry·Rx from angles about x, y, z [degrees]."""
+    half = np.radians(degrees) / 2
+    (sx, sy, sz), (cx, cy, cz) = (np.moveaxis(f(half), -1, 0) for f in (np.sin, np.cos))
+    return np.stack(
+        (
+            sx * cy * cz - cx * sy * sz,
+            cx * sy * cz + sx * cy * sz,
+            cx * cy * sz - sx * sy * cz,
+            cx * cy * cz + sx * sy * sz,
+        ),
+        axis=-1,
+    )
+
+
+def degrees_of(turns: Turns) -> Vectors:
+    """Angles about x, y, z [degrees] of Rz·Ry·Rx, the one about y within ±90°."""
+    x, y, z, w = np.moveaxis(turns, -1, 0)
+    about_x = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    about_y = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
+    about_z = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return np.degrees(np.stack((about_x, about_y, about_z), axis=-1))
+
+
+def product(p: Turns, q: Turns) -> Turns:
+    """Hamilton's product p·q: turn by q, then by p."""
+    a, b, c, d = np.moveaxis(p, -1, 0)
+    e, f, g, h = np.moveaxis(q, -1, 0)
+    return np.stack(
+        (
+            d * e + a * h + b * g - c * f,
+            d * f - a * g + b * h + c * e,
+            d * g + a * f - b * e + c * h,
+            d * h - a * e - b * f - c * g,
+        ),
+        axis=-1,
+    )
+
+
+def inverse(q: Turns) -> Turns:
+    """The opposite turn of a unit quaternion."""
+    return q * np.array((-1.0, -1.0, -1.0, 1.0))
+
+
+def turned(q: Turns, v: Vectors) -> Vectors:
+    """Vectors turned by unit quaternions: v + 2w(u×v) + 2u×(u×v)."""
+    u, w = q[..., :3], q[..., 3:]
+    t = 2 * np.cross(u, v)
+    return v + w * t + np.cross(u, t)
+
+
+def matrices(q: Turns) -> Matrices:
+    """Rotation matrices of unit quaternions: the turned axes are their columns."""
+    axes = [turned(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)]
+    return np.stack(axes, axis=-1)
+
+
+def between(a: Vectors, b: Vectors) -> Turns:
+    """The shortest turns that take directions a to b (not opposite ones)."""
+    length = np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1)
+    w = length + (a * b).sum(axis=-1)
+    q = np.concatenate((np.cross(a, b), w[..., None]), axis=-1)
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+@njit(cache=True, inline="always")
+def times(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyped-def]
+    """a·b of two quaternions, component by component."""
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+@njit(cache=True, inline="always")
+def turn(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
+    """The vector (x, y, z) turned by a unit quaternion."""
+    tx, ty, tz = 2 * (qy * z - qz * y), 2 * (qz * x - qx * z), 2 * (qx * y - qy * x)
+    return (
+        x + qw * tx + qy * tz - qz * ty,
+        y + qw * ty + qz * tx - qx * tz,
+        z + qw * tz + qx * ty - qy * tx,
+    )
+
+
+@njit(cache=True, inline="always")
+def slerp_weights(share, angle, sine):  # type: ignore[no-untyped-def]
+    """Weights of two quaternions ``angle`` apart (half the turn between them), Shoemake's slerp [41]."""
+    if sine < 1e-9:
+        return 1.0 - share, share
+    return math.sin((1.0 - share) * angle) / sine, math.sin(share * angle) / sine
