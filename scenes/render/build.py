@@ -61,9 +61,11 @@ def build(description: Description) -> Built:
     return Built(scene, description, integrators, np.concatenate(tables), first)
 
 
-def sensor(camera: Description, scale: int = 1, rows: tuple[int, int] | None = None) -> Any:
-    """The camera, ``scale`` film pixels a side to each pixel; only ``rows``, from the top."""
-    width, height = (scale * side for side in camera["size"])
+def sensor(
+    camera: Description, side: int = 1, rows: tuple[int, int] | None = None, spp: int = 1
+) -> Any:
+    """The camera, ``side`` film pixels a side to each pixel; only ``rows``, from the top."""
+    width, height = (side * pixels for pixels in camera["size"])
     top, bottom = rows or (0, height)
     eye, forward, up = (camera[name].tolist() for name in ("eye", "forward", "up"))
     target = [e + f for e, f in zip(eye, forward, strict=True)]
@@ -85,7 +87,7 @@ def sensor(camera: Description, scale: int = 1, rows: tuple[int, int] | None = N
                 "pixel_format": "rgb",
                 "component_format": "float32",
             },
-            "sampler": {"type": "independent", "sample_count": 1},
+            "sampler": {"type": "multijitter", "sample_count": spp},
         }
     )
 

@@ -53,27 +53,6 @@ def _airlight(light: Description) -> np.ndarray:
     return np.concatenate((rows, rows[:1]))
 
 
-def finish(
-    haze: Haze,
-    radiance: np.ndarray,
-    distance: np.ndarray,
-    air: np.ndarray,
-    low: np.ndarray,
-    disc: np.ndarray,
-) -> np.ndarray:
-    """Radiance of samples with their air, (…, 3).
-
-    radiance (…, 3); distance (…), 0 where nothing was met; airlight (…, 3); whether the ray goes
-    below the horizon (…), and into the sun's disc (…)
-    """
-    through = np.exp(-distance[..., None] * np.float32(haze.beta))
-    solid = radiance * through + air * (1 - through)
-    beyond = np.where(low[..., None], air, radiance)
-    if disc.any():
-        beyond += disc[..., None] * np.float32(haze.sun)
-    return np.where(distance[..., None] > 0, solid, beyond)
-
-
 def airlight_towards(haze: Haze, directions: np.ndarray) -> np.ndarray:
     """Airlight in the azimuth of each direction, (…, 3) → (…, 3)."""
     turn = np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0

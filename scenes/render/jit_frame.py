@@ -1,7 +1,6 @@
 """A frame in a JIT variant: wavefronts of samples from Dr.Jit, with haze on every sample."""
 
 import math
-from functools import lru_cache
 from typing import Any
 
 import drjit as dr
@@ -12,9 +11,7 @@ from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
 from scenes.render.samples import Samples
-
-MOST_SAMPLES = 2**20
-"""Samples in one wavefront: bounds memory, and how long Ctrl-C waits."""
+from scenes.render.sampling import MOST_SAMPLES, sample_groups
 
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
@@ -87,7 +84,7 @@ def _add(
 
 
 def _hazy(haze: Haze, colour: Any, distance: Any, direction: Any) -> Any:
-    """haze.apply, for Dr.Jit arrays."""
+    """Radiance of samples in their air; distance 0 means that nothing was met."""
     air = _airlight_towards(haze, direction)
     through = dr.exp(-distance * mi.Color3f(haze.beta.tolist()))
     solid = dr.fma(colour, through, air * (1 - through))
@@ -107,15 +104,3 @@ def _airlight_towards(haze: Haze, direction: Any) -> Any:
     share = at - mi.Float(row)
     here = dr.gather(mi.Color3f, table, row)
     return dr.fma(dr.gather(mi.Color3f, table, row + 1) - here, share, here)
-
-
-@lru_cache(maxsize=64)
-def sample_groups(spp: int) -> tuple[int, ...]:
-    """Counts that the multijitter sampler takes as they are, adding up to ``spp``: 7 → (6, 1).
-
-    It lays samples out in isqrt(n) rows, and would round any other count up.
-    """
-    if spp == 0:
-        return ()
-    count = next(n for n in range(spp, 0, -1) if n % math.isqrt(n) == 0)
-    return (count, *sample_groups(spp - count))

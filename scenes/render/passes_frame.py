@@ -1,13 +1,25 @@
-"""A frame in a scalar variant: a film with a square of pixels for each pixel, one sample in each.
+"""A frame in a scalar variant: passes of whole films, with exact haze.
 
-One sample in a film pixel keeps haze exact: radiance and distance come from two passes with one
-seed, and so along the same rays (the renderer seeds each film pixel on its own). The square keeps
-the film plane stratified. Normals, albedo and ids cost more than the picture in scalar variants, so
-they come from a guide pass of at most 2 × 2 samples.
+The renderer hands back means over a pixel, and the mean of L·T(d) is not the mean of L times T of
+the mean d. With T̄ the pixel's mean transmittance and A the airlight, it is
+
+    mean(L·T + A·(1 − T)) = T̄·mean(L) + A·(1 − T̄) + mean((T − T̄)·L).
+
+mean(L) comes from a picture of stratified samples. T̄ comes from a film with a square of pixels for
+each pixel, one sample in each. The last term, 0 wherever a pixel is all at one distance, comes from
+a smaller square in which radiance and distance are passes with one seed, and so along the same rays
+(the renderer seeds each film pixel on its own). The three are independent: nothing is biased.
+
+Measured against 2048 samples a pixel of the JIT driver, sticks in haze of 800 m, 16 samples a pixel:
+mean within 4e-5, relMSE 0.00094 (JIT driver: 0.00034). One sample a pass, without strata: unbiased,
+relMSE 0.0032. 4 or 16 samples a pass with the pass's mean distance: biased by −0.3 to −0.6 %.
+
+Normals, albedo and ids cost more than the picture in scalar variants, so they come from a guide
+pass of at most 2 × 2 samples.
 """
 
 import math
-from functools import lru_cache
+from dataclasses import dataclass
 from typing import Any
 
 import mitsuba as mi
@@ -15,83 +27,134 @@ import numpy as np
 
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.frame import Quality, sampler_seed
-from scenes.render.haze import Haze, airlight_towards, finish
+from scenes.render.haze import Haze, airlight_towards
 from scenes.render.samples import Samples
+from scenes.render.sampling import MOST_SAMPLES, sample_groups, square_sides
 
-MOST_SAMPLES = 2**20
-"""Samples in one pass: bounds memory, and how long Ctrl-C waits."""
-
-_GUIDE = -1
+_IMAGE, _THROUGH, _CORRECTION, _GUIDES = range(4)
 
 
 def render_passes(built: Built, haze: Haze, quality: Quality, frame: int) -> Samples:
-    """Render square by square, band by band; then the guides.
+    """Render band by band of rows.
 
     The sample that Z, N and the ids come from is the last of the guide pass's square: below and
     right of the pixel's centre (anywhere in the pixel, under 4 samples).
     """
-    camera = built.description["camera"]
-    total = Samples.zeros(*camera["size"])
-    for number, side in enumerate(square_sides(quality.spp)):
-        for rows in _bands(camera, side):
-            seed = sampler_seed(quality.seed, frame, number, rows[0])
-            _add_colour(built, haze, total, side, rows, seed)
-    total.rgb /= quality.spp
-    side = 2 if quality.spp >= 4 else 1
-    for rows in _bands(camera, side):
-        seed = sampler_seed(quality.seed, frame, _GUIDE, rows[0])
-        _add_guides(built, total, side, rows, seed)
-    total.albedo /= side**2
+    width, height = built.description["camera"]["size"]
+    total = Samples.zeros(width, height)
+    step = max(1, MOST_SAMPLES // (width * quality.spp))
+    for top in range(0, height, step):
+        rows = top, min(top + step, height)
+        for run, spp in enumerate(_runs(quality.spp)):
+            band = _Band(built, haze, rows, spp, (quality.seed, frame, run, top))
+            rgb, replaced = band.colour()
+            total.rgb[slice(*rows)] += rgb * (spp / quality.spp)
+            total.replaced += replaced
+            if run == 0:
+                band.add_guides(total, 2 if quality.spp >= 4 else 1)
     return total
 
 
-def _bands(camera: dict[str, Any], side: int) -> list[tuple[int, int]]:
-    """Rows of pixels, as many as one pass takes, (first, one past the last)."""
-    width, height = camera["size"]
-    step = max(1, MOST_SAMPLES // (width * side**2))
-    return [(top, min(top + step, height)) for top in range(0, height, step)]
+def _runs(spp: int) -> tuple[int, ...]:
+    """All samples in one run; fewer than 4 one by one, where T̄ would be too rough an estimate."""
+    return (spp,) if spp >= 4 else (1,) * spp
 
 
-def _add_colour(
-    built: Built, haze: Haze, total: Samples, side: int, rows: tuple[int, int], seed: int
-) -> None:
-    """Add one sample in each film pixel of a band to ``total.rgb``."""
-    camera = built.description["camera"]
-    view = sensor(camera, side, (rows[0] * side, rows[1] * side))
-    radiance = _pass(built, view, "image", seed)
-    distance = _pass(built, view, "distance", seed)[..., 0]
-    finite = np.isfinite(radiance).all(axis=-1)
-    radiance[~finite] = 0.0
-    directions = pixel_directions(camera, 1, rows)
-    air = airlight_towards(haze, directions).astype(np.float32)
-    # A film pixel's ray is known to within its pixel: no ray that could go below may stay black.
-    slack = math.hypot(1, 1) * math.tan(math.radians(camera["fov_x_deg"]) / 2) / camera["size"][0]
-    low = directions[..., 2] < haze.lowest + slack
-    disc = pixel_directions(camera, side, rows) @ haze.to_sun > haze.sun_cosine
-    air, low = (np.repeat(np.repeat(v, side, axis=0), side, axis=1) for v in (air, low))
-    colour = finish(haze, radiance, distance, air, low, disc)
-    total.rgb[slice(*rows)] += _by_pixel(colour, side).sum(axis=(1, 3))
-    total.replaced += int(np.count_nonzero(~finite))
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """Rows of pixels, (first, one past the last), few enough to trace ``spp`` samples at once."""
+
+    built: Built
+    haze: Haze
+    rows: tuple[int, int]
+    spp: int
+    seed: tuple[int, int, int, int]
+
+    @property
+    def camera(self) -> dict[str, Any]:
+        return self.built.description["camera"]
+
+    def colour(self) -> tuple[np.ndarray, int]:
+        """The picture in its air, (h, w, 3), and how many pixels were not finite."""
+        image = self._image()
+        bad = ~np.isfinite(image)
+        directions = pixel_directions(self.camera, 1, self.rows)
+        air = airlight_towards(self.haze, directions)
+        low = directions[..., 2] < self.haze.lowest + self._slack
+        through, sun = self._through(low)
+        rgb = through * np.where(bad, 0.0, image) + air * (1 - through) + sun
+        if self.spp > 1:
+            rgb += self._correction(low, through)
+        return rgb, int(np.count_nonzero(bad.any(axis=-1)))
+
+    def _image(self) -> np.ndarray:
+        """Mean radiance without air, of stratified samples, (h, w, 3)."""
+        total = np.zeros((self.rows[1] - self.rows[0], self.camera["size"][0], 3))
+        for number, spp in enumerate(sample_groups(self.spp)):
+            total += spp * self._trace("image", 1, spp, _IMAGE, number)
+        return total / self.spp
+
+    @property
+    def _slack(self) -> float:
+        """Half a pixel's diagonal: no ray that could go below the horizon may stay black."""
+        tan_x = math.tan(math.radians(self.camera["fov_x_deg"]) / 2)
+        return math.sqrt(2) * tan_x / self.camera["size"][0]
+
+    def _through(self, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean transmittance, and what is seen of the sun's disc, (h, w, 3) each."""
+        through = sun = np.zeros((*low.shape, 3))
+        for number, side in enumerate(square_sides(self.spp)):
+            distance = self._trace("distance", side, 1, _THROUGH, number)[..., :1]
+            directions = pixel_directions(self.camera, side, self.rows)
+            disc = (directions @ self.haze.to_sun > self.haze.sun_cosine) & (distance[..., 0] == 0)
+            through = through + _pixel_sum(self._transmittance(distance, low, side), side)
+            sun = sun + _pixel_sum(disc[..., None], side) * self.haze.sun
+        return through / self.spp, sun / self.spp
+
+    def _correction(self, low: np.ndarray, through: np.ndarray) -> np.ndarray:
+        """Mean of (T − T̄)·L over a quarter of the samples, (h, w, 3)."""
+        count = max(1, self.spp // 4)
+        total = np.zeros((*low.shape, 3))
+        for number, side in enumerate(square_sides(count)):
+            radiance = self._trace("image", side, 1, _CORRECTION, number)
+            distance = self._trace("distance", side, 1, _CORRECTION, number)[..., :1]
+            departure = self._transmittance(distance, low, side) - _spread(through, side)
+            total += _pixel_sum(departure * np.nan_to_num(radiance, posinf=0.0, neginf=0.0), side)
+        return total / count
+
+    def _transmittance(self, distance: np.ndarray, low: np.ndarray, side: int) -> np.ndarray:
+        """T of each film pixel: exp(−β·d); 1 for the sky, and 0 for what goes below the horizon."""
+        beyond = np.where(_spread(low[..., None], side), np.float32(0), np.float32(1))
+        solid = np.exp(-distance * self.haze.beta.astype(np.float32))
+        return np.where(distance > 0, solid, beyond)
+
+    def add_guides(self, total: Samples, side: int) -> None:
+        """Albedo, and what one sample of each pixel meets."""
+        guides = self._trace("guides", side, 1, _GUIDES, 0)
+        total.albedo[slice(*self.rows)] = _pixel_sum(guides[..., GUIDES["albedo"]], side) / side**2
+        total.keep(slice(*self.rows), guides[side - 1 :: side, side - 1 :: side])
+
+    def _trace(self, name: str, side: int, spp: int, stage: int, number: int) -> np.ndarray:
+        """One pass over a film of ``side`` pixels a side to each pixel, (rows, columns, channels).
+
+        A single sample is the same one in every stage, and its haze exact without a correction.
+        """
+        view = sensor(self.camera, side, (self.rows[0] * side, self.rows[1] * side), spp)
+        seed = sampler_seed(*self.seed, 0 if self.spp == 1 else stage, number)
+        chosen = self.built.integrators[name]
+        image = mi.render(self.built.scene, sensor=view, integrator=chosen, spp=spp, seed=seed)
+        return np.array(image)
 
 
-def _add_guides(built: Built, total: Samples, side: int, rows: tuple[int, int], seed: int) -> None:
-    view = sensor(built.description["camera"], side, (rows[0] * side, rows[1] * side))
-    guides = _by_pixel(_pass(built, view, "guides", seed), side)
-    band = slice(*rows)
-    total.albedo[band] += guides[..., GUIDES["albedo"]].sum(axis=(1, 3))
-    total.keep(band, guides[:, -1, :, -1])
-
-
-def _pass(built: Built, view: Any, integrator: str, seed: int) -> np.ndarray:
-    """One sample in each film pixel, (rows, columns, channels) float32."""
-    chosen = built.integrators[integrator]
-    return np.array(mi.render(built.scene, sensor=view, integrator=chosen, spp=1, seed=seed))
-
-
-def _by_pixel(film: np.ndarray, side: int) -> np.ndarray:
-    """(h·side, w·side, c) → (h, side, w, side, c)."""
+def _pixel_sum(film: np.ndarray, side: int) -> np.ndarray:
+    """Sum over each pixel's square, (h·side, w·side, c) → (h, w, c)."""
     rows, columns, channels = film.shape
-    return film.reshape(rows // side, side, columns // side, side, channels)
+    return film.reshape(rows // side, side, columns // side, side, channels).sum(axis=(1, 3))
+
+
+def _spread(values: np.ndarray, side: int) -> np.ndarray:
+    """Each pixel's value over its square, (h, w, c) → (h·side, w·side, c)."""
+    return np.repeat(np.repeat(values, side, axis=0), side, axis=1)
 
 
 def pixel_directions(camera: dict[str, Any], side: int, rows: tuple[int, int]) -> np.ndarray:
@@ -107,16 +170,3 @@ def pixel_directions(camera: dict[str, Any], side: int, rows: tuple[int, int]) -
     directions = across.astype(np.float32)[None] + down.astype(np.float32)[:, None]
     directions /= np.sqrt(np.sum(directions**2, axis=2, keepdims=True))
     return directions
-
-
-@lru_cache(maxsize=64)
-def square_sides(spp: int) -> tuple[int, ...]:
-    """Sides of few squares that add up to ``spp``, the largest first: 8 → (2, 2), 16 → (4,)."""
-    if spp > 1024:
-        side = math.isqrt(spp)
-        return (side, *square_sides(spp - side**2))
-    best: list[tuple[int, ...]] = [()]
-    for n in range(1, spp + 1):
-        options = ((*best[n - side**2], side) for side in range(1, math.isqrt(n) + 1))
-        best.append(min(options, key=lambda sides: (len(sides), max(sides))))
-    return tuple(sorted(best[spp], reverse=True))
