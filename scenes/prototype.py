@@ -17,6 +17,7 @@ rigid object (one that is only placed, turned about the vertical and scaled):
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
@@ -58,7 +59,7 @@ def assemble(
     origin: Points,
     inner: StickTable,
     leaf: StickTable,
-    tints: Points,
+    tints: Float64[np.ndarray, "t 3"],
 ) -> Prototype:
     """A prototype from its parts' places and sticks: P, R, B and separation by the rule above."""
     sizes = {"inner": len(inner.first) - 1, "leaf": len(leaf.first) - 1, "origin": len(origin)}

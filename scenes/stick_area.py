@@ -22,17 +22,21 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+from jaxtyping import Float64
 
-from lod.arrays import Points, Reals
+from lod.arrays import Reals
 from scenes.stick_raster import FINE, areas_of_parts
 from scenes.stick_table import StickTable
+
+Direction = Float64[np.ndarray, "3"]
+Directions = Float64[np.ndarray, "d 3"]
 
 DIRECTIONS = 64
 """Directions over which composites are measured: about 10° apart from any other."""
 
 
 @lru_cache(maxsize=16)
-def directions(count: int = DIRECTIONS) -> Points:
+def directions(count: int = DIRECTIONS) -> Directions:
     """A fixed, well-spread set of unit vectors on a half sphere (an outline has no front and back).
 
     A Fibonacci lattice (Swinbank & Purser, "Fibonacci grids", QJRMS 132, 2006), cut to z > 0.
@@ -57,7 +61,7 @@ def outline_area(r0: Reals, r1: Reals, apart: Reals) -> Reals:
     return np.where(slim, hull, np.pi * np.maximum(r0, r1) ** 2)
 
 
-def outline_areas_along(table: StickTable, direction: Reals) -> Reals:
+def outline_areas_along(table: StickTable, direction: Direction) -> Reals:
     """Area of each stick's outline along a unit vector, (k,) [m²]."""
     axis = table.end - table.start
     across = axis - np.outer(axis @ direction, direction)
@@ -80,7 +84,7 @@ def mean_outline_areas(table: StickTable) -> Reals:
     return np.where(slim, caps + frustum, 4 * np.pi * np.maximum(r0, r1) ** 2) / 4
 
 
-def largest_area(table: StickTable, spread: Points | None = None) -> Reals:
+def largest_area(table: StickTable, spread: Directions | None = None) -> Reals:
     """Largest area that each part's sticks cover together, (n,) [m²]; 0 for a part without sticks.
 
     In closed form for a part of one stick; else the largest over ``spread``, or over DIRECTIONS.
@@ -89,7 +93,7 @@ def largest_area(table: StickTable, spread: Points | None = None) -> Reals:
     return _exact_where_single(table, areas.max(axis=1), largest_outline_areas)
 
 
-def mean_area(table: StickTable, spread: Points | None = None, fineness: float = FINE) -> Reals:
+def mean_area(table: StickTable, spread: Directions | None = None, fineness: float = FINE) -> Reals:
     """Mean over directions of the area that each part's sticks cover together, (n,) [m²]."""
     areas = areas_of_parts(table, directions() if spread is None else spread, fineness)
     return _exact_where_single(table, areas.mean(axis=1), mean_outline_areas)

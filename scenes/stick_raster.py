@@ -9,9 +9,9 @@ keeps the error of a composite well under 0.5 %.
 import math
 
 import numpy as np
+from jaxtyping import Float64
 from numba import njit
 
-from lod.arrays import Points
 from scenes.stick_table import StickTable
 
 FINE, COARSE = 12.0, 5.0
@@ -20,7 +20,9 @@ FINE, COARSE = 12.0, 5.0
 MOST_ROWS = 4096
 
 
-def areas_of_parts(table: StickTable, directions: Points, fineness: float = FINE) -> np.ndarray:
+def areas_of_parts(
+    table: StickTable, directions: Float64[np.ndarray, "d 3"], fineness: float = FINE
+) -> Float64[np.ndarray, "n d"]:
     """Area of the union of each part's sticks along each direction, (n, d) [m²]."""
     columns = (table.start, table.end, table.start_radius, table.end_radius)
     return _areas(table.first, *columns, np.ascontiguousarray(directions), fineness)

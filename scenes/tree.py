@@ -77,8 +77,8 @@ def grown(species: TreeSpecies, seed: int, k: int) -> Grown:
 
 def _prototype(name: str, tree: Grown) -> Prototype:
     counts = [len(level) for level in tree.levels] + [len(tree.levels[TWIGS])]
-    row = np.concatenate(([0], np.cumsum(counts)))  # first of each level
-    n = int(row[-1])
+    row = [0, *np.cumsum(counts).tolist()]  # first of each level, and the number of parts
+    n = row[-1]
     inner = [_placed(_chains(tree, k), row[k], n) for k in range(TWIGS + 1)]
     leaf = [_placed(_leaf_appearance(tree, k), row[k], n) for k in range(TWIGS + 1)]
     leaf.append(_placed(_foliage(tree), row[-2], n))
@@ -103,7 +103,7 @@ def _middles(tree: Grown) -> np.ndarray:
     return np.stack([np.bincount(leaves.twig, x, n) / count for x in middle.T], axis=1)
 
 
-def _wholes(tree: Grown, row: Ints) -> Ints:
+def _wholes(tree: Grown, row: list[int]) -> Ints:
     """The part that owns each part: that on which it has grown."""
     branches = [row[k - 1] + tree.levels[k].parent for k in range(1, TWIGS + 1)]
     return np.concatenate(([-1], *branches, row[TWIGS] + np.arange(len(tree.levels[TWIGS]))))
@@ -135,8 +135,8 @@ def _grown_from(tree: Grown, depth: int) -> StickTable:
     return _merged(tables, n)
 
 
-def _blob_tints(tree: Grown, depth: int, hidden: StickTable, part: Ints, group: Ints) -> Ints:
-    """Tints of blobs: each as its own leaves, with as large a share of bark as the hidden wood's."""
+def _blob_tints(tree: Grown, depth: int, hidden: StickTable, part: Ints, group: np.ndarray) -> Ints:
+    """Tints of blobs: as their own leaves, with as large a share of bark as the hidden wood."""
     foliage = _foliage(tree)
     area, colour = mean_outline_areas(foliage), tree.palette[foliage.tint]
     weight = np.bincount(group, area, len(part))

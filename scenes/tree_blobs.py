@@ -10,6 +10,7 @@ spread. They stay apart, so that the crown keeps its gaps.
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float64, Int64
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
@@ -40,7 +41,9 @@ class Blobs:
         return self.part, self.centre - half, self.centre + half, 1.1 * radius, 0.85 * radius
 
 
-def gather(first: Ints, start: Points, end: Points, most: int) -> tuple[Blobs, Ints]:
+def gather(
+    first: Int64[np.ndarray, " parts"], start: Points, end: Points, most: int
+) -> tuple[Blobs, Ints]:
     """At most ``most`` blobs for each part's leaves, and the blob that each leaf falls to (k,).
 
     Leaves of part i are rows first[i]:first[i + 1].
@@ -77,7 +80,9 @@ def fitting_area(table: StickTable) -> Reals:
     return mean_area(table, directions(FITTING_DIRECTIONS), COARSE)
 
 
-def joined(wood: StickTable, blobs: Blobs, factor: Reals, tint: Ints | None = None) -> StickTable:
+def joined(
+    wood: StickTable, blobs: Blobs, factor: Reals, tint: np.ndarray | None = None
+) -> StickTable:
     """Wood and blobs of each part in one table; blobs have the given tints, or 0."""
     owner, *lengths = blobs.sticks(factor)
     tint = np.zeros(len(owner), np.int64) if tint is None else tint
@@ -90,7 +95,11 @@ def joined(wood: StickTable, blobs: Blobs, factor: Reals, tint: Ints | None = No
 
 
 def blended_tints(
-    part: Ints, weight: Reals, wanted: np.ndarray, palette: np.ndarray, allowed: Ints
+    part: Ints,
+    weight: Reals,
+    wanted: Points,
+    palette: Float64[np.ndarray, "t 3"],
+    allowed: Int64[np.ndarray, " a"],
 ) -> Ints:
     """A tint of the palette for each blob, so that the weighted mean of a part's blobs is as
         wanted.

@@ -176,11 +176,9 @@ def _leaves(twigs: Branches, species: TreeSpecies, rng: np.random.Generator) -> 
 
 
 def _across(heading: Points) -> tuple[Points, Points]:
-    """Two unit vectors across each heading; the first is level."""
-    side = np.stack((-heading[:, 1], heading[:, 0], np.zeros(len(heading))), axis=1)
-    upright = np.abs(heading[:, 2]) > 0.999
-    side[upright] = (1.0, 0.0, 0.0)
-    side = _unit(side)
+    """Two unit vectors across each heading; the first is level, but for upright headings."""
+    upright = np.abs(heading[:, 2:]) > 0.999
+    side = _unit(np.cross(np.where(upright, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), heading))
     return side, _unit(np.cross(heading, side))
 
 

@@ -1,0 +1,235 @@
+"""The standing figure: the hierarchy of figs 1 and 2, a person's proportions, honest leaf looks."""
+
+import numpy as np
+import pytest
+
+from lod.errors import InputError
+from scenes.figure import figure_prototypes
+from scenes.figure_skeleton import parts
+from scenes.figure_tables import SIDE_JOINTS, TRUNK_JOINTS
+from scenes.stick_area import mean_area
+from scenes.stick_table import StickTable
+
+NAMES = list(parts())
+ROW = {name: row for row, name in enumerate(NAMES)}
+
+
+@pytest.fixture(scope="module")
+def people():
+    return figure_prototypes(1, 4)
+
+
+def stature(p):
+    return highest(p.inner, p.leaf)
+
+
+def highest(*tables):
+    return max(
+        float((ends[:, 2] + r).max())
+        for t in tables
+        for ends, r in ((t.start, t.start_radius), (t.end, t.end_radius))
+    )
+
+
+def lowest(table):
+    start, end = table.start[:, 2] - table.start_radius, table.end[:, 2] - table.end_radius
+    return float(min(start.min(), end.min()))
+
+
+def shown(p, rows, leaf):
+    """All sticks of the given rows as one part, each row in the look that its flag says."""
+    blocks = []
+    for row, is_leaf in zip(rows, leaf, strict=True):
+        table = p.leaf if is_leaf else p.inner
+        block = slice(table.first[row], table.first[row + 1])
+        blocks.append([getattr(table, c)[block] for c in COLUMNS])
+    columns = [np.concatenate(column) for column in zip(*blocks, strict=True)]
+    return StickTable(np.array([0, len(columns[-1])]), *columns)
+
+
+COLUMNS = ("start", "end", "start_radius", "end_radius", "tint")
+
+
+def below(p, row):
+    """The row and everything it owns, at any depth."""
+    held = [row]
+    for k in range(row + 1, len(p.hierarchy)):
+        if p.hierarchy.whole[k] in held:
+            held.append(k)
+    return np.array(held)
+
+
+class TestHierarchy:
+    def test_sixty_parts_on_five_levels(self, people):
+        for p in people:
+            assert len(p.hierarchy) >= 60
+            assert set(p.hierarchy.level) == {0, 1, 2, 3, 4}
+
+    def test_what_there_is(self):
+        def count(word):
+            return sum(word in name for name in NAMES)
+
+        assert count("finger") == count("toe") == 10
+        assert count("phalanx") == 30
+        assert count("eye") == count("ear") - count("forearm") == 2
+
+    @pytest.mark.parametrize(
+        ("part", "whole", "level"),
+        [
+            ("torso", "person", 1),
+            ("left hand", "left forearm", 2),
+            ("right hand", "right forearm", 2),
+            ("left foot", "left lower leg", 2),
+            ("right index finger", "right hand", 3),
+            ("left thumb phalanx 2", "left thumb finger", 4),
+            ("left big toe", "left foot", 3),
+            ("nose", "cranium", 3),
+        ],
+    )
+    def test_wholes_and_levels(self, people, part, whole, level):
+        h = people[0].hierarchy
+        assert NAMES[h.whole[ROW[part]]] == whole
+        assert h.level[ROW[part]] == level
+
+    def test_smaller_parts_go_first(self, people):
+        """P + R falls from the person to the arm, the hand, the finger and its last joint."""
+        chain = ("person", "left arm", "left forearm", "left hand", "left index finger")
+        rows = [ROW[name] for name in (*chain, "left index phalanx 3")]
+        for p in people:
+            assert (np.diff((p.hierarchy.P + p.hierarchy.R)[rows]) < 0).all()
+
+
+class TestStanding:
+    def test_soles_on_the_ground(self, people):
+        for p in people:
+            feet = [ROW[f"{side} foot"] for side in ("left", "right")]
+            for foot in feet:
+                rows = below(p, foot)
+                leaf = p.hierarchy.part_count[rows] == 0
+                assert lowest(shown(p, rows, leaf)) == pytest.approx(0, abs=0.003)
+            full = p.hierarchy.part_count == 0
+            everything = shown(p, np.arange(len(full)), full)
+            assert lowest(everything) == pytest.approx(0, abs=1e-9)
+
+    def test_blob_is_upright_and_as_high_as_the_person(self, people):
+        for p in people:
+            blob = shown(p, [0], [True])
+            assert len(blob) == 1
+            assert blob.start[0, :2] == pytest.approx(blob.end[0, :2])
+            assert lowest(blob) == pytest.approx(0, abs=1e-9)
+            full = p.hierarchy.part_count == 0
+            everything = shown(p, np.arange(len(full)), full)
+            assert highest(blob) == pytest.approx(highest(everything), abs=1e-9)
+
+    def test_adults(self, people):
+        for p in people:
+            assert 1.45 < stature(p) < 2.0
+
+    @pytest.mark.parametrize(
+        ("part", "height"),
+        [
+            ("left foot", 0.039),
+            ("left lower leg", 0.285),
+            ("left leg", 0.530),
+            ("right arm", 0.818),
+        ],
+    )
+    def test_heights_of_joints(self, people, part, height):
+        """Drillis & Contini (1966): heights as shares of stature."""
+        for p in people:
+            assert p.hierarchy.position[ROW[part], 2] / stature(p) == pytest.approx(
+                height, abs=0.02
+            )
+
+    def test_segments(self):
+        """The same source: upper arm 0.186, forearm 0.146, thigh 0.245, shank 0.246 of stature."""
+        lengths = {"elbow": 0.186, "wrist": 0.146, "knee": 0.245, "ankle": 0.246}
+        for joint, length in lengths.items():
+            assert np.linalg.norm(SIDE_JOINTS[joint].offset) == pytest.approx(length, abs=0.006)
+        assert "neck" in TRUNK_JOINTS
+
+    def test_faces_x_with_the_left_side_at_y(self, people):
+        for p in people:
+            at = p.hierarchy.position
+            assert at[ROW["nose"], 0] > at[ROW["head"], 0] + 0.05
+            assert at[ROW["left big toe"], 0] > at[ROW["left foot"], 0] + 0.08
+            assert at[ROW["left hand"], 1] > 0.15
+
+    def test_two_sides_are_mirror_images(self, people):
+        left = [row for row, name in enumerate(NAMES) if name.startswith("left ")]
+        right = [ROW["right " + NAMES[row].removeprefix("left ")] for row in left]
+        for p in people:
+            h = p.hierarchy
+            assert h.position[left] * (1, -1, 1) == pytest.approx(h.position[right])
+            assert h.R[left] == pytest.approx(h.R[right], rel=1e-3)  # leaf looks are fitted
+
+
+class TestLeafAppearance:
+    def test_covers_what_it_hides(self, people):
+        """Mean area over directions of each leaf appearance against everything below it."""
+        for p in people[:2]:
+            for row in np.flatnonzero(p.hierarchy.part_count):
+                rows = below(p, row)
+                # Cores are no part of what is hidden: they are inside it.
+                bodies = [r for r in rows if p.hierarchy.part_count[r] == 0 or has_body(NAMES[r])]
+                flags = p.hierarchy.part_count[bodies] == 0
+                hidden = mean_area(shown(p, bodies, flags))[0]
+                seen = mean_area(shown(p, [row], [True]))[0]
+                tolerance = 0.03 if NAMES[row] == "cranium" else 0.01
+                assert seen == pytest.approx(hidden, rel=tolerance), NAMES[row]
+
+    def test_cores_are_hidden_by_the_parts(self, people):
+        for p in people[:2]:
+            full = p.hierarchy.part_count == 0
+            everything = np.arange(len(full))
+            bodies = [r for r in everything if full[r] or has_body(NAMES[r])]
+            with_cores = mean_area(shown(p, everything, full))[0]
+            without = mean_area(shown(p, bodies, full[bodies]))[0]
+            assert with_cores == pytest.approx(without, rel=0.01)
+
+    def test_cover_at_every_cut(self, people):
+        for p in people[:2]:
+            h = p.hierarchy
+            covers = []
+            for level in range(5):
+                rows = np.flatnonzero(h.level <= level)
+                leaf = ~np.isin(rows, h.whole[rows])
+                covers.append(mean_area(shown(p, rows, leaf))[0])
+            assert covers == pytest.approx([covers[-1]] * 5, rel=0.06)
+
+    def test_a_forearm_without_its_hand_reaches_further(self, people):
+        def reach(table, row):
+            block = slice(table.first[row], table.first[row + 1])
+            return np.linalg.norm(table.end[block] - at, axis=1).max()
+
+        for p in people:
+            row = ROW["left forearm"]
+            at = p.hierarchy.position[row]
+            assert reach(p.leaf, row) > reach(p.inner, row) + 0.1
+
+
+def has_body(name):
+    return name.split(" ", 1)[-1] in ("forearm", "hand", "lower leg", "foot", "cranium")
+
+
+class TestChance:
+    def test_same_seed_same_people(self):
+        figure_prototypes.cache_clear()
+        first = figure_prototypes(5, 2)
+        figure_prototypes.cache_clear()
+        for p, q in zip(first, figure_prototypes(5, 2), strict=True):
+            assert p.leaf.start.tobytes() == q.leaf.start.tobytes()
+            assert p.hierarchy.P.tobytes() == q.hierarchy.P.tobytes()
+            assert p.tints.tobytes() == q.tints.tobytes()
+
+    def test_a_person_does_not_depend_on_how_many_there_are(self, people):
+        assert figure_prototypes(1, 1)[0].hierarchy.P.tobytes() == people[0].hierarchy.P.tobytes()
+
+    def test_other_seeds_and_other_numbers_differ(self, people):
+        everyone = (*people, *figure_prototypes(2, 2))
+        assert len({stature(p) for p in everyone}) == len(everyone)
+        assert len({p.tints.tobytes() for p in everyone}) > 1
+
+    def test_none_at_all(self):
+        with pytest.raises(InputError, match="at least one"):
+            figure_prototypes(1, 0)

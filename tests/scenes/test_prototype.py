@@ -1,0 +1,212 @@
+"""The rule for P, R, B and separation, on objects small enough to know, and on the real ones."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.errors import InputError
+from scenes.figure import figure_prototypes
+from scenes.prototype import Prototype, assemble
+from scenes.stick_area import directions, largest_area
+from scenes.stick_raster import areas_of_parts
+from scenes.stick_table import StickTable
+from scenes.tree import tree_prototypes
+
+
+def sticks(parts, rows):
+    """Rows are (owner, start, end, radius)."""
+    owner, start, end, r = (np.array(c) for c in zip(*rows, strict=True))
+    tint = np.zeros(len(rows), np.int64)
+    return StickTable.of(parts, owner, start * 1.0, end * 1.0, r * 1.0, r * 1.0, tint)
+
+
+def pole(**changes):
+    """A whole 4 m tall with a branch at 3 m that owns a twig: every length is known by hand."""
+    fields = {
+        "name": "pole",
+        "whole": np.array([-1, 0, 1]),
+        "level": np.array([0, 1, 2]),
+        "origin": np.array([(0, 0, 0), (0, 0, 3), (2, 0, 3)], float),
+        "inner": sticks(3, [(0, (0, 0, 0), (0, 0, 3.9), 0.1), (1, (0, 0, 3), (2, 0, 3), 0.1)]),
+        "leaf": sticks(
+            3,
+            [
+                (0, (0, 0, 0.5), (0, 0, 3.5), 0.5),
+                (1, (0, 0, 3), (2.5, 0, 3), 0.1),
+                (2, (2, 0, 3), (2, 0, 4), 0.05),
+            ],
+        ),
+        "tints": np.array([(0.5, 0.5, 0.5)]),
+    }
+    return assemble(**(fields | changes))
+
+
+def all_prototypes():
+    return (*figure_prototypes(1, 2), *tree_prototypes(1, 1))
+
+
+class TestByHand:
+    def test_priority_is_the_root_of_the_largest_area(self):
+        P = pole().hierarchy.P
+        areas = (np.pi / 4 + 3, np.pi * 0.01 + 0.5, np.pi * 0.0025 + 0.1)
+        assert pytest.approx(np.sqrt(areas)) == P
+
+    def test_range_reaches_the_ends_of_the_part_and_of_its_own_parts(self):
+        whole_to_branch_end = np.hypot(2.5, 3) + 0.1
+        branch_to_twig_end = np.hypot(2, 1) + 0.05
+        expected = (max(whole_to_branch_end, 4.0), max(2.6, branch_to_twig_end), 1.05)
+        assert pole().hierarchy.R == pytest.approx(expected)
+
+    def test_bound_is_nested(self):
+        twig = 1.05
+        branch = max(2.6, 2 + twig)
+        assert pole().hierarchy.B == pytest.approx((max(4.0, 3 + branch), branch, twig))
+
+    def test_separation_is_the_distance_between_origins(self):
+        assert pole().hierarchy.separation == pytest.approx((0, 3, 2))
+
+
+class TestRealObjects:
+    def test_extremes_and_the_ends_of_parts_lie_within_the_range(self):
+        for p in all_prototypes():
+            h, reach = p.hierarchy, np.zeros(len(p.hierarchy))
+            for table in (p.inner, p.leaf):
+                for row in (0, *range(1, len(h), 7)):  # a sample: plain Python, part by part
+                    for seen in {row, int(h.whole[row])} - {-1}:
+                        farthest = _farthest(table, row, h.position[seen])
+                        assert farthest <= h.R[seen] * (1 + 1e-12)
+                        reach[seen] = max(reach[seen], farthest)
+            assert reach[0] <= h.R[0]
+
+    def test_range_is_no_greater_than_it_must_be(self):
+        for p in all_prototypes():
+            h = p.hierarchy
+            for row in range(0, len(h), 11):
+                rows = [row, *np.flatnonzero(h.whole == row)]
+                reach = max(
+                    _farthest(t, r, h.position[row]) for t in (p.inner, p.leaf) for r in rows
+                )
+                assert h.R[row] == pytest.approx(reach, rel=1e-12)
+
+    def test_bound_holds_everything_below(self):
+        for p in all_prototypes():
+            h = p.hierarchy
+            for table in (p.inner, p.leaf):
+                for ends, r in ((table.start, table.start_radius), (table.end, table.end_radius)):
+                    above = table.owner
+                    while len(above) and (above >= 0).any():
+                        held = above >= 0
+                        reach = np.linalg.norm(ends - h.position[above], axis=1) + r
+                        assert (reach[held] <= h.B[above[held]] * (1 + 1e-9)).all()
+                        above = np.where(held, h.whole[above], -1)
+
+    def test_priority_squared_is_the_largest_covered_area_within_a_percent(self):
+        """Against many more directions than the rule uses."""
+        dense = directions(2000)
+        for p in all_prototypes():
+            rows = np.unique(np.geomspace(1, len(p.hierarchy), 12).astype(int) - 1)
+            part = StickTable(
+                np.concatenate(([0], np.cumsum(p.leaf.count[rows]))),
+                *(
+                    np.concatenate(
+                        [getattr(p.leaf, c)[p.leaf.first[r] : p.leaf.first[r + 1]] for r in rows]
+                    )
+                    for c in ("start", "end", "start_radius", "end_radius", "tint")
+                ),
+            )
+            largest = areas_of_parts(part, dense).max(axis=1)
+            assert p.hierarchy.P[rows] == pytest.approx(np.sqrt(largest), rel=0.01)
+            assert (p.hierarchy.P[rows] <= np.sqrt(largest) * 1.005).all()
+
+    def test_leaf_appearance_is_never_empty(self):
+        for p in all_prototypes():
+            assert (p.leaf.count > 0).all()
+
+    def test_parts_that_own_nothing_are_never_inner(self):
+        for p in all_prototypes():
+            assert (p.inner.count[p.hierarchy.part_count == 0] == 0).all()
+
+
+def _farthest(table, row, origin):
+    block = slice(table.first[row], table.first[row + 1])
+    if block.start == block.stop:
+        return 0.0
+    start = np.linalg.norm(table.start[block] - origin, axis=1) + table.start_radius[block]
+    end = np.linalg.norm(table.end[block] - origin, axis=1) + table.end_radius[block]
+    return float(max(start.max(), end.max()))
+
+
+class TestScaled:
+    @given(st.floats(0.01, 100.0))
+    def test_every_length_scales(self, factor):
+        p, q = pole(), pole().scaled(factor)
+        for name in ("position", "P", "R", "B", "separation"):
+            expected = getattr(p.hierarchy, name) * factor
+            assert getattr(q.hierarchy, name) == pytest.approx(expected, rel=1e-12)
+        assert q.leaf.start_radius == pytest.approx(p.leaf.start_radius * factor)
+        assert q.inner.end == pytest.approx(p.inner.end * factor)
+        assert np.sqrt(largest_area(q.leaf)) == pytest.approx(q.hierarchy.P, rel=1e-9)
+
+    @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan, np.inf])
+    def test_bad_factor(self, factor):
+        with pytest.raises(InputError, match="scale"):
+            pole().scaled(factor)
+
+
+class TestRefused:
+    def test_empty_leaf_appearance(self):
+        leaf = sticks(3, [(0, (0, 0, 0), (0, 0, 4), 0.5), (2, (2, 0, 3), (2, 0, 4), 0.05)])
+        with pytest.raises(InputError, match="P"):
+            pole(leaf=leaf)
+
+    def test_tint_outside_the_palette(self):
+        p = pole()
+        leaf = StickTable.of(3, p.leaf.owner, *_columns(p.leaf)[:4], np.array([0, 1, 0]))
+        with pytest.raises(InputError, match=r"leaf\.tint"):
+            pole(leaf=leaf)
+
+    @pytest.mark.parametrize("albedo", [-0.1, 1.1, np.nan])
+    def test_albedo_outside_0_to_1(self, albedo):
+        with pytest.raises(InputError, match="tints"):
+            pole(tints=np.array([(0.5, albedo, 0.5)]))
+
+    @pytest.mark.parametrize("column", range(4))
+    def test_length_that_is_not_finite(self, column):
+        columns = [c.copy() for c in _columns(pole().leaf)]
+        columns[column][1] = np.nan
+        with pytest.raises(InputError, match="finite"):
+            StickTable.of(3, np.array([0, 1, 2]), *columns)
+
+    @pytest.mark.parametrize("radius", [0.0, -0.1])
+    def test_radius_of_nothing(self, radius):
+        with pytest.raises(InputError, match="above 0"):
+            sticks(1, [(0, (0, 0, 0), (0, 0, 1), radius)])
+
+    def test_owner_that_is_no_part(self):
+        with pytest.raises(InputError, match="owner"):
+            sticks(1, [(1, (0, 0, 0), (0, 0, 1), 0.1)])
+
+    def test_first_that_does_not_cover_the_sticks(self):
+        p = pole()
+        with pytest.raises(InputError, match="first"):
+            StickTable(np.array([0, 1, 2, 2]), *_columns(p.leaf))
+
+    def test_table_of_another_number_of_parts(self):
+        with pytest.raises(InputError, match="inner"):
+            pole(inner=sticks(2, [(0, (0, 0, 0), (0, 0, 1), 0.1)]))
+
+    def test_sticks_beyond_the_range(self):
+        p, longer = pole(), pole().leaf.scaled(2.0)
+        with pytest.raises(InputError, match=r"R\[0\]"):
+            Prototype("pole", p.hierarchy, p.inner, longer, p.tints)
+
+
+def _columns(table):
+    return [table.start, table.end, table.start_radius, table.end_radius, table.tint]
+
+
+def test_arrays_cannot_be_written():
+    for array in (pole().leaf.start, pole().tints, pole().hierarchy.P):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
