@@ -7,7 +7,9 @@ import pytest
 
 from bench.cli import main
 
-SMALL = ("--size", "64x36", "-D", "species.tree.prototypes=1", "-D", "species.figure.prototypes=1")
+ADULTS = '{model="figure", density=0.01, prototypes=1}'
+CHILDREN = '{model="figure", density=0.02, prototypes=1, sizes=[0.5]}'
+SMALL = ("--size", "64x36", "-D", f"species={{adult={ADULTS}, child={CHILDREN}}}")
 
 
 def counted(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -27,7 +29,7 @@ def test_the_json_is_one_object_with_every_key(capfd: pytest.CaptureFixture[str]
         assert set(tally) == {"examined", "displayed", "predicted", "predicted_sd"}
         assert 0 < tally["displayed"] <= tally["examined"]
         assert tally["predicted_sd"] > 0
-    assert set(data["by_species"]) == {"figure", "tree"}
+    assert set(data["by_species"]) == {"adult", "child"}
     total = sum(each["parts"]["displayed"] for each in data["by_species"].values())
     assert total == data["parts"]["displayed"] == sum(data["by_level"])
     assert data["terrain"]["tiles"] > 0
@@ -45,9 +47,9 @@ def test_what_has_no_law_is_null(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_flags_reach_the_count(capfd: pytest.CaptureFixture[str]) -> None:
-    data = json.loads(counted(capfd, "--json", "--density", "tree=0", "--detail", "4"))
+    data = json.loads(counted(capfd, "--json", "--density", "child=0", "--detail", "4"))
     assert data["detail"] == 4
-    assert set(data["by_species"]) == {"figure"}
+    assert set(data["by_species"]) == {"adult"}
 
 
 def test_frames_differ_and_repeat(capfd: pytest.CaptureFixture[str]) -> None:
@@ -61,5 +63,5 @@ def test_frames_differ_and_repeat(capfd: pytest.CaptureFixture[str]) -> None:
 
 def test_the_words_name_what_was_counted(capfd: pytest.CaptureFixture[str]) -> None:
     out = counted(capfd)
-    for words in ("objects", "parts", "figure", "tree", "terrain", "τ = 1 px"):
+    for words in ("objects", "parts", "adult", "child", "terrain", "τ = 1 px"):
         assert words in out

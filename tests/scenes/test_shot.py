@@ -10,9 +10,7 @@ from scenes.world import build_world
 SMALL = (
     "render.size=64x36",
     "camera.fps=10",
-    "species.figure.prototypes=1",
-    "species.tree.prototypes=1",
-    "species.tree.sizes=[1]",
+    'species={figure={model="figure", density=0.01, prototypes=1}}',
 )
 
 
