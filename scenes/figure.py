@@ -1,13 +1,13 @@
 """Standing people: the stick figure of figs 1 and 2, down to the finger joints.
 
 The origin of the person (and of its torso) is the pelvis; R of the person is the reach from there.
-Every other part's origin is the joint at its near end. The person faces +x with both soles on z =
-0.
+Every other part's origin is the joint at its near end. The person faces +x, both soles on z = 0.
 
 Leaf appearances stand for what they hide (§2.4): their radii are fitted so that the mean area over
 directions is that of everything hidden. The blob is an upright stick with round ends, as high as
-the person. A part without a body of its own keeps, as an inner node, its leaf appearance thinned:
-a core hidden inside its parts, which shows only where one of them is not displayed.
+the person. A part without a body of its own keeps, as an inner node, its leaf appearance thinned
+(the person, a few such sticks of its own): a core hidden inside its parts, which shows only where
+one of them is not displayed.
 """
 
 from functools import lru_cache
@@ -20,6 +20,7 @@ from scenes.figure_skeleton import Frame, both_sides, parts, side_of, skeleton
 from scenes.figure_sticks import (
     BUST,
     LONG_HAIR,
+    PERSON_CORE,
     SIDE_BODY,
     SIDE_LEAF,
     TRUNK_BODY,
@@ -55,6 +56,7 @@ def _figure(seed: int, k: int) -> Prototype:
     lift = -_lowest(body)
     body = _moved(body, lift)
     given = _moved(_sticks(both_sides(TRUNK_LEAF, SIDE_LEAF), row, frames, who), lift)
+    core = _moved(_sticks({"person": PERSON_CORE}, row, frames, who), lift)
     full = _under(whole, body)
     leaf, tints = _leaves(given, body, full, who)
     origin = np.array([frames[part.joint].origin for part in named.values()]) * who.stature
@@ -64,7 +66,7 @@ def _figure(seed: int, k: int) -> Prototype:
         whole=whole,
         level=np.array([part.level for part in named.values()]),
         origin=origin,
-        inner=_inner(whole, body, leaf),
+        inner=_inner(whole, body, leaf, core),
         leaf=leaf,
         tints=tints,
     )
@@ -204,8 +206,8 @@ def _blob(full: StickTable, materials: np.ndarray) -> tuple[dict[str, np.ndarray
     return blob, tint
 
 
-def _inner(whole: np.ndarray, body: StickTable, leaf: StickTable) -> StickTable:
-    """Bodies of the parts that own parts; a thinned core where there is no body (not the blob)."""
+def _inner(whole: np.ndarray, body: StickTable, leaf: StickTable, person: StickTable) -> StickTable:
+    """Bodies of the parts that own parts; a thinned core where there is no body."""
     n = len(whole)
     owns = np.zeros(n, bool)
     owns[whole[whole >= 0]] = True
@@ -213,7 +215,7 @@ def _inner(whole: np.ndarray, body: StickTable, leaf: StickTable) -> StickTable:
     cores = owns & (body.count == 0)
     cores[0] = False
     core = np.flatnonzero(cores[leaf.owner])
-    pieces = ((body, kept, 1.0), (leaf, core, CORE))
+    pieces = ((person, np.arange(len(person)), 1.0), (body, kept, 1.0), (leaf, core, CORE))
     columns = [
         np.concatenate(
             [

@@ -157,6 +157,22 @@ SIDE_LEAF = {
     ],
 }
 
+# The person's own core: hidden inside its parts, it stands in for those that are not displayed.
+PERSON_CORE = [
+    Rod("chest", (-0.002, 0.036, 0.062), (-0.002, 0.032, -0.160), 0.052, 0.050, "top", True),
+    Rod("neck", (-0.002, 0, 0), (0.010, 0, 0.110), 0.027, 0.040, "skin"),
+    *(
+        rod._replace(joint=f"{side} {rod.joint}")
+        for side in ("left", "right")
+        for rod in (
+            Rod("shoulder", (0, 0, -0.005), (0, 0, -0.180), 0.0275, 0.0200, "top"),
+            Rod("elbow", (0, 0, -0.005), (0, 0, -0.140), 0.0190, 0.0125, "sleeve"),
+            Rod("hip", (0, 0, -0.02), (0, -0.001, -0.235), 0.0440, 0.0280, "bottom"),
+            Rod("knee", (-0.003, 0, -0.005), (-0.001, 0, -0.235), 0.0285, 0.0160, "shin"),
+        )
+    ),
+]
+
 BUST = [Rod("chest", (0.010, 0.034, 0.032), (0.019, 0.037, 0.008), 0.046, 0.042, "top", True)]
 
 LONG_HAIR = [

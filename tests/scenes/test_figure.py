@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
+from lod.metric import METRICS, limit_distances
 from scenes.figure import figure_prototypes
 from scenes.figure_skeleton import parts
 from scenes.figure_tables import SIDE_JOINTS, TRUNK_JOINTS
@@ -186,6 +187,18 @@ class TestLeafAppearance:
             with_cores = mean_area(shown(p, everything, full))[0]
             without = mean_area(shown(p, bodies, full[bodies]))[0]
             assert with_cores == pytest.approx(without, rel=0.01)
+
+    def test_whatever_is_not_displayed_leaves_no_hole(self, people):
+        """As parts drop out one by one, the largest P + R last, most of the person stays covered."""
+        for p in people[:2]:
+            h = p.hierarchy
+            D = limit_distances(h, METRICS["blake"], 1.0)
+            everything = shown(p, np.arange(len(h)), h.part_count == 0)
+            full = mean_area(everything)[0]
+            for d in np.geomspace(0.02, D[0] * 0.999, 25):
+                rows = np.flatnonzero(d < D)
+                leaf = ~np.isin(rows, h.whole[rows])
+                assert mean_area(shown(p, rows, leaf))[0] > 0.85 * full
 
     def test_cover_at_every_cut(self, people):
         for p in people[:2]:
