@@ -1,0 +1,122 @@
+import math
+
+import numpy as np
+import pytest
+from colour.contrast import (
+    contrast_sensitivity_function_Barten1999,
+    optical_MTF_Barten1999,
+    pupil_diameter_Barten1999,
+    retinal_illuminance_Barten1999,
+    sigma_Barten1999,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.errors import InputError
+from lod.eye import BARS, Display, Eye, envelope, optical_sigma, sensitivity, sensitivity_at
+
+DISPLAYS = st.builds(Display, st.floats(20, 120), st.floats(0.1, 1000), st.floats(5, 100))
+EYES = st.builds(Eye, st.floats(0.2, 2), st.floats(0, 0.2), st.floats(1, 6))
+
+
+def barten(display, eye, frequency):
+    pupil = pupil_diameter_Barten1999(display.luminance, display.field_deg)
+    return contrast_sensitivity_function_Barten1999(
+        frequency,
+        sigma_Barten1999(eye.blur_arcmin / 60, eye.aberration_arcmin / 60, pupil),
+        k=eye.signal_to_noise,
+        T=eye.integration_s,
+        X_0=display.field_deg,
+        n=eye.efficiency,
+        E=retinal_illuminance_Barten1999(display.luminance, pupil),
+    )
+
+
+@given(display=DISPLAYS, eye=EYES)
+def test_past_the_peak_it_is_bartens_curve(display, eye):
+    table = sensitivity(display, eye)
+    peak = table.frequency[table.value.argmax()]
+    f = np.geomspace(1.02 * peak, 0.98 * table.frequency[-1], 300)
+    assert sensitivity_at(table, f) == pytest.approx(BARS * barten(display, eye, f), rel=1e-3)
+
+
+@given(display=DISPLAYS, eye=EYES)
+def test_envelope_never_rises_and_keeps_the_peak(display, eye):
+    table = sensitivity(display, eye)
+    f = np.geomspace(1e-3, 1e3, 500)
+    seen = sensitivity_at(table, f)
+    assert (np.diff(seen) <= 0).all()
+    assert seen[0] == pytest.approx(table.value.max())
+    assert (envelope(table.value) >= table.value).all()
+    assert (table.value[0] < table.value.max()).all()  # band-pass: there is something to fill
+
+
+def test_envelope_by_hand():
+    assert envelope(np.array([1.0, 3, 2, 2.5, 0])).tolist() == [3, 3, 2.5, 2.5, 0]
+
+
+def test_standard_observer_sees_a_tenth_of_a_percent_at_best():
+    """Barten (1999) at 100 cd/m²: best near 2.5 cycles/degree, a sensitivity of several hundred."""
+    table = sensitivity(Display(), Eye())
+    assert 2 < table.frequency[table.value.argmax()] < 4
+    assert 600 < table.value.max() / BARS < 850
+    assert 40 < table.frequency[np.flatnonzero(table.value > 1)[-1]] < 65
+
+
+@given(display=DISPLAYS, eye=EYES)
+def test_no_contrast_survives_the_end_of_the_table(display, eye):
+    table = sensitivity(display, eye)
+    assert table.value[-1] < 0.01
+    faded = optical_MTF_Barten1999(table.frequency[-1], optical_sigma(display, eye))
+    assert faded == pytest.approx(1e-6)
+    assert sensitivity_at(table, np.array([1.01 * table.frequency[-1]]))[0] == 0
+
+
+@given(eye=EYES, dim=st.floats(0.1, 500))
+def test_more_light_shows_more(eye, dim):
+    dark, bright = (sensitivity(Display(luminance=L), eye).value.max() for L in (dim, 2 * dim))
+    assert bright > dark
+
+
+def test_bars_are_seen_better_than_a_sinusoid():
+    """The first Fourier term of a square wave between −1 and 1."""
+    x = (np.arange(4096) + 0.5) / 4096
+    square = np.sign(np.sin(2 * np.pi * x))
+    assert 2 * np.mean(square * np.sin(2 * np.pi * x)) == pytest.approx(BARS, rel=1e-6)
+
+
+def test_one_table_per_display():
+    assert sensitivity(Display(), Eye()) is sensitivity(Display(), Eye())
+    assert not sensitivity(Display(), Eye()).value.flags.writeable
+
+
+def test_pixel_of_the_display():
+    assert math.degrees(Display(60).pixel_angle) * 60 == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.inf, math.nan])
+@pytest.mark.parametrize("name", ["pixels_per_degree", "luminance", "field_deg"])
+def test_bad_display_is_refused(name, bad):
+    with pytest.raises(InputError, match="display"):
+        Display(**{name: bad})
+
+
+@pytest.mark.parametrize(
+    ("name", "bad"),
+    [
+        ("blur_arcmin", 0.0),
+        ("aberration_arcmin", -0.1),
+        ("signal_to_noise", math.nan),
+        ("integration_s", math.inf),
+        ("efficiency", 1.5),
+        ("efficiency", 0.0),
+    ],
+)
+def test_bad_eye_is_refused(name, bad):
+    with pytest.raises(InputError, match="eye"):
+        Eye(**{name: bad})
+
+
+def test_a_display_wider_than_half_the_world_is_refused():
+    with pytest.raises(InputError, match="180"):
+        Display(field_deg=181.0)
