@@ -1,0 +1,104 @@
+"""Compound messages: a route to a part, and what is asked of it (§3.2, figure 4).
+
+A message is given to a whole, which forwards it along the route. The sender gets an Answer, or the
+Refusal of whoever stood in the way.
+
+>>> ask("right leg/lower leg/foot", "orientation")
+<ask right leg/lower leg/foot: orientation()>
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lod.errors import InputError
+
+BETWEEN = "/"
+"""Stands between the names of a route; a dot is read in the same way."""
+
+Route = tuple[str, ...]
+
+
+class Refused(ValueError):
+    """A refusal, raised: ``who`` refused and ``why``."""
+
+    def __init__(self, who: str, why: str) -> None:
+        self.who, self.why = who, why
+        super().__init__(f"{who} refuses: {why}")
+
+
+@dataclass(frozen=True, eq=False)
+class Action:
+    """What is asked of a part: one of its queries, or one of its changing methods, by name."""
+
+    name: str
+    arguments: tuple[Any, ...] = ()
+    changes: bool = False
+
+    def __repr__(self) -> str:
+        return f"{self.name}({', '.join(map(repr, self.arguments))})"
+
+
+@dataclass(frozen=True, eq=False)
+class Message:
+    """A compound message: the names on the way to the part, and the action.
+
+    Each whole on the way reads the route as seen from itself: forwarding drops the first name.
+    """
+
+    route: Route
+    action: Action
+
+    def __repr__(self) -> str:
+        kind = "change" if self.action.changes else "ask"
+        return f"<{kind} {written(self.route) or 'itself'}: {self.action!r}>"
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The part did what was asked; ``value`` is what it had to say."""
+
+    value: Any
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """``who`` (the way to it from the whole that was addressed) refused, and ``why``."""
+
+    who: str
+    why: str
+
+    @property
+    def value(self) -> Any:
+        """There is none: raises Refused."""
+        raise Refused(self.who, self.why)
+
+
+Reply = Answer | Refusal
+
+
+def ask(route: str | Sequence[str], name: str, *arguments: Any) -> Message:
+    """A request for information: the query ``name`` of the part at ``route`` ("" = the whole)."""
+    return Message(read(route), Action(name, arguments))
+
+
+def change(route: str | Sequence[str], name: str, *arguments: Any) -> Message:
+    """A request to change: the method ``name`` of the part at ``route`` ("" = the whole)."""
+    return Message(read(route), Action(name, arguments, changes=True))
+
+
+def read(route: str | Sequence[str]) -> Route:
+    """The names of a route written with slashes or dots, or given one by one."""
+    if isinstance(route, str):
+        names = route.replace(".", BETWEEN).split(BETWEEN) if route else []
+    else:
+        names = list(route)
+    for name in names:
+        if not (isinstance(name, str) and name.strip()):
+            raise InputError("route", route, "names with one / between them", 'try "leg/foot"')
+    return tuple(name.strip() for name in names)
+
+
+def written(route: Sequence[str]) -> str:
+    """A route as text."""
+    return BETWEEN.join(route)

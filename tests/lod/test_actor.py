@@ -1,0 +1,359 @@
+import copy
+import pickle
+from types import FunctionType, MethodType
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from lod.actor import Actor, CompoundActor, PositionableObject, SimpleActor
+from lod.actor_camera import Camera
+from lod.camera import look, split
+from lod.errors import InputError
+from lod.joint import HERE, Limits, RevoluteJoint
+from lod.message import Answer, Message, Refusal, Refused, ask, change
+from lod.quaternion import NORTH, UP, components, rotate, rotation
+from lod.stick import Bundle, Stick
+from lod.understood import changing, query
+from lod.whole import ObjectWithParts
+
+SHIN = Stick((0, 0, 0), (0, 0, -0.4), 0.05, 0.04)
+STUMP = Stick((0, 0, 0), (0, 0, -0.5), 0.05, 0.04)
+FOOT = Stick((0, 0, 0), (0.2, 0, 0), 0.03, 0.02, (0.1, 0.1, 0.2))
+KNEE = Limits((0, -5, 0), (0, 130, 0))
+
+
+class Foot(SimpleActor):
+    def __init__(self, name=None):
+        super().__init__(RevoluteJoint((0, 0, -0.4)), FOOT, name)
+
+
+class Leg(Actor):
+    part_types: ClassVar = {"foot": Foot}
+
+    def __init__(self, joint=HERE):
+        super().__init__(joint=joint, look=SHIN, leaf_look=STUMP)
+
+
+class Person(Actor):
+    part_types: ClassVar = {"left leg": Leg, "right leg": Leg}
+
+    def __init__(self, name="joe", joint=HERE):
+        hips = {"left leg": (0, 0.1, 0.5), "right leg": (0, -0.1, 0.5)}
+        legs = {leg: Leg(RevoluteJoint(hip, limits=KNEE)) for leg, hip in hips.items()}
+        super().__init__(legs, joint, name=name)
+
+
+# Figure 3
+
+
+@pytest.mark.parametrize("abstract", [ObjectWithParts, PositionableObject, Actor])
+def test_abstract_classes_have_no_instances(abstract):
+    with pytest.raises(TypeError, match="abstract"):
+        abstract()
+
+
+def test_the_classes_of_figure_3():
+    for kind in (Camera, SimpleActor, CompoundActor, Person):
+        assert issubclass(kind, PositionableObject)
+    assert not issubclass(Camera, Actor)
+
+
+def test_a_whole_learns_its_part_types_when_it_is_made():
+    joe = Person()
+    assert joe.part_names() == ("left leg", "right leg")
+    assert ("right leg", "foot") in joe.routes()
+
+
+def test_the_types_of_the_parts_are_kept_to():
+    class Table(Actor):
+        part_types: ClassVar = {"leg": Leg}
+
+    with pytest.raises(InputError, match=r"Table.parts\['leg'\].*of class Leg"):
+        Table({"leg": Foot()})
+    with pytest.raises(InputError, match="did you mean 'leg'"):
+        Table({"leeg": Leg()})
+    assert Table({"leg": Foot()}, part_types={"leg": Foot}).part_names() == ("leg",)
+
+
+def test_one_part_has_one_place():
+    foot = Foot()
+    with pytest.raises(InputError, match="this is 'a' too"):
+        CompoundActor({"a": foot, "b": foot})
+
+
+def test_a_whole_is_assembled_once():
+    joe = Person()
+    with pytest.raises(InputError, match="assembled once"):
+        joe.__init__()
+
+
+@pytest.mark.parametrize("name", ["a/b", "a.b", "", " "])
+def test_names_fit_into_routes(name):
+    with pytest.raises(InputError):
+        CompoundActor({name: Foot()})
+
+
+def test_a_simple_actor_can_have_no_parts():
+    with pytest.raises(InputError, match="has no parts"):
+        type("Centaur", (SimpleActor,), {"part_types": {"horse": Leg}})
+    with pytest.raises(TypeError):
+        SimpleActor(parts={"foot": Foot()})
+    reply = Foot("paw").receive(ask("claw", "position"))
+    assert reply == Refusal("paw", "has no part 'claw'; it has no parts at all")
+
+
+def test_state_that_could_not_be_put_back_is_refused():
+    with pytest.raises(TypeError, match="__slots__"):
+        type("Sly", (SimpleActor,), {"__slots__": ("hidden",)})
+
+
+# Hidden state
+
+
+def holds_a_part(value, depth=0):
+    """Whether a value is a part of something, or leads to one by plain names."""
+    if isinstance(value, ObjectWithParts):
+        return bool(value._owned_by)
+    if isinstance(value, (str, bytes, int, float, type, FunctionType)) or depth > 4:
+        return False
+    if isinstance(value, MethodType):
+        return holds_a_part(value.__self__, depth + 1)
+    if isinstance(value, dict):
+        return any(holds_a_part(item, depth + 1) for pair in value.items() for item in pair)
+    if isinstance(value, (tuple, list, set, frozenset)):
+        return any(holds_a_part(item, depth + 1) for item in value)
+    return holds_a_part(getattr(value, "__dict__", {}), depth + 1)
+
+
+def found_by_public_names(joe):
+    """Everything that attributes and calls without arguments give, dunders too."""
+    skipped = {"__getstate__", "__reduce__", "__reduce_ex__", "__init__"}
+    for name in dir(joe):
+        if name in skipped or (name.startswith("_") and not name.startswith("__")):
+            continue
+        value = getattr(joe, name)
+        yield name, value
+        if callable(value) and name != "__class__":
+            try:
+                yield name, value()
+            except TypeError:
+                continue
+
+
+def test_no_public_name_leads_to_a_part():
+    joe = Person()
+    found = dict(found_by_public_names(joe))
+    assert len(found) > 20
+    assert [name for name, value in found.items() if holds_a_part(value)] == []
+
+
+def test_the_search_would_find_one():
+    class Loose(Person):
+        def leg(self):
+            return self._ObjectWithParts__parts["left leg"]
+
+    found = dict(found_by_public_names(Loose()))
+    assert [name for name, value in found.items() if holds_a_part(value)] == ["leg"]
+
+
+def test_no_question_leads_to_a_part():
+    joe = Person()
+    asked = 0
+    for route in [(), *joe.routes()]:
+        for name in dir(Person):
+            reply = joe.receive(ask(route, name))
+            asked += isinstance(reply, Answer)
+            assert isinstance(reply, Refusal) or not holds_a_part(reply.value)
+    assert asked > 40
+
+
+def test_a_whole_cannot_be_searched_or_sent_away():
+    joe = Person()
+    for search in (iter, len, list, lambda whole: whole["left leg"], lambda whole: whole.left_leg):
+        with pytest.raises((TypeError, AttributeError)):
+            search(joe)
+    assert not holds_a_part(vars(joe))
+    assert repr(joe) == "<Person joe>"
+    for send in (
+        pickle.dumps,
+        lambda whole: whole.__reduce__(),
+        lambda whole: whole.__getstate__(),
+    ):
+        with pytest.raises(TypeError, match="compile_actor"):
+            send(joe)
+
+
+@pytest.mark.parametrize(
+    "wrap", [lambda p: p, lambda p: [p], lambda p: {"it": (p,)}, lambda p: p.turn]
+)
+def test_a_question_that_would_hand_out_a_part_is_refused(wrap):
+    class Careless(SimpleActor):
+        @query
+        def me(self):
+            return wrap(self)
+
+    reply = CompoundActor({"it": Careless()}, name="whole").receive(ask("it", "me"))
+    assert reply.who == "whole/it"
+    assert "hidden state" in reply.why
+
+
+def test_what_is_handed_out_is_a_number_of_its_own():
+    joe = Person()
+    given = joe.receive(ask("left leg", "orientation")).value
+    given.x = 5.0
+    assert components(joe.receive(ask("left leg", "orientation")).value) == (0, 0, 0, 1)
+
+
+def test_a_copy_of_a_person_owns_parts_of_its_own():
+    twin = copy.deepcopy(Person())
+    twin.receive(change("left leg", "bend", (0, 30, 0))).value  # noqa: B018
+    assert twin.receive(change("left leg", "bend", (0, 140, 0))).who == "joe/left leg"
+
+
+# What parts understand
+
+
+def test_a_message_names_a_question_or_a_change_and_not_the_other():
+    joe = Person()
+    assert joe.receive(ask("left leg", "place", (0, 0, 0))).why.startswith(
+        "understands no question"
+    )
+    assert "nearest is 'orient'" in joe.receive(change("left leg", "orientt")).why
+    assert "takes" in joe.receive(change("left leg", "turn", UP)).why
+    for name in ("__class__", "_joint", "receive", "part_types", "_tell"):
+        assert isinstance(joe.receive(ask("", name)), Refusal)
+
+
+def test_calls_on_an_independent_object_are_messages_to_itself():
+    joe = Person()
+    joe.turn(UP, 90)
+    joe.place((1, 2, 3))
+    assert joe.position() == (1, 2, 3)
+    assert np.allclose(rotate(joe.orientation(), (1, 0, 0)), NORTH)
+    with pytest.raises(Refused, match="joe refuses: position"):
+        joe.place((1, np.nan, 3))
+
+
+def test_a_turn_beyond_the_joints_limits_is_refused_by_the_part():
+    joe = Person()
+    bent = joe.receive(change("left leg", "bend", (0, 100, 0)))
+    assert isinstance(bent, Answer)
+    before = joe.receive(ask("left leg", "joint")).value
+    reply = joe.receive(change("left leg", "turn", NORTH, 40))
+    assert reply.who == "joe/left leg"
+    assert "140.0" in reply.why
+    assert joe.receive(ask("left leg", "joint")).value is before
+
+
+def test_a_whole_may_answer_in_the_place_of_its_part():
+    class Shy(Person):
+        def intercept(self, message):
+            return Message((), message.action)
+
+    joe = Shy(joint=RevoluteJoint((9, 9, 9)))
+    assert joe.receive(ask("left leg", "position")).value == (9, 9, 9)
+
+
+def test_a_whole_may_not_make_a_change_of_a_question():
+    class Sly(Person):
+        def intercept(self, message):
+            return change(message.route, "place", (0, 0, 0))
+
+    with pytest.raises(TypeError, match="turned a question"):
+        Sly().receive(ask("left leg", "position"))
+
+
+def test_a_whole_changes_its_parts_all_or_none():
+    class Walker(Person):
+        @changing
+        def step(self, angle):
+            self._tell(change("left leg", "bend", (0, angle, 0)))
+            self._tell(change("right leg", "bend", (0, 10 * angle, 0)))
+
+    joe = Walker()
+    joe.step(5)
+    before = joe.frames()
+    with pytest.raises(Refused, match="joe/right leg refuses"):
+        joe.step(20)
+    assert joe.frames() == before
+
+
+# Frames, looks, cameras
+
+
+def test_the_person_turns_with_all_its_parts():
+    joe = Person(joint=RevoluteJoint((10, 0, 0), rotation(UP, 90)))
+    frames = dict(joe.frames())
+    assert np.allclose(frames[("left leg", "foot")].position, (10 - 0.1, 0, 0.1))
+    joe.receive(change("left leg", "bend", (0, 90, 0))).value  # noqa: B018
+    # The shin, down at rest, now points backwards: −x of the person, south in the world.
+    assert np.allclose(dict(joe.frames())[("left leg", "foot")].position, (9.9, -0.4, 0.5))
+
+
+def test_the_appearance_slot():
+    foot = Foot()
+    assert foot.appearance() == foot.leaf_appearance() == FOOT
+    foot.wear(SHIN, STUMP)
+    assert (foot.appearance(), foot.leaf_appearance()) == (SHIN, STUMP)
+
+
+def test_a_camera_renders_other_actors():
+    joe = Person(joint=RevoluteJoint((100, 200, 3)))
+    camera = Camera(RevoluteJoint((101, 215, 4), rotation(UP, -30)), 50.0, (64, 36))
+    theory = camera.projection()
+    corner, x, y = split(101, 215)
+    expected = look(corner, np.array((x, y, 4.0)), 30, 0, 50, (64, 36))
+    for name in ("corner", "eye", "forward", "up", "fov_x", "width", "height"):
+        assert np.allclose(*(_plain(getattr(c, name)) for c in (theory, expected)))
+    sticks = camera.render([joe])
+    assert len(sticks) == 4
+    assert sticks.owner.tolist() == [0, 1, 2, 3]
+    assert sticks.tints.tolist() == [[0.5, 0.5, 0.5], [0.1, 0.1, 0.2]]
+    assert np.allclose(sticks.start[0] + (16 * corner.x, 16 * corner.y, 0), (100, 200.1, 3.5))
+
+
+def _plain(value):
+    return (value.x, value.y) if hasattr(value, "x") else value
+
+
+def test_below_a_part_too_small_its_whole_shows_its_leaf_look():
+    joe = Person()
+    sticks = Camera().render([joe], lambda route, position: "foot" not in route)
+    assert np.allclose(sticks.end[:, 2], 0)  # the stumps reach to the ground
+    assert len(Camera().render([joe], lambda route, position: False)) == 0
+    left = Camera().render([joe], lambda route, position: position[1] >= 0)
+    assert len(left) == 2
+
+
+def test_a_camera_can_be_part_of_an_actor():
+    head = CompoundActor({"eye": Camera(RevoluteJoint((0.1, 0, 0)))}, RevoluteJoint((5, 5, 1.7)))
+    frame = dict(head.frames())[()]
+    theory = head.receive(ask("eye", "projection", frame)).value
+    assert np.allclose(theory.eye, (5.1, 5, 1.7))
+    assert len(Camera().render([head])) == 0
+
+
+# Sticks
+
+
+def test_a_stick_in_a_frame():
+    stick = FOOT.sticks_in(RevoluteJoint((0, 0, 1), rotation(UP, 90)))[0]
+    assert np.allclose((stick.start, stick.end), ((0, 0, 1), (0, 0.2, 1)))
+    assert (stick.start_radius, stick.albedo) == (0.03, (0.1, 0.1, 0.2))
+    assert len(Bundle((SHIN, FOOT)).sticks_in(HERE)) == 2
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        (((0, 0), (0, 0, 1), 1, 1), "stick.start"),
+        (((0, 0, 0), (0, 0, np.inf), 1, 1), "stick.end"),
+        (((0, 0, 0), (0, 0, 1), 0, 1), "stick.start_radius"),
+        (((0, 0, 0), (0, 0, 1), 1, np.nan), "stick.end_radius"),
+        (((0, 0, 0), (0, 0, 1), 1, 1, (0, 2, 0)), "stick.albedo"),
+    ],
+)
+def test_what_is_no_stick_is_refused(values, named):
+    with pytest.raises(InputError, match=named):
+        Stick(*values)

@@ -1,0 +1,70 @@
+import doctest
+import importlib
+
+import pytest
+
+from lod.errors import InputError
+from lod.message import Answer, Refusal, Refused, ask, change, read
+from lod.nearest_route import nearest
+
+MODULES = ("quaternion", "message", "nearest_route", "whole", "actor")
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_the_examples_in_the_docstrings_run(module):
+    # figure 4's request to joe's right foot is the one in lod/actor.py
+    outcome = doctest.testmod(importlib.import_module(f"lod.{module}"))
+    assert outcome.attempted > 0
+    assert outcome.failed == 0
+
+
+def test_a_route_is_read_with_slashes_dots_or_as_names():
+    names = ("right leg", "lower leg", "foot")
+    assert read("right leg/lower leg/foot") == names
+    assert read("right leg.lower leg.foot") == names
+    assert read(names) == names
+    assert read("") == ()
+
+
+@pytest.mark.parametrize("route", ["leg//foot", "/leg", "leg/", " ", ("leg", "")])
+def test_a_route_without_a_name_is_refused(route):
+    with pytest.raises(InputError, match="names with one / between"):
+        read(route)
+
+
+def test_messages_say_what_they_are():
+    assert repr(ask("leg.foot", "position")) == "<ask leg/foot: position()>"
+    assert repr(change("", "turn", (0, 0, 1), 40)) == "<change itself: turn((0, 0, 1), 40)>"
+
+
+def test_messages_cannot_be_changed_on_the_way():
+    message = change("leg", "turn", (0, 0, 1), 40)
+    with pytest.raises(AttributeError):
+        message.route = ("arm",)
+    with pytest.raises(AttributeError):
+        message.action.changes = False
+
+
+def test_an_answer_has_a_value_and_a_refusal_none():
+    assert Answer(3).value == 3
+    with pytest.raises(Refused, match="joe/leg refuses: it hurts") as refused:
+        _ = Refusal("joe/leg", "it hurts").value
+    assert (refused.value.who, refused.value.why) == ("joe/leg", "it hurts")
+
+
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [
+        ("right leg/lower leg/fot", "right leg/lower leg/foot"),
+        ("foot", "left leg/lower leg/foot"),
+        ("rigth leg", "right leg"),
+        ("right leg/foot", "right leg/lower leg/foot"),
+        ("hed", "head"),
+    ],
+)
+def test_the_nearest_route_is_what_was_meant(asked, meant):
+    known = [read(side + way) for side in ("left leg", "right leg") for way in WAYS]
+    assert nearest(read(asked), [read("head"), *known]) == read(meant)
+
+
+WAYS = ("", "/lower leg", "/lower leg/foot")

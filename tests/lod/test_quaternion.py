@@ -1,0 +1,184 @@
+import inspect
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from lod import quaternion_arrays
+from lod.errors import InputError
+from lod.quaternion import (
+    AS_IT_IS,
+    EAST,
+    NORTH,
+    UP,
+    Quaternion,
+    components,
+    from_rotation_vector,
+    matrix,
+    norm,
+    pure,
+    rotate,
+    rotation,
+    rotation_vector,
+    slerp,
+    unit,
+    vector_part,
+)
+
+numbers = st.floats(-10, 10, allow_subnormal=False)
+vectors = st.tuples(numbers, numbers, numbers)
+quaternions = st.builds(Quaternion, numbers, numbers, numbers, numbers)
+turns = quaternions.filter(lambda q: norm(q) > 1e-3).map(unit)
+
+
+def close(a, b, tolerance=1e-12):
+    return np.allclose(np.array(a), np.array(b), rtol=0, atol=tolerance)
+
+
+def same_rotation(a, b, tolerance=1e-12):
+    a, b = np.array(components(a)), np.array(components(b))
+    return min(np.abs(a - b).max(), np.abs(a + b).max()) < tolerance
+
+
+def test_the_formula_of_1843():
+    i, j, k = pure(EAST), pure(NORTH), pure(UP)
+    for product in (i * i, j * j, k * k, i * j * k):
+        assert components(product) == (0, 0, 0, -1)
+    assert components(i * j) == components(k)
+    assert components(j * i) == components(-k)
+
+
+def test_they_mix_with_reals_and_divide():
+    q = Quaternion(1.0, 2.0, 3.0, 4.0)
+    assert components(2 * q + 1) == (2, 4, 6, 9)
+    assert components(q / 2) == (0.5, 1, 1.5, 2)
+    assert close(components(q / q), AS_IT_IS)
+    assert close(components(1 / q * q), AS_IT_IS)
+
+
+def test_a_quarter_turn_about_up_takes_east_to_north():
+    assert close(rotate(rotation(UP, 90), EAST), NORTH)
+    assert close(rotate(rotation(NORTH, 90), UP), EAST)
+
+
+@given(turns, vectors)
+def test_rotation_preserves_length(q, v):
+    assert np.linalg.norm(rotate(q, v)) == pytest.approx(np.linalg.norm(v), rel=1e-13, abs=1e-300)
+
+
+@given(turns, vectors)
+def test_rotation_does_not_ask_for_length_1(q, v):
+    assert close(rotate(3.5 * q, v), rotate(q, v))
+
+
+@given(turns, turns)
+def test_composition_is_the_matrix_product(a, b):
+    assert close(matrix(a * b), matrix(a) @ matrix(b))
+
+
+@given(turns)
+def test_matrix_agrees_with_scipy(q):
+    assert close(matrix(q), Rotation.from_quat(components(q)).as_matrix())
+
+
+@given(turns)
+def test_rotation_vector_and_back(q):
+    v = rotation_vector(q)
+    assert np.linalg.norm(v) <= 180 + 1e-9
+    assert same_rotation(from_rotation_vector(v), q)
+    assert same_rotation(from_rotation_vector(rotation_vector(-q)), q)
+
+
+@given(vectors.filter(lambda v: np.linalg.norm(v) > 1e-3), st.floats(-720, 720))
+def test_rotation_agrees_with_scipy(axis, angle):
+    rotvec = np.radians(angle) * np.array(axis) / np.linalg.norm(axis)
+    assert close(matrix(rotation(axis, angle)), Rotation.from_rotvec(rotvec).as_matrix())
+
+
+def test_no_rotation_is_no_rotation():
+    assert components(from_rotation_vector((0, 0, 0))) == AS_IT_IS
+    assert rotation_vector(Quaternion(*AS_IT_IS)) == (0, 0, 0)
+
+
+@given(turns, turns, st.floats(0, 1))
+def test_slerp_keeps_an_even_pace_the_shorter_way(a, b, share):
+    whole = np.linalg.norm(rotation_vector(unit(b / a)))
+    assume(whole < 179.9)
+    part = slerp(a, b, share)
+    assert np.linalg.norm(rotation_vector(unit(part / a))) == pytest.approx(share * whole, abs=1e-6)
+    assert same_rotation(slerp(a, b, 0.0), a)
+    assert same_rotation(slerp(a, b, 1.0), b)
+
+
+@given(turns, turns, st.floats(0, 1), vectors)
+def test_arrays_agree_with_numbers(a, b, share, v):
+    rows_a, rows_b = np.array([components(a)] * 2), np.array([components(b)] * 2)
+    assert close(quaternion_arrays.products(rows_a, rows_b), components(a * b))
+    assert close(quaternion_arrays.rotated(rows_a, np.array([v] * 2, float)), rotate(a, v))
+    turned = quaternion_arrays.from_rotation_vectors(np.array([v], float))
+    assert close(turned, components(from_rotation_vector(v)))
+    assume(abs(np.dot(components(a), components(b))) > 1e-3)
+    between = quaternion_arrays.slerps(rows_a, rows_b, np.array([share, share]))
+    assert same_rotation(Quaternion(*between[1]), slerp(a, b, share), 1e-9)
+
+
+def test_unit_quaternions_stay_unit_over_a_million_products():
+    # Unchecked, or the checks of the shapes would take most of the time.
+    normalised = inspect.unwrap(unit)
+    step, q = rotation((1.0, 2.0, 3.0), 41.3), rotation(UP, 7.0)
+    worst = 0.0
+    for _ in range(1000):
+        for _ in range(1000):
+            q = normalised(q * step)
+        worst = max(worst, abs(norm(q) - 1.0))
+    assert worst < 1e-12
+
+
+def test_without_renormalising_they_would_not():
+    # The test above can fail: a step as little too long as single precision leaves it adds up.
+    step, q = rotation((1.0, 2.0, 3.0), 41.3) * (1 + 6e-8), rotation(UP, 7.0)
+    for _ in range(1000):
+        q = q * step
+    assert abs(norm(q) - 1.0) > 1e-5
+    for _ in range(1000):
+        q = unit(q * step)
+    assert abs(norm(q) - 1.0) < 1e-15
+
+
+@given(turns)
+def test_normalising_twice_changes_nothing(q):
+    once = unit(3.3 * q)
+    assert components(unit(once)) == components(once)
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda: rotation((0, 0, 0), 40), "axis"),
+        (lambda: rotation((0, np.nan, 1), 40), "axis"),
+        (lambda: rotation(UP, np.inf), "angle"),
+        (lambda: pure((1, 2)), "three numbers"),
+        (lambda: unit(Quaternion(0, 0, 0, 0)), "quaternion"),
+        (lambda: unit(Quaternion(0, 0, np.nan, 1)), "quaternion"),
+    ],
+)
+def test_what_is_no_rotation_is_refused(call, named):
+    with pytest.raises(InputError, match=named):
+        call()
+
+
+def test_a_vector_comes_back_from_its_pure_quaternion():
+    assert vector_part(pure(np.array([1.0, 2.0, 3.0]))) == (1, 2, 3)
+
+
+def test_needs_neither_llvm_nor_mitsuba(tmp_path):
+    code = (
+        "import sys; from lod.quaternion import UP, rotate, rotation;"
+        "assert rotate(rotation(UP, 180), (1, 0, 0))[0] == -1; assert 'mitsuba' not in sys.modules"
+    )
+    nowhere = {"DRJIT_LIBLLVM_PATH": str(tmp_path / "none.so"), "PYTHONPATH": ":".join(sys.path)}
+    subprocess.run([sys.executable, "-c", code], env=nowhere, check=True, capture_output=True)
