@@ -173,15 +173,13 @@ class Terrain:
         squares about them.
         """
         level, x, y = tiles
-        side = (grid.root_side / 2.0**level)[:, None]
-        step = (np.indices((SAMPLES, SAMPLES)).reshape(2, -1) + 0.5) / SAMPLES
-        west, south = grid.west + side * x[:, None], grid.south + side * y[:, None]
-        xy = np.stack((west + side * step[0], south + side * step[1]), axis=-1)
-        radius = np.repeat(side[:, 0] * math.sqrt(0.5) / SAMPLES, SAMPLES**2)
-        low, high = self.relief.within(grid.corner, xy.reshape(-1, 2), radius)
-        low = np.maximum(lowest, low.reshape(-1, SAMPLES**2).min(axis=1))[:, None]
-        high = np.minimum(highest, high.reshape(-1, SAMPLES**2).max(axis=1))[:, None]
-        return np.hstack((west, south, low)), np.hstack((west + side, south + side, high))
+        side = grid.root_side / 2.0**level
+        west, south = grid.west + side * x, grid.south + side * y
+        low, high = self.relief.within(grid.corner, *samples_of(west, south, side))
+        low = np.maximum(lowest, low.reshape(-1, SAMPLES**2).min(axis=1))
+        high = np.minimum(highest, high.reshape(-1, SAMPLES**2).max(axis=1))
+        east, north = west + side, south + side
+        return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1)
 
     def limits(self, view: View) -> tuple[Reals, Reals]:
         """Limit distance of the tiles of each level, in view and out of it, never growing [m]."""
@@ -233,6 +231,16 @@ class Terrain:
 def _flat_bound(grid: TileGrid, level: Ints) -> Reals:
     """Half the diagonal of tiles, and a millionth more, so that rounding cannot un-nest spheres."""
     return grid.root_side / 2.0**level * math.sqrt(0.5) * (1 + 1e-6)
+
+
+def samples_of(
+    west: Reals, south: Reals, side: Reals
+) -> tuple[Float64[np.ndarray, "s 2"], Float64[np.ndarray, " s"]]:
+    """SAMPLES² points of each square, and the radius of the circles about them that cover it."""
+    step = (np.indices((SAMPLES, SAMPLES)).reshape(2, -1) + 0.5) / SAMPLES
+    x, y = (v[:, None] + side[:, None] * s for v, s in zip((west, south), step, strict=True))
+    radius = np.repeat(side * math.sqrt(0.5) / SAMPLES, SAMPLES**2)
+    return np.stack((x.ravel(), y.ravel()), axis=1), radius
 
 
 def unpacked(part: Ints) -> tuple[Ints, Ints]:

@@ -14,7 +14,7 @@ from lod.metric import METRICS
 from lod.parts import Parts, Triangles
 from lod.prune import Cut, prune
 from lod.view import View, distance
-from scenes.terrain import Terrain, unpacked
+from scenes.terrain import SAMPLES, Terrain, samples_of, unpacked
 from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain_patches import SIDES, Patches, balanced, morton, uncovered_quarters
 
@@ -103,6 +103,15 @@ def test_a_tile_is_inside_its_sphere_and_no_nearer_than_its_distance(terrain, vi
         away = np.linalg.norm(ground - parts.centre, axis=1)
         assert np.all(away <= parts.bound)
         assert np.all(distance(view, ground) >= distance(view, parts.position) - 1e-9)
+
+
+def test_circles_about_the_samples_cover_their_squares():
+    west, south, side = (np.array(v) for v in ((-8.0, 16.0), (2.0, -32.0), (4.0, 64.0)))
+    xy, radius = (v.reshape(2, SAMPLES**2, -1) for v in samples_of(west, south, side))
+    for corner in np.concatenate((np.indices((9, 9)).reshape(2, -1).T / 8, [(1 / 3, 2 / 3)])):
+        point = np.stack((west, south), axis=1) + side[:, None] * corner
+        away = np.linalg.norm(xy - point[:, None], axis=2)
+        assert np.all((away <= radius[:, :, 0] * (1 + 1e-12)).any(axis=1))
 
 
 @pytest.mark.parametrize("reach", [16.0, 1000.0, 1e7])
