@@ -17,6 +17,7 @@ class Claim:
 
     name       short and unique within its experiment: ``blake/objects/slope_K``
     about      the claim in plain words
+    quantity   what the numbers are: an exponent against something, a ratio
     source     where it comes from: a section of the paper, or of the design
     predicted, tolerance   what it must be, and how near
     relation   ``equals``: predicted ± tolerance; ``at most``: not above predicted + tolerance
@@ -25,6 +26,7 @@ class Claim:
 
     name: str
     about: str
+    quantity: str
     source: str
     predicted: float
     tolerance: float
@@ -62,17 +64,15 @@ class Claim:
 
 def claim(
     name: str,
-    about: str,
-    source: str,
+    words: tuple[str, str, str],
     predicted: float,
     tolerance: float,
     found: Estimate,
-    **more: Any,
+    relation: Relation = "equals",
 ) -> Claim:
-    """The claim that ``found`` is ``predicted``, give or take ``tolerance``."""
-    return Claim(
-        name, about, source, predicted, tolerance, found.value, found.low, found.high, **more
-    )
+    """The claim that ``found`` is ``predicted``; ``words`` are about, quantity and source."""
+    interval = found.value, found.low, found.high
+    return Claim(name, *words, predicted, tolerance, *interval, relation)
 
 
 def claim_from(data: dict[str, Any]) -> Claim:

@@ -11,6 +11,7 @@ import re
 import tempfile
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -50,16 +51,16 @@ class Record:
         """Everything, as plain data."""
         data = {f.name: getattr(self, f.name) for f in fields(self)}
         data["provenance"] = asdict(self.provenance)
-        data["points"] = [asdict(point) for point in self.points]
+        data["points"] = [dict(vars(point)) for point in self.points]  # not copied: they are large
         data["claims"] = [claim.as_json() for claim in self.claims]
         return data
 
-    @property
+    @cached_property
     def sha256(self) -> str:
         """Of the whole content."""
         return _hash(self.content)
 
-    @property
+    @cached_property
     def samples_sha256(self) -> str:
         """Of cases, predictions and counts alone: the same for the same seed, whoever runs it."""
         return _hash(self.content["points"])

@@ -14,7 +14,18 @@ from lod.errors import InputError
 
 
 def a_claim(low, high, predicted=2.0, tolerance=0.02, relation="equals"):
-    return Claim("x", "about", "§4.1", predicted, tolerance, (low + high) / 2, low, high, relation)
+    return Claim(
+        "x",
+        "about",
+        "exponent",
+        "§4.1",
+        predicted,
+        tolerance,
+        (low + high) / 2,
+        low,
+        high,
+        relation,
+    )
 
 
 def a_record(seed=0, made="2026-01-01T00:00:00Z", **changes):
@@ -57,7 +68,7 @@ def test_a_verdict_is_never_read_back():
 
 
 def test_a_claim_takes_its_numbers_from_the_estimate():
-    made = claim("n", "a", "§", 1.0, 0.02, Estimate(1.001, 0.99, 1.01, 0.005, 1.0, 9))
+    made = claim("n", ("a", "q", "§"), 1.0, 0.02, Estimate(1.001, 0.99, 1.01, 0.005, 1.0, 9))
     assert (made.measured, made.low, made.high, made.verdict) == (1.001, 0.99, 1.01, "holds")
 
 
@@ -69,7 +80,7 @@ def test_a_claim_of_numbers_that_are_not_finite_is_refused(low, high):
 
 def test_a_claim_outside_its_own_interval_is_refused():
     with pytest.raises(InputError, match="low"):
-        Claim("x", "about", "§", 1.0, 0.1, measured=3.0, low=1.0, high=2.0)
+        Claim("x", "about", "q", "§", 1.0, 0.1, measured=3.0, low=1.0, high=2.0)
 
 
 def test_what_is_written_reads_back(tmp_path):

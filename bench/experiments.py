@@ -1,0 +1,72 @@
+"""The experiments, by name. What one needs is imported when it is used: listing them is fast."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    import bench.figures
+    import bench.records
+
+Progress = Callable[[int, int, str], None]
+"""Called with points done, points in all, and what comes next."""
+
+Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
+"""Heads and rows."""
+
+
+def silent(done: int, total: int, what: str) -> None:
+    """No progress shown."""
+
+
+@runtime_checkable
+class Run(Protocol):
+    """Measures and judges; ``quick`` has the same points and fewer fields."""
+
+    def __call__(
+        self, quick: bool = False, progress: Progress = silent, seed: int = 0
+    ) -> "bench.records.Record":
+        """The finished record."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One question, the way to answer it, and what its record shows."""
+
+    about: str
+    question: str
+    run: Run
+    figures: Callable[["bench.records.Record"], tuple["bench.figures.Figure", ...]]
+    table: Callable[["bench.records.Record"], Table]
+
+
+def _run_scaling(
+    quick: bool = False, progress: Progress = silent, seed: int = 0
+) -> "bench.records.Record":
+    from bench import scaling
+
+    return scaling.run(quick, progress, seed)
+
+
+def _scaling_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
+    from bench import scaling_figures
+
+    return scaling_figures.figures(record)
+
+
+def _scaling_table(record: "bench.records.Record") -> Table:
+    from bench import scaling_figures
+
+    return scaling_figures.table(record)
+
+
+EXPERIMENTS: dict[str, Experiment] = {
+    "scaling": Experiment(
+        about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
+        question="Does the number of things in a frame depend on what the viewer can resolve, "
+        "and not on the size of the world?",
+        run=_run_scaling,
+        figures=_scaling_figures,
+        table=_scaling_table,
+    ),
+}

@@ -1,0 +1,168 @@
+"""Figures as SVG text, every one with its text alternative; the only file that draws.
+
+Colours are those of Okabe & Ito, "Color Universal Design" (2008), and no two series differ in
+colour alone. Error bars are 95 % intervals of the mean over fields.
+"""
+
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Canvas
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+_GREY = "#595959"
+_STYLE: dict[Any, Any] = {
+    "svg.hashsalt": "lodbench",  # the same figure has the same bytes
+    "svg.fonttype": "path",  # and looks the same on every machine
+    "font.size": 11,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "legend.fontsize": 10,
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A finished figure: SVG text, and in words what it shows for those who do not see it."""
+
+    name: str
+    title: str
+    caption: str
+    alt: str
+    svg: str
+
+
+@dataclass(frozen=True)
+class Series:
+    """One line of a plot, points in order of x; ``half`` is half the 95 % interval of the mean."""
+
+    label: str
+    x: Sequence[float]
+    predicted: Sequence[float]
+    measured: Sequence[float]
+    half: Sequence[float]
+
+    @property
+    def ratio(self) -> np.ndarray:
+        """Measured ÷ predicted."""
+        return np.array(self.measured) / np.array(self.predicted)
+
+    @property
+    def ratio_half(self) -> np.ndarray:
+        """Half the 95 % interval of the ratio."""
+        return np.array(self.half) / np.array(self.predicted)
+
+
+def against_law(
+    name: str,
+    title: str,
+    caption: str,
+    axis: tuple[str, str],
+    series: Sequence[Series],
+    mark: tuple[float, str] | None = None,
+) -> Figure:
+    """Counts on logarithmic axes with the prediction drawn in; measured ÷ predicted below.
+
+    ``mark``: a value on the horizontal axis that matters, and its name.
+    """
+    with mpl.rc_context(_STYLE):
+        canvas = Canvas(figsize=(5.4, 5.2))
+        above, below = canvas.subplots(2, 1, sharex=True, height_ratios=(3, 1.25))
+        canvas.subplots_adjust(left=0.17, right=0.985, top=0.985, bottom=0.1, hspace=0.06)
+        for number, each in enumerate(series):
+            _counts(above, each, number)
+            _residuals(below, each, number)
+        above.set(xscale="log", yscale="log", ylabel=axis[1])
+        if mark:
+            above.axvline(mark[0], color=_GREY, lw=1.2, ls=":", label=mark[1])
+        above.plot([], [], color=_GREY, lw=1.4, label="predicted, nothing fitted")
+        above.legend(loc="best")
+        below.axhspan(0.98, 1.02, color="#D9D9D9", alpha=0.5, lw=0)
+        below.axhline(1.0, color=_GREY, lw=1.2)
+        below.set(xlabel=axis[0], ylabel="measured ÷\npredicted")
+        _limit_residuals(below, series)
+        return Figure(name, title, caption, _law_in_words(axis, series), _svg(canvas, name))
+
+
+def examined_over_displayed(
+    name: str, title: str, caption: str, axis: tuple[str, str], series: Sequence[Series]
+) -> Figure:
+    """Ratios against a size on a logarithmic axis; ``predicted`` holds what the ratio is over."""
+    with mpl.rc_context(_STYLE):
+        canvas = Canvas(figsize=(5.4, 3.9))
+        axes = canvas.subplots()
+        canvas.subplots_adjust(left=0.12, right=0.985, top=0.98, bottom=0.14)
+        for number, each in enumerate(series):
+            style = _marks(number) | {"linestyle": "none", "markersize": 5}
+            axes.plot(each.x, each.ratio, label=each.label, **style)
+        axes.axhline(1.0, color=_GREY, lw=1.2)
+        axes.set(xscale="log", xlabel=axis[0], ylabel=axis[1])
+        axes.set_ylim(0, 1.4 * max(float(s.ratio.max()) for s in series))
+        axes.legend(loc="upper right", ncols=2)
+        words = [
+            f"{s.label}: {s.ratio.max():.3g} at most, {s.ratio[-1]:.3g} at the largest."
+            for s in series
+        ]
+        alt = f"Plot of {axis[1]} against {axis[0]}. " + " ".join(words)
+        return Figure(name, title, caption, alt, _svg(canvas, name))
+
+
+def _counts(axes: Axes, series: Series, number: int) -> None:
+    axes.plot(series.x, series.predicted, color=_GREY, lw=1.4, zorder=1)
+    style = _marks(number) | {"linestyle": "none", "markersize": 6, "capsize": 2}
+    axes.errorbar(series.x, series.measured, yerr=series.half, label=series.label, **style)
+
+
+def _residuals(axes: Axes, series: Series, number: int) -> None:
+    style = _marks(number) | {"linestyle": "none", "markersize": 4.5, "capsize": 2, "lw": 1}
+    # Points of different series at one x stand a little apart.
+    x = np.array(series.x) * 1.04 ** (number - 0.5)
+    axes.errorbar(x, series.ratio, yerr=series.ratio_half, **style)
+
+
+def _limit_residuals(axes: Axes, series: Sequence[Series]) -> None:
+    far = max(float(np.max(np.abs(s.ratio - 1) + s.ratio_half)) for s in series)
+    reach = max(0.03, min(1.15 * far, 0.5))
+    axes.set_ylim(1 - reach, 1 + reach)
+
+
+def _marks(number: int) -> dict[str, Any]:
+    kind = number % len(COLOURS)
+    fill = COLOURS[kind] if number % 2 == 0 else "white"
+    return {"color": COLOURS[kind], "marker": MARKERS[kind], "markerfacecolor": fill}
+
+
+def _law_in_words(axis: tuple[str, str], series: Sequence[Series]) -> str:
+    words = [f"Log-log plot of {axis[1]} against {axis[0]}, with measured ÷ predicted below."]
+    for each in series:
+        worst = np.abs(each.ratio - 1).max()
+        words.append(
+            f"{each.label}: from {each.measured[0]:.4g} at {each.x[0]:.3g} to "
+            f"{each.measured[-1]:.4g} at {each.x[-1]:.3g}, never more than {100 * worst:.2g} % "
+            f"from the prediction."
+        )
+    return " ".join(words)
+
+
+def _svg(canvas: Canvas, name: str) -> str:
+    """The figure as an ``svg`` element that scales, with ids that are its own on a page."""
+    stream = io.StringIO()
+    canvas.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    text = stream.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r'^(<svg[^>]*?) width="[^"]*"', r"\1", text)
+    text = re.sub(r'^(<svg[^>]*?) height="[^"]*"', r"\1", text)
+    return re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text)

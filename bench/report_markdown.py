@@ -1,0 +1,56 @@
+"""The report as Markdown, its figures as files beside it."""
+
+from collections.abc import Iterable, Sequence
+
+from bench.report_parts import (
+    CLAIM_HEADS,
+    GLOSSARY,
+    LIMITS,
+    MARKS,
+    Section,
+    answer,
+    groups,
+    provenance_rows,
+    repeat,
+    words,
+)
+
+FIGURES = "figures"
+"""Folder of the figures, beside report.md."""
+
+
+def document(sections: Sequence[Section]) -> str:
+    """The whole document."""
+    blocks = ["# lodbench: what was claimed, and what was measured"]
+    for section in sections:
+        blocks += _section(section)
+    blocks += ["## Words and symbols", _table(("word", "meaning"), GLOSSARY)]
+    return "\n\n".join(blocks) + "\n"
+
+
+def _section(section: Section) -> Iterable[str]:
+    record = section.record
+    yield f"## {section.title}"
+    yield f"**{section.question}** {answer(record.claims)}"
+    for title, claims in groups(record.claims).items():
+        yield f"### {title}"
+        rows = [(f"{MARKS[c.verdict]} {c.verdict}", *words(c)) for c in claims]
+        yield _table(CLAIM_HEADS, rows)
+    for figure in section.figures:
+        path = f"{FIGURES}/{section.anchor}-{figure.name}.svg"
+        yield f"### {figure.title}\n\n![{figure.alt}]({path})\n\n{figure.caption}"
+    yield "### What this does not say\n\n" + "\n".join(f"- {limit}" for limit in LIMITS)
+    heads, rows = section.table
+    if rows:
+        yield "### Every point\n\n" + _table(heads, rows)
+    yield "### Where it comes from\n\n" + _table(("what", "value"), provenance_rows(section))
+    yield f"Repeat it: `{repeat(section)}`"
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(_cell(cell) for cell in line) + " |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")

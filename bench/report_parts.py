@@ -1,0 +1,153 @@
+"""What a report says, in words and numbers that both of its forms share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bench.claims import Claim
+from bench.experiments import Table
+from bench.figures import Figure
+from bench.records import Record
+
+MARKS = {"holds": "✓", "refuted": "✗", "undecided": "?"}
+
+METRICS = {
+    "blake": "blake: a part is displayed when P + R > m·d, as the paper prints it",
+    "bounded": "bounded: displayed when P > m·(d − R), R read as a bound on position",
+    "solid_angle": "solid_angle: displayed when P > m·d, no bound on position",
+}
+
+GLOSSARY = (
+    ("object, part", "An object is a tree of parts: a person, arms, hands, fingers."),
+    (
+        "displayed",
+        "A part is displayed while the viewer could resolve it: nearer than its limit D.",
+    ),
+    ("examined", "Tested against the limit, whether it was then displayed or not."),
+    ("P, R", "Size of what would be lost, and reach of the part; both in metres (§2.4)."),
+    ("K", "Objects per square metre."),
+    ("m", "The smallest angle that counts: detail threshold in pixels × the angle of a pixel."),
+    ("D", "Limit distance; (P + R)/m for the metric of the paper."),
+    ("field", "One random world, from a seed of its own. Every point is a mean over many."),
+    ("95 % interval", "Would hold the true value in 95 of 100 repetitions of the experiment."),
+    ("holds", "The whole interval lies within what was claimed."),
+    ("refuted", "The whole interval lies outside what was claimed."),
+    ("undecided", "The interval reaches over the edge: more fields would tell."),
+)
+
+LIMITS = (
+    "Flat ground, clear air and an eye without blur, looking all round; hills, haze and fields of "
+    "view have predictions of their own (`lodbench count`).",
+    "Objects are spread at random and evenly; real meadows have clusters.",
+    "Counts, not seconds: what a frame costs is another experiment.",
+)
+
+
+@dataclass(frozen=True)
+class Section:
+    """One record, with the figures and the table made from it."""
+
+    record: Record
+    question: str
+    figures: tuple[Figure, ...]
+    table: Table
+
+    @property
+    def anchor(self) -> str:
+        """A short name, unique on the page."""
+        return f"{self.record.experiment}-{self.record.sha256[:8]}"
+
+    @property
+    def title(self) -> str:
+        """Experiment, kind of run, and when."""
+        kind = "quick run" if self.record.quick else "full run"
+        return f"{self.record.experiment}: {kind} of {self.record.made[:10]}"
+
+
+def answer(claims: Sequence[Claim]) -> str:
+    """The verdicts together, in one sentence."""
+    count = {verdict: sum(c.verdict == verdict for c in claims) for verdict in MARKS}
+    if not claims:
+        return "Nothing was claimed."
+    if count["holds"] == len(claims):
+        return f"Yes: all {len(claims)} claims hold."
+    if count["refuted"]:
+        return (
+            f"Not as claimed: of {len(claims)} claims {count['refuted']} are refuted, "
+            f"{count['undecided']} undecided, {count['holds']} hold."
+        )
+    return f"So far {count['holds']} of {len(claims)} claims hold; the others are undecided."
+
+
+def groups(claims: Sequence[Claim]) -> dict[str, list[Claim]]:
+    """Claims by metric and species, in the order they come."""
+    grouped: dict[str, list[Claim]] = {}
+    for claim in claims:
+        metric, _, rest = claim.name.partition("/")
+        species = rest.partition("/")[0]
+        title = f"{METRICS.get(metric, metric)} — {species} species" if rest else "Claims"
+        grouped.setdefault(title, []).append(claim)
+    return grouped
+
+
+def claimed(claim: Claim) -> str:
+    """What was claimed, as a number with its tolerance."""
+    if claim.relation == "at most":
+        return f"at most {number(claim.predicted + claim.tolerance)}"
+    return f"{number(claim.predicted)} ± {claim.tolerance:g}"
+
+
+def measured(claim: Claim) -> str:
+    """What was measured, with its interval."""
+    return f"{claim.measured:.4f} ({claim.low:.4f} to {claim.high:.4f})".replace("-", "−")
+
+
+CLAIM_HEADS = ("verdict", "claim", "quantity", "claimed", "measured (95 %)", "source", "name")
+
+
+def words(claim: Claim) -> tuple[str, ...]:
+    """A claim as the cells of a table, after its verdict."""
+    return (
+        *(claim.about, claim.quantity, claimed(claim), measured(claim)),
+        *(claim.source, claim.name),
+    )
+
+
+def number(value: float) -> str:
+    """A number with a true minus sign."""
+    return f"{value:g}".replace("-", "−")
+
+
+def provenance_rows(section: Section) -> list[tuple[str, str]]:
+    """What a reader needs to trust, trace and repeat a record."""
+    record, origin = section.record, section.record.provenance
+    versions = ", ".join(f"{name} {version}" for name, version in sorted(origin.packages.items()))
+    rows = [
+        ("record", record.name),
+        ("SHA-256 of the record", record.sha256),
+        ("SHA-256 of its samples", record.samples_sha256),
+        ("experiment", f"{record.experiment}, version {record.version}"),
+        ("run", "quick: the same points, fewer fields" if record.quick else "full"),
+        ("made", record.made),
+        ("commit", origin.commit or "not from a checkout"),
+        ("scene", origin.scene),
+        ("seed", str(origin.seed)),
+        ("renderer's variant", origin.variant or "none: nothing was rendered"),
+        ("machine", f"{origin.cpu}, {origin.cores} cores, {origin.threads} thread used"),
+        ("system", f"{origin.platform}, Python {origin.python}"),
+        ("packages", versions),
+    ]
+    return rows + [(key.replace("_", " "), _note(value)) for key, value in record.notes.items()]
+
+
+def _note(value: object) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) or "none"
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {each}" for key, each in value.items())
+    return str(value)
+
+
+def repeat(section: Section) -> str:
+    """The command that makes this record's samples again."""
+    quick = " --quick" if section.record.quick else ""
+    return f"lodbench run {section.record.experiment}{quick} -o DIR && lodbench report DIR"

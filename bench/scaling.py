@@ -1,0 +1,74 @@
+"""Does the number of objects and parts in a frame follow K(P+R)², prefactor and all? (§4.1)"""
+
+import time
+from datetime import UTC, datetime
+
+from bench.experiments import Progress, silent
+from bench.provenance import provenance
+from bench.records import Point, Record
+from bench.sampling import Effort, sample, worst_error
+from bench.scaling_cases import Case, cases
+from bench.scaling_claims import judge, noise_of
+from bench.scaling_law import predict
+from bench.scaling_measure import COLUMNS, count_field, scene_hash, seed_of
+from bench.statistics import fields_needed
+
+NAME, VERSION = "scaling", 1
+
+FULL = Effort(target=0.005, least=4, most=20_000)
+QUICK = Effort(target=0.02, least=2, most=2_000)
+
+_JUDGED = 2
+"""Objects and parts displayed decide how many fields there are; what was examined follows."""
+
+
+def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+    """Measure every case and judge every claim."""
+    grid, effort, start = cases(), QUICK if quick else FULL, time.perf_counter()
+    points = []
+    for number, case in enumerate(grid):
+        progress(number, len(grid), f"{case.species}, {case.metric}, {case.sweep}")
+        points.append(measure(case, effort, seed))
+    progress(len(grid), len(grid), "judging")
+    return Record(
+        experiment=NAME,
+        version=VERSION,
+        quick=quick,
+        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        provenance=provenance(scene_hash(grid), seed),
+        points=tuple(points),
+        claims=judge(tuple(points)),
+        notes={
+            **_sampling_notes(points, effort),
+            "variance_measured_over_predicted": noise_of(points),
+            "seconds": round(time.perf_counter() - start, 1),
+        },
+    )
+
+
+def measure(case: Case, effort: Effort, seed: int) -> Point:
+    """As many independent fields of the case as its means need."""
+    law = predict(case)
+    pairs = (law.objects, law.objects_variance), (law.parts, law.parts_variance)
+    needed = max(fields_needed(mean, variance, effort.target) for mean, variance in pairs)
+    rows = sample(lambda i: count_field(case, seed_of(case, seed, i)), needed, _JUDGED, effort)
+    columns = zip(*rows, strict=True)
+    samples = {name: list(column) for name, column in zip(COLUMNS, columns, strict=True)}
+    return Point(case.as_json(), law.as_json(), samples)
+
+
+def _sampling_notes(points: list[Point], effort: Effort) -> dict[str, object]:
+    """How it was sampled: the target, what was reached, and which points hit the cap."""
+    errors, capped = [], []
+    for number, point in enumerate(points):
+        table = list(zip(*point.samples.values(), strict=True))
+        errors.append(worst_error(table, _JUDGED))
+        if len(table) >= effort.most and errors[-1] >= effort.target:
+            capped.append(number)
+    return {
+        "target_standard_error": effort.target,
+        "worst_standard_error": round(max(errors), 6),
+        "fields": sum(len(point.samples[COLUMNS[0]]) for point in points),
+        "most_fields_per_point": effort.most,
+        "capped_points": capped,
+    }

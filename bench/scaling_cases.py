@@ -1,0 +1,133 @@
+"""The cases of the scaling experiment, as data: one quantity of the law is swept at a time (§4.1).
+
+Flat ground, clear air, an ideal eye that looks all round. Densities are chosen per metric, so that
+its fields hold about as many objects whatever its limit distance is.
+"""
+
+import math
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+EYE_HEIGHT_M = 1.6
+
+SWEEPS = {
+    "density": "K, objects per unit area",
+    "size": "P + R, by scaling the species",
+    "detail": "m, through the detail threshold τ",
+    "resolution": "m, through the width of the picture",
+    "magnification": "m, through the field of view",
+    "world": "L, the side of the world",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One point of a sweep.
+
+    density  K [1/m²];  size  factor on every length of the species;  detail  τ [px]
+    width    of the picture [px];  fov  its horizontal field of view [degrees]
+    extent   side of the world [m]; None = endless
+    """
+
+    sweep: str
+    species: str
+    metric: str
+    density: float
+    size: float = 1.0
+    detail: float = 1.0
+    width: int = 640
+    fov: float = 60.0
+    extent: float | None = None
+
+    @property
+    def m(self) -> float:
+        """m = τ·2·tan(fov/2)/width [rad] (DESIGN §1)."""
+        return self.detail * 2 * math.tan(math.radians(self.fov) / 2) / self.width
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is swept for one species and metric, and how finely.
+
+    density   K of every sweep but its own, whose middle it is [1/m²]
+    coarsest  largest m [rad]; the sweeps of m go two decades down from there
+    world     a side of the world [m] that is about twice the limit distance in the world sweep
+    steps     points in two decades
+    """
+
+    species: str
+    metric: str
+    sweeps: tuple[str, ...]
+    density: float
+    coarsest: float
+    world: float
+    steps: int
+
+
+_ALL = tuple(SWEEPS)
+_SOME = ("density", "size", "detail", "world")
+
+SETUPS = (
+    Setup("figure", "blake", _ALL, 3.6e-3, 0.045, 800.0, 7),
+    # Parts of trees are so clumped that a point takes two million trees: one sweep.
+    Setup("tree", "blake", ("density",), 5e-5, 0.045, 8800.0, 3),
+    Setup("figure", "bounded", _SOME, 2.1e-2, 0.045, 340.0, 4),
+    Setup("figure", "solid_angle", _SOME, 2.1e-2, 0.045, 340.0, 4),
+)
+
+WORLD_SIDES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 3, 10, 100, 1e3, 1e4, 1e6)
+"""Sides of the world in units of ``Setup.world``, from well inside the limit to far outside."""
+
+_DECADES = 2.02
+"""A little over two, so that whole pixels do not fall short of it."""
+
+
+def cases() -> tuple[Case, ...]:
+    """The whole grid; a quick run has the same points and fewer fields."""
+    return tuple(
+        case for setup in SETUPS for sweep in setup.sweeps for case in _sweep(setup, sweep)
+    )
+
+
+def _sweep(setup: Setup, sweep: str) -> list[Case]:
+    middle = _with_m(Case(sweep, setup.species, setup.metric, setup.density), setup.coarsest / 10)
+    finer = np.geomspace(1.0, 10**-_DECADES, setup.steps) * setup.coarsest
+    factors = np.geomspace(10 ** (-_DECADES / 2), 10 ** (_DECADES / 2), setup.steps)
+    match sweep:
+        case "density":
+            return [replace(middle, density=float(setup.density * f)) for f in factors]
+        case "size":
+            return [replace(middle, size=float(f)) for f in factors]
+        case "detail":
+            return [_with_m(middle, m) for m in finer]
+        case "resolution":
+            one_pixel = replace(middle, detail=1.0)
+            return [replace(one_pixel, width=round(_theta(1, middle.fov) / m)) for m in finer]
+        case "magnification":
+            return [_seen_through(middle, m, setup.coarsest) for m in finer]
+        case "world":
+            return [replace(middle, extent=float(setup.world * side)) for side in WORLD_SIDES]
+    raise ValueError(sweep)
+
+
+def _with_m(case: Case, m: float) -> Case:
+    """The case with the detail threshold that gives this m."""
+    return replace(case, detail=float(m / _theta(case.width, case.fov)))
+
+
+def _seen_through(case: Case, m: float, coarsest: float) -> Case:
+    """A narrower field of view: a magnifying glass, down to this m."""
+    widest = 120.0
+    detail = coarsest / _theta(case.width, widest)
+    half = math.atan(m * case.width / (2 * detail))
+    return replace(case, detail=float(detail), fov=math.degrees(2 * half))
+
+
+def _theta(width: int, fov: float) -> float:
+    return 2 * math.tan(math.radians(fov) / 2) / width

@@ -1,0 +1,249 @@
+"""The page stands alone, says what the records say, and can be read by everyone."""
+
+import os
+import re
+from collections import Counter
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from bench import scaling
+from bench.figures import Series, against_law
+from bench.records import write_record
+from bench.report import write_report
+from bench.report_parts import GLOSSARY, MARKS, answer
+from bench.sampling import Effort
+from bench.scaling_cases import Case
+from bench.scaling_figures import figures, half_interval, table
+from lod.errors import InputError
+
+VOID = {"meta", "link", "br", "wbr", "hr", "img", "input"}
+
+
+@pytest.fixture(scope="module")
+def record():
+    base = Case("density", "figure", "blake", density=0.02, detail=10.0)
+    grid = (
+        *(replace(base, density=0.01 * k) for k in (1, 3)),
+        *(replace(base, sweep="detail", detail=10.0 * k) for k in (1, 2)),
+        *(replace(base, sweep="world", extent=50.0 * k) for k in (1, 10, 100)),
+        *(replace(base, metric="bounded", detail=5.0 * k) for k in (1, 2)),
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scaling, "cases", lambda: grid)
+        patch.setattr(scaling, "QUICK", Effort(0.1, 3, 20))
+        return scaling.run(quick=True)
+
+
+@pytest.fixture(scope="module")
+def bare(record):
+    """Claims without points, so without figures: quick to write."""
+    return replace(record, experiment="other", points=())
+
+
+@pytest.fixture(scope="module")
+def folder(record, tmp_path_factory):
+    place = tmp_path_factory.mktemp("results")
+    write_record(record, place)
+    write_report(place)
+    return place
+
+
+@pytest.fixture(scope="module")
+def drawn(record):
+    return figures(record)
+
+
+@pytest.fixture(scope="module")
+def html(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+class Page(HTMLParser):
+    """Every tag with its attributes; whether they nest; and the text that is read."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.open, self.text = [], [], ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if "style" not in self.open:
+            self.text += data
+
+
+def test_the_page_nests_and_has_one_heading_a_language_and_a_title(html):
+    page = Page(html)
+    assert page.open == []
+    tags = Counter(tag for tag, _ in page.tags)
+    assert tags["h1"] == tags["main"] == tags["title"] == 1
+    assert dict(page.tags)["html"]["lang"] == "en"
+
+
+def test_the_page_asks_for_nothing(html):
+    page = Page(html)
+    assert not {tag for tag, _ in page.tags} & {"script", "img", "iframe", "object", "image"}
+    for _, attributes in page.tags:
+        for key, value in attributes.items():
+            if key in ("href", "src", "xlink:href", "action", "data", "poster"):
+                assert value.startswith("#") or value == "data:,", value
+    assert "@import" not in html
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", html))
+
+
+def test_ids_are_unique_and_every_reference_has_its_target(html):
+    page = Page(html)
+    ids = Counter(attributes["id"] for _, attributes in page.tags if "id" in attributes)
+    assert {name: n for name, n in ids.items() if n > 1} == {}
+    links = [a[key] for _, a in page.tags for key in ("href", "xlink:href") if key in a]
+    wanted = {link[1:] for link in links if link.startswith("#")}
+    wanted |= {target[1:] for target in re.findall(r"url\(([^)]*)\)", html)}
+    assert wanted <= set(ids)
+
+
+def test_every_figure_is_told_in_words(html, drawn):
+    shown = [attributes for tag, attributes in Page(html).tags if tag == "svg"]
+    assert len(shown) == len(drawn) >= 6
+    for attributes in shown:
+        assert attributes["role"] == "img" and len(attributes["aria-label"]) > 80
+        assert "width" not in attributes and "viewbox" in attributes
+
+
+def test_whatever_scrolls_can_be_reached_by_keyboard(html):
+    regions = [a for _, a in Page(html).tags if a.get("class") == "wide"]
+    assert regions and all(a["tabindex"] == "0" and a["aria-label"] for a in regions)
+
+
+def test_every_claim_and_its_verdict_is_on_the_page(html, record):
+    text = Page(html).text
+    for claim in record.claims:
+        assert claim.name in text and claim.about in text
+        assert f"{claim.measured:.4f}".replace("-", "−") in text
+    for verdict in MARKS:
+        expected = sum(claim.verdict == verdict for claim in record.claims)
+        assert html.count(f'<td role="cell" class="{verdict}">') == expected
+
+
+def test_every_record_can_be_traced_and_repeated(html, record):
+    text = Page(html).text
+    for piece in (record.sha256, record.samples_sha256, record.name, record.provenance.cpu):
+        assert piece in text
+    assert "lodbench run scaling --quick -o DIR" in text
+    assert "quick run: fewer samples" in text
+
+
+def test_words_are_explained(html):
+    text = Page(html).text
+    assert all(word in text and meaning in text for word, meaning in GLOSSARY)
+
+
+def test_the_markdown_says_the_same_and_its_figures_are_there(folder, record, drawn):
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    assert all(f"| {claim.name} |" in text for claim in record.claims)
+    paths = re.findall(r"!\[[^\]]{80,}\]\(([^)]*)\)", text)
+    assert len(paths) == len(drawn)
+    for path in paths:
+        assert (folder / path).read_text(encoding="utf-8").startswith("<svg")
+    assert record.sha256 in text
+
+
+def test_the_same_record_gives_the_same_bytes(folder, tmp_path, record):
+    write_record(record, tmp_path)
+    for path in write_report(tmp_path):
+        assert path.read_bytes() == (folder / path.name).read_bytes()
+
+
+def test_a_changed_record_changes_the_verdict(bare, tmp_path):
+    claims = [
+        replace(c, predicted=c.predicted + 1, relation="equals", low=c.measured - 1e-3,
+                high=c.measured + 1e-3)
+        for c in bare.claims
+    ]  # fmt: skip
+    write_record(replace(bare, claims=tuple(claims)), tmp_path)
+    html = write_report(tmp_path)[0].read_text(encoding="utf-8")
+    assert f"{len(claims)} are refuted" in Page(html).text
+
+
+def test_two_records_stand_side_by_side(record, tmp_path):
+    full = replace(record, quick=False, made="2030-01-01T00:00:00Z")
+    for each in (record, full):
+        write_record(each, tmp_path)
+    page = Page(write_report(tmp_path)[0].read_text(encoding="utf-8"))
+    assert full.name in page.text and record.name in page.text
+    assert page.text.index(full.name) < page.text.index(record.name)
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+
+
+def test_what_a_record_says_is_text_never_markup(bare, tmp_path):
+    claims = (replace(bare.claims[0], about="<b>&amp; | x", name="a/<i>/c"),)
+    write_record(replace(bare, claims=claims), tmp_path)
+    html, markdown = (path.read_text(encoding="utf-8") for path in write_report(tmp_path))
+    assert "<b>" not in html and "<i>" not in html
+    assert "<b>&amp; | x" in Page(html).text
+    assert "\\| x |" in markdown
+
+
+def test_an_unknown_experiment_still_shows_its_claims(bare, tmp_path):
+    write_record(bare, tmp_path)
+    text = Page(write_report(tmp_path)[0].read_text(encoding="utf-8")).text
+    assert bare.claims[0].name in text
+
+
+def test_the_answer_in_a_sentence(record):
+    good = replace(record.claims[0], predicted=0.0, tolerance=0.5, measured=0.1, low=0.0, high=0.2)
+    bad = replace(good, low=0.6, measured=0.7, high=0.8)
+    open_ = replace(good, low=0.1, measured=0.4, high=0.8)
+    assert answer([good, good]) == "Yes: all 2 claims hold."
+    assert answer([good, open_]).startswith("So far 1 of 2")
+    assert "1 are refuted" in answer([good, bad, open_])
+    assert answer([]) == "Nothing was claimed."
+
+
+def test_a_folder_without_records_is_refused(tmp_path):
+    with pytest.raises(InputError, match="at least one record"):
+        write_report(tmp_path)
+
+
+def test_a_report_that_cannot_be_written_leaves_nothing_half(bare, tmp_path, monkeypatch):
+    write_record(bare, tmp_path)
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(30, "read-only")))
+    with pytest.raises(InputError, match="read-only"):
+        write_report(tmp_path)
+    assert not (tmp_path / "report.html").exists()
+
+
+# The figures
+
+
+def test_error_bars_are_those_of_the_model(record):
+    point = record.points[0]
+    fields = len(point.samples["objects"])
+    half = half_interval(point, "objects", {"blake/figure/objects": 4.0})
+    assert half == pytest.approx(1.959964 * 2 * np.sqrt(point.predicted["objects"] / fields))
+
+
+def test_the_table_has_every_point(record):
+    heads, rows = table(record)
+    assert len(rows) == len(record.points) and {len(row) for row in rows} == {len(heads)}
+
+
+def test_a_figure_tells_its_worst_departure():
+    series = [Series("objects", [1.0, 10.0], [2.0, 20.0], [2.0, 21.0], [0.1, 0.1])]
+    drawn = against_law("name", "title", "caption", ("K", "count"), series)
+    assert "never more than 5 %" in drawn.alt and 'id="name-' in drawn.svg
+    assert drawn == against_law("name", "title", "caption", ("K", "count"), series)
