@@ -167,7 +167,7 @@ class TestStanding:
 
 class TestLeafAppearance:
     def test_covers_what_it_hides(self, people):
-        """Mean area over directions of each leaf appearance against everything below it."""
+        """Mean area over directions of each leaf appearance against all that is below it."""
         for p in people[:2]:
             for row in np.flatnonzero(p.hierarchy.part_count):
                 rows = below(p, row)
@@ -189,7 +189,7 @@ class TestLeafAppearance:
             assert with_cores == pytest.approx(without, rel=0.01)
 
     def test_whatever_is_not_displayed_leaves_no_hole(self, people):
-        """As parts drop out one by one, the largest P + R last, most of the person stays covered."""
+        """As parts drop out one by one, smallest P + R first, the person stays covered."""
         for p in people[:2]:
             h = p.hierarchy
             D = limit_distances(h, METRICS["blake"], 1.0)
