@@ -56,8 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
             program.invoke(context)
         sys.stdout.flush()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # nobody reads on: no complaint at exit either
-        code = FAILED
+        code = FAILED  # nobody reads on
     except BaseException as error:
         if os.environ.get(TRACEBACK) and not isinstance(error, click.exceptions.Exit):
             raise

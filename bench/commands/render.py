@@ -10,7 +10,7 @@ import click
 
 from bench.frame_flags import check_targets, frame_numbers, frame_path, frame_pattern, make_folder
 from bench.output import Output, output
-from bench.progress import Progress, progress_bar
+from bench.progress import progress_bar
 from bench.view_flags import preset_of, view_flags
 from lod.errors import InputError
 from scenes.preset import Preset
@@ -43,43 +43,42 @@ def command(
     if resume and overwrite:
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
     chosen = preset_of(preset, **flags)
-    check_targets([frame_path(pattern, number) for number in numbers])
+    paths = [frame_path(pattern, number) for number in numbers]
+    check_targets(paths)
     from scenes.render.variants import choose
 
     variant = choose(chosen.render.variant)
     make_folder(Path(pattern).parent)
-    with output(as_json) as out, progress_bar("frame") as progress:
-        _render(out, progress, chosen, variant, pattern, numbers, overwrite)
-        if preview:
-            _preview(out, chosen, pattern, numbers)
+    with output(as_json) as out:
+        _render(out, chosen, variant, pattern, numbers, overwrite)
+        pictures = _preview(out, chosen, pattern, paths) if preview else []
+        out.record({"done": len(numbers), "failed": 0, "previews": pictures})
 
 
 def _render(
     out: Output,
-    progress: Progress,
     preset: Preset,
     variant: str,
     pattern: str,
     numbers: Sequence[int],
     overwrite: bool,
 ) -> None:
-    """A line for each finished frame, and one for the whole; the first failure ends it."""
+    """A line for each finished frame; the first failure ends it, and is counted."""
     from scenes.render.sequence import render_sequence
 
-    made = frame_maker(preset, variant)
-    settings = settings_of(preset, variant)
+    made, settings = frame_maker(preset, variant), settings_of(preset, variant)
     done = 0
     try:
-        progress(0, len(numbers), variant)
-        for record in render_sequence(pattern, numbers, made, settings, overwrite):
-            done += 1
-            progress(done, len(numbers), variant)
-            out.record(record)
-            out.say(_line(record))
+        with progress_bar("frame") as progress:
+            progress(0, len(numbers), variant)
+            for record in render_sequence(pattern, numbers, made, settings, overwrite):
+                done += 1
+                progress(done, len(numbers), variant)
+                out.record(record)
+                out.say(_line(record))
     except BaseException:
         out.record({"done": done, "failed": 1})
         raise
-    out.record({"done": done, "failed": 0})
 
 
 def frame_maker(preset: Preset, variant: str) -> Callable[[int], FrameInput]:
@@ -112,10 +111,27 @@ def _line(record: dict[str, Any]) -> str:
     return f"{record['path']}  {record['sha256'][:16]}  {took}"
 
 
-def _preview(out: Output, preset: Preset, pattern: str, numbers: Sequence[int]) -> None:
+def _preview(out: Output, preset: Preset, pattern: str, paths: Sequence[Path]) -> list[str]:
+    """A contact sheet, and a film of more than one frame; the paths of what was made."""
     from scenes.render.contact_sheet import contact_sheet
+    from scenes.render.movie import movie
 
-    paths = [frame_path(pattern, number) for number in numbers]
-    sheet = Path(pattern.replace(".####.exr", ".png").replace("####.exr", "sheet.png"))
-    contact_sheet(paths, sheet)
-    out.say(str(sheet))
+    stem = preview_stem(pattern)
+    pictures = [contact_sheet(paths, stem.with_name(f"{stem.name}.png"))]
+    try:
+        target = stem.with_name(f"{stem.name}.mp4")
+        film = movie(paths, target, preset.camera.fps) if len(paths) > 1 else None
+        pictures += [film] if film else []
+    except OSError as error:
+        out.note(f"lodbench: no mp4: {error.strerror}")
+    for picture in pictures:
+        out.say(str(picture))
+    return [str(picture) for picture in pictures]
+
+
+def preview_stem(pattern: str) -> Path:
+    """out/name.####.exr → out/name, and out/sheet where the name is all number."""
+    path = Path(pattern)
+    return path.with_name(
+        path.name.removesuffix(".exr").replace("####", "").strip("._-") or "sheet"
+    )

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -138,9 +139,10 @@ def test_under_json_stdout_holds_json_alone(capfd: pytest.CaptureFixture[str]) -
         out.say("words for people")
         out.record({"n": 1})
         out.note("progress")
-    print("afterwards")
+    os.write(1, b"afterwards\n")
     seen = capfd.readouterr()
     assert seen.out == '{"n": 1}\nafterwards\n'
+    assert "words for people" not in seen.err
     for words in ("a library talks", "a library in C talks", "progress"):
         assert words in seen.err
 

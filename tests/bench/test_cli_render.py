@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from bench.cli import main
+from bench.commands.render import preview_stem
 
 TINY = """
 [camera]
@@ -48,7 +49,7 @@ def render(
 def test_frames_are_written_and_recorded(render: Render, tmp_path: Path) -> None:
     code, (first, second, end), err = render("--frames", "1,3")
     assert code == 0, err
-    assert end == {"done": 2, "failed": 0}
+    assert end == {"done": 2, "failed": 0, "previews": []}
     for record, frame in ((first, 1), (second, 3)):
         path = tmp_path / "out" / f"a.{frame:04d}.exr"
         assert (record["frame"], record["path"]) == (frame, f"out/{path.name}")
@@ -76,6 +77,52 @@ def test_frames_of_other_settings_are_not_touched(render: Render, tmp_path: Path
     assert "seed: 0 → 5" in err
     assert lines == [{"done": 0, "failed": 1}]
     assert (tmp_path / "out" / "a.0001.exr").read_bytes() == before
+
+
+def test_a_preview_is_a_sheet_and_a_film(
+    render: Render, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ffmpeg = tmp_path / "bin" / "ffmpeg"
+    ffmpeg.parent.mkdir()
+    ffmpeg.write_text('#!/bin/sh\nfor last; do :; done\nexec /bin/cat > "$last"\n')
+    ffmpeg.chmod(0o755)
+    monkeypatch.setenv("PATH", str(ffmpeg.parent))
+    _, (*_, end), err = render("--frames", "1-2", "--preview")
+    assert end["previews"] == ["out/a.png", "out/a.mp4"], err
+    assert (tmp_path / "out" / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "out" / "a.mp4").stat().st_size == 2 * 16 * 10 * 3  # 9 rows made even
+
+
+def test_without_ffmpeg_the_sheet_is_all(render: Render, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    _, (*_, end), _ = render("--frames", "1-2", "--preview")
+    assert end["previews"] == ["out/a.png"]
+
+
+def test_a_film_that_fails_spoils_nothing(
+    render: Render, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "ffmpeg").write_text("#!/bin/sh\necho no such codec >&2\nexit 1\n")
+    (tmp_path / "ffmpeg").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    code, (*_, end), err = render("--frames", "1-2", "--preview")
+    assert code == 0
+    assert end["previews"] == ["out/a.png"]
+    assert "no mp4: ffmpeg: no such codec" in err
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "a.0001.exr",
+        "a.0002.exr",
+        "a.png",
+        "manifest.json",
+    }
+
+
+@pytest.mark.parametrize(
+    ("pattern", "stem"),
+    [("o/a.####.exr", "o/a"), ("a_####.exr", "a"), ("o/####.exr", "o/sheet")],
+)
+def test_previews_are_named_for_the_frames(pattern: str, stem: str) -> None:
+    assert preview_stem(pattern) == Path(stem)
 
 
 def test_what_a_preset_is_about_is_no_setting(render: Render) -> None:
