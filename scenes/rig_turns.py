@@ -81,7 +81,7 @@ def between(a: Vectors, b: Vectors) -> Turns:
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def times(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyped-def]
     """a·b of two quaternions, component by component."""
     return (
@@ -92,7 +92,7 @@ def times(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def turn(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
     """The vector (x, y, z) turned by a unit quaternion."""
     tx, ty, tz = 2 * (qy * z - qz * y), 2 * (qz * x - qx * z), 2 * (qx * y - qy * x)
@@ -103,7 +103,7 @@ def turn(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def slerp_weights(share, angle, sine):  # type: ignore[no-untyped-def]
     """Weights of two quaternions ``angle`` apart (half the turn between them), Shoemake's slerp [41]."""
     if sine < 1e-9:

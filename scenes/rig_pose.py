@@ -1,0 +1,315 @@
+"""Posing by arrays: joints and sticks of many objects at once, each at its own phase, compiled.
+
+A ``Cast`` lays the rigs and motions of all prototypes of a species end to end; ``Bodies`` say where each object
+stands and how far through its cycle it is. The walks take pairs (object, joint) or (object, stick), those of
+one object together, and evaluate every joint that is needed once an object: slerp between two keys, product with
+the joint above, offset. On sloping ground the legs are bent so that feet stand on it (``rig_plant``).
+
+Same input, same bytes: one thread, no reordered arithmetic.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import Ints, Points, freeze
+from lod.errors import InputError
+from scenes.rig import Rig
+from scenes.rig_motion import Motion
+from scenes.rig_plant import plant_leg, room_to_reach
+from scenes.rig_prototype import RiggedPrototype
+from scenes.rig_turns import Turns, slerp_weights, times, turn
+
+
+_IDLE, _WANTED, _DONE = 0, 1, 2
+
+
+class _Tables(NamedTuple):
+    """What the walks read. Rows of joints and keys are those of all prototypes end to end.
+
+    cast  (v, 5) of each prototype: its first joint, joints, first key row, keys, first row of shift
+    joint (j, 4) parent within the prototype, whether any key differs, knee and ankle where this is a
+          leg's hip, else −1
+    offset (j, 4) from the parent, and the bend of the leg
+    turns (t, 6) quaternion of each key and joint, and the angle to the next key and its sine
+    shift (s, 3) of each key
+    """
+
+    cast: np.ndarray
+    joint: np.ndarray
+    offset: np.ndarray
+    turns: np.ndarray
+    shift: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Cast:
+    """The rigs and motions of a species' prototypes, ready for the walks."""
+
+    tables: _Tables
+    most_joints: int
+
+    @staticmethod
+    def of(prototypes: tuple[RiggedPrototype, ...]) -> "Cast":
+        """Lay them end to end."""
+        if not prototypes:
+            raise InputError("prototypes", 0, "at least one prototype")
+        rigs, motions = [p.rig for p in prototypes], [p.motion for p in prototypes]
+        sizes = np.array([len(rig) for rig in rigs])
+        keys = np.array([len(motion.turns) for motion in motions])
+        pairs = list(zip(rigs, motions, strict=True))
+        firsts = (_starts(count)[:-1] for count in (sizes, (keys + 1) * sizes, keys + 1))
+        first_joint, first_key, first_shift = firsts
+        tables = _Tables(
+            cast=np.stack((first_joint, sizes, first_key, keys, first_shift), axis=1),
+            joint=np.concatenate([_joint_rows(rig, motion) for rig, motion in pairs]),
+            offset=np.concatenate([_offset_rows(rig, motion) for rig, motion in pairs]),
+            turns=np.concatenate([_key_rows(motion) for motion in motions]),
+            shift=np.concatenate([np.vstack((m.shift, m.shift[:1])) for m in motions]),
+        )
+        return Cast(tables, int(sizes.max()))
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """Objects to be posed.
+
+    origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
+    variant (n,) its prototype in the cast; phase (n,) of its motion [cycles]
+    gradient (n, 2) of the ground it stands on, along the frame's x and y [m/m]; 0 = level
+    """
+
+    origin: np.ndarray
+    cos: np.ndarray
+    sin: np.ndarray
+    variant: np.ndarray
+    phase: np.ndarray
+    gradient: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, variant=np.int64)
+        freeze(self, phase=np.float64, gradient=np.float64)
+        n = len(self.variant)
+        shapes = {"origin": (n, 3), "cos": (n,), "sin": (n,), "phase": (n,), "gradient": (n, 2)}
+        for key, shape in shapes.items():
+            if getattr(self, key).shape != shape:
+                raise InputError(f"bodies.{key}", getattr(self, key).shape, f"its shape is {shape}")
+        if not np.isfinite(self.phase).all():
+            raise InputError("bodies.phase", "a number that is not finite", "every phase is finite")
+
+    def __len__(self) -> int:
+        return len(self.variant)
+
+    def _columns(self) -> tuple[np.ndarray, ...]:
+        places = (self.origin, self.cos, self.sin, self.variant)
+        return *places, self.phase - np.floor(self.phase), self.gradient
+
+
+def pose_joints(cast: Cast, bodies: Bodies, rows: Ints, joints: Ints) -> tuple[Points, Turns]:
+    """Origin (m, 3) [m] and turn (m, 4) of joints, in the frame's coordinates.
+
+    rows, joints (m,): objects and joints within their prototype; those of one object together, for speed.
+    """
+    return _pose_joints(cast.tables, cast.most_joints, *bodies._columns(), rows, joints)
+
+
+def pose_sticks(
+    cast: Cast,
+    bodies: Bodies,
+    rows: Ints,
+    sticks: Ints,
+    start: Points,
+    end: Points,
+    start_joint: Ints,
+    end_joint: Ints,
+) -> tuple[Points, Points]:
+    """Both ends of sticks, (m, 3) each [m]: row ``sticks`` of the table, of object ``rows``, (m,) each.
+
+    start, end (k, 3), start_joint, end_joint (k,): the table of rigged sticks (joint −1 = the object's frame).
+    """
+    table = (start, end, start_joint, end_joint)
+    return _pose_sticks(cast.tables, cast.most_joints, *bodies._columns(), rows, sticks, *table)
+
+
+def _starts(counts: np.ndarray) -> np.ndarray:
+    return np.concatenate(([0], np.cumsum(counts)))
+
+
+def _joint_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    rows = np.full((len(rig), 4), -1)
+    rows[:, 0] = rig.parent
+    rows[:, 1] = (np.abs(motion.turns - motion.turns[:1]) > 1e-15).any(axis=(0, 2))
+    for hip, knee, ankle in motion.legs:
+        rows[hip, 2:] = knee, ankle
+    return rows
+
+
+def _offset_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    bend = np.zeros((len(rig), 1))
+    bend[motion.legs[:, 0], 0] = motion.bend
+    return np.hstack((rig.offset, bend))
+
+
+def _key_rows(motion: Motion) -> np.ndarray:
+    """Keys, with key 0 again at the end and every sign as the key before; and the way to the next."""
+    cos = (motion.turns[-1:] * motion.turns[:1]).sum(axis=-1, keepdims=True)
+    turns = np.concatenate((motion.turns, motion.turns[:1] * np.copysign(1.0, cos)))
+    after = np.concatenate((turns[1:], turns[-1:]))
+    cos = (turns * after).sum(axis=-1, keepdims=True)
+    sine = np.linalg.norm(after - cos * turns, axis=-1, keepdims=True)
+    return np.concatenate((turns, np.arctan2(sine, cos), sine), axis=-1).reshape(-1, 6)
+
+
+@njit(cache=True)
+def _pose_joints(t, most, origin, cos, sin, variant, phase, gradient, rows, joints):  # type: ignore[no-untyped-def]
+    cast, joint, offset, turns, shift = t
+    frame, state = np.zeros((most + 2, 7)), np.zeros(most + 1, np.int64)
+    places, facing = np.empty((len(rows), 3)), np.empty((len(rows), 4))
+    m = 0
+    while m < len(rows):
+        o, first, n = rows[m], m, cast[variant[rows[m]], 1]
+        state[: n + 1] = 0
+        while m < len(rows) and rows[m] == o:
+            _want(joint, cast[variant[o], 0], state, joints[m] + 1)
+            m += 1
+        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
+        ground = gradient[o, 0], gradient[o, 1]
+        _pose(cast, joint, offset, turns, shift, frame, state, variant[o], phase[o], at, ground)
+        for i in range(first, m):
+            row = joints[i] + 1
+            for c in range(3):
+                places[i, c] = frame[row, c]
+            for c in range(4):
+                facing[i, c] = frame[row, 3 + c]
+    return places, facing
+
+
+@njit(cache=True)
+def _pose_sticks(
+    t, most, origin, cos, sin, variant, phase, gradient, rows, sticks, start, end, joint0, joint1
+):  # type: ignore[no-untyped-def]
+    cast, joint, offset, turns, shift = t
+    frame, state = np.zeros((most + 2, 7)), np.zeros(most + 1, np.int64)
+    starts, ends = np.empty((len(rows), 3)), np.empty((len(rows), 3))
+    m = 0
+    while m < len(rows):
+        o, first, n = rows[m], m, cast[variant[rows[m]], 1]
+        state[: n + 1] = 0
+        while m < len(rows) and rows[m] == o:
+            _want(joint, cast[variant[o], 0], state, joint0[sticks[m]] + 1)
+            _want(joint, cast[variant[o], 0], state, joint1[sticks[m]] + 1)
+            m += 1
+        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
+        ground = gradient[o, 0], gradient[o, 1]
+        _pose(cast, joint, offset, turns, shift, frame, state, variant[o], phase[o], at, ground)
+        _put(frame, sticks, start, joint0, starts, first, m)
+        _put(frame, sticks, end, joint1, ends, first, m)
+    return starts, ends
+
+
+@njit(cache=True)
+def _put(frame, sticks, points, joints, out, first, last):  # type: ignore[no-untyped-def]
+    """Place one end of sticks first to last. For many points of a joint its matrix costs least."""
+    row = -1
+    a, b, c, d, e, f, g, h, i = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
+    for m in range(first, last):
+        k = sticks[m]
+        if joints[k] + 1 != row:
+            row = joints[k] + 1
+            x, y, z, w = frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6]
+            xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+            wx, wy, wz = w * x, w * y, w * z
+            a, b, c = 1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy)
+            d, e, f = 2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx)
+            g, h, i = 2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)
+        x, y, z = points[k, 0], points[k, 1], points[k, 2]
+        out[m, 0] = frame[row, 0] + a * x + b * y + c * z
+        out[m, 1] = frame[row, 1] + d * x + e * y + f * z
+        out[m, 2] = frame[row, 2] + g * x + h * y + i * z
+
+
+@njit(cache=True)
+def _want(joint, first, state, row):  # type: ignore[no-untyped-def]
+    """Note that a joint is needed, and all that it rides on."""
+    while row > 0 and state[row] == _IDLE:
+        state[row] = _WANTED
+        row = joint[first + row - 1, 0] + 1
+
+
+@njit(cache=True)
+def _pose(cast, joint, offset, turns, shift, frame, state, v, p, at, ground):  # type: ignore[no-untyped-def]
+    """Frames of one object's wanted joints; row 0 is its own. The last row of ``frame`` is its bob."""
+    x, y, z, cos, sin = at
+    gx, gy = ground
+    frame[0, 0], frame[0, 1], frame[0, 2], frame[0, 3], frame[0, 4] = x, y, z, 0.0, 0.0
+    frame[0, 5] = math.copysign(math.sqrt(max(0.0, (1.0 - cos) / 2)), sin)
+    frame[0, 6] = math.sqrt(max(0.0, (1.0 + cos) / 2))
+    keys, n, first = cast[v, 3], cast[v, 1], cast[v, 0]
+    along = p * keys
+    k = min(int(along), keys - 1)
+    key, share, bob, s = cast[v, 2] + k * n, along - k, len(frame) - 1, cast[v, 4] + k
+    for c in range(3):
+        frame[bob, c] = (1 - share) * shift[s, c] + share * shift[s + 1, c]
+    slopes, drop = gx != 0.0 or gy != 0.0, 0.0
+    if slopes:
+        drop = _drop(joint, offset, turns, frame, first, n, key, share, gx, gy)
+        frame[bob, 2] += drop
+    for row in range(1, n + 1):
+        if state[row] != _WANTED:
+            continue
+        _evaluate(joint, offset, turns, frame, first, n, key, share, row)
+        knee, ankle = joint[first + row - 1, 2] + 1, joint[first + row - 1, 3] + 1
+        if slopes and knee > 0:
+            _evaluate(joint, offset, turns, frame, first, n, key, share, knee)
+            _evaluate(joint, offset, turns, frame, first, n, key, share, ankle)
+            plant_leg(frame, row, knee, ankle, offset, first - 1, drop, gx, gy)
+            state[knee] = state[ankle] = _DONE
+
+
+@njit(cache=True)
+def _drop(joint, offset, turns, frame, first, n, key, share, gx, gy):  # type: ignore[no-untyped-def]
+    """How far the body must sink, 0 or below, for every leg to reach the slope [m]."""
+    drop = 0.0
+    for row in range(1, n + 1):
+        if joint[first + row - 1, 2] < 0:
+            continue
+        depth, up = 0, row
+        while up > 0:  # the joints above a hip are few: count them, then come down
+            depth, up = depth + 1, joint[first + up - 1, 0] + 1
+        for below in range(depth, 0, -1):
+            up = row
+            for _ in range(below - 1):
+                up = joint[first + up - 1, 0] + 1
+            _evaluate(joint, offset, turns, frame, first, n, key, share, up)
+        knee, ankle = joint[first + row - 1, 2] + 1, joint[first + row - 1, 3] + 1
+        _evaluate(joint, offset, turns, frame, first, n, key, share, knee)
+        _evaluate(joint, offset, turns, frame, first, n, key, share, ankle)
+        room = room_to_reach(frame, row, ankle, offset, first + knee - 1, first + ankle - 1, gx, gy)
+        drop = min(drop, room)
+    return drop
+
+
+@njit(cache=True)
+def _evaluate(joint, offset, turns, frame, first, n, key, share, row):  # type: ignore[no-untyped-def]
+    """Frame of a joint from that of its parent, which is done: slerp, product, offset."""
+    at, a = first + row - 1, key + row - 1
+    qx, qy, qz, qw = turns[a, 0], turns[a, 1], turns[a, 2], turns[a, 3]
+    if joint[at, 1]:
+        b = a + n
+        u, v = slerp_weights(share, turns[a, 4], turns[a, 5])
+        qx, qy = u * qx + v * turns[b, 0], u * qy + v * turns[b, 1]
+        qz, qw = u * qz + v * turns[b, 2], u * qw + v * turns[b, 3]
+    up = joint[at, 0] + 1
+    x, y, z = offset[at, 0], offset[at, 1], offset[at, 2]
+    if up == 0:
+        bob = len(frame) - 1
+        x, y, z = x + frame[bob, 0], y + frame[bob, 1], z + frame[bob, 2]
+    ux, uy, uz, uw = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
+    x, y, z = turn(ux, uy, uz, uw, x, y, z)
+    frame[row, 0], frame[row, 1] = frame[up, 0] + x, frame[up, 1] + y
+    frame[row, 2] = frame[up, 2] + z
+    qx, qy, qz, qw = times(ux, uy, uz, uw, qx, qy, qz, qw)
+    frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6] = qx, qy, qz, qw
