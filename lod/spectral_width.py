@@ -32,7 +32,8 @@ def spectral_width(image: Image, pitch: float) -> float:
     """
     if not (np.isfinite(pitch) and pitch > 0):
         raise InputError("pitch", pitch, "finite and above 0")
-    spectrum = np.fft.fft2(np.fft.ifftshift(image)) * pitch**2
+    # In units of pitch²: it cancels in the ratio.
+    spectrum = np.fft.fft2(np.fft.ifftshift(image))
     central = spectrum[0, 0].real
     if not (np.isfinite(central) and central != 0):
         raise InputError("image", float(central), "its integral is finite and not 0")

@@ -182,6 +182,19 @@ def test_only_pixels_count_not_the_lens(pixel, detail):
     assert tele.weight(d) == pytest.approx(wide.weight(d), rel=0.01)
 
 
+def test_the_blur_of_the_eye_counts_once():
+    """It is in Barten's sensitivity; seeing and motion are not, and take more."""
+    m, display, eye = 2 * PIXEL, Display(), Eye()
+    seen = widths_seen(PIXEL, display, eye)
+    alone, with_eye, shaken = (
+        weighted_distance(0.5, 1e-3, m, widths, display, eye)
+        for widths in (Widths(PIXEL), seen, Widths(PIXEL, motion=seen.eye))
+    )
+    d = np.linspace(0.5, 0.99, 20) * alone.gone
+    assert (with_eye.weight(d) == alone.weight(d)).all()
+    assert (shaken.weight(d) > 1.05 * alone.weight(d)).any()
+
+
 def test_a_pixel_is_half_a_period_on_the_display():
     assert frequency_of(PIXEL, Widths(PIXEL), Display(60.0)) == pytest.approx(30.0)
     assert frequency_of(3 * PIXEL, Widths(PIXEL), Display(60.0)) == pytest.approx(10.0)
