@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Int64
 from numba import njit
 
-from lod.arrays import Ints
 from scenes.terrain_patches import Patches
 
 QUADS = 8
@@ -22,7 +21,12 @@ MOST_COARSER = 3
 
 def lattice_mesh(
     patches: Patches, coarser: Int64[np.ndarray, "n 4"]
-) -> tuple[Int64[np.ndarray, "v 2"], Ints, Int64[np.ndarray, "f 3"], Ints]:
+) -> tuple[
+    Int64[np.ndarray, "v 2"],
+    Int64[np.ndarray, " v"],
+    Int64[np.ndarray, "f 3"],
+    Int64[np.ndarray, " f"],
+]:
     """Vertices, how coarse each is, faces, and the owner of each face.
 
     Vertices count quads of the deepest patches; a vertex is as coarse as the coarsest patch that it

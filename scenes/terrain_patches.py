@@ -20,6 +20,10 @@ QUARTERS = np.array(((0, 0), (1, 0), (0, 1), (1, 1)))
 """Where the quarters of a square are, counted in their own sides."""
 
 
+Squares = tuple[Int64[np.ndarray, " q"], Int64[np.ndarray, " q"], Int64[np.ndarray, " q"]]
+"""Level, x and y of squares of a quadtree, x and y counted in their own sides."""
+
+
 @dataclass(frozen=True, eq=False)
 class Patches:
     """Disjoint squares in order of their Morton codes.
@@ -75,7 +79,7 @@ def uncovered_quarters(level: Ints, x: Ints, y: Ints) -> Patches:
     return Patches(depth, x, y, owner[free], int(level.max()) + 1)
 
 
-def quarters_of(level: Ints, x: Ints, y: Ints) -> tuple[Ints, Ints, Ints]:
+def quarters_of(level: Ints, x: Ints, y: Ints) -> Squares:
     """Level, x and y of the four quarters of each square, four rows for each."""
     quarter_x, quarter_y = 2 * x[:, None] + QUARTERS[:, 0], 2 * y[:, None] + QUARTERS[:, 1]
     return np.repeat(level + 1, 4), quarter_x.ravel(), quarter_y.ravel()
