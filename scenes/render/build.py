@@ -45,7 +45,8 @@ class Built:
 
 def build(description: Description) -> Built:
     """Build the scene; the acceleration structure is made here."""
-    contents = {name: _shape(name, shape) for name, shape in description["shapes"].items()}
+    shapes = _steady(description["shapes"])
+    contents = {name: _shape(name, shape) for name, shape in shapes.items()}
     scene = mi.load_dict(
         {
             "type": "scene",
@@ -55,7 +56,9 @@ def build(description: Description) -> Built:
         }
     )
     names = [shape.id() for shape in scene.shapes()]
-    tables = [np.zeros((1, 3), np.uint32)] + [description["ids"][name] for name in names]
+    sky_ids = np.zeros((1, 3), np.uint32)
+    owners = description["ids"]
+    tables = [owners[name] if len(owners.get(name, ())) else sky_ids for name in ("", *names)]
     first = np.cumsum([0] + [len(table) for table in tables])[:-1]
     integrators = _integrators(description["integrator"]["max_depth"])
     return Built(scene, description, integrators, np.concatenate(tables), first)
@@ -151,6 +154,37 @@ def _integrators(max_depth: int) -> dict[str, Any]:
         "all": {**guides, "image": image},
     }
     return {name: mi.load_dict(plan) for name, plan in plans.items()}
+
+
+def _steady(shapes: Description) -> Description:
+    """The shapes, with what keeps a JIT variant's code the same from frame to frame.
+
+    Compiled into it are the scene's bounds and the number of shapes, and each new code costs a
+    second. So two triangles without area, which no ray meets, stand at opposite corners of a cube
+    whose side is a power of two; and a tint of which no stick is displayed has one too thin to be
+    met, in a corner.
+    """
+    arrays = [
+        s["vertices"] if s["type"] == "mesh" else s["control_points"] for s in shapes.values()
+    ]
+    reach = max((float(np.abs(array).max()) for array in arrays if len(array)), default=1.0)
+    corner = float(2.0 ** np.ceil(np.log2(max(reach, 1.0)) + 0.5))
+    ends = [[corner, corner, corner, 1e-6], [corner, corner, 0.999 * corner, 1e-6]]
+    thin = {"control_points": np.array(ends, np.float32), "segment_indices": np.zeros(1, np.uint32)}
+    filled = {
+        name: shape
+        if shape["type"] == "mesh" or len(shape["segment_indices"])
+        else {**shape, **thin}
+        for name, shape in shapes.items()
+    }
+    return {**filled, "outer": _outer(corner)}
+
+
+def _outer(corner: float) -> Description:
+    vertices = np.repeat(np.array([[-corner] * 3, [corner] * 3], np.float32), 3, axis=0)
+    up = np.tile(np.array([[0, 0, 1]], np.float32), (6, 1))
+    faces = np.arange(6, dtype=np.uint32).reshape(2, 3)
+    return {"type": "mesh", "vertices": vertices, "normals": up, "colours": up * 0, "faces": faces}
 
 
 def _shape(name: str, shape: Description) -> Any:

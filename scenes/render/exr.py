@@ -1,7 +1,9 @@
 """Layers to and from OpenEXR files: one part, ZIP, nothing in the header but what made the pixels.
 
 Channels: half R G B (linear Rec.709), float Z [m], half N.X N.Y N.Z, half albedo.R albedo.G
-albedo.B, uint id.object id.part id.level. The only file that imports OpenEXR.
+albedo.B, uint id.object id.part id.level. Also float A, 1 everywhere: Mitsuba's reader gives every
+layer the type of the first by name, and Z and ids would overflow as halves. The only file that
+imports OpenEXR.
 """
 
 import contextlib
@@ -64,6 +66,7 @@ def _write(path: Path, layers: Layers, header: Mapping[str, Any]) -> None:
         "chromaticities": REC709,
     }
     channels = {name: OpenEXR.Channel(_pixels(layers, name)) for name in _CHANNELS}
+    channels["A"] = OpenEXR.Channel(np.ones_like(layers.Z))
     try:
         with _stdout_to_stderr():
             OpenEXR.File({**header, **fixed}, channels).write(str(path))

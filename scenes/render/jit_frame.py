@@ -86,12 +86,17 @@ def _add(
 def _hazy(haze: Haze, colour: Any, distance: Any, direction: Any) -> Any:
     """Radiance of samples in their air; distance 0 means that nothing was met."""
     air = _airlight_towards(haze, direction)
-    through = dr.exp(-distance * mi.Color3f(haze.beta.tolist()))
+    through = dr.exp(-distance * _opaque(haze.beta))
     solid = dr.fma(colour, through, air * (1 - through))
     low = direction.z < haze.lowest
-    disc = dr.dot(direction, mi.Vector3f(haze.to_sun.tolist())) > haze.sun_cosine
-    beyond = dr.select(low, air, colour) + dr.select(disc, mi.Color3f(haze.sun.tolist()), 0.0)
+    disc = dr.dot(direction, mi.Vector3f(_opaque(haze.to_sun))) > haze.sun_cosine
+    beyond = dr.select(low, air, colour) + dr.select(disc, _opaque(haze.sun), 0.0)
     return dr.select(distance > 0, solid, beyond)
+
+
+def _opaque(values: np.ndarray) -> Any:
+    """Three numbers as memory, not as code: the kernel stays the same when they change."""
+    return mi.Color3f([dr.opaque(mi.Float, float(value)) for value in values])
 
 
 def _airlight_towards(haze: Haze, direction: Any) -> Any:

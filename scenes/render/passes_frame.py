@@ -80,7 +80,7 @@ class _Band:
         bad = ~np.isfinite(image)
         directions = pixel_directions(self.camera, 1, self.rows)
         air = airlight_towards(self.haze, directions)
-        low = directions[..., 2] < self.haze.lowest + self._slack
+        low = directions[..., 2] < max(self.haze.lowest, self._slack)
         through, sun = self._through(low)
         rgb = through * np.where(bad, 0.0, image) + air * (1 - through) + sun
         if self.spp > 1:

@@ -31,23 +31,22 @@ class Batch:
 
 
 def batches(sticks: Sequence[tuple[Sticks, np.ndarray]]) -> Iterator[Batch]:
-    """One batch for each distinct tint, and another whenever one is full.
+    """One batch for each distinct tint, even of none, and another whenever one is full.
 
     Each element is a batch of sticks and (n, 3) ids of the parts that own them.
     """
-    sticks = [(shape, table) for shape, table in sticks if len(shape)]
     if not sticks:
         return
     tints, tint = _shared_tints([shape for shape, _ in sticks])
     ends = np.concatenate([_ends(shape) for shape, _ in sticks])
     ids = np.concatenate([table[shape.owner] for shape, table in sticks])
     order = np.argsort(tint, kind="stable")
-    splits = np.flatnonzero(np.diff(tint[order])) + 1
-    for rows in np.split(order, splits):
-        for begin in range(0, len(rows), MOST_SEGMENTS):
-            some = rows[begin : begin + MOST_SEGMENTS]
-            points, segments = chain(ends[some])
-            yield Batch(tints[tint[some[0]]], points, segments, ids[some])
+    first = np.searchsorted(tint[order], np.arange(len(tints) + 1))
+    for number, colour in enumerate(tints):
+        for begin in range(first[number], max(first[number + 1], first[number] + 1), MOST_SEGMENTS):
+            rows = order[begin : min(begin + MOST_SEGMENTS, first[number + 1])]
+            points, segments = chain(ends[rows])
+            yield Batch(colour, points, segments, ids[rows])
 
 
 def _shared_tints(shapes: Sequence[Sticks]) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,153 @@
+"""The plain description: batches, chains, ids of its own, and no number that is wrong."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from lod.errors import InputError
+from lod.parts import Sticks
+from scenes.render.describe import describe
+from scenes.render.frame import Air, Light, Quality, sampler_seed
+from scenes.render.sampling import sample_groups, square_sides
+from scenes.render.sticks import batches, chain
+
+
+def described(make, *visible):
+    return describe(make.camera(), visible, make.light, max_depth=4)
+
+
+def test_equal_tints_share_a_shape_across_representations(make):
+    spots = [(0, 5, 0), (1, 5, 0)]
+    three = (
+        make.balls(spots, albedo=0.5, name="a"),
+        make.balls(spots, albedo=0.5, name="b"),
+        make.balls(spots, albedo=0.2, name="c"),
+    )
+    shapes = described(make, *three)["shapes"]
+    assert sorted(len(s["segment_indices"]) for s in shapes.values()) == [2, 4]
+
+
+def test_object_ids_of_representations_are_disjoint_and_begin_at_1(make):
+    spots = [(0, 5, 0), (1, 5, 0), (2, 5, 0)]
+    description = described(
+        make, make.balls(spots, name="a"), make.ground(), make.balls(spots, albedo=0.1, name="b")
+    )
+    ids = np.concatenate([table[:, 0] for table in description["ids"].values()])
+    assert sorted(set(ids.tolist())) == [1, 2, 3, 4, 5, 6, 7]
+    assert len(ids) == 3 + 2 + 3
+
+
+def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
+    points, radii = np.asarray(points, float), np.asarray(radii, float)
+    n = len(points) - 1
+    tint = np.zeros(n, int) if tint is None else np.asarray(tint)
+    return Sticks(
+        points[:-1], points[1:], radii[:-1], radii[1:], tint, np.asarray(tints), np.arange(n)
+    )
+
+
+def test_a_limb_is_one_chain_of_shared_points():
+    limb = sticks([(0, 0, 0), (0, 0, 1), (0, 1, 2), (0, 1, 3)], [0.3, 0.2, 0.2, 0.1])
+    (batch,) = batches([(limb, np.zeros((3, 3), np.uint32))])
+    assert batch.points.shape == (4, 4)
+    assert batch.segments.tolist() == [0, 1, 2]
+
+
+def test_chains_break_where_radii_or_ends_differ():
+    ends = np.array(
+        [
+            [[0, 0, 0, 1], [0, 0, 1, 1]],
+            [[0, 0, 1, 0.5], [0, 0, 2, 0.5]],
+            [[0, 0, 2, 0.5], [0, 0, 3, 0.5]],
+            [[5, 0, 2, 0.5], [5, 0, 3, 0.5]],
+        ],
+        np.float32,
+    )
+    points, segments = chain(ends)
+    for row, first in enumerate(segments):
+        assert np.array_equal(points[first : first + 2], ends[row])
+    assert len(points) == 7
+
+
+def test_points_become_short_sticks_wherever_they_are():
+    far = np.array([[4e4, 3e4, 200.0]])
+    ball = Sticks(far, far, np.ones(1), np.ones(1), np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
+    (batch,) = batches([(ball, np.zeros((1, 3), np.uint32))])
+    assert len(batch.points) == 2 and batch.points[0, 2] != batch.points[1, 2]
+
+
+def test_a_tint_without_sticks_keeps_its_shape(make):
+    two = sticks([(0, 0, 0), (0, 0, 1)], [1, 1], [1], [(0.1, 0.1, 0.1), (0.2, 0.2, 0.2)])
+    made = list(batches([(two, np.zeros((1, 3), np.uint32))]))
+    assert [len(batch.segments) for batch in made] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("start", np.nan),
+        ("end", np.inf),
+        ("start_radius", -0.1),
+        ("end_radius", np.nan),
+        ("tints", 1.5),
+        ("tints", np.nan),
+        ("tint", 1),
+        ("tint", -1),
+        ("owner", 9),
+    ],
+)
+def test_sticks_that_the_renderer_would_accept_silently_are_refused(make, field, value):
+    good = make.balls([(0, 5, 0), (1, 5, 0)])
+    values = np.array(getattr(good.shape, field))
+    values.reshape(-1)[-1] = value
+    bad = dataclasses.replace(good.shape, **{field: values})
+    with pytest.raises(InputError, match="balls"):
+        described(make, dataclasses.replace(good, shape=bad))
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("vertices", np.nan), ("normals", np.inf), ("colours", -0.1), ("faces", 4), ("owner", 1)],
+)
+def test_triangles_that_the_renderer_would_accept_silently_are_refused(make, field, value):
+    good = make.ground()
+    values = np.array(getattr(good.shape, field))
+    values.reshape(-1)[-1] = value
+    bad = dataclasses.replace(good.shape, **{field: values})
+    with pytest.raises(InputError, match="ground"):
+        described(make, dataclasses.replace(good, shape=bad))
+
+
+@pytest.mark.parametrize(
+    "build",
+    [
+        lambda: Air(np.array([0.0, -1e-9, 0.0])),
+        lambda: Air(np.array([0.0, np.nan, 0.0])),
+        lambda: Light(np.nan, 30),
+        lambda: Light(0, -1),
+        lambda: Light(0, 91),
+        lambda: Light(0, 30, 0.5),
+        lambda: Light(0, 30, float("nan")),
+        lambda: Quality("scalar_rgb", 0),
+        lambda: Quality("scalar_rgb", 16, -1),
+        lambda: Quality("scalar_rgb", 16, 2**63),
+        lambda: Quality("scalar_rgb", 16, 0, 0),
+    ],
+)
+def test_bad_air_light_and_quality(build):
+    with pytest.raises(InputError):
+        build()
+
+
+def test_seeds_differ_by_everything_and_fit_the_sampler():
+    seeds = [sampler_seed(s, f, w) for s in (0, 1, 2**63 - 1) for f in (0, 1) for w in (0, 1)]
+    assert len(set(seeds)) == 12 and all(0 <= seed < 2**32 for seed in seeds)
+    assert sampler_seed(7, 1, 0) == sampler_seed(7, 1, 0) != sampler_seed(7, 1)
+
+
+@pytest.mark.parametrize("spp", [*range(1, 70), 256, 1000, 4096, 65536])
+def test_samples_are_shared_out_exactly(spp):
+    assert sum(sample_groups(spp)) == spp
+    assert sum(side**2 for side in square_sides(spp)) == spp
+    assert len(square_sides(spp)) <= 5

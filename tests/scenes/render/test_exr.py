@@ -1,0 +1,169 @@
+"""Frames survive the round trip, in three readers, and damage does not pass for a frame."""
+
+import os
+from fractions import Fraction
+
+import mitsuba as mi
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from lod.camera import Corner, look
+from lod.errors import InputError
+from scenes.render import exr
+from scenes.render.exr import read_exr, write_exr
+from scenes.render.frame import SKY_Z, Layers
+from scenes.render.header import frame_header
+
+NAMES = {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"}
+NAMES |= {"id.object", "id.part", "id.level"}
+
+
+def some_layers(size=(9, 5), seed=0):
+    generator = np.random.default_rng(seed)
+    w, h = size
+    ids = generator.integers(0, 2**32, (3, h, w), dtype=np.uint32)
+    return Layers(
+        rgb=generator.uniform(0, 3, (h, w, 3)),
+        Z=np.where(generator.random((h, w)) < 0.3, SKY_Z, generator.uniform(0.1, 5e4, (h, w))),
+        N=generator.uniform(-1, 1, (h, w, 3)),
+        albedo=generator.uniform(0, 1, (h, w, 3)),
+        object=ids[0],
+        part=ids[1],
+        level=ids[2],
+    )
+
+
+def some_header(**settings):
+    camera = look(Corner(-3, 2**50), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (9, 5))
+    return frame_header(camera, 23.976, settings)
+
+
+def test_layers_come_back(tmp_path):
+    layers = some_layers()
+    digest = write_exr(tmp_path / "a.exr", layers, some_header())
+    back, _ = read_exr(tmp_path / "a.exr")
+    for name in ("Z", "object", "part", "level"):
+        assert np.array_equal(getattr(back, name), getattr(layers, name))
+    for name in ("rgb", "N", "albedo"):
+        half = getattr(layers, name).astype(np.float16)
+        assert np.array_equal(getattr(back, name), half)
+    assert len(digest) == 64 and sorted(p.name for p in tmp_path.iterdir()) == ["a.exr"]
+
+
+def test_header_comes_back_with_large_seeds_as_text(tmp_path):
+    header = some_header(seed=2**63 - 1, **{"species.figure.density": 0.002, "about": "β é"})
+    write_exr(tmp_path / "a.exr", some_layers(), header)
+    _, back = read_exr(tmp_path / "a.exr")
+    assert back["lod:seed"] == "9223372036854775807"
+    assert back["lod:species.figure.density"] == "0.002" and back["lod:about"] == "β é"
+    assert back["lod:corner"] == f"-3,{2**50}"
+    assert back["framesPerSecond"] == Fraction(2997, 125)
+    assert np.allclose(back["chromaticities"], exr.REC709)
+
+
+def test_the_camera_matrix_takes_the_eye_to_the_origin_and_ahead_to_minus_z(tmp_path):
+    write_exr(tmp_path / "a.exr", some_layers(), some_header())
+    _, back = read_exr(tmp_path / "a.exr")
+    camera = look(Corner(0, 0), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (9, 5))
+    eye, ahead = np.append(camera.eye, 1), np.append(camera.eye + camera.forward, 1)
+    assert np.allclose(eye @ back["worldToCamera"], (0, 0, 0, 1), atol=1e-6)
+    assert np.allclose(ahead @ back["worldToCamera"], (0, 0, -1, 1), atol=1e-6)
+    right = np.append(camera.eye + camera.right, 1)
+    assert np.allclose(right @ back["worldToCamera"], (1, 0, 0, 1), atol=1e-6)
+
+
+def test_same_layers_same_bytes(tmp_path):
+    first = write_exr(tmp_path / "a.exr", some_layers(), some_header(x=1))
+    again = write_exr(tmp_path / "b.exr", some_layers(), some_header(x=1))
+    other = write_exr(tmp_path / "c.exr", some_layers(), some_header(x=2))
+    assert first == again != other
+
+
+def test_openimageio_reads_every_layer(tmp_path):
+    layers = some_layers()
+    write_exr(tmp_path / "a.exr", layers, some_header())
+    file = oiio.ImageInput.open(str(tmp_path / "a.exr"))
+    spec = file.spec()
+    assert set(spec.channelnames) == NAMES
+    assert spec.getattribute("compression") == "zip"
+    types = dict(zip(spec.channelnames, map(str, spec.channelformats), strict=True))
+    assert (types["R"], types["Z"], types["id.part"]) == ("half", "float", "uint")
+    number = spec.channelnames.index("id.part")
+    pixels = file.read_image(0, 0, number, number + 1, oiio.UINT)
+    assert np.array_equal(pixels[..., 0], layers.part)
+    number = spec.channelnames.index("Z")
+    assert np.array_equal(file.read_image(0, 0, number, number + 1, oiio.FLOAT)[..., 0], layers.Z)
+
+
+def test_mitsuba_reads_every_layer(tmp_path):
+    layers = some_layers()
+    write_exr(tmp_path / "a.exr", layers, some_header())
+    mi.set_variant("scalar_rgb")
+    bitmap = mi.Bitmap(str(tmp_path / "a.exr"))
+    names = [field.name for field in bitmap.struct_()]
+    assert set(names) == NAMES
+    pixels = np.array(bitmap)
+    assert np.isfinite(pixels).all()
+    assert np.array_equal(pixels[..., names.index("Z")], layers.Z)
+    assert np.allclose(pixels[..., names.index("id.part")], layers.part, rtol=1e-6)
+
+
+def test_a_sun_in_the_picture_does_not_become_infinite(tmp_path):
+    layers = some_layers()
+    rgb = layers.rgb.copy()
+    rgb[0, 0] = 1e6
+    bright = Layers(
+        rgb, layers.Z, layers.N, layers.albedo, layers.object, layers.part, layers.level
+    )
+    write_exr(tmp_path / "a.exr", bright, some_header())
+    assert np.isfinite(read_exr(tmp_path / "a.exr")[0].rgb).all()
+
+
+def test_nothing_on_stdout(tmp_path, capfd):
+    write_exr(tmp_path / "a.exr", some_layers(), {**some_header(), "lod:empty": ""})
+    read_exr(tmp_path / "a.exr")
+    (tmp_path / "bad.exr").write_bytes(b"no picture")
+    with pytest.raises(InputError):
+        read_exr(tmp_path / "bad.exr")
+    assert capfd.readouterr().out == ""
+
+
+def test_a_failed_write_leaves_what_stood_there(tmp_path, monkeypatch):
+    path = tmp_path / "a.exr"
+    write_exr(path, some_layers(), some_header())
+    before = path.read_bytes()
+
+    def refuse(*_):
+        raise OSError(28, "No space left on device")
+
+    for step in ("fsync", "replace"):
+        with monkeypatch.context() as patch:
+            patch.setattr(os, step, refuse)
+            with pytest.raises(OSError, match="No space left"):
+                write_exr(path, some_layers(seed=1), some_header())
+        assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
+
+
+def test_writing_into_a_folder_that_is_gone_says_so(tmp_path):
+    with pytest.raises(FileNotFoundError, match="gone"):
+        write_exr(tmp_path / "gone" / "a.exr", some_layers(), some_header())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_truncated_files_are_refused(tmp_path, share):
+    path = tmp_path / "a.exr"
+    write_exr(path, some_layers((64, 64)), some_header())
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(len(whole) * share)])
+    with pytest.raises(InputError, match=r"a\.exr"):
+        read_exr(path)
+
+
+def test_a_strange_exr_is_refused(tmp_path):
+    pixels = oiio.ImageBuf(oiio.ImageSpec(4, 4, 3, oiio.HALF))
+    pixels.write(str(tmp_path / "other.exr"))
+    with pytest.raises(InputError, match="missing"):
+        read_exr(tmp_path / "other.exr")
+    with pytest.raises(InputError, match="exists"):
+        read_exr(tmp_path / "absent.exr")
