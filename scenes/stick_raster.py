@@ -44,6 +44,39 @@ def _areas(first, start, end, r0, r1, directions, fineness):  # type: ignore[no-
     return areas
 
 
+def largest_of_parts(
+    table: StickTable, directions: Float64[np.ndarray, "d 3"]
+) -> Float64[np.ndarray, " n"]:
+    """Largest area of each part over all directions, (n,) [m²], searched from the given ones."""
+    columns = (table.start, table.end, table.start_radius, table.end_radius)
+    areas = areas_of_parts(table, directions)
+    best = np.ascontiguousarray(directions[areas.argmax(axis=1)])
+    return _climb(table.first, *columns, best, areas.max(axis=1))
+
+
+@njit(cache=True)
+def _climb(first, start, end, r0, r1, best, largest):  # type: ignore[no-untyped-def]
+    """From the best direction of each part to better ones about it, on rings that shrink."""
+    for i in range(len(first) - 1):
+        a, b = first[i], first[i + 1]
+        if b - a < 2:
+            continue
+        for tilt in (0.2, 0.12, 0.06, 0.03):
+            middle = best[i].copy()
+            across, up = _frame(middle)
+            for k in range(6):
+                turn = k * math.pi / 3
+                aside = math.cos(turn) * across + math.sin(turn) * up
+                direction = math.cos(tilt) * middle + math.sin(tilt) * aside
+                x, y = _frame(direction)
+                disc0 = _along(start[a:b], x), _along(start[a:b], y), r0[a:b]
+                disc1 = _along(end[a:b], x), _along(end[a:b], y), r1[a:b]
+                area = _union_area(*disc0, *disc1, FINE)
+                if area > largest[i]:
+                    largest[i], best[i] = area, direction
+    return largest
+
+
 @njit(cache=True)
 def _along(points, axis):  # type: ignore[no-untyped-def]
     out = np.empty(len(points))

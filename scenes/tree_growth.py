@@ -15,6 +15,9 @@ from scenes.tree_species import BranchLevel, TreeSpecies
 THINNEST = 0.006
 """Radius of the thinnest twig [m]."""
 
+STEEPEST = -0.3
+"""How far down a branch may set out, as the z of its direction: what hangs lower finds no light."""
+
 
 @dataclass(frozen=True, eq=False)
 class Branches:
@@ -85,6 +88,8 @@ def _children(
     side, other = _across(heading)
     outward = np.cos(around)[:, None] * side + np.sin(around)[:, None] * other
     start = np.cos(down)[:, None] * heading + np.sin(down)[:, None] * outward
+    start[:, 2] = np.maximum(start[:, 2], STEEPEST)
+    start = _unit(start)
     if shape is None:
         share = 1 - level.fade * along
     else:

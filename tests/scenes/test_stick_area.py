@@ -155,7 +155,7 @@ class TestUnions:
 
     @given(sticks)
     def test_twice_the_same_covers_no_more(self, rows):
-        assert mean_area(table(rows + rows)) == pytest.approx(mean_area(table(rows)), rel=0.005)
+        assert mean_area(table(rows + rows)) == pytest.approx(mean_area(table(rows)), rel=0.01)
 
     def test_far_apart_areas_add_up(self):
         rows = [((0, 0, 0), (0, 0, 1), 0.2, 0.3), ((0, 50, 0), (1, 50, 0), 0.3, 0.1)]
