@@ -49,7 +49,12 @@ class Wave:
 
 @dataclass(frozen=True)
 class Gait:
-    """How one kind moves. ``froude``: speed²/(g·h); ``duty``: share of the cycle that a foot stands."""
+    """How one kind moves.
+
+    duty    share of the cycle that a foot stands; froude: speed²/(g·h)
+    stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude`` gives
+    spins   joints that go round: name, axis, whole turns a cycle
+    """
 
     legs: tuple[Leg, ...]
     waves: tuple[Wave, ...]
@@ -57,6 +62,7 @@ class Gait:
     froude: float = 0.22
     stride: float | None = None
     period: float | None = None
+    spins: tuple[tuple[str, int, int], ...] = ()
 
     def stride_of(self, height: float) -> float:
         """Ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
@@ -122,6 +128,10 @@ def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Turns
                 angles[:, row, wave.axis] = sign * wave.mean
             angles[:, row, wave.axis] += sign * value
             moved[row, wave.axis] = True
+    for name, axis, count in gait.spins:
+        row = rig.row(name)
+        angles[:, row, axis] += 360.0 * count * phase
+        moved[row, axis] = True
     still = ~moved.any(axis=1)
     turns = turns_of(angles)
     turns[:, still] = rig.rest[still]
@@ -156,9 +166,10 @@ def _placed_leg(
     own = phase - leg.strike - (0.0 if side == "left " else leg.apart)
     path = foot_path(leg, contacts, own % 1.0, stride, gait.duty, leg.clearance * height)
     turnout = sign * math.radians(leg.turnout)
-    home = rig.frames()[0][rows[0]] * (1.0, 0.0, 0.0) + np.array(
-        (leg.ahead * height, sign * leg.spread * height, 0.0)
-    )
+    rest = rig.frames()[0]
+    hip, ankle = rest[rows[0]], rest[rows[2]]
+    at = (ankle[0], ankle[1]) if leg.spread is None else (hip[0], sign * leg.spread * height)
+    home = np.array((at[0] + leg.ahead * height, at[1], 0.0))
     ahead = np.stack((path.print_x, np.zeros(len(own)), path.z), axis=1)
     along = path.roll[:, None] * np.array((math.cos(turnout), math.sin(turnout), 0.0))
     degrees = np.stack((0 * own, path.pitch, np.full(len(own), math.degrees(turnout))), axis=1)

@@ -25,7 +25,8 @@ class Leg:
 
     strike, apart  phase at which the foot lands; how much later the right one does
     pitch    (phase after landing, degrees) of the foot to the ground, toes up above 0
-    ahead, spread  where the foot stands in mid-stance, ahead of the hip and aside of the middle
+    ahead, spread  where the foot stands in mid-stance, ahead of the hip and aside of the middle; without
+             spread, where it rests, and ahead of that
     bend     +1: a positive angle about y flexes the knee; −1 for elbows that point back
     toes     joints that stay flat on the ground while the foot rises; ``flat_toes``: at any pitch
     sticks_out  the hip turns about z towards the foot, not about x (insects)
@@ -39,7 +40,7 @@ class Leg:
     strike: float = 0.0
     apart: float = 0.5
     ahead: float = 0.0
-    spread: float = 0.06
+    spread: float | None = None
     turnout: float = 0.0
     bend: int = 1
     clearance: float = 0.03
@@ -58,7 +59,8 @@ class Contacts(NamedTuple):
 class FootPath(NamedTuple):
     """A foot through the cycle, (K,) each.
 
-    print_x  where its print is, relative to mid-stance (it recedes as the body goes on) [m]
+    print_x  where its print is, relative to mid-stance: it recedes as the body goes on, until the foot
+             swings to the next [m]
     roll, z  the ankle ahead of where it is over a flat print, along the foot; its height [m]
     pitch    angle about y, toes down above 0 [degrees]; curl: angle of the toes about y [degrees]
     """
@@ -102,14 +104,13 @@ def foot_path(
     swing = np.clip((own - duty) / (1 - duty), 0, 1)
     roll = _roll(contacts, pitch)
     start, end = _ends(leg, contacts, duty)
-    ahead = _hermite(swing, start, (end[0] + stride, end[1]))
     hump = 45.5625 * swing**2 * (1 - swing) ** 4  # 1 at a third of the way, slow to come down
     return FootPath(
-        print_x=stride * (duty / 2 - own),
-        roll=np.where(stands, roll, ahead),
+        print_x=stride * (duty / 2 - own + swing * swing * (3 - 2 * swing)),
+        roll=np.where(stands, roll, _hermite(swing, start, end)),
         z=_height(contacts, pitch) + clearance * hump,
         pitch=pitch,
-        curl=_curl(leg, pitch, swing, -float(_pitch(leg, np.array([duty]))[0])),
+        curl=_curl(leg, pitch, swing, hump),
     )
 
 
@@ -156,9 +157,8 @@ def _hermite(u: Reals, start: tuple[float, float], end: tuple[float, float]) -> 
     return values + start[1] * u * v * v - end[1] * u * u * v
 
 
-def _curl(leg: Leg, pitch: Reals, swing: Reals, leaving: float) -> Reals:
+def _curl(leg: Leg, pitch: Reals, swing: Reals, hump: Reals) -> Reals:
     """Angle of the toes about y: as much up as the foot is down, until they have left the ground."""
-    flat = -pitch if leg.flat_toes else -np.maximum(pitch, 0.0)
-    ease = swing * swing * (3 - 2 * swing)
-    free = flat * (1 - ease) if not leg.flat_toes else flat
-    return free + leg.curl * 16 * (swing * (1 - swing)) ** 2
+    if leg.flat_toes:
+        return leg.curl * hump - pitch
+    return leg.curl * hump - np.maximum(pitch, 0.0) * (1 - swing * swing * (3 - 2 * swing))

@@ -17,8 +17,6 @@ from scenes.stick_table import StickTable
 
 _SLACK_DEG = 1e-6
 
-Shift = Float64[np.ndarray, "3"]
-
 
 @dataclass(frozen=True, eq=False)
 class Rig:
@@ -77,7 +75,7 @@ class Rig:
                 turn[..., j, :] = product(above, local[..., j, :])
         return origin, turn
 
-    def beyond(self, turns: Turns) -> Float64[np.ndarray, "*n j"]:
+    def beyond(self, turns: Turns) -> Float64[np.ndarray, "..."]:
         """How far each joint is beyond its limits, (…, j); 0 within them [degrees]."""
         angle = degrees_of(turns)
         # The same turn has a second set of angles, (x ± 180, ±180 − y, z ± 180).
@@ -139,7 +137,7 @@ class RiggedSticks:
         """Part that each stick belongs to, (k,)."""
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
 
-    def posed(self, origin: Points, turn: Turns) -> StickTable:
+    def posed(self, origin: Vectors, turn: Turns) -> StickTable:
         """The sticks in the object's frame, from the frames of all joints."""
         start, end = (
             placed(origin, turn, joint, point)
@@ -163,7 +161,7 @@ class RiggedSticks:
         return RiggedSticks(self.first, start, end, start_radius, end_radius, *joints)
 
 
-def placed(origin: Points, turn: Turns, joint: Ints, point: Points) -> Points:
+def placed(origin: Vectors, turn: Turns, joint: Ints, point: Points) -> Points:
     """Points in the frames of joints, as they are in the object's frame, (k, 3) [m]."""
     row = np.maximum(joint, 0)
     at = origin[row] + turned(turn[row], point)

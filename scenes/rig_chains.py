@@ -75,5 +75,7 @@ def _by_matrices(parent, offset, matrices, points):  # type: ignore[no-untyped-d
             for i in range(p):
                 x, y, z = points[k, i, 0], points[k, i, 1], points[k, i, 2]
                 for c in range(3):
-                    out[o, k, i, c] = at[me, c] + r[me, c, 0] * x + r[me, c, 1] * y + r[me, c, 2] * z
+                    out[o, k, i, c] = (
+                        at[me, c] + r[me, c, 0] * x + r[me, c, 1] * y + r[me, c, 2] * z
+                    )
     return out

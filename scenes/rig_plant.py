@@ -1,7 +1,7 @@
 """Feet on sloping ground: a leg posed for level ground is bent so that its foot stands on a slope.
 
-The ankle goes up or down by as much as the ground under it differs from the ground under the object, and the
-foot tilts with the slope. The knee follows by the law of cosines, and the hip by the shortest turn that points
+The foot is turned with the slope about the point of the ground below its ankle, so that it rolls over its
+heel and ball as on the level. The knee follows by the law of cosines, and the hip by the shortest turn that points
 the leg at its foot, so that bones keep their lengths. Where a leg would be too short for its foot, the
 whole body sinks: on a slope of 10 % by a few centimetres.
 
@@ -19,14 +19,17 @@ STRAIGHTEST = 0.9985
 
 
 @njit(cache=True)
-def _raised(frame, ankle, drop, gx, gy):  # type: ignore[no-untyped-def]
-    """Height of the ankle over a slope: as far off the ground, measured square to it [m].
+def _on_slope(frame, hip, ankle, drop, gx, gy):  # type: ignore[no-untyped-def]
+    """From the hip to where the ankle goes: as far off the slope as off the level, square to it [m].
 
     ``drop`` (0 or below): how far the whole body has been moved up already.
     """
-    x, y = frame[ankle, 0] - frame[0, 0], frame[ankle, 1] - frame[0, 1]
     clear = frame[ankle, 2] - frame[0, 2] - drop
-    return frame[0, 2] + gx * x + gy * y + clear * math.sqrt(1.0 + gx * gx + gy * gy)
+    rise = gx * (frame[ankle, 0] - frame[0, 0]) + gy * (frame[ankle, 1] - frame[0, 1])
+    off = clear / math.sqrt(1.0 + gx * gx + gy * gy)
+    x = frame[ankle, 0] - gx * off - frame[hip, 0]
+    y = frame[ankle, 1] - gy * off - frame[hip, 1]
+    return x, y, frame[0, 2] + rise + off - frame[hip, 2]
 
 
 @njit(cache=True)
@@ -36,19 +39,17 @@ def room_to_reach(frame, hip, ankle, offset, thigh, shank, gx, gy):  # type: ign
     hip, ankle: rows of ``frame`` (x, y, z and quaternion); thigh, shank: rows of ``offset``.
     """
     length = STRAIGHTEST * (_length(offset, thigh) + _length(offset, shank))
-    x, y = frame[ankle, 0] - frame[hip, 0], frame[ankle, 1] - frame[hip, 1]
-    below = math.sqrt(max(0.0, length * length - x * x - y * y))
-    return _raised(frame, ankle, 0.0, gx, gy) + below - frame[hip, 2]
+    x, y, z = _on_slope(frame, hip, ankle, 0.0, gx, gy)
+    return z + math.sqrt(max(0.0, length * length - x * x - y * y))
 
 
 @njit(cache=True)
 def plant_leg(frame, hip, knee, ankle, offset, first, drop, gx, gy):  # type: ignore[no-untyped-def]
     """Bend the leg in rows hip, knee, ankle of ``frame``, changing them; its bones are in ``offset``.
 
-    first: what to add to a row of ``frame`` for the joint's row of ``offset``; drop as in ``_raised``.
+    first: what to add to a row of ``frame`` for the joint's row of ``offset``; drop as in ``_on_slope``.
     """
-    x, y = frame[ankle, 0] - frame[hip, 0], frame[ankle, 1] - frame[hip, 1]
-    z = _raised(frame, ankle, drop, gx, gy) - frame[hip, 2]
+    x, y, z = _on_slope(frame, hip, ankle, drop, gx, gy)
     thigh, shank = first + knee, first + ankle
     upper, lower = _length(offset, thigh), _length(offset, shank)
     longest, shortest = STRAIGHTEST * (upper + lower), abs(upper - lower) * 1.001

@@ -21,7 +21,7 @@ from scenes.rig import Rig
 from scenes.rig_motion import Motion
 from scenes.rig_plant import plant_leg, room_to_reach
 from scenes.rig_prototype import RiggedPrototype
-from scenes.rig_turns import Turns, slerp_weights, times, turn
+from scenes.rig_turns import Turns, Vectors, slerp_weights, times, turn
 
 
 _IDLE, _WANTED, _DONE = 0, 1, 2
@@ -121,10 +121,10 @@ def pose_sticks(
     bodies: Bodies,
     rows: Ints,
     sticks: Ints,
-    start: Points,
-    end: Points,
-    start_joint: Ints,
-    end_joint: Ints,
+    start: Vectors,
+    end: Vectors,
+    start_joint: np.ndarray,
+    end_joint: np.ndarray,
 ) -> tuple[Points, Points]:
     """Both ends of sticks, (m, 3) each [m]: row ``sticks`` of the table, of object ``rows``, (m,) each.
 

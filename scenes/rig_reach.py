@@ -38,7 +38,7 @@ def farthest(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -
     for row in np.flatnonzero(~below):
         one = slice(int(row), int(row) + 1)
         bound = max(bound, _aside(rig, joint, joints[one], points[one], radii[one]))
-    return bound
+    return bound * (1 + 1e-12)  # rounding, too, stays below it
 
 
 def _aside(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:

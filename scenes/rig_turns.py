@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-Turns = Float64[np.ndarray, "*n 4"]
-Vectors = Float64[np.ndarray, "*n 3"]
-Matrices = Float64[np.ndarray, "*n 3 3"]
+Turns = Float64[np.ndarray, "... 4"]
+Vectors = Float64[np.ndarray, "... 3"]
+Matrices = Float64[np.ndarray, "... 3 3"]
 
 
 def turns_of(degrees: Vectors) -> Turns:

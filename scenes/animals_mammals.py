@@ -1,0 +1,363 @@
+"""Rabbit and giraffe in tables, pipe-cleaner figures as in Marr & Nishihara (1978) [17]; lengths in metres.
+
+x ahead, y to the left, z up; all bones of a leg hang straight down at angles 0. Rabbit: an adult Oryctolagus,
+hind leg about twice as long as the foreleg. Giraffe: neck and foreleg about as long as one another
+(Mitchell, van Sittert & Skinner, J. Zool. 278:281, 2009); walk after Basu, Wilson & Hutchinson, J. Exp. Biol.
+222:jeb159277 (2019): lateral sequence, feet down for 0.7 of a long slow cycle. What is between is our own.
+"""
+
+from scenes.animals_kind import Kind, free, hinge
+from scenes.figure_tables import Joint, Part, Rod
+from scenes.gait import Gait, Wave
+from scenes.gait_feet import Leg
+from scenes.rig_build import Anatomy, Build
+
+_COAT = {"coat": (0.50, 0.31, 0.13), "pale": (0.62, 0.52, 0.38), "dark": (0.05, 0.04, 0.03)}
+_FUR = {"fur": (0.27, 0.20, 0.14), "white": (0.75, 0.72, 0.68), "dark": (0.03, 0.02, 0.02)}
+
+GIRAFFE = Kind(
+    anatomy=Anatomy(
+        joints={
+            "trunk": Joint("", (0, 0, 2.25)),
+            "neck": Joint("trunk", (0.62, 0, 0.22)),
+            "nape": Joint("neck", (0, 0, 0.85)),
+            "head": Joint("nape", (0, 0, 0.85)),
+            "muzzle": Joint("head", (0.30, 0, -0.02)),
+            "tail": Joint("trunk", (-0.74, 0, 0.16)),
+            "tuft": Joint("tail", (0, 0, -0.62)),
+        },
+        side_joints={
+            "ear": Joint("head", (-0.06, 0.10, 0.05)),
+            "horn": Joint("head", (0.03, 0.06, 0.10)),
+            "eye": Joint("head", (0.10, 0.10, 0.05)),
+            "shoulder": Joint("trunk", (0.50, 0.17, -0.02)),
+            "carpus": Joint("shoulder", (0, 0, -1.12)),
+            "fetlock": Joint("carpus", (0, 0, -0.86)),
+            "hip": Joint("trunk", (-0.55, 0.17, -0.02)),
+            "stifle": Joint("hip", (0, 0, -0.72)),
+            "hock": Joint("stifle", (0, 0, -0.72)),
+        },
+        parts={
+            "giraffe": Part("", 0, "trunk"),
+            "torso": Part("giraffe", 1, "trunk"),
+            "neck": Part("giraffe", 1, "neck"),
+            "lower neck": Part("neck", 2, "neck"),
+            "upper neck": Part("neck", 2, "nape"),
+            "head": Part("neck", 2, "head"),
+            "muzzle": Part("head", 3, "muzzle"),
+            "tail": Part("giraffe", 2, "tail"),
+            "tuft": Part("tail", 3, "tuft"),
+        },
+        side_parts={
+            "ear": Part("head", 3, "ear"),
+            "horn": Part("head", 3, "horn"),
+            "eye": Part("head", 4, "eye"),
+            "foreleg": Part("giraffe", 1, "shoulder"),
+            "forearm": Part("foreleg", 2, "shoulder"),
+            "fore cannon": Part("foreleg", 2, "carpus"),
+            "fore hoof": Part("fore cannon", 3, "fetlock"),
+            "hind leg": Part("giraffe", 1, "hip"),
+            "thigh": Part("hind leg", 2, "hip"),
+            "gaskin": Part("hind leg", 2, "stifle"),
+            "hind cannon": Part("gaskin", 3, "hock"),
+        },
+        body={
+            "torso": [
+                Rod("trunk", (0.46, 0, 0.02), (0.05, 0, -0.02), 0.37, 0.38, "coat"),
+                Rod("trunk", (0.05, 0, -0.02), (-0.52, 0, -0.02), 0.38, 0.29, "coat"),
+                Rod("trunk", (0.42, 0, 0.20), (0.62, 0, 0.22), 0.26, 0.20, "coat"),
+            ],
+            "lower neck": [Rod("neck", (0, 0, 0), (0, 0, 0.85), 0.21, 0.125, "coat")],
+            "upper neck": [Rod("nape", (0, 0, 0), (0, 0, 0.83), 0.125, 0.095, "coat")],
+            "head": [
+                Rod("head", (-0.03, 0, 0), (0.12, 0, 0), 0.12, 0.105, "coat"),
+                Rod("head", (0.12, 0, 0), (0.30, 0, -0.02), 0.105, 0.075, "coat"),
+            ],
+            "muzzle": [Rod("muzzle", (0, 0, 0), (0.13, 0, -0.02), 0.074, 0.062, "pale")],
+            "tail": [Rod("tail", (0, 0, 0), (0, 0, -0.62), 0.045, 0.022, "coat")],
+            "tuft": [Rod("tuft", (0, 0, 0), (0, 0, -0.38), 0.040, 0.030, "dark")],
+        },
+        side_body={
+            "ear": [Rod("ear", (0, 0, 0), (-0.05, 0.16, 0.03), 0.040, 0.020, "coat")],
+            "horn": [Rod("horn", (0, 0, 0), (-0.03, 0.01, 0.16), 0.024, 0.030, "dark")],
+            "eye": [Rod("eye", (0, 0, 0), (0.01, 0, 0), 0.022, 0.022, "dark")],
+            "forearm": [
+                Rod("shoulder", (0, 0, -0.05), (0, 0, -0.45), 0.19, 0.125, "coat"),
+                Rod("shoulder", (0, 0, -0.45), (0, 0, -1.12), 0.125, 0.075, "coat"),
+            ],
+            "fore cannon": [Rod("carpus", (0, 0, 0), (0, 0, -0.86), 0.075, 0.058, "pale")],
+            "fore hoof": [
+                Rod("fetlock", (0, 0, 0), (0, 0, -0.16), 0.060, 0.070, "pale"),
+                Rod("fetlock", (0, 0, -0.16), (0.02, 0, -0.21), 0.080, 0.085, "dark"),
+            ],
+            "thigh": [Rod("hip", (0, 0, -0.02), (0, 0, -0.72), 0.23, 0.13, "coat")],
+            "gaskin": [Rod("stifle", (0, 0, 0), (0, 0, -0.72), 0.13, 0.072, "coat")],
+            "hind cannon": [
+                Rod("hock", (0, 0, 0), (0, 0, -0.76), 0.074, 0.058, "pale"),
+                Rod("hock", (0, 0, -0.80), (0.02, 0, -0.85), 0.078, 0.085, "dark"),
+            ],
+        },
+        leaf={
+            "giraffe": [Rod("trunk", (-0.60, 0, -0.45), (0.75, 0, 0.55), 0.5, 0.5, "mean")],
+            "neck": [
+                Rod("neck", (0, 0, 0), (0, 0, 0.85), 0.21, 0.125, "coat"),
+                Rod("nape", (0, 0, 0), (0, 0, 0.88), 0.125, 0.10, "coat"),
+                Rod("head", (0, 0, 0), (0.36, 0, -0.02), 0.11, 0.075, "coat"),
+            ],
+            "head": [Rod("head", (-0.05, 0, 0), (0.38, 0, -0.02), 0.12, 0.07, "coat")],
+            "tail": [Rod("tail", (0, 0, 0), (0, 0, -0.90), 0.040, 0.030, "coat")],
+        },
+        side_leaf={
+            "foreleg": [
+                Rod("shoulder", (0, 0, -0.05), (0, 0, -1.12), 0.16, 0.08, "coat"),
+                Rod("carpus", (0, 0, 0), (0, 0, -1.02), 0.08, 0.065, "pale"),
+            ],
+            "fore cannon": [Rod("carpus", (0, 0, 0), (0, 0, -1.03), 0.075, 0.065, "pale")],
+            "hind leg": [
+                Rod("hip", (0, 0, -0.02), (0, 0, -0.72), 0.23, 0.13, "coat"),
+                Rod("stifle", (0, 0, 0), (0, 0, -0.72), 0.13, 0.075, "coat"),
+                Rod("hock", (0, 0, 0), (0, 0, -0.84), 0.075, 0.07, "pale"),
+            ],
+            "gaskin": [
+                Rod("stifle", (0, 0, 0), (0, 0, -0.72), 0.13, 0.075, "coat"),
+                Rod("hock", (0, 0, 0), (0, 0, -0.84), 0.075, 0.07, "pale"),
+            ],
+        },
+        rest={
+            "neck": (0, 38, 0),
+            "nape": (0, -8, 0),
+            "head": (0, -2, 0),
+            "tail": (0, 12, 0),
+            "hip": (0, -24, 0),
+            "stifle": (0, 50, 0),
+            "hock": (0, -26, 0),
+        },
+        limits={
+            "trunk": free(6, 8, 6),
+            "neck": ((-20, 0, -40), (20, 110, 40)),
+            "nape": free(30, 45, 40),
+            "head": ((-25, -60, -40), (25, 70, 40)),
+            "tail": free(40, 60, 40),
+            "tuft": free(40, 60, 40),
+            "shoulder": ((-20, -50, -10), (20, 45, 10)),
+            "carpus": hinge(0, 110),
+            "fetlock": ((-20, -60, -20), (20, 100, 20)),
+            "hip": ((-20, -75, -10), (20, 25, 10)),
+            "stifle": hinge(5, 120),
+            "hock": ((-20, -110, -20), (20, 15, 20)),
+        },
+        shift=((-0.1, -0.1, -0.5), (0.1, 0.1, 0.1)),
+    ),
+    build=Build(4.7, _COAT),
+    gait=Gait(
+        legs=(
+            Leg(
+                "hip",
+                "stifle",
+                "hock",
+                pitch=((0, 12), (0.35, 0), (0.7, -32), (0.78, -40), (0.9, 0)),
+                clearance=0.05,
+            ),
+            Leg(
+                "shoulder",
+                "carpus",
+                "fetlock",
+                pitch=((0, 4), (0.1, 0), (0.55, 0), (0.7, -40), (0.78, -55), (0.92, 4)),
+                strike=0.22,
+                ahead=-0.04,
+                clearance=0.05,
+            ),
+        ),
+        waves=(
+            Wave("", 2, 0.008, cycles=2, peak=0.3),
+            Wave("", 1, 0.012, peak=0.3),
+            Wave("trunk", 0, 1.5, peak=0.2),
+            Wave("trunk", 2, 1.5, peak=0.0),
+            Wave("neck", 1, 3.0, cycles=2, peak=0.55),
+            Wave("head", 1, -2.5, cycles=2, peak=0.55),
+            Wave("tail", 0, 12.0, peak=0.25),
+        ),
+        duty=0.70,
+        froude=0.04,
+    ),
+)
+
+RABBIT = Kind(
+    anatomy=Anatomy(
+        joints={
+            "trunk": Joint("", (0, 0, 0.150)),
+            "chest": Joint("trunk", (0.060, 0, 0.005)),
+            "neck": Joint("chest", (0.075, 0, 0.020)),
+            "head": Joint("neck", (0.035, 0, 0.030)),
+            "nose": Joint("head", (0.062, 0, -0.012)),
+            "tail": Joint("trunk", (-0.115, 0, 0.015)),
+        },
+        side_joints={
+            "ear": Joint("head", (-0.012, 0.016, 0.026)),
+            "ear tip": Joint("ear", (0, 0, 0.055)),
+            "eye": Joint("head", (0.022, 0.026, 0.008)),
+            "shoulder": Joint("chest", (0.045, 0.034, -0.020)),
+            "elbow": Joint("shoulder", (0, 0, -0.070)),
+            "wrist": Joint("elbow", (0, 0, -0.074)),
+            "hip": Joint("trunk", (-0.060, 0.040, -0.005)),
+            "knee": Joint("hip", (0, 0, -0.085)),
+            "ankle": Joint("knee", (0, 0, -0.098)),
+            "toes": Joint("ankle", (0.070, 0, -0.018)),
+        },
+        parts={
+            "rabbit": Part("", 0, "trunk"),
+            "torso": Part("rabbit", 1, "trunk"),
+            "rump": Part("torso", 2, "trunk"),
+            "chest": Part("torso", 2, "chest"),
+            "head": Part("rabbit", 1, "neck"),
+            "nose": Part("head", 3, "nose"),
+            "tail": Part("rabbit", 2, "tail"),
+        },
+        side_parts={
+            "ear": Part("head", 2, "ear"),
+            "ear base": Part("ear", 3, "ear"),
+            "ear tip": Part("ear", 3, "ear tip"),
+            "eye": Part("head", 3, "eye"),
+            "foreleg": Part("rabbit", 2, "shoulder"),
+            "upper arm": Part("foreleg", 3, "shoulder"),
+            "forearm": Part("foreleg", 3, "elbow"),
+            "paw": Part("forearm", 3, "wrist"),
+            "hind leg": Part("rabbit", 1, "hip"),
+            "thigh": Part("hind leg", 2, "hip"),
+            "shank": Part("hind leg", 2, "knee"),
+            "foot": Part("shank", 2, "ankle"),
+            "toes": Part("foot", 3, "toes"),
+        },
+        body={
+            "rump": [
+                Rod("trunk", (-0.060, 0, 0.005), (0.010, 0, 0.008), 0.074, 0.070, "fur"),
+                Rod("trunk", (-0.060, 0, -0.02), (0.050, 0, -0.022), 0.050, 0.046, "white"),
+            ],
+            "chest": [
+                Rod("chest", (-0.05, 0, 0.002), (0.030, 0, -0.002), 0.068, 0.055, "fur"),
+                Rod("chest", (0.030, 0, -0.002), (0.075, 0, 0.020), 0.055, 0.034, "fur"),
+            ],
+            "head": [
+                Rod("neck", (0, 0, 0), (0.035, 0, 0.030), 0.036, 0.034, "fur"),
+                Rod("head", (-0.008, 0, 0.002), (0.028, 0, -0.004), 0.034, 0.029, "fur"),
+                Rod("head", (0.028, 0, -0.004), (0.056, 0, -0.014), 0.029, 0.017, "fur"),
+            ],
+            "nose": [Rod("nose", (0, -0.003, 0), (0, 0.003, 0), 0.015, 0.015, "white")],
+            "tail": [Rod("tail", (0, 0, 0), (-0.018, 0, 0.014), 0.022, 0.024, "white")],
+        },
+        side_body={
+            "ear base": [Rod("ear", (0, 0, 0), (0, 0, 0.055), 0.011, 0.017, "fur")],
+            "ear tip": [Rod("ear tip", (0, 0, 0), (0, 0, 0.050), 0.017, 0.006, "fur")],
+            "eye": [Rod("eye", (0, 0, 0), (0.002, 0, 0), 0.008, 0.008, "dark")],
+            "upper arm": [Rod("shoulder", (0, 0, 0), (0, 0, -0.070), 0.026, 0.016, "fur")],
+            "forearm": [Rod("elbow", (0, 0, 0), (0, 0, -0.074), 0.016, 0.011, "fur")],
+            "paw": [Rod("wrist", (0, 0, 0), (0.018, 0, -0.010), 0.011, 0.010, "white")],
+            "thigh": [Rod("hip", (0, 0, -0.005), (0, 0, -0.085), 0.050, 0.026, "fur")],
+            "shank": [Rod("knee", (0, 0, 0), (0, 0, -0.098), 0.027, 0.014, "fur")],
+            "foot": [Rod("ankle", (0, 0, -0.006), (0.070, 0, -0.008), 0.014, 0.012, "white")],
+            "toes": [Rod("toes", (0, 0, 0.010), (0.030, 0, 0.008), 0.012, 0.010, "white")],
+        },
+        leaf={
+            "rabbit": [Rod("trunk", (-0.060, 0, 0), (0.130, 0, 0.010), 0.08, 0.07, "mean")],
+            "torso": [
+                Rod("trunk", (-0.060, 0, 0.005), (0.030, 0, 0.006), 0.074, 0.072, "fur"),
+                Rod("chest", (-0.02, 0, 0.002), (0.060, 0, 0.010), 0.070, 0.045, "fur"),
+            ],
+            "head": [
+                Rod("neck", (0, 0, 0), (0.035, 0, 0.030), 0.036, 0.034, "fur"),
+                Rod("head", (-0.012, 0, 0.012), (0.055, 0, -0.014), 0.036, 0.020, "fur"),
+                Rod("head", (-0.012, 0, 0.03), (-0.05, 0, 0.10), 0.020, 0.012, "fur"),
+            ],
+        },
+        side_leaf={
+            "ear": [Rod("ear", (0, 0, 0), (0, 0, 0.100), 0.015, 0.010, "fur")],
+            "foreleg": [
+                Rod("shoulder", (0, 0, 0), (0, 0, -0.070), 0.026, 0.016, "fur"),
+                Rod("elbow", (0, 0, 0), (0, 0, -0.082), 0.016, 0.012, "fur"),
+            ],
+            "forearm": [Rod("elbow", (0, 0, 0), (0, 0, -0.082), 0.016, 0.012, "fur")],
+            "hind leg": [
+                Rod("hip", (0, 0, -0.005), (0, 0, -0.085), 0.050, 0.026, "fur"),
+                Rod("knee", (0, 0, 0), (0, 0, -0.098), 0.027, 0.014, "fur"),
+                Rod("ankle", (0, 0, -0.006), (0.070, 0, -0.008), 0.014, 0.012, "white"),
+                Rod("toes", (0, 0, 0.010), (0.024, 0, 0.009), 0.012, 0.010, "white"),
+            ],
+            "shank": [
+                Rod("knee", (0, 0, 0), (0, 0, -0.098), 0.027, 0.014, "fur"),
+                Rod("ankle", (0, 0, -0.006), (0.070, 0, -0.008), 0.014, 0.012, "white"),
+                Rod("toes", (0, 0, 0.010), (0.024, 0, 0.009), 0.012, 0.010, "white"),
+            ],
+            "foot": [
+                Rod("ankle", (0, 0, -0.006), (0.070, 0, -0.008), 0.014, 0.012, "white"),
+                Rod("toes", (0, 0, 0.010), (0.024, 0, 0.009), 0.012, 0.010, "white"),
+            ],
+        },
+        rest={
+            "trunk": (0, -14, 0),
+            "chest": (0, 24, 0),
+            "neck": (0, -20, 0),
+            "head": (0, 22, 0),
+            "ear": (-10, -22, 0),
+            "shoulder": (0, 20, 0),
+            "elbow": (0, -44, 0),
+            "wrist": (0, 14, 0),
+            "hip": (0, -60, 0),
+            "knee": (0, 112, 0),
+            "ankle": (0, -38, 0),
+        },
+        limits={
+            "trunk": ((-15, -45, -20), (15, 30, 20)),
+            "chest": ((-15, -25, -20), (15, 60, 20)),
+            "neck": ((-30, -70, -50), (30, 40, 50)),
+            "head": ((-30, -30, -50), (30, 60, 50)),
+            "ear": ((-60, -80, -40), (30, 30, 40)),
+            "ear tip": free(20, 40, 20),
+            "tail": free(30, 50, 40),
+            "shoulder": ((-20, -80, -15), (25, 100, 15)),
+            "elbow": hinge(-140, -5),
+            "wrist": ((-25, -80, -20), (25, 110, 20)),
+            "hip": ((-25, -135, -20), (25, 60, 20)),
+            "knee": hinge(10, 165),
+            "ankle": ((-25, -90, -20), (25, 90, 20)),
+            "toes": hinge(-80, 40),
+        },
+        shift=((-0.05, -0.03, -0.06), (0.05, 0.03, 0.08)),
+    ),
+    build=Build(0.36, _FUR),
+    gait=Gait(
+        legs=(
+            Leg(
+                "hip",
+                "knee",
+                "ankle",
+                toes=("toes",),
+                pitch=((0, 6), (0.08, 0), (0.16, 0), (0.40, -55), (0.5, -58), (0.8, -8), (0.93, 8)),
+                strike=0.0,
+                apart=0.0,
+                ahead=-0.20,
+                clearance=0.16,
+            ),
+            Leg(
+                "shoulder",
+                "elbow",
+                "wrist",
+                pitch=((0, 5), (0.1, 0), (0.25, 0), (0.40, -50), (0.55, -60), (0.9, 5)),
+                strike=0.55,
+                apart=0.10,
+                ahead=0.0,
+                bend=-1,
+                clearance=0.16,
+            ),
+        ),
+        waves=(
+            Wave("", 2, 0.14, peak=0.50, mean=0.10),
+            Wave("trunk", 1, 11.0, peak=0.72, mean=-14.0),
+            Wave("chest", 1, -8.0, peak=0.45, mean=22.0),
+            Wave("neck", 1, -7.0, peak=0.75, mean=-24.0),
+            Wave("ear", 1, -10.0, peak=0.65, mean=-34.0, apart=0.0),
+        ),
+        duty=0.31,
+        stride=2.4,
+        period=0.40,
+    ),
+)

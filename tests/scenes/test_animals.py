@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+
+from lod.errors import InputError
+from scenes.animals import KINDS, animal, kind_named, parts_of_kind
+from scenes.gait_measure import cycle, lowest, slide
+from scenes.rig_figure import rigged_people
+from scenes.rig_turns import degrees_of
+
+WALKERS = [name for name, kind in KINDS.items() if kind.gait.legs]
+LIVING = ["rabbit", "giraffe", "ostrich"]
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_no_joint_goes_beyond_its_limits(name):
+    it = animal(name)
+    seen = cycle(it)
+    assert it.rig.beyond(seen.turns).max() < 1e-6
+    assert np.all(it.motion.shift >= it.rig.shift_low - 1e-12)
+    assert np.all(it.motion.shift <= it.rig.shift_high + 1e-12)
+
+
+@pytest.mark.parametrize("name", WALKERS)
+def test_feet_stay_where_they_stand(name):
+    it, gait = animal(name), KINDS[name].gait
+    seen, height = cycle(it), it.rig.frames()[0][0, 2]
+    assert slide(it, gait, seen) < min(0.02, 0.02 * height)
+    assert lowest(it, seen).min() > -min(0.01, 0.02 * height)
+
+
+@pytest.mark.parametrize("name", ["giraffe", "ostrich", "insect"])
+def test_walkers_always_stand_on_something(name):
+    it = animal(name)
+    seen = cycle(it)
+    assert lowest(it, seen).max() < 0.01 * it.rig.frames()[0][0, 2] + 1e-3
+
+
+def test_a_rabbit_leaves_the_ground():
+    it = animal("rabbit")
+    assert lowest(it, cycle(it)).max() > 0.001  # with all four feet
+
+
+def test_giraffes_put_down_their_feet_in_lateral_sequence():
+    hind, fore = KINDS["giraffe"].gait.legs
+    order = [hind.strike, fore.strike, hind.strike + hind.apart, fore.strike + fore.apart]
+    assert order == sorted(order)
+    assert np.allclose(np.diff(order), 0.25, atol=0.05)
+
+
+def test_an_insect_walks_on_alternating_tripods():
+    fore, mid, hind = KINDS["insect"].gait.legs
+    assert fore.strike == hind.strike
+    assert (mid.strike - fore.strike) % 1 == fore.apart == 0.5
+
+
+def test_sails_go_round_once_a_cycle():
+    it = animal("windmill")
+    hub = it.rig.row("hub")
+    turned = [degrees_of(it.motion.at(k / 60)[0][hub])[0] for k in range(61)]
+    assert np.allclose(np.diff(np.unwrap(turned, period=360)), 6.0, atol=1e-6)
+    assert it.motion.speed == 0
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_levels_run_from_blob_to_detail(name):
+    h = animal(name).hierarchy
+    assert set(np.unique(h.level)) >= {0, 1, 2, 3}
+    assert h.P[0] == h.P[h.level <= 1].max() or name == "windmill"
+
+
+@pytest.mark.parametrize("name", [*LIVING, "person"])
+def test_parts_of_living_things_shrink_with_depth(name):
+    h = rigged_people(1, 1, 0.0)[0].hierarchy if name == "person" else animal(name).hierarchy
+    assert np.all(h.P[1:] <= 1.0 * h.P[h.whole[1:]])
+
+
+def test_an_artifact_has_big_bits_tacked_on():
+    h, names = animal("windmill").hierarchy, parts_of_kind("windmill")
+    sail = names.index("sail 1")
+    assert h.P[sail] > 3 * h.P[h.whole[sail]]
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_pose_of_the_motion_stays_within_R(name):
+    it = animal(name)
+    for phase in np.linspace(0, 1, 9):
+        it.walking(float(phase))  # a prototype refuses sticks beyond R
+
+
+def test_an_unknown_kind_is_named():
+    with pytest.raises(InputError, match="rabbit"):
+        kind_named("gryphon")

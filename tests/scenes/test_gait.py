@@ -1,0 +1,213 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.errors import InputError
+from scenes.gait import motion_of
+from scenes.gait_feet import contacts_of
+from scenes.gait_measure import cycle, lowest, slide
+from scenes.gait_people import style, walk, walkers
+from scenes.patrol import least_radius, patrol, slip
+from scenes.rig_figure import rigged_people
+from scenes.rig_motion import slerp, still
+from scenes.rig_pose import Bodies, Cast, pose_joints
+from scenes.rig_turns import degrees_of, turned, turns_of
+
+GAITS = {
+    "adult": walk(),
+    "slow": walk(froude=0.10),
+    "brisk": walk(froude=0.34, swing=26, elbow=34, lean=3.5, spread=0.04),
+}
+
+
+def someone(child=False):
+    return rigged_people(5, 1, 1.0 if child else 0.0)[0]
+
+
+@pytest.mark.parametrize("child", [False, True])
+@pytest.mark.parametrize("name", GAITS)
+def test_feet_stay_where_they_stand(name, child):
+    who, gait = someone(child), GAITS[name]
+    who = who.moving(motion_of(who, gait))
+    seen = cycle(who)
+    assert slide(who, gait, seen) < 0.005  # the promise is 0.02
+    assert lowest(who, seen).min() > -0.01
+    assert lowest(who, seen).max() < 0.012  # some foot is always down
+
+
+@pytest.mark.parametrize("child", [False, True])
+@pytest.mark.parametrize("name", GAITS)
+def test_no_joint_goes_beyond_its_limits(name, child):
+    who = someone(child)
+    motion = motion_of(who, GAITS[name])
+    seen = cycle(who.moving(motion))
+    assert who.rig.beyond(seen.turns).max() < 1e-6
+    assert np.all(motion.shift >= who.rig.shift_low)
+    assert np.all(motion.shift <= who.rig.shift_high)
+
+
+def test_every_style_keeps_the_limits():
+    who = someone()
+    for seed in range(12):
+        motion = motion_of(who, style(np.random.default_rng(seed)))
+        assert who.rig.beyond(motion.turns).max() < 1e-6
+
+
+def test_knees_bend_backwards_and_elbows_forwards():
+    who = walkers((someone(),), 0)[0]
+    seen, row = cycle(who), who.rig.row
+    for side in ("left", "right"):
+        hip, knee, ankle = (seen.origin[:, row(f"{side} {j}")] for j in ("hip", "knee", "ankle"))
+        middle = hip + (ankle - hip) * 0.5
+        assert np.all((knee - middle)[:, 0] > 0)
+        flexed = degrees_of(seen.turns[:, row(f"{side} knee")])[:, 1]
+        assert 50 < flexed.max() < 75  # in the swing (Perry & Burnfield)
+        assert np.all(degrees_of(seen.turns[:, row(f"{side} elbow")])[:, 1] < 0)
+
+
+def test_arms_swing_against_legs_and_the_head_stays():
+    who = walkers((someone(),), 0)[0]
+    seen, row = cycle(who), who.rig.row
+    hand, foot = (seen.origin[:, row(f"left {j}"), 0] for j in ("wrist", "ankle"))
+    assert np.corrcoef(hand, foot)[0, 1] < -0.8
+    turn = degrees_of(seen.facing[:, row("head")])
+    assert np.abs(turn[:, 2]).max() < 3
+    assert np.ptp(seen.origin[:, row("head"), 2]) < 0.06
+
+
+def test_the_cycle_closes_smoothly():
+    who = walkers((someone(),), 0)[0]
+    step = 1 / 160
+    phases = np.arange(-3, 164) * step
+    poses = zip(*[who.motion.at(float(p)) for p in phases], strict=True)
+    origins = who.rig.frames(*map(np.array, poses))[0]
+    assert np.allclose(origins[0], origins[160], atol=1e-12)
+    speed = np.diff(origins, axis=0) / step / who.motion.stride
+    jump = np.abs(np.diff(speed, axis=0)).max(axis=(1, 2))
+    assert jump[:6].max() <= jump[6:-6].max()  # nothing special happens where it closes
+    assert np.abs(speed).max() < 4.0
+
+
+def test_speed_times_time_is_what_the_feet_say():
+    who = walkers((someone(),), 0)[0]
+    motion, row = who.motion, who.rig.row("left ankle")
+    times = np.linspace(0.15, 0.30, 7) * motion.period  # in mid-stance, sole flat
+    path = [
+        motion.speed * t + who.rig.frames(*motion.at(float(t / motion.period)))[0][row, 0]
+        for t in times
+    ]
+    assert np.ptp(path) < 0.002
+
+
+def test_pace_follows_froude():
+    who = someone()
+    slow, brisk = (motion_of(who, GAITS[name]) for name in ("slow", "brisk"))
+    assert slow.speed < brisk.speed
+    assert slow.stride < brisk.stride
+    adult = motion_of(who, GAITS["adult"])
+    assert 1.2 < adult.speed < 1.6  # people walk at about 1.4 m/s
+    assert 90 < 120 / adult.period < 140  # steps a minute
+    assert motion_of(someone(True), GAITS["adult"]).period < adult.period
+
+
+def test_a_stride_too_long_is_refused():
+    with pytest.raises(InputError, match="reach"):
+        motion_of(someone(), walk(froude=3.0))
+
+
+@pytest.mark.parametrize("gradient", [0.03, 0.10, 0.20])
+def test_feet_stand_on_slopes(gradient):
+    who = walkers((someone(),), 0)[0]
+    cast, count = Cast.of((who,)), 120
+    phase = np.arange(count) / count
+    for uphill in (0.0, 2.0, 4.0):
+        slope = gradient * np.array((np.cos(uphill), np.sin(uphill)))
+        same = (np.zeros((count, 3)), np.ones(count), np.zeros(count), np.zeros(count, np.int64))
+        bodies = Bodies(*same, phase, np.tile(slope, (count, 1)))
+        normal = np.array((*-slope, 1.0)) / np.sqrt(1 + gradient**2)
+        for side, late in (("left", 0.0), ("right", 0.5)):
+            ankle = who.rig.row(f"{side} ankle")
+            at, facing = pose_joints(cast, bodies, np.arange(count), np.full(count, ankle))
+            own, gaps, contacts = (phase - late) % 1, [], contacts_of(who, ankle)
+            for x, z, radius in contacts:
+                point = at + turned(facing, np.broadcast_to((x, 0.0, z), (count, 3)))
+                gaps.append(point @ normal - radius)
+            gap = np.minimum(*gaps)
+            assert gap.min() > -0.01
+            assert gap[own < 0.62].max() < 0.005
+            point[:, 0] += who.motion.stride * own
+            stands = (own > 0.09) & (own < 0.6)
+            assert np.ptp(point[stands, :2], axis=0).max() < 0.02
+
+
+def test_bones_keep_their_lengths_on_slopes():
+    who = walkers((someone(),), 0)[0]
+    rows = [who.rig.row(f"left {j}") for j in ("hip", "knee", "ankle")]
+    count = 40
+    same = (np.zeros((count, 3)), np.ones(count), np.zeros(count), np.zeros(count, np.int64))
+    bodies = Bodies(*same, np.arange(count) / count, np.tile((0.2, -0.1), (count, 1)))
+    at = [
+        pose_joints(Cast.of((who,)), bodies, np.arange(count), np.full(count, r))[0] for r in rows
+    ]
+    for a, b, row in zip(at[:2], at[1:], rows[1:], strict=True):
+        assert np.allclose(np.linalg.norm(b - a, axis=1), np.linalg.norm(who.rig.offset[row]))
+
+
+@given(st.floats(0, 2 * np.pi), st.booleans(), st.floats(0, 1), st.floats(-1e7, 1e7))
+def test_a_patrol_is_a_circle_about_home_at_an_even_speed(heading, clockwise, phase, time):
+    ways = (
+        np.array([heading]),
+        np.array([clockwise]),
+        np.array([phase]),
+        np.array([1.3]),
+        np.array([1.0]),
+    )
+    here, next_, soon = (patrol(10.0, *ways, t) for t in (time, time + 1e-3, time + 1.0))
+    assert np.linalg.norm(here.offset) == pytest.approx(10.0)
+    moved = (next_.offset - here.offset)[0]
+    assert np.linalg.norm(moved) == pytest.approx(1.3e-3, rel=1e-3)
+    assert moved @ (here.cos[0], here.sin[0]) == pytest.approx(1.3e-3, rel=1e-3)
+    assert (soon.phase - here.phase)[0] % 1 == pytest.approx(0, abs=1e-6) or (
+        soon.phase - here.phase
+    )[0] % 1 == pytest.approx(1, abs=1e-6)
+
+
+def test_what_has_no_stride_stays_at_home():
+    one = (np.zeros(1), np.array([False]), np.zeros(1), np.zeros(1), np.full(1, 6.0))
+    there = patrol(1.0, *one, 9.0)
+    assert np.allclose(there.offset, 0)
+    assert there.phase[0] == pytest.approx(0.5)
+
+
+def test_a_walker_on_its_circle_skates_by_less_than_two_centimetres():
+    who = walkers((someone(),), 0)[0]
+    motion, gait = who.motion, walk()
+    radius = least_radius(motion, gait.duty, -0.08, 0.1, 0.015)
+    assert slip(gait.duty * motion.stride, -0.08, 0.1, radius) <= 0.015
+    times = np.linspace(0.09, 0.60, 40) * motion.period
+    ball = contacts_of(who, who.rig.row("left ankle")).ball
+    feet = []
+    for t in times:
+        one = (np.zeros(1), np.array([False]), np.zeros(1))
+        w = patrol(radius, *one, np.array([motion.stride]), np.array([motion.period]), float(t))
+        at = np.array([[*w.offset[0], 0.0]])
+        bodies = Bodies(at, w.cos, w.sin, np.zeros(1, np.int64), w.phase, np.zeros((1, 2)))
+        ankle = np.array([who.rig.row("left ankle")])
+        place, facing = pose_joints(Cast.of((who,)), bodies, np.zeros(1, np.int64), ankle)
+        feet.append((place + turned(facing, np.array([[ball[0], 0.0, ball[1]]])))[0, :2])
+    feet = np.array(feet)
+    assert np.linalg.norm(feet[:, None] - feet[None], axis=-1).max() < 0.02
+
+
+def test_slerp_is_even_and_takes_the_short_way():
+    a, b = turns_of(np.zeros((1, 3))), turns_of(np.array([[0.0, 0.0, 80.0]]))
+    for share in (0.0, 0.25, 0.5, 1.0):
+        for end in (b, -b):
+            assert degrees_of(slerp(a, end, share))[0, 2] == pytest.approx(80 * share)
+
+
+def test_a_still_thing_does_not_move():
+    who = someone()
+    quiet = who.moving(still(who.rig))
+    assert np.allclose(quiet.walking(0.7).leaf.start, who.posed().leaf.start)

@@ -1,0 +1,322 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
+
+from lod.errors import InputError
+from scenes.figure import figure_prototypes
+from scenes.gait_people import walkers
+from scenes.rig import Rig, RiggedSticks
+from scenes.rig_build import part_names
+from scenes.rig_chains import placed_by_matrices, placed_by_quaternions
+from scenes.rig_figure import child_sizes, human, rigged_people
+from scenes.rig_pose import Bodies, Cast, pose_joints, pose_sticks
+from scenes.rig_reach import farthest
+from scenes.rig_turns import degrees_of, inverse, matrices, product, turned, turns_of
+from scenes.stick_area import largest_area
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def test_turns_are_those_of_scipy():
+    rng = np.random.default_rng(1)
+    degrees = rng.uniform(-89, 89, (50, 3))
+    turns, v = turns_of(degrees), rng.normal(size=(50, 3))
+    theirs = Rotation.from_euler("xyz", degrees, degrees=True)
+    assert np.allclose(np.abs((turns * theirs.as_quat()).sum(axis=1)), 1, atol=1e-12)
+    assert np.allclose(turned(turns, v), theirs.apply(v), atol=1e-12)
+    assert np.allclose(matrices(turns), theirs.as_matrix(), atol=1e-12)
+    assert np.allclose(degrees_of(turns), degrees, atol=1e-9)
+    assert np.allclose(matrices(product(turns, turns[::-1])), (theirs * theirs[::-1]).as_matrix())
+    assert np.allclose(product(turns, inverse(turns)), (0, 0, 0, 1), atol=1e-12)
+
+
+def chain(rng, joints):
+    """A chain with random offsets and limits; joint 0 is held."""
+    low = rng.uniform(-150, 60, (joints, 3))
+    high = low + rng.uniform(0, 120, (joints, 3)) * (rng.random((joints, 3)) < 0.7)
+    names = tuple(f"joint {k}" for k in range(joints))
+    offset, none = rng.normal(0, 0.3, (joints, 3)), np.zeros(3)
+    rest = turns_of(low + 0.5 * (high - low))
+    return Rig(names, np.arange(joints) - 1, offset, rest, low, high, none, none)
+
+
+@given(seeds, st.integers(2, 6))
+@settings(max_examples=40)
+def test_reach_is_never_exceeded(seed, joints):
+    rng = np.random.default_rng(seed)
+    rig, point = chain(rng, joints), rng.normal(0, 0.3, (1, 3))
+    bound = farthest(rig, 0, np.array([joints - 1]), point, np.array([0.05]))
+    origin, turn = rig.frames(rig.random_turns(rng, 500))
+    at = origin[:, -1] + turned(turn[:, -1], np.broadcast_to(point, (500, 3)))
+    assert np.linalg.norm(at - origin[:, 0], axis=1).max() + 0.05 <= bound
+
+
+@pytest.mark.parametrize("joints", [2, 3, 5])
+def test_reach_is_reached_within_a_few_per_cent(joints):
+    rng = np.random.default_rng(joints)
+    rig, point = chain(rng, joints), rng.normal(0, 0.3, (1, 3))
+    bound = farthest(rig, 0, np.array([joints - 1]), point, np.zeros(1))
+
+    def away(angles):
+        x = point[0]
+        for offset, turn in zip(
+            rig.offset[:0:-1], turns_of(angles.reshape(-1, 3))[:0:-1], strict=True
+        ):
+            x = offset + turned(turn, x)
+        return -np.linalg.norm(x)
+
+    box = list(zip(rig.low.ravel(), rig.high.ravel(), strict=True))
+    starts = rng.uniform(rig.low.ravel(), rig.high.ravel(), (8, 3 * joints))
+    best = max(-minimize(away, start, bounds=box, method="L-BFGS-B").fun for start in starts)
+    assert 0.97 * bound <= best <= bound
+
+
+def test_reach_of_what_does_not_ride_on_the_joint():
+    who = rigged_people(0, 1, 0.0)[0]
+    rng = np.random.default_rng(0)
+    rig, hand, head = who.rig, who.rig.row("left wrist"), who.rig.row("head")
+    bound = farthest(rig, hand, np.array([head]), np.zeros((1, 3)), np.zeros(1))
+    origin, _ = rig.frames(rig.random_turns(rng, 2000))
+    assert np.linalg.norm(origin[:, hand] - origin[:, head], axis=1).max() <= bound
+
+
+def people():
+    return rigged_people(5, 3, 0.5)
+
+
+def reaches(who, poses):
+    """Per part, farthest over poses: own sticks, direct parts' sticks, everything below, from whole."""
+    rig, h = who.rig, who.hierarchy
+    origin, turn = rig.frames(poses)
+    n = len(h)
+    own, R, B, separation = (np.zeros(n) for _ in range(4))
+    for table in (who.inner, who.leaf):
+        for joint, point, radius in (
+            (table.start_joint, table.start, table.start_radius),
+            (table.end_joint, table.end, table.end_radius),
+        ):
+            row = np.maximum(joint, 0)
+            at = origin[:, row] + turned(
+                turn[:, row], np.broadcast_to(point, (len(poses), *point.shape))
+            )
+            at = np.where((joint < 0)[:, None], point, at)
+            part, depth = table.owner, 0
+            while len(part):
+                centre = origin[:, who.joint[part]]
+                far = (np.linalg.norm(at - centre, axis=-1) + radius).max(axis=0)
+                if depth == 0:
+                    np.maximum.at(own, part, far)
+                if depth <= 1:
+                    np.maximum.at(R, part, far)
+                np.maximum.at(B, part, far)
+                up = h.whole[part]
+                keep, part, depth = up >= 0, up[up >= 0], depth + 1
+                at, radius = at[:, keep], radius[keep]
+    at = origin[:, who.joint]
+    separation[1:] = np.linalg.norm(at[:, 1:] - at[:, h.whole[1:]], axis=-1).max(axis=0)
+    return R, B, separation
+
+
+@given(seeds)
+@settings(max_examples=12)
+def test_no_allowed_pose_exceeds_R_B_or_separation(seed):
+    for who in people()[:2]:
+        poses = who.rig.random_turns(np.random.default_rng(seed), 60)
+        R, B, separation = reaches(who, poses)
+        assert np.all(R <= who.hierarchy.R)
+        assert np.all(B <= who.hierarchy.B)
+        assert np.all(separation <= who.hierarchy.separation + 1e-12)
+
+
+def test_R_is_reached_within_ten_per_cent_by_some_pose():
+    who, rng = people()[0], np.random.default_rng(7)
+    rig = who.rig
+    poses = rig.random_turns(rng, 1500)
+    best, _, _ = reaches(who, poses)
+    for part in np.flatnonzero(best < 0.9 * who.hierarchy.R):
+        angles, score = degrees_of(rig.rest), 0.0
+        for step in range(60):  # a climb: tries scattered about the best so far, ever closer
+            width = 90.0 * 0.94**step
+            tries = np.clip(angles + rng.normal(0, width, (40, *angles.shape)), rig.low, rig.high)
+            scores = [reaches(who, turns_of(one[None]))[0][part] for one in tries[:4]]
+            if max(scores) > score:
+                score, angles = max(scores), tries[int(np.argmax(scores))]
+        best[part] = max(best[part], score)
+    assert np.all(best >= 0.9 * who.hierarchy.R)
+
+
+def test_P_is_not_exceeded_in_any_allowed_pose():
+    for who in people()[:2]:
+        rng = np.random.default_rng(2)
+        for poses in who.rig.random_turns(rng, 12):
+            area = largest_area(who.leaf.posed(*who.rig.frames(poses)))
+            assert np.all(np.sqrt(area) <= 1.02 * who.hierarchy.P)
+
+
+def test_at_rest_it_is_the_standing_figure():
+    mine, theirs = rigged_people(3, 2, 0.0), figure_prototypes(3, 2)
+    for a, b in zip(mine, theirs, strict=True):
+        assert np.allclose(a.posed().hierarchy.position, b.hierarchy.position, atol=0.01)
+        assert np.allclose(a.hierarchy.P[1:], b.hierarchy.P[1:], rtol=0.02)
+        assert np.all(a.hierarchy.R >= 0.985 * b.hierarchy.R)
+
+
+def test_children_have_larger_heads_and_shorter_legs():
+    heads = [child_sizes(age)["head"] for age in (5.0, 8.0, 12.0, 16.0)]
+    legs = [child_sizes(age)["hip"] for age in (5.0, 8.0, 12.0, 16.0)]
+    assert heads == sorted(heads, reverse=True)
+    assert heads[0] > 1.2
+    assert heads[-1] == pytest.approx(1.0)
+    assert legs[0] < 1.0
+    assert legs[-1] == pytest.approx(1.0)
+
+
+def test_a_scaled_prototype_is_the_same_one_larger():
+    who = walkers(people()[:1], 1)[0]
+    twice = who.scaled(2.0)
+    assert np.allclose(twice.posed().leaf.start, 2 * who.posed().leaf.start)
+    assert twice.motion.stride == pytest.approx(2 * who.motion.stride)
+    assert twice.motion.speed**2 / 2 == pytest.approx(who.motion.speed**2)
+
+
+def crowd(count, gradient=0.0, seed=0):
+    cast = walkers(people(), 2)
+    rng = np.random.default_rng(seed)
+    heading = rng.uniform(0, 2 * np.pi, count)
+    slope = rng.uniform(-gradient, gradient, (count, 2))
+    places = (rng.normal(0, 10, (count, 3)), np.cos(heading), np.sin(heading))
+    return cast, Bodies(
+        *places, rng.integers(0, len(cast), count), rng.uniform(-3, 3, count), slope
+    )
+
+
+def test_the_walk_poses_as_the_rig_does():
+    people, bodies = crowd(6)
+    rows, joints = np.divmod(np.arange(6 * 40), 40)
+    origin, turn = pose_joints(Cast.of(people), bodies, rows, joints)
+    for o in range(6):
+        who = people[bodies.variant[o]]
+        at, facing = who.rig.frames(*who.motion.at(float(bodies.phase[o])))
+        heading = Rotation.from_matrix(
+            [[bodies.cos[o], -bodies.sin[o], 0], [bodies.sin[o], bodies.cos[o], 0], [0, 0, 1]]
+        )
+        assert np.allclose(origin[rows == o], heading.apply(at[:40]) + bodies.origin[o], atol=1e-12)
+        theirs = (heading * Rotation.from_quat(facing[:40])).as_quat()
+        assert np.allclose(np.abs((turn[rows == o] * theirs).sum(axis=1)), 1, atol=1e-12)
+
+
+@pytest.mark.parametrize("gradient", [0.0, 0.1])
+def test_posing_does_not_depend_on_order(gradient):
+    people, bodies = crowd(5, gradient)
+    rows, joints = np.divmod(np.arange(5 * 50), 50)
+    shuffled = np.random.default_rng(3).permutation(len(rows))
+    straight = pose_joints(Cast.of(people), bodies, rows, joints)
+    mixed = pose_joints(Cast.of(people), bodies, rows[shuffled], joints[shuffled])
+    for a, b in zip(straight, mixed, strict=True):
+        assert np.array_equal(a[shuffled], b)
+    assert np.allclose(np.linalg.norm(straight[1], axis=1), 1, atol=1e-12)
+
+
+def test_sticks_ride_on_their_joints():
+    people, bodies = crowd(4)
+    who = people[0]
+    bodies = Bodies(
+        bodies.origin, bodies.cos, bodies.sin, 0 * bodies.variant, bodies.phase, 0 * bodies.gradient
+    )
+    table = who.leaf
+    rows, sticks = np.divmod(np.arange(4 * len(table)), len(table))
+    columns = (table.start, table.end, table.start_joint, table.end_joint)
+    start, end = pose_sticks(Cast.of(people), bodies, rows, sticks, *columns)
+    for o in range(4):
+        posed = who.walking(float(bodies.phase[o])).leaf
+        c, s = bodies.cos[o], bodies.sin[o]
+        heading = np.array(((c, -s, 0), (s, c, 0), (0, 0, 1)))
+        assert np.allclose(start[rows == o], posed.start @ heading.T + bodies.origin[o], atol=1e-12)
+        assert np.allclose(end[rows == o], posed.end @ heading.T + bodies.origin[o], atol=1e-12)
+
+
+def test_a_stick_may_span_joints():
+    none = np.zeros(3)
+    turn = turns_of(np.zeros((2, 3)))
+    rig = Rig(
+        ("a", "b"),
+        np.array([-1, 0]),
+        np.eye(3)[:2],
+        turn,
+        -90 * np.ones((2, 3)),
+        90 * np.ones((2, 3)),
+        none,
+        none,
+    )
+    sticks = RiggedSticks(
+        np.array([0, 1]),
+        np.zeros((1, 3)),
+        np.zeros((1, 3)),
+        np.ones(1),
+        np.ones(1),
+        np.array([0]),
+        np.array([0]),
+        np.array([1]),
+    )
+    posed = sticks.posed(*rig.frames(turns_of(np.array(((0.0, 0, 90), (0, 0, 0))))))
+    assert np.allclose(posed.start, (1, 0, 0))
+    assert np.allclose(posed.end, (0, 0, 0), atol=1e-12)
+
+
+def test_a_slope_changes_poses_little_by_little():
+    people, bodies = crowd(20, 1e-9)
+    level = Bodies(
+        bodies.origin, bodies.cos, bodies.sin, bodies.variant, bodies.phase, 0 * bodies.gradient
+    )
+    rows, joints = np.divmod(np.arange(20 * 50), 50)
+    near, flat = (pose_joints(Cast.of(people), b, rows, joints)[0] for b in (bodies, level))
+    assert np.allclose(near, flat, atol=1e-6)
+
+
+def test_quaternions_and_matrices_place_alike():
+    who, rng = people()[0], np.random.default_rng(5)
+    turns, points = who.rig.random_turns(rng, 20), rng.normal(size=(len(who.rig), 3, 3))
+    rig = (who.rig.parent, who.rig.offset)
+    a = placed_by_quaternions(*rig, turns, points)
+    b = placed_by_matrices(*rig, np.ascontiguousarray(matrices(turns)), points)
+    origin, facing = who.rig.frames(turns)
+    assert np.abs(a - b).max() < 1e-12
+    assert np.allclose(
+        a[:, :, 0], origin + turned(facing, np.broadcast_to(points[:, 0], origin.shape))
+    )
+
+
+def test_limits_know_both_ways_to_write_a_turn():
+    rig = rigged_people(0, 1, 0.0)[0].rig
+    angles = degrees_of(rig.rest)
+    angles[rig.row("left hip")] = (5, -110, 10)
+    assert rig.beyond(turns_of(angles)).max() < 1e-6
+    angles[rig.row("left hip")] = (5, -130, 10)
+    assert rig.beyond(turns_of(angles))[rig.row("left hip")] == pytest.approx(9, abs=1e-6)
+
+
+def test_bad_rigs_are_refused():
+    rig = rigged_people(0, 1, 0.0)[0].rig
+    whole = {name: getattr(rig, name) for name in rig.__dataclass_fields__}
+    for key, value, said in (
+        ("parent", np.arange(len(rig)), "after its parent"),
+        ("rest", 2 * rig.rest, "unit quaternion"),
+        ("low", rig.high + 1, "at most high"),
+        ("offset", np.full_like(rig.offset, np.nan), "finite"),
+        ("high", np.minimum(rig.high, -1.0), "low"),
+    ):
+        with pytest.raises(InputError, match=said):
+            Rig(**{**whole, key: value})
+    with pytest.raises(InputError, match="one of"):
+        rig.row("third elbow")
+    with pytest.raises(InputError, match="share"):
+        rigged_people(0, 1, 1.5)
+
+
+def test_parts_have_names():
+    names = part_names(human())
+    assert len(names) == len(people()[0].joint) == len(set(names))
+    assert names[0] == "person"
