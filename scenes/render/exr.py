@@ -127,13 +127,13 @@ def _fields(pixels: Mapping[str, np.ndarray]) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _stdout_to_stderr() -> Iterator[None]:
-    """OpenEXR prints its warnings to stdout, which belongs to --json."""
+    """OpenEXR prints warnings to stdout, from Python and from C; it belongs to --json."""
     sys.stdout.flush()
     kept = os.dup(1)
     try:
         os.dup2(2, 1)
-        yield
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
     finally:
-        sys.stdout.flush()
         os.dup2(kept, 1)
         os.close(kept)

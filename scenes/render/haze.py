@@ -41,10 +41,11 @@ def haze_of(built: Built, beta: np.ndarray) -> Haze:
     light = built.description["light"]
     sun, cosine = sun_disc(light)
     lowest = float(np.sin(np.radians(HORIZON_DEG)))
-    return Haze(beta, _airlight(light), lowest, light["to_sun"], sun, cosine)
+    return Haze(beta, airlight(light), lowest, light["to_sun"], sun, cosine)
 
 
-def _airlight(light: Description) -> np.ndarray:
+def airlight(light: Description) -> np.ndarray:
+    """Radiance at the horizon by azimuth, clockwise from north, (n + 1, 3); never negative."""
     emitter = mi.load_dict(sky(light, sun_scale=0.0))
     angles, up = np.arange(_AZIMUTHS) / _AZIMUTHS * 2 * np.pi, np.radians(HORIZON_DEG)
     east, north = np.cos(up) * np.sin(angles), np.cos(up) * np.cos(angles)

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from scenes.render.frame import SKY_Z, Air
+from scenes.render import variants
+from scenes.render.build import sun_disc
+from scenes.render.frame import SKY_Z, Air, Light
+from scenes.render.haze import airlight
 from scenes.render.render import render_frame
 
 BETA = np.array([2e-4, 5e-4, 1e-3])
@@ -58,3 +61,27 @@ def test_any_sample_count_keeps_the_mean(make, variant, spp):
     few = render_frame(camera, scene, air, make.light, make.quality(variant, spp, seed=4))
     many = render_frame(camera, scene, air, make.light, make.quality(variant, 64, seed=5))
     assert np.allclose(few.rgb.mean(axis=(0, 1)), many.rgb.mean(axis=(0, 1)), rtol=4e-3)
+
+
+def test_coarse_pixels_hold_the_mean_of_fine_ones(make, variant):
+    """Dark and near before bright and far in every pixel: what a mean distance would get wrong."""
+    spots = [(x, 10, z) for x in np.arange(-6, 6.1, 0.5) for z in np.arange(-3, 7, 0.5)]
+    scene = [make.balls(spots, radius=0.2, albedo=0.02), make.wall(400, 0.8)]
+    air = Air(np.full(3, 0.004))
+
+    def mean(size, spp):
+        camera = make.camera(size, fov=30)
+        quality = make.quality(variant, spp)
+        return render_frame(camera, scene, air, make.light, quality).rgb.mean(axis=(0, 1))
+
+    assert np.allclose(mean((6, 4), 400), mean((96, 64), 4), rtol=0.01)
+
+
+def test_neither_sun_nor_airlight_is_negative(variant):
+    """The sky model's blue is below 0 for a sun near the horizon."""
+    variants.use(variant)
+    for elevation in (0.5, 2.0):
+        for turbidity in (1.0, 2.0, 10.0):
+            light = {"to_sun": Light(30, elevation).to_sun, "turbidity": turbidity}
+            assert (sun_disc(light)[0] >= 0).all()
+            assert (airlight(light) >= 0).all()

@@ -1,6 +1,7 @@
 """Right frames are kept, strangers refused, damaged frames rendered again."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -78,16 +79,20 @@ def test_what_is_missing_or_damaged_is_rendered_again(run, rendered, tmp_path):
     assert [r["sha256"] for r in again[:3]] == [r["sha256"] for r in first]
 
 
-def test_a_kill_between_manifest_and_rename_is_no_stranger_next_time(run, rendered, monkeypatch):
-    def killed(*_):
-        raise KeyboardInterrupt
+def test_a_kill_right_after_the_rename_leaves_no_stranger(run, rendered, monkeypatch):
+    really = os.replace
+
+    def killed_once_there(source, target):
+        really(source, target)
+        if str(target).endswith(".exr"):
+            raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("scenes.render.exr.os.replace", killed)
+        patch.setattr(os, "replace", killed_once_there)
         with pytest.raises(KeyboardInterrupt):
             run(frames=(1,))
-    run(frames=(1,))
-    assert rendered == [1, 1]
+    assert [r["kept"] for r in run(frames=(1,))] == [True]
+    assert rendered == [1]
 
 
 def test_other_settings_are_refused_by_name_before_anything_is_rendered(run, rendered):
