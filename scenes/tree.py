@@ -21,10 +21,10 @@ from scenes.tree_blobs import blended_tints, fitted, fitting_area, gather, joine
 from scenes.tree_growth import Branches, Leaves, grow
 from scenes.tree_species import BROADLEAF, TreeSpecies
 
-BLOBS = (32, 9, 6, 4, 2)
+BLOBS = (9, 5, 4, 3, 2)
 """Blobs in the leaf appearance of the tree, a limb, a branch, a branchlet, a twig."""
 
-WOOD = (3, 3, 2, 1, 1)
+WOOD = (1, 2, 1, 1, 1)
 """Sticks that are left there of their own chains (for the tree, of the trunk's)."""
 
 TWIGS = 4
