@@ -98,7 +98,13 @@ def claimed(claim: Claim) -> str:
 
 def measured(claim: Claim) -> str:
     """What was measured, with its interval."""
-    return f"{claim.measured:.4f} ({claim.low:.4f} to {claim.high:.4f})".replace("-", "−")
+    value, low, high = (four(v) for v in (claim.measured, claim.low, claim.high))
+    return f"{value} ({low} to {high})"
+
+
+def four(value: float) -> str:
+    """Four decimals, with a true minus sign and none before zero."""
+    return f"{round(value, 4) + 0.0:.4f}".replace("-", "−")
 
 
 CLAIM_HEADS = ("verdict", "claim", "quantity", "claimed", "measured (95 %)", "source", "name")

@@ -9,7 +9,7 @@ Nelder, "Generalized Linear Models", 2nd ed., §9.2) with Student's t for the in
 
 Without the weights one pooled dispersion stands for all points: it is that of the points with the
 most fields. Where dispersion varies from point to point, its 95 % intervals of a slope covered the
-truth anywhere from 81 % to 98 % of the time in simulation; the weighted ones 94.5 % to 96 %.
+truth anywhere from 81 % to 98 % of the time in simulation; the weighted ones 94 % to 96 %.
 """
 
 import math

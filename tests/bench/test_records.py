@@ -110,6 +110,13 @@ def test_an_edited_record_is_refused(tmp_path, old, new):
         read_record(path)
 
 
+def test_a_record_that_names_another_hash_is_refused(tmp_path):
+    path = write_record(a_record(), tmp_path)
+    path.write_text(path.read_text().replace(a_record().sha256, "0" * 64))
+    with pytest.raises(InputError, match="SHA-256"):
+        read_record(path)
+
+
 def test_a_renamed_record_is_refused(tmp_path):
     path = write_record(a_record(), tmp_path)
     moved = path.rename(tmp_path / f"scaling-{'0' * 16}.json")

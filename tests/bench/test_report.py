@@ -13,7 +13,7 @@ from bench import scaling
 from bench.figures import Series, against_law
 from bench.records import write_record
 from bench.report import write_report
-from bench.report_parts import GLOSSARY, MARKS, answer
+from bench.report_parts import GLOSSARY, MARKS, answer, four
 from bench.sampling import Effort
 from bench.scaling_cases import Case
 from bench.scaling_figures import figures, half_interval, table
@@ -132,7 +132,7 @@ def test_every_claim_and_its_verdict_is_on_the_page(html, record):
     text = Page(html).text
     for claim in record.claims:
         assert claim.name in text and claim.about in text
-        assert f"{claim.measured:.4f}".replace("-", "−") in text
+        assert four(claim.measured) in text
     for verdict in MARKS:
         expected = sum(claim.verdict == verdict for claim in record.claims)
         assert html.count(f'<td role="cell" class="{verdict}">') == expected
@@ -212,6 +212,10 @@ def test_the_answer_in_a_sentence(record):
     assert answer([good, open_]).startswith("So far 1 of 2")
     assert "1 are refuted" in answer([good, bad, open_])
     assert answer([]) == "Nothing was claimed."
+
+
+def test_numbers_as_they_are_written():
+    assert [four(v) for v in (-2.00004, -0.00001, 0.5)] == ["−2.0000", "0.0000", "0.5000"]
 
 
 def test_a_folder_without_records_is_refused(tmp_path):
