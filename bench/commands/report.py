@@ -5,7 +5,6 @@ from pathlib import Path
 import click
 
 from bench.output import output
-from lod.errors import InputError
 
 
 @click.command("report")
@@ -13,10 +12,6 @@ from lod.errors import InputError
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(folder: str, as_json: bool) -> None:
     """Write DIR/report.html and DIR/report.md from the records in DIR."""
-    if not Path(folder).is_dir():
-        raise InputError(
-            "DIR", folder, "a folder of records", "make one with `lodbench run -o DIR`"
-        )
     from bench.report import write_report
 
     with output(as_json) as out:

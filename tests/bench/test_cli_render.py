@@ -102,7 +102,8 @@ def test_without_ffmpeg_the_sheet_is_all(render: Render, monkeypatch: pytest.Mon
 def test_a_film_that_fails_spoils_nothing(
     render: Render, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "ffmpeg").write_text("#!/bin/sh\necho no such codec >&2\nexit 1\n")
+    begins = 'for last; do :; done; echo half > "$last"'
+    (tmp_path / "ffmpeg").write_text(f"#!/bin/sh\n{begins}\necho no such codec >&2\nexit 1\n")
     (tmp_path / "ffmpeg").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
     code, (*_, end), err = render("--frames", "1-2", "--preview")

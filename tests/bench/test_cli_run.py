@@ -1,0 +1,88 @@
+"""`lodbench run`, `report` and `doctor`: what they print is what they found."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench import experiments
+from bench.claims import Claim
+from bench.cli import main
+from bench.experiments import EXPERIMENTS
+from bench.provenance import provenance
+from bench.records import Record, read_record
+from scenes.render import variants
+
+HELD = Claim("slope", "slope of objects", "an exponent", "§4.1", 1.0, 0.02, 1.001, 0.99, 1.01)
+FAILED = Claim("ratio", "measured ÷ predicted", "a ratio", "§4.1", 1.0, 0.02, 1.5, 1.4, 1.6)
+
+
+def left_with(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    assert isinstance(left.value.code, int)
+    return left.value.code
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[bool, int]]:
+    """Plants an experiment that takes no time; gives what it was asked for."""
+    calls: list[tuple[bool, int]] = []
+
+    def run(quick: bool = False, progress: Any = None, seed: int = 0) -> Record:
+        calls.append((quick, seed))
+        progress(0, 1, "a point")
+        found = provenance("scene", seed)
+        return Record("scaling", 1, quick, "2024-01-01T00:00:00Z", found, (), (HELD, FAILED), {})
+
+    fake = replace(EXPERIMENTS["scaling"], run=run)
+    monkeypatch.setitem(experiments.EXPERIMENTS, "scaling", fake)
+    return calls
+
+
+def test_a_run_names_its_record_and_its_claims(
+    asked: list[tuple[bool, int]], capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    folder = str(tmp_path / "records")
+    assert left_with("run", "scaling", "--quick", "--seed", "4", "-o", folder, "--json") == 0
+    out, err = capfd.readouterr()
+    assert err == ""
+    result = json.loads(out)
+    assert set(result) == {"experiment", "record", "claims"}
+    assert read_record(Path(result["record"])).claims == (HELD, FAILED)
+    keys = {"name", "source", "predicted", "measured", "low", "high", "verdict"}
+    assert all(keys <= set(claim) for claim in result["claims"])
+    assert [claim["verdict"] for claim in result["claims"]] == ["holds", "refuted"]
+    assert asked == [(True, 4)]
+
+
+def test_the_same_experiment_twice_is_run_once(
+    asked: list[tuple[bool, int]], capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert left_with("run", "scaling", "scaling", "-o", str(tmp_path)) == 0
+    out = capfd.readouterr().out
+    assert asked == [(False, 0)]
+    assert "holds" in out
+    assert "refuted" in out
+
+
+def test_doctor_says_what_works(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = variants.Probe({"scalar_rgb": True, "llvm_ad_rgb": "no libLLVM was found"}, None, {})
+    monkeypatch.setattr(variants, "probe", lambda: found)
+    monkeypatch.setattr(variants, "choose", lambda _: "scalar_rgb")
+    assert left_with("doctor", "--json") == 0
+    told = json.loads(capfd.readouterr().out)
+    assert told["variants"] == {"scalar_rgb": True, "llvm_ad_rgb": "no libLLVM was found"}
+    assert told["libllvm"] is None
+    assert told["memory"]["total_bytes"] >= told["memory"]["available_bytes"] > 0
+    assert told["disk"]["free_bytes"] > 0
+    assert told["cpu"]["threads"] >= 1
+    assert told["packages"]["mitsuba"]
+    assert left_with("doctor") == 0
+    words = capfd.readouterr().out
+    assert "no libLLVM was found" in words
+    assert "apt install libllvm19" in words
