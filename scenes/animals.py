@@ -1,15 +1,19 @@
-"""Animals, and the paper's two doubtful cases, an insect and an artifact (§2.3), as posable prototypes.
+"""Animals, and the paper's two doubtful cases, an insect and an artifact (§2.3), as posable
+prototypes.
 
-Blake conjectures that parts shrink with depth in the hierarchy for living things of about our size alone:
-insects and artifacts are here to put that to the test.
+Blake conjectures that parts shrink with depth in the hierarchy for living things of about our size
+alone: insects and artifacts are here to put that to the test.
 """
 
 from functools import lru_cache
 
 from lod.errors import InputError
+from scenes.animals_giraffe import GIRAFFE
+from scenes.animals_insect import INSECT
 from scenes.animals_kind import Kind
-from scenes.animals_mammals import GIRAFFE, RABBIT
-from scenes.animals_others import INSECT, OSTRICH, WINDMILL
+from scenes.animals_ostrich import OSTRICH
+from scenes.animals_rabbit import RABBIT
+from scenes.animals_windmill import WINDMILL
 from scenes.gait import walking
 from scenes.rig_build import part_names, rigged
 from scenes.rig_prototype import RiggedPrototype

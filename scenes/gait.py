@@ -1,13 +1,14 @@
 """Walking by tables: where feet go, how the body sways, and the key poses that follow from both.
 
-A foot is prescribed relative to the ground: it lands on its heel, rolls flat, rises about its ball and swings
-to its next print. Hips follow from the body's own waves, and hip and knee from the two of them by two-link
-inverse kinematics. Everything on legs goes by the same rules; what differs stands in its ``Gait``.
+A foot is prescribed relative to the ground: it lands on its heel, rolls flat, rises about its ball
+and swings to its next print. Hips follow from the body's own waves, and hip and knee from the two
+of them by two-link inverse kinematics. Everything on legs goes by the same rules; what differs
+stands in its ``Gait``.
 
-Lengths are shares of h, the height of the first leg's hip at rest. Speed and stride are those of dynamically
-similar animals: speed² = Froude·g·h, and stride = 2.3·h·Froude^0.3 (Alexander, "Estimates of speeds of
-dinosaurs", Nature 261:129, 1976; for people from four years on, the same author, Am. J. Phys. Anthropol.
-63:23, 1984).
+Lengths are shares of h, the height of the first leg's hip at rest. Speed and stride are those of
+dynamically similar animals: speed² = Froude·g·h, and stride = 2.3·h·Froude^0.3 (Alexander,
+"Estimates of speeds of dinosaurs", Nature 261:129, 1976; for people from four years on, the same
+author, Am. J. Phys. Anthropol. 63:23, 1984).
 """
 
 import math
@@ -34,8 +35,10 @@ REACH = 0.996
 class Wave:
     """One joint's swing about one axis: mean + amplitude·cos 2π(cycles·phase − peak) [degrees].
 
-    Added to the angle at rest where ``mean`` is None. Of joints on both sides this is the left one; the
-    right one is its mirror image, ``apart`` of a cycle later. Joint "" bobs and sways the whole [shares of h].
+    Added to the angle at rest where ``mean`` is None. Of joints on both sides this is the left
+    one; the
+    right one is its mirror image, ``apart`` of a cycle later. Joint "" bobs and sways the whole
+    [shares of h].
     """
 
     joint: str
@@ -52,7 +55,8 @@ class Gait:
     """How one kind moves.
 
     duty    share of the cycle that a foot stands; froude: speed²/(g·h)
-    stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude`` gives
+    stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude``
+        gives
     spins   joints that go round: name, axis, whole turns a cycle
     """
 
@@ -161,7 +165,7 @@ def _placed_leg(
     height: float,
 ) -> _Placed:
     rig, sign = prototype.rig, 1.0 if side == "left " else -1.0
-    rows = tuple(rig.row(side + name) for name in (leg.hip, leg.knee, leg.ankle))
+    rows = rig.row(side + leg.hip), rig.row(side + leg.knee), rig.row(side + leg.ankle)
     contacts: Contacts = contacts_of(prototype, rows[2])
     own = phase - leg.strike - (0.0 if side == "left " else leg.apart)
     path = foot_path(leg, contacts, own % 1.0, stride, gait.duty, leg.clearance * height)
@@ -185,7 +189,9 @@ def _placed_leg(
 
 
 def _room(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> float:
-    """How far the body may rise (or must sink, below 0) for this leg to reach its foot all the way [m]."""
+    """How far the body may rise (or must sink, below 0) for this leg to reach its foot all the way
+    [m].
+    """
     hip = rig.frames(turns, shift)[0][:, p.rows[0]]
     length = REACH * sum(float(np.linalg.norm(rig.offset[row])) for row in p.rows[1:])
     aside = np.linalg.norm((p.ankle - hip)[:, :2], axis=1)
@@ -195,7 +201,9 @@ def _room(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> float:
 
 
 def _bend_leg(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> None:
-    """Turns of hip, knee, ankle and toes that put the ankle where it must be, written into ``turns``."""
+    """Turns of hip, knee, ankle and toes that put the ankle where it must be, written into
+    ``turns``.
+    """
     hip, knee, ankle = p.rows
     origin, frame = rig.frames(turns, shift)
     above = (
@@ -214,9 +222,11 @@ def _bend_leg(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> None:
 def two_links(
     reach: Vectors, upper: float, lower: float, leg: Leg, turnout: float
 ) -> tuple[Vectors, Vectors]:
-    """Angles about x, y, z of hip and knee that put the ankle at ``reach`` in the hip's parent frame [degrees].
+    """Angles about x, y, z of hip and knee that put the ankle at ``reach`` in the hip's parent
+    frame [degrees].
 
-    Both bones hang straight down at angles 0. The knee turns about y alone, by the law of cosines; the hip
+    Both bones hang straight down at angles 0. The knee turns about y alone, by the law of cosines;
+    the hip
     about y into the direction of the ankle, and aside about x, or about z for legs that stick out.
     """
     distance = np.linalg.norm(reach, axis=1)

@@ -1,4 +1,6 @@
-"""What a gait does to the ground: how far feet slide, sink and float, between the key poses as well."""
+"""What a gait does to the ground: how far feet slide, sink and float, between the key poses as
+well.
+"""
 
 from dataclasses import dataclass
 
@@ -14,7 +16,10 @@ from scenes.rig_turns import Turns, Vectors, turned
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """One cycle at K phases: turns (K, j, 4) in the parents; origin (K, j, 3), facing (K, j, 4) of joints."""
+    """One cycle at K phases: turns (K, j, 4) in the parents; origin (K, j, 3), facing (K, j, 4)
+    of
+    joints.
+    """
 
     phase: np.ndarray
     turns: np.ndarray
@@ -53,7 +58,9 @@ def lowest(prototype: RiggedPrototype, seen: Cycle) -> Reals:
 
 
 def slide(prototype: RiggedPrototype, gait: Gait, seen: Cycle) -> float:
-    """Farthest that a contact moves over the ground while the foot rolls over it, of all legs [m]."""
+    """Farthest that a contact moves over the ground while the foot rolls over it, of all legs
+    [m].
+    """
     worst = 0.0
     for leg in gait.legs:
         heel_until, ball_from = _rolls(leg)
@@ -71,7 +78,9 @@ def slide(prototype: RiggedPrototype, gait: Gait, seen: Cycle) -> float:
 
 
 def _rolls(leg: Leg) -> tuple[float, float]:
-    """Phases until which the heel, and from which the ball, is the contact that stays: flat is both."""
+    """Phases until which the heel, and from which the ball, is the contact that stays: flat is
+    both.
+    """
     flat = [phase for phase, degrees in leg.pitch if degrees == 0.0 and phase < 0.6]
     return (max(flat), min(flat)) if flat else (0.0, 1.0)
 

@@ -1,9 +1,11 @@
 """How people walk: one style a person.
 
-Joint and foot angles after Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter, "Biomechanics and
-Motor Control of Human Movement" (4th ed. 2009): the foot lands 20° toes up, is flat by 10 % of the cycle,
-lifts its heel at 38 % and leaves at 62 % of it about 60° toes down; the pelvis turns 5° and lists 3° to each
-side, the chest turns against it, the head stays. Arms swing against the legs.
+Joint and foot angles after Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter,
+"Biomechanics and Motor Control of Human Movement" (4th ed. 2009): the foot lands 20° toes up, is
+flat by 10 % of the cycle, lifts its heel at 38 % and leaves at 62 % of it about 60° toes down;
+the
+pelvis turns 5° and lists 3° to each side, the chest turns against it, the head stays. Arms swing
+against the legs.
 """
 
 import numpy as np
@@ -48,7 +50,10 @@ def walk(
     spread: float = 0.055,
     nod: float = 0.0,
 ) -> Gait:
-    """A person's walk. ``swing``: of the arms to each side; ``elbow``, ``lean``, ``nod``: how bent [degrees]."""
+    """A person's walk. ``swing``: of the arms to each side; ``elbow``, ``lean``, ``nod``: how
+    bent
+    [degrees].
+    """
     leg = Leg(**{**vars(_LEG), "spread": spread})
     return Gait(legs=(leg,), waves=_waves(swing, elbow, lean, nod), duty=0.62, froude=froude)
 
@@ -79,7 +84,9 @@ def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, .
 
 
 def style(rng: np.random.Generator, child: bool = False) -> Gait:
-    """One person's own walk: pace, arms, bearing. People out walking are near Froude 0.22, ± 0.05."""
+    """One person's own walk: pace, arms, bearing. People out walking are near Froude 0.22, ±
+    0.05.
+    """
     return walk(
         froude=float(np.clip(rng.normal(0.22, 0.05), 0.10, 0.34)),
         swing=float(rng.uniform(12.0, 26.0) * (1.15 if child else 1.0)),
@@ -91,7 +98,9 @@ def style(rng: np.random.Generator, child: bool = False) -> Gait:
 
 
 def walkers(people: tuple[RiggedPrototype, ...], seed: int) -> tuple[RiggedPrototype, ...]:
-    """The same people, each walking in a way of their own; the k-th depends on the seed and k only."""
+    """The same people, each walking in a way of their own; the k-th depends on the seed and k
+    only.
+    """
     styles = (
         style(np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0x3A17, k)))))
         for k in range(len(people))

@@ -1,12 +1,18 @@
-"""Walkers that patrol around their homes: where each is at a time, in closed form, so any frame stands alone.
+"""Walkers that patrol around their homes: where each is at a time, in closed form, so any frame
+stands alone.
 
-A walker goes round a circle about its home at an even speed, and the ground it covers drives its gait: one
-cycle of the motion a stride. Where homes are a Poisson process and starts and directions are drawn for each
-home alone, the walkers are at any time a Poisson process of the same density (displacement theorem: Kingman,
-"Poisson Processes", 1993, §5.5), so the law's predictions hold for them unchanged.
+A walker goes round a circle about its home at an even speed, and the ground it covers drives its
+gait: one cycle of the motion a stride. Where homes are a Poisson process and starts and
+directions
+are drawn for each home alone, the walkers are at any time a Poisson process of the same density
+(displacement theorem: Kingman, "Poisson Processes", 1993, §5.5), so the law's predictions hold
+for
+them unchanged.
 
-The motion was made for a straight path. On a circle of radius ρ a print that is x ahead and y aside of the
-body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``least_radius`` keeps that small.
+The motion was made for a straight path. On a circle of radius ρ a print that is x ahead and y
+aside
+of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``least_radius`` keeps
+that small.
 """
 
 import math
@@ -21,7 +27,9 @@ from scenes.rig_motion import Motion
 
 @dataclass(frozen=True, eq=False)
 class Walkers:
-    """Walkers at one time. offset (n, 2) from their homes [m]; cos, sin (n,) of their headings; phase (n,)."""
+    """Walkers at one time. offset (n, 2) from their homes [m]; cos, sin (n,) of their headings;
+    phase (n,).
+    """
 
     offset: np.ndarray
     cos: np.ndarray
@@ -43,8 +51,11 @@ def patrol(
 ) -> Walkers:
     """Walkers ``time`` s after they set out, each on a circle of ``radius`` m about its home.
 
-    heading (n,) at time 0, anticlockwise from x [rad]; clockwise (n,) which way round; phase (n,) at time 0
-    stride, period (n,) of each one's motion [m, s]; those without a stride stay at home, facing ``heading``
+    heading (n,) at time 0, anticlockwise from x [rad]; clockwise (n,) which way round; phase
+        (n,)
+        at time 0
+    stride, period (n,) of each one's motion [m, s]; those without a stride stay at home, facing
+        ``heading``
     """
     radius = np.broadcast_to(np.asarray(radius, np.float64), heading.shape)
     if not (math.isfinite(time) and np.isfinite(radius).all() and np.all(radius > 0)):
@@ -60,7 +71,8 @@ def patrol(
 
 
 def slip(stance: float, ahead: float, aside: float, radius: float) -> float:
-    """How far a print moves under a foot that stands while the body goes ``stance`` m along a circle [m].
+    """How far a print moves under a foot that stands while the body goes ``stance`` m along a
+    circle [m].
 
     ahead, aside: where the print is, as the body is half-way through, from the body [m].
     """
@@ -78,7 +90,9 @@ def slip(stance: float, ahead: float, aside: float, radius: float) -> float:
 
 
 def least_radius(motion: Motion, duty: float, ahead: float, aside: float, most: float) -> float:
-    """The tightest circle on which prints move by at most ``most`` m; 0 for what stays at home [m]."""
+    """The tightest circle on which prints move by at most ``most`` m; 0 for what stays at home
+    [m].
+    """
     if motion.stride == 0:
         return 0.0
     stance = duty * motion.stride

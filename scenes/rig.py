@@ -1,7 +1,8 @@
 """A rig: the joints of one object, how far each may turn, and sticks that ride on them.
 
-The frame of the object: origin where it stands on the ground, z up, x the way it faces, y to its left.
-A joint sits at ``offset`` in the frame of its parent and turns there; joint −1 is the object's own frame.
+The frame of the object: origin where it stands on the ground, z up, x the way it faces, y to its
+left. A joint sits at ``offset`` in the frame of its parent and turns there; joint −1 is the
+object's own frame.
 """
 
 from collections.abc import Sequence
@@ -27,7 +28,8 @@ class Rig:
     offset  (j, 3) origin in the parent's frame [m]
     rest    (j, 4) turn of each joint as the object stands, (x, y, z, w)
     low, high (j, 3) least and greatest angle about x, y, z, in Rz·Ry·Rx [degrees]
-    shift_low, shift_high (3,) how far the joints of the object's own frame may move as it walks on the spot:
+    shift_low, shift_high (3,) how far the joints of the object's own frame may move as it walks on
+        the spot:
             bob and sway [m]
     """
 
@@ -59,7 +61,8 @@ class Rig:
     ) -> tuple[Vectors, Turns]:
         """Origin (…, j, 3) [m] and turn (…, j, 4) of every joint in the object's frame.
 
-        As posed by turns (…, j, 4), at rest without; shift (…, 3) moves the joints of the object's frame.
+        As posed by turns (…, j, 4), at rest without; shift (…, 3) moves the joints of the object's
+            frame.
         """
         local = self.rest if turns is None else turns
         origin, turn = np.zeros((*local.shape[:-1], 3)), np.zeros(local.shape)

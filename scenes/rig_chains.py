@@ -1,8 +1,9 @@
-"""The same chain of joints composed by quaternions and by rotation matrices, to compare their cost (§3.3).
+"""The same chain of joints composed by quaternions and by rotation matrices, to compare their cost
+(§3.3).
 
-The paper holds quaternions to be the cheaper, having no redundant terms [41]. Both kernels do the same work:
-the turn of each joint is multiplied into that of its parent, its offset turned and added, and some points of
-each joint placed. They agree to rounding.
+The paper holds quaternions to be the cheaper, having no redundant terms [41]. Both kernels do the
+same work: the turn of each joint is multiplied into that of its parent, its offset turned and
+added, and some points of each joint placed. They agree to rounding.
 """
 
 import numpy as np
@@ -17,7 +18,9 @@ Placed = Float64[np.ndarray, "n j p 3"]
 def placed_by_quaternions(
     parent: np.ndarray, offset: np.ndarray, turns: np.ndarray, points: np.ndarray
 ) -> Placed:
-    """Points (j, p, 3) of every joint of n poses, turns (n, j, 4); p = 0 composes joints alone (no output)."""
+    """Points (j, p, 3) of every joint of n poses, turns (n, j, 4); p = 0 composes joints alone (no
+    output).
+    """
     return _by_quaternions(parent, offset, turns, points)
 
 

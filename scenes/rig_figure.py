@@ -1,15 +1,21 @@
-"""People that can be posed: the figure of ``figure_tables`` with joint limits, adults and children.
+"""People that can be posed: the figure of ``figure_tables`` with joint limits, adults and
+children.
 
-Ranges of motion, rounded to the wider of Boone & Azen, "Normal range of motion of joints in male subjects",
-J. Bone Joint Surg. 61-A:756 (1979), and the handbook of the American Academy of Orthopaedic Surgeons (1965).
-Under load and with the knee bent the ankle bends further up, by 30° at least (weight-bearing lunge:
-Bennell et al., Aust. J. Physiother. 44:175, 1998). The spine's and the neck's are shared out evenly over their two joints. Signs, on the left: about x outwards,
-about y back (the spine forwards), about z to the left.
+Ranges of motion, rounded to the wider of Boone & Azen, "Normal range of motion of joints in male
+subjects", J. Bone Joint Surg. 61-A:756 (1979), and the handbook of the American Academy of
+Orthopaedic Surgeons (1965). Under load and with the knee bent the ankle bends further up, by
+    30° at
+least (weight-bearing lunge: Bennell et al., Aust. J. Physiother. 44:175, 1998). The spine's and
+    the
+neck's are shared out evenly over their two joints. Signs, on the left: about x outwards, about y
+back (the spine forwards), about z to the left.
 
-Children: the head takes up a larger share of the stature and the legs a smaller one. Head 1/6 at six years
-and 1/7 at twelve against 1/7.7 in the tables (Stratz, "Der Körper des Kindes", 1909; Medawar, "Size, shape
-and age", 1945); sitting height 0.55 and 0.525 of stature against 0.52 (Bogin & Varela-Silva, "Leg length,
-body proportion, and health", Int. J. Environ. Res. Public Health 7:1047, 2010).
+Children: the head takes up a larger share of the stature and the legs a smaller one. Head 1/6 at
+six years and 1/7 at twelve against 1/7.7 in the tables (Stratz, "Der Körper des Kindes", 1909;
+Medawar, "Size, shape and age", 1945); sitting height 0.55 and 0.525 of stature against 0.52
+(Bogin
+& Varela-Silva, "Leg length, body proportion, and health", Int. J. Environ. Res. Public Health
+7:1047, 2010).
 """
 
 from dataclasses import replace
@@ -91,7 +97,9 @@ def build_of(who: Person, age: float | None = None) -> Build:
 
 
 def child_sizes(age: float) -> dict[str, float]:
-    """Factors on the lengths of head and legs that give a child's shares of stature; 4 to 16 years."""
+    """Factors on the lengths of head and legs that give a child's shares of stature; 4 to 16
+    years.
+    """
     head = np.interp(age, (4, 6, 12, 16), (1 / 5.5, 1 / 6, 1 / 7, _HEAD))
     sitting = np.interp(age, (4, 6, 12, 16), (0.565, 0.55, 0.525, 0.52))
     leg = _LEG * (1 - sitting) / (1 - 0.52)
@@ -114,7 +122,9 @@ def anatomy_of(who: Person) -> Anatomy:
 
 @lru_cache(maxsize=16)
 def rigged_people(seed: int, count: int, children: float = 0.2) -> tuple[RiggedPrototype, ...]:
-    """``count`` people standing, a share of them children; the k-th depends on the seed and k only."""
+    """``count`` people standing, a share of them children; the k-th depends on the seed and k
+    only.
+    """
     if count < 1:
         raise InputError("species.figure.prototypes", count, "at least one prototype")
     if not 0 <= children <= 1:

@@ -51,7 +51,8 @@ class Motion:
         return slerp(a, b, share), shift
 
     def scaled(self, factor: float) -> "Motion":
-        """The same motion of a rig ``factor`` times as large, dynamically similar: time goes as √length.
+        """The same motion of a rig ``factor`` times as large, dynamically similar: time goes as
+        √length.
 
         Alexander, "Stride length and speed for adults, children, and fossil hominids", Am. J. Phys.
         Anthropol. 63:23 (1984): strides are alike at equal speed²/(g·leg length).

@@ -1,9 +1,9 @@
 """Feet on sloping ground: a leg posed for level ground is bent so that its foot stands on a slope.
 
-The foot is turned with the slope about the point of the ground below its ankle, so that it rolls over its
-heel and ball as on the level. The knee follows by the law of cosines, and the hip by the shortest turn that points
-the leg at its foot, so that bones keep their lengths. Where a leg would be too short for its foot, the
-whole body sinks: on a slope of 10 % by a few centimetres.
+The foot is turned with the slope about the point of the ground below its ankle, so that it rolls
+over its heel and ball as on the level. The knee follows by the law of cosines, and the hip by the
+shortest turn that points the leg at its foot, so that bones keep their lengths. Where a leg would
+be too short for its foot, the whole body sinks: on a slope of 10 % by a few centimetres.
 
 The ground is taken as even over a stride: what it curves within one is how far a foot is off.
 """
@@ -20,7 +20,8 @@ STRAIGHTEST = 0.9985
 
 @njit(cache=True)
 def _on_slope(frame, hip, ankle, drop, gx, gy):  # type: ignore[no-untyped-def]
-    """From the hip to where the ankle goes: as far off the slope as off the level, square to it [m].
+    """From the hip to where the ankle goes: as far off the slope as off the level, square to it
+    [m].
 
     ``drop`` (0 or below): how far the whole body has been moved up already.
     """
@@ -34,7 +35,8 @@ def _on_slope(frame, hip, ankle, drop, gx, gy):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def room_to_reach(frame, hip, ankle, offset, thigh, shank, gx, gy):  # type: ignore[no-untyped-def]
-    """How far the body may rise for this leg to reach its foot on the slope; below 0, must sink [m].
+    """How far the body may rise for this leg to reach its foot on the slope; below 0, must sink
+    [m].
 
     hip, ankle: rows of ``frame`` (x, y, z and quaternion); thigh, shank: rows of ``offset``.
     """
@@ -45,9 +47,11 @@ def room_to_reach(frame, hip, ankle, offset, thigh, shank, gx, gy):  # type: ign
 
 @njit(cache=True)
 def plant_leg(frame, hip, knee, ankle, offset, first, drop, gx, gy):  # type: ignore[no-untyped-def]
-    """Bend the leg in rows hip, knee, ankle of ``frame``, changing them; its bones are in ``offset``.
+    """Bend the leg in rows hip, knee, ankle of ``frame``, changing them; its bones are in
+    ``offset``.
 
-    first: what to add to a row of ``frame`` for the joint's row of ``offset``; drop as in ``_on_slope``.
+    first: what to add to a row of ``frame`` for the joint's row of ``offset``; drop as in
+    ``_on_slope``.
     """
     x, y, z = _on_slope(frame, hip, ankle, drop, gx, gy)
     thigh, shank = first + knee, first + ankle

@@ -1,119 +1,38 @@
 """Posing by arrays: joints and sticks of many objects at once, each at its own phase, compiled.
 
-A ``Cast`` lays the rigs and motions of all prototypes of a species end to end; ``Bodies`` say where each object
-stands and how far through its cycle it is. The walks take pairs (object, joint) or (object, stick), those of
-one object together, and evaluate every joint that is needed once an object: slerp between two keys, product with
-the joint above, offset. On sloping ground the legs are bent so that feet stand on it (``rig_plant``).
+A ``Cast`` lays the rigs and motions of all prototypes of a species end to end; ``Bodies`` say
+where
+each object stands and how far through its cycle it is. The walks take pairs (object, joint) or
+(object, stick), those of one object together, and evaluate every joint that is needed once an
+object: slerp between two keys, product with the joint above, offset. On sloping ground the legs
+are
+bent so that feet stand on it (``rig_plant``).
 
 Same input, same bytes: one thread, no reordered arithmetic.
 """
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from lod.arrays import Ints, Points, freeze
-from lod.errors import InputError
-from scenes.rig import Rig
-from scenes.rig_motion import Motion
+from lod.arrays import Ints, Points
+from scenes.rig_cast import Bodies as Bodies
+from scenes.rig_cast import Cast as Cast
 from scenes.rig_plant import plant_leg, room_to_reach
-from scenes.rig_prototype import RiggedPrototype
 from scenes.rig_turns import Turns, Vectors, slerp_weights, times, turn
 
-
 _IDLE, _WANTED, _DONE = 0, 1, 2
-
-
-class _Tables(NamedTuple):
-    """What the walks read. Rows of joints and keys are those of all prototypes end to end.
-
-    cast  (v, 5) of each prototype: its first joint, joints, first key row, keys, first row of shift
-    joint (j, 4) parent within the prototype, whether any key differs, knee and ankle where this is a
-          leg's hip, else −1
-    offset (j, 4) from the parent, and the bend of the leg
-    turns (t, 6) quaternion of each key and joint, and the angle to the next key and its sine
-    shift (s, 3) of each key
-    """
-
-    cast: np.ndarray
-    joint: np.ndarray
-    offset: np.ndarray
-    turns: np.ndarray
-    shift: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Cast:
-    """The rigs and motions of a species' prototypes, ready for the walks."""
-
-    tables: _Tables
-    most_joints: int
-
-    @staticmethod
-    def of(prototypes: tuple[RiggedPrototype, ...]) -> "Cast":
-        """Lay them end to end."""
-        if not prototypes:
-            raise InputError("prototypes", 0, "at least one prototype")
-        rigs, motions = [p.rig for p in prototypes], [p.motion for p in prototypes]
-        sizes = np.array([len(rig) for rig in rigs])
-        keys = np.array([len(motion.turns) for motion in motions])
-        pairs = list(zip(rigs, motions, strict=True))
-        firsts = (_starts(count)[:-1] for count in (sizes, (keys + 1) * sizes, keys + 1))
-        first_joint, first_key, first_shift = firsts
-        tables = _Tables(
-            cast=np.stack((first_joint, sizes, first_key, keys, first_shift), axis=1),
-            joint=np.concatenate([_joint_rows(rig, motion) for rig, motion in pairs]),
-            offset=np.concatenate([_offset_rows(rig, motion) for rig, motion in pairs]),
-            turns=np.concatenate([_key_rows(motion) for motion in motions]),
-            shift=np.concatenate([np.vstack((m.shift, m.shift[:1])) for m in motions]),
-        )
-        return Cast(tables, int(sizes.max()))
-
-
-@dataclass(frozen=True, eq=False)
-class Bodies:
-    """Objects to be posed.
-
-    origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
-    variant (n,) its prototype in the cast; phase (n,) of its motion [cycles]
-    gradient (n, 2) of the ground it stands on, along the frame's x and y [m/m]; 0 = level
-    """
-
-    origin: np.ndarray
-    cos: np.ndarray
-    sin: np.ndarray
-    variant: np.ndarray
-    phase: np.ndarray
-    gradient: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, variant=np.int64)
-        freeze(self, phase=np.float64, gradient=np.float64)
-        n = len(self.variant)
-        shapes = {"origin": (n, 3), "cos": (n,), "sin": (n,), "phase": (n,), "gradient": (n, 2)}
-        for key, shape in shapes.items():
-            if getattr(self, key).shape != shape:
-                raise InputError(f"bodies.{key}", getattr(self, key).shape, f"its shape is {shape}")
-        if not np.isfinite(self.phase).all():
-            raise InputError("bodies.phase", "a number that is not finite", "every phase is finite")
-
-    def __len__(self) -> int:
-        return len(self.variant)
-
-    def _columns(self) -> tuple[np.ndarray, ...]:
-        places = (self.origin, self.cos, self.sin, self.variant)
-        return *places, self.phase - np.floor(self.phase), self.gradient
 
 
 def pose_joints(cast: Cast, bodies: Bodies, rows: Ints, joints: Ints) -> tuple[Points, Turns]:
     """Origin (m, 3) [m] and turn (m, 4) of joints, in the frame's coordinates.
 
-    rows, joints (m,): objects and joints within their prototype; those of one object together, for speed.
+    rows, joints (m,): objects and joints within their prototype; those of one object together,
+        for
+        speed.
     """
-    return _pose_joints(cast.tables, cast.most_joints, *bodies._columns(), rows, joints)
+    return _pose_joints(cast.tables, cast.most_joints, *bodies.columns(), rows, joints)
 
 
 def pose_sticks(
@@ -126,41 +45,15 @@ def pose_sticks(
     start_joint: np.ndarray,
     end_joint: np.ndarray,
 ) -> tuple[Points, Points]:
-    """Both ends of sticks, (m, 3) each [m]: row ``sticks`` of the table, of object ``rows``, (m,) each.
+    """Both ends of sticks, (m, 3) each [m]: row ``sticks`` of the table, of object ``rows``,
+    (m,)
+    each.
 
-    start, end (k, 3), start_joint, end_joint (k,): the table of rigged sticks (joint −1 = the object's frame).
+    start, end (k, 3), start_joint, end_joint (k,): the table of rigged sticks (joint −1 = the
+        object's frame).
     """
     table = (start, end, start_joint, end_joint)
-    return _pose_sticks(cast.tables, cast.most_joints, *bodies._columns(), rows, sticks, *table)
-
-
-def _starts(counts: np.ndarray) -> np.ndarray:
-    return np.concatenate(([0], np.cumsum(counts)))
-
-
-def _joint_rows(rig: Rig, motion: Motion) -> np.ndarray:
-    rows = np.full((len(rig), 4), -1)
-    rows[:, 0] = rig.parent
-    rows[:, 1] = (np.abs(motion.turns - motion.turns[:1]) > 1e-15).any(axis=(0, 2))
-    for hip, knee, ankle in motion.legs:
-        rows[hip, 2:] = knee, ankle
-    return rows
-
-
-def _offset_rows(rig: Rig, motion: Motion) -> np.ndarray:
-    bend = np.zeros((len(rig), 1))
-    bend[motion.legs[:, 0], 0] = motion.bend
-    return np.hstack((rig.offset, bend))
-
-
-def _key_rows(motion: Motion) -> np.ndarray:
-    """Keys, with key 0 again at the end and every sign as the key before; and the way to the next."""
-    cos = (motion.turns[-1:] * motion.turns[:1]).sum(axis=-1, keepdims=True)
-    turns = np.concatenate((motion.turns, motion.turns[:1] * np.copysign(1.0, cos)))
-    after = np.concatenate((turns[1:], turns[-1:]))
-    cos = (turns * after).sum(axis=-1, keepdims=True)
-    sine = np.linalg.norm(after - cos * turns, axis=-1, keepdims=True)
-    return np.concatenate((turns, np.arctan2(sine, cos), sine), axis=-1).reshape(-1, 6)
+    return _pose_sticks(cast.tables, cast.most_joints, *bodies.columns(), rows, sticks, table)
 
 
 @njit(cache=True)
@@ -188,9 +81,8 @@ def _pose_joints(t, most, origin, cos, sin, variant, phase, gradient, rows, join
 
 
 @njit(cache=True)
-def _pose_sticks(
-    t, most, origin, cos, sin, variant, phase, gradient, rows, sticks, start, end, joint0, joint1
-):  # type: ignore[no-untyped-def]
+def _pose_sticks(t, most, origin, cos, sin, variant, phase, gradient, rows, sticks, table):  # type: ignore[no-untyped-def]
+    start, end, joint0, joint1 = table
     cast, joint, offset, turns, shift = t
     frame, state = np.zeros((most + 2, 7)), np.zeros(most + 1, np.int64)
     starts, ends = np.empty((len(rows), 3)), np.empty((len(rows), 3))
@@ -241,7 +133,9 @@ def _want(joint, first, state, row):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _pose(cast, joint, offset, turns, shift, frame, state, v, p, at, ground):  # type: ignore[no-untyped-def]
-    """Frames of one object's wanted joints; row 0 is its own. The last row of ``frame`` is its bob."""
+    """Frames of one object's wanted joints; row 0 is its own. The last row of ``frame`` is its
+    bob.
+    """
     x, y, z, cos, sin = at
     gx, gy = ground
     frame[0, 0], frame[0, 1], frame[0, 2], frame[0, 3], frame[0, 4] = x, y, z, 0.0, 0.0

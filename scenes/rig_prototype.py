@@ -1,14 +1,18 @@
 """A posable object: its part hierarchy holds for every pose that the joint limits allow (§2.4).
 
     separation  farthest that a part's origin can be from its whole's origin, over all poses
-    extent      farthest that a part's own sticks, of either appearance, can be from a point, over all poses
-    P           √ of the largest area over directions that the leaf appearance covers; where a leaf appearance
+    extent      farthest that a part's own sticks, of either appearance, can be from a point, over
+        all poses
+    P           √ of the largest area over directions that the leaf appearance covers; where a leaf
+        appearance
                 spans joints, the largest over the poses of ``P_POSES`` as well
-    R           the greater of the extent of the part and the extents of its direct parts, from its origin
-    B           the greater of the extent of the part and, over its parts, separation + B of the part
+    R           the greater of the extent of the part and the extents of its direct parts, from its
+        origin
+    B           the greater of the extent of the part and, over its parts, separation + B of the
+        part
 
-"Over all poses" is the bound of ``rig_reach``: never exceeded, and reached within a few per cent. It is the
-rule of ``prototype`` with poses; a rig that cannot move gives the same numbers.
+"Over all poses" is the bound of ``rig_reach``: never exceeded, and reached within a few per cent.
+It is the rule of ``prototype`` with poses; a rig that cannot move gives the same numbers.
 """
 
 from dataclasses import dataclass, replace
@@ -26,7 +30,9 @@ from scenes.rig_turns import Turns, turns_of
 from scenes.stick_area import largest_area
 
 P_POSES = 6
-"""Random allowed poses in which leaf appearances that span joints are measured, besides rest and straight."""
+"""Random allowed poses in which leaf appearances that span joints are measured, besides rest and
+straight.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +69,9 @@ class RiggedPrototype:
         turns: Turns | None = None,
         shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
     ) -> Prototype:
-        """The object standing in one pose, at rest by default; its P, R, B stay those of every pose."""
+        """The object standing in one pose, at rest by default; its P, R, B stay those of every
+        pose.
+        """
         origin, turn = self.rig.frames(turns, shift)
         hierarchy = replace(self.hierarchy, position=origin[self.joint])
         inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
@@ -100,21 +108,21 @@ def hierarchy_of(
     leaf: RiggedSticks,
     twin: Ints | None = None,
 ) -> Hierarchy:
-    """The compiled hierarchy by the rule above. ``twin``: an earlier part that each is the mirror image of."""
+    """The compiled hierarchy by the rule above. ``twin``: an earlier part that each is the mirror
+    image of.
+    """
     n = len(whole)
     twin = np.arange(n) if twin is None else twin
-    own, R = np.zeros(n), np.zeros(n)
-    for row in np.flatnonzero(twin == np.arange(n)):
+    own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
+    for row in np.flatnonzero(twin == np.arange(n)).tolist():
         parts = np.flatnonzero(whole == row)
         own[row] = _extent(rig, int(joint[row]), (inner, leaf), np.array([row]))
         R[row] = max(own[row], _extent(rig, int(joint[row]), (inner, leaf), parts))
-    own, R = own[twin], R[twin]
-    separation, B = np.zeros(n), own.copy()
-    for row in range(1, n):
-        owner, to = int(joint[whole[row]]), np.array([joint[row]])
-        first = twin[row] == row
-        reach = farthest(rig, owner, to, np.zeros((1, 3)), np.zeros(1)) if first else 0.0
-        separation[row] = reach if first else separation[twin[row]]
+        if row:
+            origin = np.array([joint[row]]), np.zeros((1, 3)), np.zeros(1)
+            separation[row] = farthest(rig, int(joint[whole[row]]), *origin)
+    own, R, separation = own[twin], R[twin], separation[twin]
+    B = own.copy()
     for row in range(n - 1, 0, -1):
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
     P = np.sqrt(_largest_areas(rig, leaf)[twin])

@@ -1,16 +1,19 @@
-"""How far points can be from a joint over every pose that the limits allow: a bound that is never exceeded.
+"""How far points can be from a joint over every pose that the limits allow: a bound that is never
+exceeded.
 
-Points x of a jointed chain form a set S; |x| is at most max over directions u of h(u) = max of u·x, the set's
-support function (Rockafellar, "Convex Analysis", 1970, §13). Down the chain it obeys
+Points x of a jointed chain form a set S; |x| is at most max over directions u of h(u) = max of u·x,
+the set's support function (Rockafellar, "Convex Analysis", 1970, §13). Down the chain it obeys
 
     h_parent(u) = max over children of  u·offset + max over allowed R of h_child(Rᵀu),
 
-and R = Rz·Ry·Rx takes three maxima over one angle each, so that no combination of angles is ever listed.
-Two steps keep it an upper bound, both with an error of second order only:
+and R = Rz·Ry·Rx takes three maxima over one angle each, so that no combination of angles is ever
+listed. Two steps keep it an upper bound, both with an error of second order only:
 
-* h is kept on the points (1, s, t) of a cube's faces. It is convex, so interpolating bilinearly never
+* h is kept on the points (1, s, t) of a cube's faces. It is convex, so interpolating bilinearly
+never
   gives less than its value (Jensen).
-* An arc between two angles δ apart lies within the two points of those angles moved out from the axis by
+* An arc between two angles δ apart lies within the two points of those angles moved out from the
+axis by
   1/cos(δ/2), so that a few angles stand for all between them.
 """
 
@@ -30,7 +33,9 @@ STEP_DEG = 7.5
 
 
 def farthest(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
-    """Bound on the distance from the origin of ``joint`` to spheres in the frames of ``joints`` [m]."""
+    """Bound on the distance from the origin of ``joint`` to spheres in the frames of ``joints``
+    [m].
+    """
     if not len(joints):
         return 0.0
     below = _is_under(rig, joint)[joints + 1]
@@ -112,7 +117,7 @@ def _support(parent, offset, low, high, root, joints, points, radii, cells, step
 @njit(cache=True)
 def _swept(h, grid, cells, axis, low, high, step):  # type: ignore[no-untyped-def]
     """Support function of the set turned about an axis by every angle from low to high."""
-    steps = int(math.ceil((high - low) / step))
+    steps = math.ceil((high - low) / step)
     if steps == 0 and low == 0.0:
         return h
     between = (high - low) / steps if steps else 0.0

@@ -1,8 +1,9 @@
-"""Rotations by arrays: unit quaternions (x, y, z, w), and the angles about x, y and z that joints are limited in.
+"""Rotations by arrays: unit quaternions (x, y, z, w), and the angles about x, y and z that joints
+are limited in.
 
-A joint's angles turn it about x first, then y, then z of its parent: R = Rz·Ry·Rx (as ``figure_tables``).
-Products combine from the right, as in ``lod.quaternion``: p·q turns by q first. Compiled scalars are for the
-walks of ``rig_pose``; arrays for everything else.
+A joint's angles turn it about x first, then y, then z of its parent: R = Rz·Ry·Rx (as
+``figure_tables``). Products combine from the right, as in ``lod.quaternion``: p·q turns by q first.
+Compiled scalars are for the walks of ``rig_pose``; arrays for everything else.
 """
 
 import math
@@ -105,7 +106,9 @@ def turn(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def slerp_weights(share, angle, sine):  # type: ignore[no-untyped-def]
-    """Weights of two quaternions ``angle`` apart (half the turn between them), Shoemake's slerp [41]."""
+    """Weights of two quaternions ``angle`` apart (half the turn between them), Shoemake's slerp
+    [41].
+    """
     if sine < 1e-9:
         return 1.0 - share, share
     return math.sin((1.0 - share) * angle) / sine, math.sin(share * angle) / sine

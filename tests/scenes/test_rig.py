@@ -88,7 +88,9 @@ def people():
 
 
 def reaches(who, poses):
-    """Per part, farthest over poses: own sticks, direct parts' sticks, everything below, from whole."""
+    """Per part, farthest over poses: own sticks, direct parts' sticks, everything below, from
+    whole.
+    """
     rig, h = who.rig, who.hierarchy
     origin, turn = rig.frames(poses)
     n = len(h)
