@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import lod.metric
 import lod.view
-from bench import scaling
+from bench import scaling, scaling_measure
 from bench.experiments import EXPERIMENTS
 from bench.records import Point, read_record, write_record
 from bench.sampling import Effort, sample, worst_error
@@ -263,6 +263,12 @@ def test_the_same_seed_gives_the_same_samples(few):
     one, same, other = (scaling.run(quick=True, seed=seed) for seed in (0, 0, 1))
     assert one.samples_sha256 == same.samples_sha256 != other.samples_sha256
     assert one.provenance.scene == other.provenance.scene
+
+
+def test_the_scene_hash_tells_shapes_apart(few, monkeypatch):
+    before = scene_hash(few)
+    monkeypatch.setattr(scaling_measure, "prototypes_of", lambda name, _: prototypes_of(name, 2.0))
+    assert scene_hash(few) != before
 
 
 def test_the_scene_hash_tells_scenes_apart(few):
