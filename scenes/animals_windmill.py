@@ -6,6 +6,10 @@ on".
 A hub does not stand for its sails, so it has no leaf appearance but its own.
 """
 
+import math
+
+import numpy as np
+
 from scenes.animals_kind import Kind
 from scenes.figure_tables import Joint, Part, Rod
 from scenes.gait import Gait
@@ -19,6 +23,8 @@ _MILL = {
 }
 
 _SAILS = {f"sail {k + 1}": 90.0 * k + 20.0 for k in range(4)}
+
+_ROUND = [(math.cos(a), math.sin(a)) for a in np.radians(np.arange(0.0, 360.0, 45.0)).tolist()]
 
 WINDMILL = Kind(
     anatomy=Anatomy(
@@ -44,13 +50,14 @@ WINDMILL = Kind(
         side_parts={},
         body={
             "tower": [
-                Rod("foot", (1.9, 0, 0.45), (-1.9, 0, 0.45), 0.45, 0.45, "wall"),
-                Rod("foot", (0.95, 1.65, 0.45), (-0.95, -1.65, 0.45), 0.45, 0.45, "wall"),
-                Rod("foot", (0.95, -1.65, 0.45), (-0.95, 1.65, 0.45), 0.45, 0.45, "wall"),
+                *(
+                    Rod("foot", (1.5 * x, 1.5 * y, 0.8), (0.9 * x, 0.9 * y, 6.5), 0.8, 0.8, "wall")
+                    for x, y in _ROUND
+                ),
                 Rod("foot", (0, 0, 2.3), (0, 0, 5.5), 2.3, 1.9, "wall"),
                 Rod("foot", (0, 0, 5.5), (0, 0, 8.6), 1.9, 1.5, "wall"),
             ],
-            "door": [Rod("foot", (2.05, 0, 0.6), (2.0, 0, 1.5), 0.42, 0.42, "door")],
+            "door": [Rod("foot", (2.02, 0, 0.45), (1.90, 0, 1.6), 0.45, 0.45, "door")],
             "cap": [Rod("cap", (-0.5, 0, 0.1), (0.7, 0, 0.2), 1.50, 1.30, "wood")],
             "fantail": [
                 Rod("fantail", (1.2, 0, 0), (0, 0, 0), 0.09, 0.07, "wood"),

@@ -5,6 +5,7 @@ from lod.errors import InputError
 from scenes.animals import KINDS, animal, kind_named, parts_of_kind
 from scenes.gait_measure import cycle, lowest, slide
 from scenes.rig_figure import rigged_people
+from scenes.rig_pose import Bodies, Cast, pose_joints
 from scenes.rig_turns import degrees_of
 
 WALKERS = [name for name, kind in KINDS.items() if kind.gait.legs]
@@ -85,6 +86,21 @@ def test_every_pose_of_the_motion_stays_within_R(name):
     it = animal(name)
     for phase in np.linspace(0, 1, 9):
         it.walking(float(phase))  # a prototype refuses sticks beyond R
+
+
+def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
+    them = tuple(animal(name) for name in KINDS)
+    phases = np.array((0.0, 0.31, 0.99, 0.999))
+    for variant, it in enumerate(them):
+        n, count = len(it.rig), len(phases)
+        rows, joints = np.divmod(np.arange(count * n), n)
+        same = (np.zeros((count, 3)), np.ones(count), np.zeros(count))
+        bodies = Bodies(*same, np.full(count, variant), phases, np.zeros((count, 2)))
+        origin, turn = pose_joints(Cast.of(them), bodies, rows, joints)
+        for o, phase in enumerate(phases.tolist()):
+            at, facing = it.rig.frames(*it.motion.at(phase))
+            assert np.allclose(origin[rows == o], at, atol=1e-12)
+            assert np.allclose(np.abs((turn[rows == o] * facing).sum(axis=1)), 1, atol=1e-12)
 
 
 def test_an_unknown_kind_is_named():
