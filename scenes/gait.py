@@ -12,7 +12,7 @@ author, Am. J. Phys. Anthropol. 63:23, 1984).
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -246,8 +246,3 @@ def two_links(
     about_y = np.arctan2(z * ahead - x * reach[:, 2], x * ahead + z * reach[:, 2])
     hip = np.degrees(np.stack((about_x, about_y, about_z), axis=1))
     return hip, np.degrees(np.stack((0 * knee, knee, 0 * knee), axis=1))
-
-
-def brisker(gait: Gait, factor: float) -> Gait:
-    """The same gait at ``factor`` times the speed; the stride follows (Alexander 1976)."""
-    return replace(gait, froude=gait.froude * factor**2)
