@@ -168,7 +168,7 @@ def test_sampling_stops_at_the_cap_and_starts_with_the_least():
 # The verdicts, on synthetic counts
 
 
-def synthetic(chance, prefactor=1.0, drift=0.0, power=1.0, effort=0.004):
+def synthetic(chance, prefactor=1.0, drift=0.0, power=1.0, search=0.0, effort=0.004):
     """Points of the figures' grid, with counts drawn about a law that may be a false one."""
     points = []
     for case in FIGURES:
@@ -181,7 +181,8 @@ def synthetic(chance, prefactor=1.0, drift=0.0, power=1.0, effort=0.004):
             fields = max(4, int((spread / mean / effort) ** 2))
             drawn = np.maximum(np.rint(chance.normal(mean, spread, min(fields, 2000))), 0)
             point.samples[what] = [int(n) for n in drawn]
-            point.samples[f"{what}_examined"] = [int(2 * n) for n in drawn]
+            wasted = 2 * (case.extent or 1.0) ** search
+            point.samples[f"{what}_examined"] = [round(wasted * n) for n in drawn]
         points.append(point)
     return tuple(points)
 
@@ -213,6 +214,12 @@ def test_a_false_power_is_refuted():
 def test_a_world_that_matters_is_refuted():
     found = verdicts(synthetic(np.random.default_rng(3), drift=0.01))
     assert found["blake/figure/objects/slope_world"] == "refuted"
+    assert found["blake/figure/objects_examined/slope_world"] == "refuted"
+
+
+def test_a_search_that_grows_with_the_world_is_refuted():
+    found = verdicts(synthetic(np.random.default_rng(6), search=0.01))
+    assert found["blake/figure/objects/slope_world"] == "holds"
     assert found["blake/figure/objects_examined/slope_world"] == "refuted"
 
 
