@@ -8,17 +8,18 @@ import numpy as np
 from bench.scaling_cases import EYE_HEIGHT_M, Case
 from lod.arrays import Reals
 from lod.law import chained_limits, disc_areas, expected, variance
+from scenes.figure import figure_prototypes
 from scenes.prototype import Prototype
-from scenes.world import MODELS
+from scenes.tree import tree_prototypes
 
-_PROTOTYPES = {"figure": 4, "tree": 2}
-"""How many of each species, all equally likely."""
+_STANDING = {"figure": lambda: figure_prototypes(0, 4), "tree": lambda: tree_prototypes(0, 2)}
+"""The prototypes of each species, all equally likely; nothing moves."""
 
 
 @lru_cache(maxsize=64)
 def prototypes_of(species: str, size: float) -> tuple[Prototype, ...]:
     """The species' prototypes, ``size`` times as large."""
-    return tuple(each.scaled(size) for each in MODELS[species](0, _PROTOTYPES[species]))
+    return tuple(each.scaled(size) for each in _STANDING[species]())
 
 
 @dataclass(frozen=True)
