@@ -1,5 +1,6 @@
 """Counting one frame: what was examined and displayed, and what the law predicts; no renderer."""
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -114,7 +115,7 @@ def predict(each: SpeciesField, view: View) -> Moments | None:
 
     In closed form on flat ground all round; over a net of the real ground otherwise.
     """
-    trees = each.atlas.hierarchies
+    trees = each.troupe.atlas.hierarchies
     if view.metric.along_axis:
         return None
     low, high = each.ground.bounds()
@@ -130,7 +131,7 @@ def predict(each: SpeciesField, view: View) -> Moments | None:
 
 
 def _flat(each: SpeciesField, view: View, ground: float) -> Moments:
-    trees = each.atlas.hierarchies
+    trees = each.troupe.atlas.hierarchies
     share = 1 / len(trees)
     levels = np.zeros(1 + max(int(tree.level.max()) for tree in trees))
     objects = parts = spread = 0.0
@@ -167,9 +168,8 @@ def _species_count(cut: Cut, predicted: Moments | None, density: float) -> Speci
     spreads: tuple[float | None, float | None] = (None, None)
     if predicted is not None:
         means = density * predicted.objects, density * predicted.parts
-        spreads = tuple(  # type: ignore[assignment]
-            (density * v) ** 0.5 for v in (predicted.objects_variance, predicted.parts_variance)
-        )
+        variances = predicted.objects_variance, predicted.parts_variance
+        spreads = math.sqrt(density * variances[0]), math.sqrt(density * variances[1])
     by_level = np.bincount(cut.parts.level, minlength=levels)
     return SpeciesCount(
         objects=Tally(cut.examined_objects, cut.displayed_objects, means[0], spreads[0]),

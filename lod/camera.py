@@ -55,7 +55,7 @@ def split(x: float, y: float, cell_x: int = 0, cell_y: int = 0) -> tuple[Corner,
         raise InputError("eye", (x, y), "a position is finite")
     step_x, step_y = math.floor(x / GRID_M), math.floor(y / GRID_M)
     corner = Corner(cell_x + step_x, cell_y + step_y)
-    return corner, x - step_x * GRID_M, y - step_y * GRID_M
+    return corner, max(x - step_x * GRID_M, 0.0), max(y - step_y * GRID_M, 0.0)
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@
 class InputError(ValueError):
     """A value that breaks a rule.
 
-    ``where`` names the flag, key or argument; ``arrived`` is what was given; ``rule`` is what it must
-    satisfy; ``cure`` is one thing that would work.
+    ``where`` names the flag, key or argument; ``arrived`` is what was given; ``rule`` is what it
+    must satisfy; ``cure`` is one thing that would work.
     """
 
     def __init__(self, where: str, arrived: object, rule: str, cure: str = "") -> None:

@@ -1,7 +1,8 @@
 """What the law predicts, prefactor and all (§4.1), derived without the pruner.
 
-Objects of density K [1/m²] stand isotropically on flat ground; the eye is h above a part's origin; a
-part is displayed within its limit distance D. Through a full turn that is a disc of area π(D² − h²).
+Objects of density K [1/m²] stand isotropically on flat ground; the eye is h above a part's origin;
+a part is displayed within its limit distance D. Through a full turn that is a disc of area π(D² −
+h²).
 """
 
 import numpy as np

@@ -1,10 +1,10 @@
 """The law where no disc is whole: hills, a field of view, a coarser detail out of it, a window.
 
 The number displayed is compound Poisson whatever the ground (Campbell's theorem; Kingman, "Poisson
-Processes", 1993, §3.2): its mean is K∫n dA and its variance K∫n² dA, where n(q) is the number of parts
-displayed of an object that stands at q, averaged over its headings. The integral is taken on one point
-per cell of a polar net, with cells equal in log r, and every part of the object there is tested by
-itself: no pruner, no walk down the tree.
+Processes", 1993, §3.2): its mean is K∫n dA and its variance K∫n² dA, where n(q) is the number of
+parts displayed of an object that stands at q, averaged over its headings. The integral is taken on
+one point per cell of a polar net, with cells equal in log r, and every part of the object there is
+tested by itself: no pruner, no walk down the tree.
 """
 
 import math
@@ -26,7 +26,8 @@ _INNER_M = 0.25
 class Net:
     """Points of ground about the eye, one in each cell of a polar net.
 
-    xy (n, 2) relative to the frame's corner [m]; area (n,) of the cell [m²]; turn (n,) heading [rad]
+    xy (n, 2) relative to the frame's corner [m]; area (n,) of the cell [m²]; turn (n,) heading
+    [rad]
     """
 
     xy: np.ndarray
@@ -38,7 +39,9 @@ class Net:
 
 
 def polar_net(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> Net:
-    """A net over the disc of radius ``reach_m`` about the eye; the place in each cell is drawn once."""
+    """A net over the disc of radius ``reach_m`` about the eye; the place in each cell is drawn
+    once.
+    """
     chance = np.random.default_rng((rings, spokes))
     edges = np.geomspace(_INNER_M, max(reach_m, 2 * _INNER_M), rings)
     edges = np.concatenate(([0.0], edges))
@@ -55,7 +58,9 @@ def polar_net(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> Net:
 
 @dataclass(frozen=True)
 class Moments:
-    """Mean and variance per unit density [m²]: of objects, of parts, and of parts level by level."""
+    """Mean and variance per unit density [m²]: of objects, of parts, and of parts level by
+    level.
+    """
 
     objects: float
     objects_variance: float
@@ -103,7 +108,9 @@ def _falling(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
 
 
 def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
-    """The eye, the inward unit normals of the pyramid's planes, (5, 3), and whether to look around."""
+    """The eye, the inward unit normals of the pyramid's planes, (5, 3), and whether to look
+    around.
+    """
     camera = view.camera
     tan_x, tan_y = camera.tan_half
     planes = [camera.forward]

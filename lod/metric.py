@@ -1,8 +1,8 @@
 """The metric family: how far away a part of given P and R is still displayed (§2.4).
 
-Each member is a pure function of priority P [m], range R [m] and the detail angle m [rad] to a limit
-distance D [m]; a part is displayed while d < D. Which distance d is, and which parts are in view,
-is said by ``Metric.along_axis``.
+Each member is a pure function of priority P [m], range R [m] and the detail angle m [rad] to a
+limit distance D [m]; a part is displayed while d < D. Which distance d is, and which parts are in
+view, is said by ``Metric.along_axis``.
 """
 
 from collections.abc import Callable

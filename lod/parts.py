@@ -1,4 +1,6 @@
-"""What representations hand to the pruner and to the renderer: arrays, never one object per part."""
+"""What representations hand to the pruner and to the renderer: arrays, never one object per
+part.
+"""
 
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -97,7 +99,8 @@ class Triangles:
     """A triangle mesh with its own normals and colours: terrain, leaves.
 
     vertices (v, 3) [m]; normals (v, 3) unit; colours (v, 3) linear Rec.709 albedo, 0 to 1
-    faces (f, 3) rows of ``vertices``, counter-clockwise seen from outside; owner (f,) row of the part
+    faces (f, 3) rows of ``vertices``, counter-clockwise seen from outside; owner (f,) row of the
+    part
     """
 
     vertices: np.ndarray
@@ -116,7 +119,9 @@ class Triangles:
 
 @runtime_checkable
 class Representation(Protocol):
-    """Anything with hierarchical levels of detail: it hands out parts, and knows what they look like."""
+    """Anything with hierarchical levels of detail: it hands out parts, and knows what they look
+    like.
+    """
 
     @property
     def name(self) -> str:

@@ -18,6 +18,7 @@ class View:
     detail            τ: detail threshold [px]
     offscreen_detail  detail kept out of view, as a share of that in view (0 to 1]
     look_around       no field of view: every direction counts as in view (experiments on the law)
+    time_s            when the frame is taken, for what moves [s]
     """
 
     camera: Camera
@@ -25,6 +26,7 @@ class View:
     detail: float = 1.0
     offscreen_detail: float = 0.25
     look_around: bool = False
+    time_s: float = 0.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.detail) and self.detail > 0):
@@ -66,7 +68,8 @@ def distance(view: View, position: np.ndarray) -> np.ndarray:
 def reach(view: View, limit: float, bound: float) -> float:
     """Greatest true distance at which something of that D and B in view can pass its test [m].
 
-    Along the axis it can be D deep and still lie aside of it, by D·tan + B·√(1 + tan²) on each axis.
+    Along the axis it can be D deep and still lie aside of it, by D·tan + B·√(1 + tan²) on each
+    axis.
     """
     if not view.metric.along_axis:
         return limit
@@ -77,8 +80,9 @@ def reach(view: View, limit: float, bound: float) -> float:
 def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Whether each sphere reaches into the pyramid of view, (n, 3), (n,) → (n,).
 
-    Plane by plane, so a sphere beyond an edge of the pyramid may count as in view; never the reverse.
-    A sphere inside another is in view only if the other is: with nested bounds, cuts stay connected.
+    Plane by plane, so a sphere beyond an edge of the pyramid may count as in view; never the
+    reverse. A sphere inside another is in view only if the other is: with nested bounds, cuts stay
+    connected.
     """
     if view.look_around:
         return np.ones(len(centre), bool)

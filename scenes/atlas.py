@@ -7,51 +7,61 @@ import numpy as np
 from lod.arrays import freeze
 from lod.hierarchy import Hierarchy
 from lod.view import View
-from scenes.prototype import Prototype, StickTable
+from scenes.rig import RiggedSticks
+from scenes.rig_prototype import RiggedPrototype
 
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
     """Rows are the parts of all prototypes, one prototype after the other.
 
-    root (v,) row of each prototype's whole object; position, bound, level as in Hierarchy
+    root (v,) row of each prototype's whole object; bound, level as in Hierarchy
+    joint, origin  a part's origin is the point ``origin`` (m, 3) in the frame of its joint (m,)
+    rest (m, 3)    the same in the object's own frame, as the object stands [m]
     part_count, first_part, order: the parts of row i are order[first_part[i] :][: part_count[i]]
-    sticks, first: both appearances; those of row i, inner then leaf, begin at first[2 i], first[2 i + 1]
+    sticks         both appearances; those of row i, inner then leaf, begin at first[2 i] and
+                   first[2 i + 1]
     """
 
     hierarchies: tuple[Hierarchy, ...]
     root: np.ndarray
-    position: np.ndarray
+    joint: np.ndarray
+    origin: np.ndarray
+    rest: np.ndarray
     bound: np.ndarray
     level: np.ndarray
     part_count: np.ndarray
     first_part: np.ndarray
     order: np.ndarray
-    sticks: StickTable
+    sticks: RiggedSticks
     tints: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, root=np.int64, position=np.float64, bound=np.float64, level=np.int64)
-        freeze(self, part_count=np.int64, first_part=np.int64, order=np.int64, tints=np.float64)
+        freeze(self, root=np.int64, joint=np.int64, origin=np.float64, rest=np.float64)
+        freeze(self, bound=np.float64, level=np.int64, tints=np.float64)
+        freeze(self, part_count=np.int64, first_part=np.int64, order=np.int64)
 
     @staticmethod
-    def of(prototypes: tuple[Prototype, ...]) -> "Atlas":
+    def of(prototypes: tuple[RiggedPrototype, ...]) -> "Atlas":
         """Lay the prototypes end to end."""
         trees = tuple(prototype.hierarchy for prototype in prototypes)
         root = np.cumsum([0] + [len(tree) for tree in trees])[:-1]
         order_start = np.cumsum([0] + [len(tree) - 1 for tree in trees])[:-1]
+        joint = np.concatenate([prototype.joint for prototype in prototypes])
+        rest = np.concatenate([tree.position for tree in trees])
+        pairs = list(zip(trees, order_start, root, strict=True))
         sticks, tints = _appearances(prototypes)
         return Atlas(
             hierarchies=trees,
             root=root,
-            position=np.concatenate([tree.position for tree in trees]),
+            joint=joint,
+            origin=np.where((joint < 0)[:, None], rest, 0.0),
+            rest=rest,
             bound=np.concatenate([tree.B for tree in trees]),
             level=np.concatenate([tree.level for tree in trees]),
             part_count=np.concatenate([tree.part_count for tree in trees]),
-            first_part=np.concatenate(
-                [t.first_part + s for t, s in zip(trees, order_start, strict=True)]
-            ),
-            order=np.concatenate([tree.order + r for tree, r in zip(trees, root, strict=True)]),
+            first_part=np.concatenate([tree.first_part + start for tree, start, _ in pairs]),
+            order=np.concatenate([tree.order + row for tree, _, row in pairs]),
             sticks=sticks,
             tints=tints,
         )
@@ -66,14 +76,12 @@ class Atlas:
         whole, offset = expand(self.part_count[rows])
         return whole, self.order[self.first_part[rows][whole] + offset]
 
-    def sticks_of(
-        self, rows: np.ndarray, is_leaf: np.ndarray
-    ) -> tuple[StickTable, np.ndarray, np.ndarray]:
-        """The table of sticks; which of ``rows`` owns each displayed stick; its row in the table."""
+    def sticks_of(self, rows: np.ndarray, is_leaf: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which of ``rows`` owns each displayed stick, and the stick's row in the table."""
         block = 2 * rows + is_leaf
         first = self.sticks.first
         owner, offset = expand(first[block + 1] - first[block])
-        return self.sticks, owner, first[block][owner] + offset
+        return owner, first[block][owner] + offset
 
 
 def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -82,41 +90,22 @@ def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
 
 
-def _appearances(prototypes: tuple[Prototype, ...]) -> tuple[StickTable, np.ndarray]:
+def _appearances(prototypes: tuple[RiggedPrototype, ...]) -> tuple[RiggedSticks, np.ndarray]:
     """Inner and leaf tables of all prototypes, interleaved part by part, on one palette."""
-    tints, tint_row = np.unique(
-        np.concatenate([p.tints for p in prototypes]), axis=0, return_inverse=True
-    )
-    tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])
-    tables, counts = [], []
-    for prototype, start in zip(prototypes, tint_start, strict=False):
-        pair = (prototype.inner, prototype.leaf)
-        count = np.stack([np.diff(table.first) for table in pair], axis=1)
-        counts.append(count.ravel())
-        for table in pair:
-            tables.append((table, tint_row.ravel()[start:][table.tint]))
-    count = np.concatenate(counts)
-    order = _interleaved([np.diff(table.first) for table, _ in tables])
-
-    def column(name: str) -> np.ndarray:
-        return np.concatenate([getattr(table, name) for table, _ in tables])[order]
-
-    return StickTable(
-        first=np.concatenate(([0], np.cumsum(count))),
-        start=column("start"),
-        end=column("end"),
-        start_radius=column("start_radius"),
-        end_radius=column("end_radius"),
-        tint=np.concatenate([tint for _, tint in tables])[order],
-    ), tints
-
-
-def _interleaved(counts: list[np.ndarray]) -> np.ndarray:
-    """Order that takes tables (inner, leaf, inner, leaf, …) laid end to end to part-by-part blocks."""
-    block, start = [], 0
-    for number, count in enumerate(counts):
-        part = start + np.arange(len(count))
-        block.append(np.repeat(2 * part + number % 2, count))
-        if number % 2:
-            start += len(count)
-    return np.argsort(np.concatenate(block), kind="stable")
+    palettes = np.concatenate([p.tints for p in prototypes])
+    tints, tint_row = np.unique(palettes, axis=0, return_inverse=True)
+    tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])[:-1]
+    tables, tint, block, parts = [], [], [], 0
+    for prototype, start in zip(prototypes, tint_start, strict=True):
+        for is_leaf, table in enumerate((prototype.inner, prototype.leaf)):
+            tables.append(table)
+            tint.append(tint_row.ravel()[start + table.tint])
+            block.append(2 * (parts + table.owner) + is_leaf)
+        parts += len(prototype.hierarchy)
+    blocks = np.concatenate(block)
+    order = np.argsort(blocks, kind="stable")
+    names = ("start", "end", "start_radius", "end_radius", "start_joint", "end_joint")
+    columns = {k: np.concatenate([getattr(table, k) for table in tables])[order] for k in names}
+    count = np.bincount(blocks, minlength=2 * parts)
+    first = np.concatenate(([0], np.cumsum(count)))
+    return RiggedSticks(first=first, tint=np.concatenate(tint)[order], **columns), tints

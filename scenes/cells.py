@@ -18,8 +18,10 @@ _MEAN_PER_CELL = 2.0
 class Draws:
     """Objects drawn from some cells, in the order of the cells.
 
-    cell_x, cell_y, index  (n,) the object's identity: its cell in the species' lattice, and which of it
-    u       (n, 4) four uniform numbers in [0, 1): place in the cell (x, y), heading, prototype
+    cell_x, cell_y, index  (n,) the object's identity: its cell in the species' lattice, and which
+            of the cell's objects it is
+    u       (n, 8) uniform numbers in [0, 1): place in the cell (x, y), heading, prototype; then
+            phase of motion, which way round, and two to spare
     """
 
     cell_x: np.ndarray
@@ -84,12 +86,13 @@ def _counts(cell_x, cell_y, seed, species, cumulative):  # type: ignore[no-untyp
 
 @njit(cache=True)
 def _uniforms(cell_x, cell_y, index, seed, species):  # type: ignore[no-untyped-def]
-    """Four uniforms for each object; block 0 of a cell is spent on its count."""
-    u = np.empty((len(index), 4))
-    zero = np.uint64(0)
+    """Eight uniforms for each object; block 0 of a cell is spent on its count."""
+    u = np.empty((len(index), 8))
     for i in range(len(index)):
         block = np.uint64(index[i] + 1)
-        words = philox(np.uint64(cell_x[i]), np.uint64(cell_y[i]), block, zero, seed, species)
-        for k in range(4):
-            u[i, k] = unit(words[k])
+        for half in range(2):
+            x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
+            words = philox(x, y, block, np.uint64(half), seed, species)
+            for k in range(4):
+                u[i, 4 * half + k] = unit(words[k])
     return u

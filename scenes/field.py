@@ -10,14 +10,16 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from lod.arrays import freeze
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.parts import Parts, Sticks
 from lod.view import View, in_view, reach
-from scenes.atlas import Atlas
 from scenes.cells import Draws, PoissonCells
+from scenes.patrol import patrol
 from scenes.prototype import Prototype
+from scenes.rig_cast import Bodies
+from scenes.rig_prototype import RiggedPrototype
+from scenes.troupe import Objects, Troupe
 
 
 @runtime_checkable
@@ -27,59 +29,41 @@ class Ground(Protocol):
     def height(self, corner: Corner, xy: np.ndarray) -> np.ndarray:
         """Height of the ground [m] at points (n, 2) [m] from the corner, (n,)."""
 
+    def normal(self, corner: Corner, xy: np.ndarray) -> np.ndarray:
+        """Unit normal of the ground there, (n, 3)."""
+
     def bounds(self) -> tuple[float, float]:
         """Lowest and highest that the ground can be anywhere [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Species:
-    """Objects of a kind: equally likely prototypes, spread with density K [1/m²]."""
+    """Objects of a kind: equally likely prototypes, spread with density K [1/m²].
+
+    patrol_m: what has a stride walks circles of this radius about its home; 0 = stays there
+    """
 
     name: str
-    prototypes: tuple[Prototype, ...]
+    prototypes: tuple[Prototype | RiggedPrototype, ...]
     density: float
+    patrol_m: float = 0.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.density) and self.density > 0):
             where = f"species.{self.name}.density"
             raise InputError(where, self.density, "objects per m², finite and above 0")
+        if not (math.isfinite(self.patrol_m) and self.patrol_m >= 0):
+            raise InputError(f"species.{self.name}.patrol", self.patrol_m, "0 m or more, finite")
         if not self.prototypes:
             raise InputError(f"species.{self.name}.prototypes", 0, "at least one prototype")
-
-
-@dataclass(frozen=True, eq=False)
-class Objects:
-    """The objects of one frame that were examined.
-
-    origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
-    variant (n,) its prototype; draws: its identity in the endless field
-    """
-
-    origin: np.ndarray
-    cos: np.ndarray
-    sin: np.ndarray
-    variant: np.ndarray
-    draws: Draws
-
-    def __post_init__(self) -> None:
-        freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, variant=np.int64)
-
-    def __len__(self) -> int:
-        return len(self.variant)
-
-    def place(self, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Points of the objects' own frames, (n, 3), as they stand in the frame, (n, 3) [m]."""
-        c, s, origin = self.cos[rows], self.sin[rows], self.origin[rows]
-        x = origin[:, 0] + c * points[:, 0] - s * points[:, 1]
-        y = origin[:, 1] + s * points[:, 0] + c * points[:, 1]
-        return np.stack((x, y, origin[:, 2] + points[:, 2]), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class SpeciesField:
     """A Representation: one species on the ground, endless or within a window.
 
-    extent: side L of a square window about the plane's origin [m]; None = no edge.
+    extent: side L of a square window about the plane's origin [m]; None = no edge. What has its
+    home in the window is there.
     """
 
     species: Species
@@ -93,17 +77,19 @@ class SpeciesField:
         return self.species.name
 
     @cached_property
-    def atlas(self) -> Atlas:
-        """All prototypes in one set of arrays."""
-        return Atlas.of(self.species.prototypes)
+    def troupe(self) -> Troupe:
+        """The prototypes, ready to be handed out."""
+        return Troupe(self.species.prototypes)
 
     @cached_property
     def cells(self) -> PoissonCells:
         """The Poisson process."""
         return PoissonCells(self.seed, self.species.name, self.species.density)
 
-    def objects(self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray) -> Objects:
-        """All objects of the given cells that lie in the window."""
+    def objects(
+        self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray, time_s: float = 0.0
+    ) -> Objects:
+        """All objects of the given cells with homes in the window, as they are at a time."""
         draws = self.cells.draw(cell_x, cell_y)
         if self.extent is not None:
             draws = draws.take(self._within_window(draws))
@@ -111,54 +97,43 @@ class SpeciesField:
         side = self.cells.side_m
         x = (draws.cell_x - ix) * side + draws.u[:, 0] * side - rest_x
         y = (draws.cell_y - iy) * side + draws.u[:, 1] * side - rest_y
-        z = self.ground.height(corner, np.stack((x, y), axis=1))
-        turn = 2 * np.pi * draws.u[:, 2]
-        variant = (draws.u[:, 3] * len(self.species.prototypes)).astype(np.int64)
-        return Objects(np.stack((x, y, z), axis=1), np.cos(turn), np.sin(turn), variant, draws)
+        return Objects(self._bodies(corner, np.stack((x, y), axis=1), draws.u, time_s), draws)
 
     def roots(self, view: View) -> Parts:
         """The wholes of every cell from which one could be displayed."""
-        objects = self.objects(view.camera.corner, *self._cells_near(view))
-        part = self.atlas.root[objects.variant]
-        rows = np.arange(len(objects))
-        return self._parts(objects, rows, part, np.full(len(rows), -1), view)
+        cells = self._cells_near(view)
+        return self.troupe.wholes(self.objects(view.camera.corner, *cells, view.time_s), view)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly."""
-        whole, part = self.atlas.parts_of(parts.part)
-        return self._parts(parts.state, parts.object[whole], part, whole, view)
+        return self.troupe.parts_of(parts, view)
 
     def appearance(self, parts: Parts, is_leaf: np.ndarray) -> Sticks:
         """Sticks of the displayed parts, as inner nodes or in their leaf appearance."""
-        table, owner, stick = self.atlas.sticks_of(parts.part, is_leaf)
-        rows = parts.object[owner]
-        return Sticks(
-            start=parts.state.place(rows, table.start[stick]),
-            end=parts.state.place(rows, table.end[stick]),
-            start_radius=table.start_radius[stick],
-            end_radius=table.end_radius[stick],
-            tint=table.tint[stick],
-            tints=self.atlas.tints,
-            owner=owner,
-        )
+        return self.troupe.appearance(parts, is_leaf)
 
-    def _parts(
-        self, objects: Objects, rows: np.ndarray, part: np.ndarray, whole: np.ndarray, view: View
-    ) -> Parts:
-        position = objects.place(rows, self.atlas.position[part])
-        limit, limit_offscreen = self.atlas.limits(view)
-        return Parts(
-            position=position,
-            centre=position,
-            bound=self.atlas.bound[part],
-            limit=limit[part],
-            limit_offscreen=limit_offscreen[part],
-            level=self.atlas.level[part],
-            object=rows,
-            part=part,
-            whole=whole,
-            state=objects,
+    def _bodies(self, corner: Corner, home: np.ndarray, u: np.ndarray, time_s: float) -> Bodies:
+        """Where objects with these homes (n, 2) are at a time, and how they stand."""
+        variant = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
+        motions = [prototype.motion for prototype in self.troupe.rigged]
+        stride, period = (np.array([getattr(m, k) for m in motions]) for k in ("stride", "period"))
+        walkers = patrol(
+            self.species.patrol_m or 1.0,  # what has no patrol has no stride either
+            2 * np.pi * u[:, 2],
+            u[:, 5] < 0.5,
+            u[:, 4],
+            stride[variant] * (self.species.patrol_m > 0),
+            period[variant],
+            time_s,
         )
+        xy = home + walkers.offset
+        slope = self._slope(corner, xy) if self.troupe.has_legs else np.zeros((len(xy), 2))
+        origin = np.column_stack((xy, self.ground.height(corner, xy)))
+        return Bodies(origin, walkers.cos, walkers.sin, variant, walkers.phase, slope)
+
+    def _slope(self, corner: Corner, xy: np.ndarray) -> np.ndarray:
+        normal = self.ground.normal(corner, xy)
+        return -normal[:, :2] / normal[:, 2:]
 
     def _within_window(self, draws: Draws) -> np.ndarray:
         """Membership depends on the object alone, never on the eye."""
@@ -167,11 +142,12 @@ class SpeciesField:
         return (np.abs(x) <= half) & (np.abs(y) <= half)
 
     def _cells_near(self, view: View) -> tuple[np.ndarray, np.ndarray]:
-        """Cells near enough, and near enough for being in view or not, to hold a displayed whole."""
-        inside, outside = (limit[self.atlas.root].max() for limit in self.atlas.limits(view))
-        bound = float(self.atlas.bound[self.atlas.root].max())
+        """Cells near enough, in view or out of it, to hold a displayed whole."""
+        atlas = self.troupe.atlas
+        inside, outside = (limit[atlas.root].max() for limit in atlas.limits(view))
+        bound = float(atlas.bound[atlas.root].max())
         inside = reach(view, float(inside), bound)
-        lean = float(np.hypot(*self.atlas.position[self.atlas.root, :2].T).max())
+        lean = self.troupe.lean_m + self.species.patrol_m
         low, high = self._root_heights()
         eye = view.camera.eye
         above = max(0.0, eye[2] - high, low - eye[2])
@@ -189,8 +165,9 @@ class SpeciesField:
     def _root_heights(self) -> tuple[float, float]:
         """Lowest and highest that the origin of a whole can be [m]."""
         low, high = self.ground.bounds()
-        z = self.atlas.position[self.atlas.root, 2]
-        return low + float(z.min()), high + float(z.max())
+        atlas, sway = self.troupe.atlas, self.troupe.sway_m
+        z = atlas.rest[atlas.root, 2]
+        return low + float(z.min()) - sway, high + float(z.max()) + sway
 
     def _cells_within(
         self, corner: Corner, eye: np.ndarray, reach: float

@@ -180,14 +180,20 @@ class TerrainPreset(Table):
 class SpeciesPreset(Table):
     """One Poisson field of objects."""
 
-    model: Annotated[Literal["figure", "tree"], key("what each object is")]
+    model: Annotated[
+        Literal["figure", "tree", "rabbit", "giraffe", "ostrich", "insect", "windmill"],
+        key("what each object is"),
+    ]
     density: Annotated[float, key("objects per unit ground area [1/m²]", least=0, most=100)]
-    prototypes: Annotated[int, key("different objects of this model", least=1, most=256)] = 4
+    prototypes: Annotated[int, key("different objects of this model", least=1, most=256)] = 1
     sizes: Annotated[
         tuple[SizeFactor, ...],
         Field(min_length=1, max_length=64),
         key("size factors, 1 to 64 of them, equally likely, each from 0.001 to 1000"),
     ] = (1.0,)
+    patrol: Annotated[
+        float, key("radius of its round [m]; 0 = stays at home", least=0, most=1000)
+    ] = 0.0
 
 
 class RenderPreset(Table):

@@ -1,7 +1,7 @@
 """Counter-based random numbers: the same counter always gives the same numbers, in any order.
 
-Philox4x64-10 of Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy as 1, 2, 3" (SC 2011);
-NumPy's ``Philox`` is the same generator and serves as the reference in the tests.
+Philox4x64-10 of Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy as 1, 2, 3" (SC
+2011); NumPy's ``Philox`` is the same generator and serves as the reference in the tests.
 """
 
 import hashlib

@@ -36,6 +36,8 @@ class Anatomy:
     rest    degrees about x, y, z of joints as it stands; absent = (0, 0, 0)
     limits  (low, high) degrees of joints; absent = the joint does not turn from rest
     shift   (low, high) how far the whole may bob and sway, in the tables' lengths
+    core    what a part without a body keeps hidden inside its parts; absent = its leaf appearance,
+        thinned, and for the root nothing
     leaf    absent = looks as it is; the root's own absent = one upright stick, as high as the
         object
     """
@@ -50,6 +52,7 @@ class Anatomy:
     side_leaf: dict[str, list[Rod]]
     rest: dict[str, Vector]
     limits: dict[str, Limits]
+    core: dict[str, list[Rod]] = field(default_factory=dict)
     shift: Limits = field(default=((-0.1, -0.06, -0.1), (0.1, 0.06, 0.06)))
 
 
@@ -79,10 +82,11 @@ def rigged(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
     rig = _rig(anatomy, build)
     body = _sticks(_both_sides(anatomy, anatomy.body, anatomy.side_body), row, rig, build)
     given = _sticks(_both_sides(anatomy, anatomy.leaf, anatomy.side_leaf), row, rig, build)
-    rig, body, given = _standing(rig, body, given, build.height)
+    core = _sticks(_both_sides(anatomy, anatomy.core, {}), row, rig, build)
+    rig, (body, given, core) = _standing(rig, (body, given, core), build.height)
     full = under(whole, body.posed(*rig.frames()))
     leaf, tints = leaves(rig, body, given, full, build.materials)
-    inside = inner(whole, body, leaf)
+    inside = inner(whole, body, leaf, core)
     joint = np.array([rig.row(part.joint) for part in parts.values()])
     level = np.array([part.level for part in parts.values()])
     twin = _twins(parts, row, rig)
@@ -181,10 +185,10 @@ def _sticks(
 
 
 def _standing(
-    rig: Rig, body: RiggedSticks, leaf: RiggedSticks, height: float
-) -> tuple[Rig, RiggedSticks, RiggedSticks]:
-    """All three with the lowest point on the ground and the highest at ``height`` [m]."""
-    posed = body.posed(*rig.frames())
+    rig: Rig, tables: tuple[RiggedSticks, ...], height: float
+) -> tuple[Rig, tuple[RiggedSticks, ...]]:
+    """Rig and tables, the lowest point of the first on the ground, the highest at ``height``."""
+    posed = tables[0].posed(*rig.frames())
     lows = (posed.start[:, 2] - posed.start_radius, posed.end[:, 2] - posed.end_radius)
     tops = (posed.start[:, 2] + posed.start_radius, posed.end[:, 2] + posed.end_radius)
     lift, top = -min(low.min() for low in lows), max(high.max() for high in tops)
@@ -194,4 +198,4 @@ def _standing(
         rig.name, rig.parent, offset, rig.rest, rig.low, rig.high, rig.shift_low, rig.shift_high
     )
     factor = float(height / (top + lift))
-    return lifted.scaled(factor), body.scaled(factor), leaf.scaled(factor)
+    return lifted.scaled(factor), tuple(table.scaled(factor) for table in tables)

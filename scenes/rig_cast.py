@@ -19,10 +19,8 @@ class Tables(NamedTuple):
 
     cast  (v, 5) of each prototype: its first joint, joints, first key row, keys, first row of
         shift
-    joint (j, 4) parent within the prototype, whether any key differs, knee and ankle where this
-        is
-        a
-          leg's hip, else −1
+    joint (j, 4) parent within the prototype, whether any key differs, knee and ankle where this is
+        a leg's hip, else −1
     offset (j, 4) from the parent, and the bend of the leg
     turns (t, 6) quaternion of each key and joint, and the angle to the next key and its sine
     shift (s, 3) of each key

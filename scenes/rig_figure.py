@@ -28,6 +28,7 @@ from scenes.figure_looks import Person, person
 from scenes.figure_sticks import (
     BUST,
     LONG_HAIR,
+    PERSON_CORE,
     SIDE_BODY,
     SIDE_LEAF,
     TRUNK_BODY,
@@ -84,6 +85,7 @@ def human() -> Anatomy:
         side_body=SIDE_BODY,
         leaf=TRUNK_LEAF,
         side_leaf=SIDE_LEAF,
+        core={"person": PERSON_CORE},
         rest=STANDING,
         limits=LIMITS,
         shift=((-0.02, -0.03, -0.12), (0.02, 0.03, 0.03)),

@@ -115,17 +115,18 @@ def _thickened(table: RiggedSticks, factor: Reals) -> RiggedSticks:
     return RiggedSticks(table.first, table.start, table.end, *radii, *joints)
 
 
-def inner(whole: Ints, body: RiggedSticks, leaf: RiggedSticks) -> RiggedSticks:
-    """Bodies of the parts that own parts; a thinned core for those that have no body but the
-    blob.
+def inner(whole: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedSticks) -> RiggedSticks:
+    """Bodies of the parts that own parts; for those that have none the core that is given, or
+    their leaf appearance thinned (the blob's is no core).
     """
     n = len(whole)
     owns = np.zeros(n, bool)
     owns[whole[whole >= 0]] = True
     kept = np.flatnonzero(owns[body.owner])
-    cores = owns & (np.bincount(body.owner, minlength=n) == 0)
+    bare = [np.bincount(table.owner, minlength=n) == 0 for table in (body, given)]
+    cores = owns & bare[0] & bare[1]
     cores[0] = False
     core = np.flatnonzero(cores[leaf.owner])
     thin = _thickened(leaf, np.full(n, CORE))
     pieces = (chosen(body, kept, body.owner[kept], n), chosen(thin, core, leaf.owner[core], n))
-    return joined(n, pieces)
+    return joined(n, (*pieces, given))

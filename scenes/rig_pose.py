@@ -56,6 +56,23 @@ def pose_sticks(
     return _pose_sticks(cast.tables, cast.most_joints, *bodies.columns(), rows, sticks, table)
 
 
+def pose_points(
+    cast: Cast,
+    bodies: Bodies,
+    rows: Ints,
+    points: Ints,
+    place: Vectors,
+    joint: np.ndarray,
+) -> Points:
+    """Points that ride on joints, (m, 3) [m]: row ``points`` of the table, of object ``rows``.
+
+    place (k, 3), joint (k,): the table (joint −1 = the object's frame).
+    """
+    return _pose_points(
+        cast.tables, cast.most_joints, *bodies.columns(), rows, points, place, joint
+    )
+
+
 @njit(cache=True)
 def _pose_joints(t, most, origin, cos, sin, variant, phase, gradient, rows, joints):  # type: ignore[no-untyped-def]
     cast, joint, offset, turns, shift = t
@@ -78,6 +95,25 @@ def _pose_joints(t, most, origin, cos, sin, variant, phase, gradient, rows, join
             for c in range(4):
                 facing[i, c] = frame[row, 3 + c]
     return places, facing
+
+
+@njit(cache=True)
+def _pose_points(t, most, origin, cos, sin, variant, phase, gradient, rows, points, place, on):  # type: ignore[no-untyped-def]
+    cast, joint, offset, turns, shift = t
+    frame, state = np.zeros((most + 2, 7)), np.zeros(most + 1, np.int64)
+    out = np.empty((len(rows), 3))
+    m = 0
+    while m < len(rows):
+        o, first, n = rows[m], m, cast[variant[rows[m]], 1]
+        state[: n + 1] = 0
+        while m < len(rows) and rows[m] == o:
+            _want(joint, cast[variant[o], 0], state, on[points[m]] + 1)
+            m += 1
+        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
+        ground = gradient[o, 0], gradient[o, 1]
+        _pose(cast, joint, offset, turns, shift, frame, state, variant[o], phase[o], at, ground)
+        _put(frame, points, place, on, out, first, m)
+    return out
 
 
 @njit(cache=True)

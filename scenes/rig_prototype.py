@@ -24,10 +24,11 @@ from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from scenes.prototype import Prototype
 from scenes.rig import Rig, RiggedSticks
-from scenes.rig_motion import Motion
+from scenes.rig_motion import Motion, still
 from scenes.rig_reach import farthest
 from scenes.rig_turns import Turns, turns_of
 from scenes.stick_area import largest_area
+from scenes.stick_table import StickTable
 
 P_POSES = 6
 """Random allowed poses in which leaf appearances that span joints are measured, besides rest and
@@ -97,6 +98,28 @@ class RiggedPrototype:
             self.tints,
             self.motion.scaled(factor),
         )
+
+
+def rigid(prototype: Prototype) -> RiggedPrototype:
+    """What has one pose alone, as a rig without joints: everything rides on the object's frame."""
+    none, nowhere = np.zeros((0, 3)), np.zeros(3)
+    empty = np.zeros(0, np.int64)
+    rig = Rig((), empty, none, np.zeros((0, 4)), none, none, nowhere, nowhere)
+
+    def fixed(table: StickTable) -> RiggedSticks:
+        columns = (table.start, table.end, table.start_radius, table.end_radius, table.tint)
+        return RiggedSticks(table.first, *columns, *(np.full(len(table), -1),) * 2)
+
+    return RiggedPrototype(
+        name=prototype.name,
+        rig=rig,
+        joint=np.full(len(prototype.hierarchy), -1),
+        hierarchy=prototype.hierarchy,
+        inner=fixed(prototype.inner),
+        leaf=fixed(prototype.leaf),
+        tints=prototype.tints,
+        motion=still(rig),
+    )
 
 
 def hierarchy_of(

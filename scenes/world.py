@@ -1,7 +1,6 @@
-"""From a preset to a world: the ground, the fields that stand on it, and the eye that walks there."""
+"""From a preset to a world: the ground, the fields that stand on it, and the eye that walks."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,16 +10,9 @@ from lod.metric import metric_named
 from lod.parts import Representation
 from lod.view import View
 from scenes.field import Species, SpeciesField
-from scenes.figure import figure_prototypes
+from scenes.models import made
 from scenes.preset import Preset, SpeciesPreset
-from scenes.prototype import Prototype
 from scenes.terrain import Terrain
-from scenes.tree import tree_prototypes
-
-MODELS: dict[str, Callable[[int, int], tuple[Prototype, ...]]] = {
-    "figure": figure_prototypes,
-    "tree": tree_prototypes,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,13 +41,12 @@ def build_world(preset: Preset) -> World:
 
 def species_of(name: str, table: SpeciesPreset) -> Species:
     """Every prototype in every size, all equally likely."""
-    made = MODELS[table.model](0, table.prototypes)
-    sized = tuple(prototype.scaled(size) for prototype in made for size in table.sizes)
-    return Species(name, sized, table.density)
+    prototypes = made(table.model, table.prototypes, table.sizes, walks=table.patrol > 0)
+    return Species(name, prototypes, table.density, table.patrol)
 
 
 def view_at(world: World, preset: Preset, frame: int) -> View:
-    """The view of a frame, from 1; the camera walks along its heading and stays above the ground."""
+    """The view of a frame, from 1; the camera walks along its heading, above the ground."""
     camera, settings = preset.camera, preset.view
     walked = camera.speed * (frame - 1) / camera.fps
     heading = math.radians(camera.heading)
@@ -64,11 +55,12 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
     corner, x, y = split(x, y, *camera.cell)
     ground = float(world.terrain.height(corner, np.array([[x, y]]))[0])
     eye = np.array((x, y, ground + camera.height))
-    made = look(corner, eye, camera.heading, camera.pitch, camera.fov, preset.render.size)
+    camera_made = look(corner, eye, camera.heading, camera.pitch, camera.fov, preset.render.size)
     return View(
-        camera=made,
+        camera=camera_made,
         metric=metric_named(settings.metric),
         detail=settings.detail,
         offscreen_detail=settings.offscreen_detail,
         look_around=settings.look_around,
+        time_s=(frame - 1) / camera.fps,
     )

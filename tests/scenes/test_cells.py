@@ -50,7 +50,7 @@ def test_counts_are_poisson_and_places_uniform(density):
     assert len(draws) == pytest.approx(mean * len(x), abs=4 * np.sqrt(mean * len(x)))
     for column in draws.u.T:
         assert stats.kstest(column, "uniform").pvalue > 1e-3
-    assert np.abs(np.corrcoef(draws.u.T) - np.eye(4)).max() < 0.02
+    assert np.abs(np.corrcoef(draws.u.T) - np.eye(8)).max() < 0.02
 
 
 def test_seeds_and_species_have_fields_of_their_own():

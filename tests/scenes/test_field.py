@@ -31,6 +31,9 @@ class Waves:
         absolute = xy + GRID_M * np.array((corner.x, corner.y))
         return self.amplitude * np.sin(absolute[:, 0] / 7) * np.cos(absolute[:, 1] / 11)
 
+    def normal(self, corner, xy):
+        raise AssertionError("only what has legs asks how the ground slopes")
+
     def bounds(self):
         return -self.amplitude, self.amplitude
 
@@ -172,10 +175,11 @@ def brute_force(field, view, limit_of):
 def pruned(field, view):
     cut = prune(field, view)
     parts, objects = cut.parts, cut.parts.state
-    draws, first = objects.draws, field.atlas.root
+    variant = objects.bodies.variant[parts.object]
+    draws, first = objects.draws, field.troupe.atlas.root
     return cut, {
         ((int(draws.cell_x[o]), int(draws.cell_y[o]), int(draws.index[o])), v, int(p - first[v]))
-        for o, p, v in zip(parts.object, parts.part, objects.variant[parts.object], strict=True)
+        for o, p, v in zip(parts.object, parts.part, variant, strict=True)
     }
 
 
@@ -224,7 +228,9 @@ def test_places_are_exact_far_from_home(seed, x, y):
     draws = field.cells.draw(np.array([ix]), np.array([iy]))
     side = field.cells.side_m
     for axis, rest in ((0, rest_x), (1, rest_y)):
-        assert objects.origin[:, axis] + rest == pytest.approx(draws.u[:, axis] * side, abs=1e-6)
+        assert objects.bodies.origin[:, axis] + rest == pytest.approx(
+            draws.u[:, axis] * side, abs=1e-6
+        )
 
 
 def test_an_endless_world_has_no_full_cut():

@@ -6,12 +6,13 @@ import pytest
 from lod.errors import InputError
 from lod.metric import METRICS, limit_distances
 from scenes.figure import figure_prototypes
-from scenes.figure_skeleton import parts
 from scenes.figure_tables import SIDE_JOINTS, TRUNK_JOINTS
+from scenes.rig_build import part_names
+from scenes.rig_figure import human
 from scenes.stick_area import mean_area
 from scenes.stick_table import StickTable
 
-NAMES = list(parts())
+NAMES = list(part_names(human()))
 ROW = {name: row for row, name in enumerate(NAMES)}
 
 

@@ -1,0 +1,59 @@
+"""What an object can be: the models that presets name, and how each is made."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from lod.errors import InputError
+from scenes.animals import KINDS, animal
+from scenes.gait_people import walkers
+from scenes.prototype import Prototype
+from scenes.rig_figure import rigged_people
+from scenes.rig_motion import still
+from scenes.rig_prototype import RiggedPrototype
+from scenes.tree import tree_prototypes
+
+Model = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
+
+
+def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
+    """Adults and children, each with a walk of their own."""
+    return walkers(rigged_people(seed, count), seed)
+
+
+def one_animal(name: str) -> Model:
+    """The model of a kind of animal, which comes in one build."""
+
+    def made(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
+        if count != 1:
+            raise InputError(
+                f"{name}: prototypes", count, "animals come in one build", "set it to 1"
+            )
+        return (animal(name),)
+
+    return made
+
+
+MODELS: dict[str, Model] = {
+    "figure": people,
+    "tree": tree_prototypes,
+    **{name: one_animal(name) for name in KINDS},
+}
+
+
+def standing(prototype: RiggedPrototype) -> RiggedPrototype:
+    """The same object at rest, its feet on the ground; what does not walk goes on as it does."""
+    motion = prototype.motion
+    if motion.stride == 0:
+        return prototype
+    rest = still(prototype.rig)
+    return prototype.moving(replace(rest, legs=motion.legs, bend=motion.bend))
+
+
+def made(
+    model: str, count: int, sizes: tuple[float, ...], walks: bool
+) -> tuple[Prototype | RiggedPrototype, ...]:
+    """Every prototype of a model in every size, walking or standing."""
+    prototypes = MODELS[model](0, count)
+    if not walks:
+        prototypes = tuple(standing(p) if isinstance(p, RiggedPrototype) else p for p in prototypes)
+    return tuple(p.scaled(size) for p in prototypes for size in sizes)

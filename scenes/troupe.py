@@ -1,0 +1,119 @@
+"""Objects of one species, wherever they stand: their parts and looks, posed by compiled walks."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from lod.parts import Parts, Sticks
+from lod.view import View
+from scenes.atlas import Atlas
+from scenes.prototype import Prototype
+from scenes.rig_cast import Bodies, Cast
+from scenes.rig_pose import pose_points, pose_sticks
+from scenes.rig_prototype import RiggedPrototype, rigid
+
+
+@dataclass(frozen=True, eq=False)
+class Objects:
+    """The objects of one frame that were examined: as they stand, and what they are elsewhere.
+
+    bodies: place, heading, prototype and phase of each; draws: whatever identifies them (n rows)
+    """
+
+    bodies: Bodies
+    draws: Any
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+
+@dataclass(frozen=True, eq=False)
+class Troupe:
+    """The prototypes of a species, ready to be handed out part by part."""
+
+    prototypes: tuple[Prototype | RiggedPrototype, ...]
+
+    @cached_property
+    def rigged(self) -> tuple[RiggedPrototype, ...]:
+        """Every prototype as something that can be posed, if only in one way."""
+        return tuple(p if isinstance(p, RiggedPrototype) else rigid(p) for p in self.prototypes)
+
+    @cached_property
+    def atlas(self) -> Atlas:
+        """All parts and sticks in one set of arrays."""
+        return Atlas.of(self.rigged)
+
+    @cached_property
+    def cast(self) -> Cast:
+        """All rigs and motions."""
+        return Cast.of(self.rigged)
+
+    @cached_property
+    def has_legs(self) -> bool:
+        """Whether the slope of the ground matters to how any of them stands."""
+        return any(len(prototype.motion.legs) for prototype in self.rigged)
+
+    @cached_property
+    def lean_m(self) -> float:
+        """Farthest in plan that the origin of a whole can be from where its object stands [m]."""
+        rest = self.atlas.rest[self.atlas.root]
+        return float(np.hypot(rest[:, 0], rest[:, 1]).max()) + self.sway_m
+
+    @cached_property
+    def sway_m(self) -> float:
+        """More than the origin of a whole moves from where it rests: what bounds it all [m]."""
+        moving = [p for p in self.rigged if len(p.motion.turns) > 1 or len(p.motion.legs)]
+        return max((float(p.hierarchy.B[0]) for p in moving), default=0.0)
+
+    def wholes(self, objects: Objects, view: View) -> Parts:
+        """The wholes of these objects."""
+        rows = np.arange(len(objects))
+        part = self.atlas.root[objects.bodies.variant]
+        return self._parts(objects, rows, part, np.full(len(rows), -1), view)
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The parts that ``parts`` own directly."""
+        whole, part = self.atlas.parts_of(parts.part)
+        return self._parts(parts.state, parts.object[whole], part, whole, view)
+
+    def appearance(self, parts: Parts, is_leaf: np.ndarray) -> Sticks:
+        """Sticks of displayed parts, as inner nodes or in their leaf appearance.
+
+        Object by object, so that every joint is posed once.
+        """
+        by_object = np.argsort(parts.object, kind="stable")
+        owner, stick = self.atlas.sticks_of(parts.part[by_object], is_leaf[by_object])
+        owner, table = by_object[owner], self.atlas.sticks
+        columns = table.start, table.end, table.start_joint, table.end_joint
+        rows = parts.object[owner]
+        start, end = pose_sticks(self.cast, parts.state.bodies, rows, stick, *columns)
+        return Sticks(
+            start=start,
+            end=end,
+            start_radius=table.start_radius[stick],
+            end_radius=table.end_radius[stick],
+            tint=table.tint[stick],
+            tints=self.atlas.tints,
+            owner=owner,
+        )
+
+    def _parts(
+        self, objects: Objects, rows: np.ndarray, part: np.ndarray, whole: np.ndarray, view: View
+    ) -> Parts:
+        atlas = self.atlas
+        position = pose_points(self.cast, objects.bodies, rows, part, atlas.origin, atlas.joint)
+        limit, limit_offscreen = atlas.limits(view)
+        return Parts(
+            position=position,
+            centre=position,
+            bound=atlas.bound[part],
+            limit=limit[part],
+            limit_offscreen=limit_offscreen[part],
+            level=atlas.level[part],
+            object=rows,
+            part=part,
+            whole=whole,
+            state=objects,
+        )
