@@ -1,0 +1,72 @@
+"""How do the parts of a figure drop off with distance, and do they shrink with depth? (§2.3, §4)"""
+
+import time
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+
+from bench.experiments import Progress, silent
+from bench.figure_cases import EVERYTHING, Curve, curves, object_of
+from bench.figure_claims import COUNTED, SIZED, judge
+from bench.figure_fit import RESAMPLES
+from bench.figure_measure import count, scene_hash, sizes
+from bench.figure_posing import posing
+from bench.provenance import provenance
+from bench.records import Point, Record
+
+NAME, VERSION = "figure", 1
+
+
+@dataclass(frozen=True)
+class Effort:
+    """poses of each kind; distances of each curve; repeats of posing, and poses in each."""
+
+    poses: int
+    distances: int
+    repeats: int
+    posed: int
+
+
+FULL = Effort(poses=200, distances=48, repeats=101, posed=4000)
+QUICK = Effort(poses=40, distances=24, repeats=21, posed=1000)
+
+
+def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+    """Count every curve, compare all sizes, time both ways of posing, and judge every claim."""
+    grid, effort, start = curves(), QUICK if quick else FULL, time.perf_counter()
+    points: list[Point] = []
+    for number, curve in enumerate(grid):
+        progress(number, len(grid) + 1, f"{curve.kind}, {curve.metric}")
+        points += measure(curve, effort, seed)
+    points += [Point({"what": SIZED, "kind": kind}, {}, sizes(kind)) for kind in EVERYTHING]
+    progress(len(grid), len(grid) + 1, "posing")
+    times = posing(effort.posed, effort.repeats, seed)
+    claims = judge(tuple(points), seed, times)
+    progress(len(grid) + 1, len(grid) + 1, "judged")
+    return Record(
+        experiment=NAME,
+        version=VERSION,
+        quick=quick,
+        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        provenance=provenance(scene_hash(grid), seed),
+        points=tuple(points),
+        claims=claims,
+        notes={
+            "poses": effort.poses,
+            "distances": effort.distances,
+            "bootstrap_samples": RESAMPLES,
+            "posing": asdict(times),
+            "seconds": round(time.perf_counter() - start, 1),
+        },
+    )
+
+
+def measure(curve: Curve, effort: Effort, seed: int) -> list[Point]:
+    """One point a distance, with the count of every pose."""
+    distances = curve.distances(effort.distances)
+    same = {"parts": len(object_of(curve.kind).hierarchy), "fits": curve.fits}
+    case = {"what": COUNTED, **curve.as_json(), **same}
+    rows = count(curve, effort.poses, distances, seed)
+    return [
+        Point({**case, "distance": float(distance)}, {}, {"parts": row.tolist()})
+        for distance, row in zip(distances, rows, strict=True)
+    ]

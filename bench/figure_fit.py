@@ -1,0 +1,105 @@
+"""How sure: exponents over poses, rank correlations over parts, ratios over repeats. Pure.
+
+Intervals are 95 %. Those of exponents and correlations are percentiles over bootstrap samples
+(Efron & Tibshirani, "An Introduction to the Bootstrap", 1993, ch. 13): of whole poses, since the
+counts of one pose at its distances go together, and of groups of like parts, since a left arm says
+nothing that the right one did not. They say what other poses would have given; that a count is not
+a straight line on logarithmic axes at all is for ``halves`` to tell.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from scipy import stats
+
+from bench.statistics import CONFIDENCE, Estimate
+from lod.arrays import Ints, Reals
+from lod.errors import InputError
+
+Counts = Int64[np.ndarray, "distances poses"]
+Chosen = Bool[np.ndarray, "distances poses"]
+
+RESAMPLES = 2000
+
+
+def exponent(
+    counts: Counts, distances: Reals, chosen: Chosen, rng: np.random.Generator
+) -> Estimate:
+    """b of count ∝ distance^b: least squares of logarithms over the chosen counts of all poses."""
+    sums = _sums(counts, distances, chosen)
+    weight = _resampled(counts.shape[1], rng)
+    drawn = _slopes(weight @ sums)
+    if not np.isfinite(drawn).all():
+        raise InputError("exponent", int(chosen.sum()), "counts at 2 or more distances a sample")
+    return _estimate(float(_slopes(sums.sum(axis=0))), drawn, counts.shape[1])
+
+
+def line(counts: Counts, distances: Reals, chosen: Chosen) -> tuple[float, float]:
+    """Exponent and factor of the line fitted by ``exponent``."""
+    sums = _sums(counts, distances, chosen).sum(axis=0)
+    slope = float(_slopes(sums))
+    return slope, float(np.exp((sums[2] - slope * sums[1]) / sums[0]))
+
+
+def halves(counts: Counts, distances: Reals, chosen: Chosen) -> tuple[float, float]:
+    """The exponents of the nearer and of the farther half of the chosen range, in ratio."""
+    rows = np.flatnonzero(chosen.any(axis=1))
+    middle = np.sqrt(distances[rows[0]] * distances[rows[-1]])
+    near = (distances <= middle)[:, None]
+    nearer, farther = (line(counts, distances, chosen & half)[0] for half in (near, ~near))
+    return nearer, farther
+
+
+def rank_correlation(level: Ints, size: Ints, alike: Ints, rng: np.random.Generator) -> Estimate:
+    """Spearman's ρ of size with level; ``alike`` numbers the groups that are drawn together."""
+    groups = [np.flatnonzero(alike == group) for group in np.unique(alike)]
+    drawn = []
+    while len(drawn) < RESAMPLES:
+        rows = np.concatenate([groups[k] for k in rng.integers(len(groups), size=len(groups))])
+        if np.ptp(level[rows]) and np.ptp(size[rows]):
+            drawn.append(_spearman(level[rows], size[rows]))
+    return _estimate(_spearman(level, size), np.array(drawn), len(level))
+
+
+def median(values: Reals) -> Estimate:
+    """The median; its interval from order statistics, whatever the distribution.
+
+    The k-th smallest and k-th largest of n hold it with probability 1 − 2·B(k − 1; n, ½) (David &
+    Nagaraja, "Order Statistics", 3rd ed. 2003, §7.1): the greatest k for which that is enough.
+    """
+    n = len(values)
+    k = int(stats.binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))
+    if k < 1 or not np.isfinite(values).all():
+        raise InputError("median", n, "at least 6 finite values, for a 95 % interval")
+    up = np.sort(values)
+    low, high = float(up[k - 1]), float(up[n - k])
+    return Estimate(float(np.median(values)), low, high, (high - low) / 4, 1.0, n)
+
+
+def _sums(counts: Counts, distances: Reals, chosen: Chosen) -> Float64[np.ndarray, "poses 5"]:
+    """Of 1, x, y, x², x·y over each pose's chosen counts, x and y the logarithms."""
+    x = np.where(chosen, np.log(distances)[:, None], 0.0)
+    y = np.log(np.where(chosen, counts, 1))
+    return np.stack([term.sum(axis=0) for term in (1.0 * chosen, x, y, x * x, x * y)], axis=1)
+
+
+def _slopes(sums: Float64[np.ndarray, "... 5"]) -> Float64[np.ndarray, "..."]:
+    n, x, y, xx, xy = np.moveaxis(sums, -1, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray((n * xy - x * y) / (n * xx - x * x))
+
+
+def _resampled(n: int, rng: np.random.Generator) -> Float64[np.ndarray, "resamples n"]:
+    """How often each of n poses is in each bootstrap sample."""
+    return rng.multinomial(n, np.full(n, 1 / n), size=RESAMPLES).astype(np.float64)
+
+
+def _spearman(a: Ints, b: Ints) -> float:
+    ranks = np.stack((stats.rankdata(a), stats.rankdata(b)))
+    return float(np.corrcoef(ranks)[0, 1])
+
+
+def _estimate(value: float, drawn: Reals, rows: int) -> Estimate:
+    share = (1 - CONFIDENCE) / 2
+    low, high = (float(v) for v in np.quantile(drawn, (share, 1 - share)))
+    # scale is of models that assume a variance; a bootstrap assumes none
+    return Estimate(value, min(low, value), max(high, value), float(drawn.std()), 1.0, rows)

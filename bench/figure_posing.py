@@ -1,0 +1,52 @@
+"""What posing costs: the joints of a figure composed by quaternions and by rotation matrices (§3.3).
+
+Both are given the turns of all joints in their own form and place the same points; the two take
+turns, so that what else the machine does falls on both.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.figure_cases import PERSON, object_of
+from scenes.rig_chains import placed_by_matrices, placed_by_quaternions
+from scenes.rig_turns import matrices
+
+POINTS_PER_JOINT = 2
+"""Both ends of a stick."""
+
+
+@dataclass(frozen=True)
+class Posing:
+    """Interleaved repeats, in order: facts of this machine at this hour.
+
+    quaternions_ns, matrices_ns  of each repeat;  poses  in each;  joints, points  of each pose
+    apart_m  the greatest difference between what the two placed
+    """
+
+    quaternions_ns: list[int]
+    matrices_ns: list[int]
+    poses: int
+    joints: int
+    points: int
+    apart_m: float
+
+
+def posing(poses: int, repeats: int, seed: int) -> Posing:
+    """Pose the person both ways, in turns; the first of each, which compiles, is not counted."""
+    rig = object_of(PERSON).rig
+    rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xC057))))
+    turns = rig.random_turns(rng, poses)
+    points = rng.uniform(-0.2, 0.2, (len(rig), POINTS_PER_JOINT, 3))
+    both = (placed_by_quaternions, turns), (placed_by_matrices, matrices(turns))
+    first, second = (kernel(rig.parent, rig.offset, form, points) for kernel, form in both)
+    apart = float(np.abs(first - second).max())
+    times: list[list[int]] = [[], []]
+    for repeat in range(repeats):
+        for k in (0, 1) if repeat % 2 else (1, 0):
+            kernel, form = both[k]
+            start = time.perf_counter_ns()
+            kernel(rig.parent, rig.offset, form, points)
+            times[k].append(time.perf_counter_ns() - start)
+    return Posing(*times, poses, len(rig), points.size // 3, apart)
