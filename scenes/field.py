@@ -19,7 +19,7 @@ from scenes.patrol import patrol
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies
 from scenes.rig_prototype import RiggedPrototype
-from scenes.troupe import Objects, Troupe
+from scenes.troupe import Objects, Troupe, troupe_of
 
 
 @runtime_checkable
@@ -28,9 +28,6 @@ class Ground(Protocol):
 
     def height(self, corner: Corner, xy: np.ndarray) -> np.ndarray:
         """Height of the ground [m] at points (n, 2) [m] from the corner, (n,)."""
-
-    def normal(self, corner: Corner, xy: np.ndarray) -> np.ndarray:
-        """Unit normal of the ground there, (n, 3)."""
 
     def bounds(self) -> tuple[float, float]:
         """Lowest and highest that the ground can be anywhere [m]."""
@@ -79,7 +76,7 @@ class SpeciesField:
     @cached_property
     def troupe(self) -> Troupe:
         """The prototypes, ready to be handed out."""
-        return Troupe(self.species.prototypes)
+        return troupe_of(self.species.prototypes)
 
     @cached_property
     def cells(self) -> PoissonCells:
@@ -127,13 +124,10 @@ class SpeciesField:
             time_s,
         )
         xy = home + walkers.offset
-        slope = self._slope(corner, xy) if self.troupe.has_legs else np.zeros((len(xy), 2))
+        legs = self.troupe.has_legs
+        slope = slope_at(self.ground, corner, xy) if legs else np.zeros((len(xy), 2))
         origin = np.column_stack((xy, self.ground.height(corner, xy)))
         return Bodies(origin, walkers.cos, walkers.sin, variant, walkers.phase, slope)
-
-    def _slope(self, corner: Corner, xy: np.ndarray) -> np.ndarray:
-        normal = self.ground.normal(corner, xy)
-        return -normal[:, :2] / normal[:, 2:]
 
     def _within_window(self, draws: Draws) -> np.ndarray:
         """Membership depends on the object alone, never on the eye."""
@@ -197,6 +191,15 @@ class SpeciesField:
     def _window_cells(self) -> float:
         """Half the window in cells; infinite where there is no edge."""
         return math.inf if self.extent is None else self.extent / 2 / self.cells.side_m
+
+
+def slope_at(ground: Ground, corner: Corner, xy: np.ndarray, reach_m: float = 0.35) -> np.ndarray:
+    """Gradient of the ground (n, 2) [m/m] over ``reach_m`` each way: what a stride stands on."""
+    gradient = np.empty((len(xy), 2))
+    for axis, step in enumerate(np.eye(2) * reach_m):
+        rise = ground.height(corner, xy + step) - ground.height(corner, xy - step)
+        gradient[:, axis] = rise / (2 * reach_m)
+    return gradient
 
 
 def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int, int]:

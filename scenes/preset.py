@@ -12,10 +12,18 @@ from typing import Any
 from pydantic import ValidationError
 
 from lod.errors import InputError
-from scenes.preset_errors import explain, known_keys, nearest_key, nearest_name
-from scenes.preset_tables import Preset, SpeciesPreset
+from scenes.preset_errors import NAMED, explain, known_keys, nearest_key, nearest_name
+from scenes.preset_tables import PlacedPreset, Preset, SpeciesPreset
 
-__all__ = ["Preset", "Setting", "SpeciesPreset", "load_preset", "preset_from", "preset_names"]
+__all__ = [
+    "PlacedPreset",
+    "Preset",
+    "Setting",
+    "SpeciesPreset",
+    "load_preset",
+    "preset_from",
+    "preset_names",
+]
 
 _LONGEST_FILE = 1_000_000
 
@@ -64,7 +72,7 @@ def preset_from(
     try:
         return Preset.model_validate(tables)
     except ValidationError as error:
-        raise explain(error, blame, _species(tables)) from None
+        raise explain(error, blame, _names(tables)) from None
 
 
 @cache
@@ -139,20 +147,22 @@ def _plain(data: Any) -> Any:
     return data
 
 
-def _species(tables: Mapping[str, Any]) -> list[str]:
-    species = tables.get("species")
-    return list(species) if isinstance(species, Mapping) else []
+def _names(tables: Mapping[str, Any]) -> dict[str, list[str]]:
+    """The names chosen in every table of named tables."""
+    found = {kind: tables.get(kind) for kind in NAMED}
+    return {kind: list(each) for kind, each in found.items() if isinstance(each, Mapping)}
 
 
 def _lay(tables: dict[str, Any], each: Setting) -> None:
     """Lay one setting over the tables. Raises InputError for a key that no preset has."""
-    known = known_keys(_species(tables))
-    opened = {key.rpartition(".")[0] for key in known} - {""} | {"species"}
+    names = _names(tables)
+    known = known_keys(names)
+    opened = {key.rpartition(".")[0] for key in known} - {""} | NAMED.keys()
     *path, name = each.key.split(".")
-    if len(path) == 2 and path[0] == "species" and path[1] not in _species(tables):
-        cure = nearest_name(path[1], _species(tables))
-        raise InputError(each.source, each.value, f"no species {path[1]} in this preset", cure)
-    if each.key not in known and each.key not in opened and path != ["species"]:
+    if len(path) == 2 and path[0] in NAMED and path[1] not in names.get(path[0], ()):
+        cure = nearest_name(path[1], names.get(path[0], ()))
+        raise InputError(each.source, each.value, f"no {path[0]} {path[1]} in this preset", cure)
+    if each.key not in known and each.key not in opened and path not in ([k] for k in NAMED):
         raise InputError(each.source, each.value, "no such key", nearest_key(each.key, known))
     for step in path:
         inner = tables.setdefault(step, {})

@@ -1,7 +1,7 @@
 """From what pydantic finds wrong to one line: the key, what arrived, the rule and the cure."""
 
 import difflib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -9,7 +9,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from lod.errors import InputError
-from scenes.preset_tables import Preset, SpeciesPreset
+from scenes.preset_tables import PlacedPreset, Preset, SpeciesPreset
 
 Blame = Callable[[str], str]
 
@@ -45,7 +45,7 @@ class Nothing:
         return "missing"
 
 
-def explain(error: ValidationError, blame: Blame, species: Iterable[str]) -> InputError:
+def explain(error: ValidationError, blame: Blame, named: Mapping[str, Iterable[str]]) -> InputError:
     """The first thing wrong, as an InputError; ``blame`` turns a dotted key into its source."""
     first, *others = error.errors(include_url=False)
     key = str(first.get("ctx", {}).get("key") or dotted(first["loc"]))
@@ -55,7 +55,7 @@ def explain(error: ValidationError, blame: Blame, species: Iterable[str]) -> Inp
     if first["type"] == "missing":
         arrived = Nothing()
     elif first["type"] == "extra_forbidden":
-        rule, cure = "no such key", nearest_key(key, known_keys(species))
+        rule, cure = "no such key", nearest_key(key, known_keys(named))
     elif first["type"] == "rule" and key != dotted(first["loc"]):
         arrived = _value(arrived, key)
     if others:
@@ -69,17 +69,21 @@ def dotted(location: Sequence[int | str]) -> str:
     return "".join(steps).removesuffix(".[key]").lstrip(".")
 
 
+NAMED: dict[str, type[BaseModel]] = {"species": SpeciesPreset, "placed": PlacedPreset}
+"""Tables of tables whose names the user chooses."""
+
+
 def known_keys(
-    species: Iterable[str], model: type[BaseModel] = Preset, lead: str = ""
+    named: Mapping[str, Iterable[str]], model: type[BaseModel] = Preset, lead: str = ""
 ) -> list[str]:
-    """Every dotted key that a preset with these species may hold."""
+    """Every dotted key of a preset in which these tables have these names."""
     keys = []
     for name, field in model.model_fields.items():
-        if name == "species":
-            for each in species:
-                keys += known_keys((), SpeciesPreset, f"species.{each}.")
+        if model is Preset and name in NAMED:
+            for each in named.get(name, ()):
+                keys += known_keys({}, NAMED[name], f"{name}.{each}.")
         elif isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            keys += known_keys(species, field.annotation, f"{lead}{name}.")
+            keys += known_keys(named, field.annotation, f"{lead}{name}.")
         else:
             keys.append(lead + name)
     return keys
@@ -134,7 +138,8 @@ def _field(location: Sequence[int | str]) -> FieldInfo | None:
         if isinstance(step, int):
             break
         if field is not None and field.annotation is not None and step not in model.model_fields:
-            model, field = SpeciesPreset, None  # a species' own name, chosen by the user
+            model = NAMED.get(str(location[0]), model)  # a name that the user chose
+            field = None
             continue
         field = model.model_fields.get(step)
         if field is None:

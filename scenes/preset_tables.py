@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -112,6 +113,18 @@ class Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
+class CameraKey(Table):
+    """Where the camera is in one frame of a flight, and what it faces."""
+
+    frame: Annotated[int, key("frame number", least=1, most=10**6)]
+    position: Annotated[tuple[Metres, Metres], key("(x, y) from the cell's corner [m]")]
+    height: Annotated[float, key("of the eye above the ground [m]", above=0, most=1e6)]
+    target: Annotated[
+        tuple[Metres, Metres, Metres],
+        key("(x, y) from the cell's corner and height above the ground there [m]"),
+    ]
+
+
 class CameraPreset(Table):
     """Where the eye is, where it looks, and how it moves from frame to frame."""
 
@@ -128,6 +141,18 @@ class CameraPreset(Table):
     fov: Annotated[float, key("full horizontal field of view [degrees]", above=0, below=180)] = 60.0
     speed: Annotated[float, key("along the heading [m/s]; 0 = still", least=-1e6, most=1e6)] = 0.0
     fps: Annotated[float, key("frames per second", above=0, most=1000)] = 24.0
+    keys: Annotated[
+        tuple[CameraKey, ...],
+        Field(max_length=1000),
+        key("a flight in place of the walk: 2 or more, in the order of their frames"),
+    ] = ()
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "CameraPreset":
+        frames = [each.frame for each in self.keys]
+        if len(frames) == 1 or any(a >= b for a, b in pairwise(frames)):
+            raise _refuse("2 keys or more, in the order of their frames", "", "camera.keys")
+        return self
 
 
 class ViewPreset(Table):
@@ -177,13 +202,16 @@ class TerrainPreset(Table):
     ] = 0.25
 
 
+Model = Annotated[
+    Literal["figure", "tree", "rabbit", "giraffe", "ostrich", "insect", "windmill"],
+    key("what each object is"),
+]
+
+
 class SpeciesPreset(Table):
     """One Poisson field of objects."""
 
-    model: Annotated[
-        Literal["figure", "tree", "rabbit", "giraffe", "ostrich", "insect", "windmill"],
-        key("what each object is"),
-    ]
+    model: Model
     density: Annotated[float, key("objects per unit ground area [1/m²]", least=0, most=100)]
     prototypes: Annotated[int, key("different objects of this model", least=1, most=256)] = 1
     sizes: Annotated[
@@ -194,6 +222,17 @@ class SpeciesPreset(Table):
     patrol: Annotated[
         float, key("radius of its round [m]; 0 = stays at home", least=0, most=1000)
     ] = 0.0
+
+
+class PlacedPreset(Table):
+    """One object, put where the picture wants it."""
+
+    model: Model
+    position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
+    heading: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 0.0
+    prototype: Annotated[int, key("which of the model's objects, from 1", least=1, most=256)] = 1
+    size: Annotated[SizeFactor, key("size factor")] = 1.0
+    walks: Annotated[bool, key("moves on the spot")] = False
 
 
 class RenderPreset(Table):
@@ -222,6 +261,7 @@ class Preset(Table):
     world: WorldPreset = WorldPreset()
     terrain: TerrainPreset = TerrainPreset()
     species: dict[SpeciesName, SpeciesPreset] = {}
+    placed: dict[SpeciesName, PlacedPreset] = {}
     render: RenderPreset = RenderPreset()
 
     @model_validator(mode="after")

@@ -1,7 +1,7 @@
 """Objects of one species, wherever they stand: their parts and looks, posed by compiled walks."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -117,3 +117,9 @@ class Troupe:
             whole=whole,
             state=objects,
         )
+
+
+@lru_cache(maxsize=64)
+def troupe_of(prototypes: tuple[Prototype | RiggedPrototype, ...]) -> Troupe:
+    """The troupe of these very prototypes, made once."""
+    return Troupe(prototypes)

@@ -1,31 +1,30 @@
 """From a preset to a world: the ground, the fields that stand on it, and the eye that walks."""
 
-import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from lod.camera import look, split
 from lod.metric import metric_named
 from lod.parts import Representation
 from lod.view import View
+from scenes.camera_path import camera_at
 from scenes.field import Species, SpeciesField
 from scenes.models import made
-from scenes.preset import Preset, SpeciesPreset
+from scenes.placed import Placed
+from scenes.preset import PlacedPreset, Preset, SpeciesPreset
 from scenes.terrain import Terrain
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """The ground, and one field per species of some density."""
+    """The ground, one field per species of some density, and what is placed one by one."""
 
     terrain: Terrain
     fields: tuple[SpeciesField, ...]
+    placed: tuple[Placed, ...] = ()
 
     @property
     def representations(self) -> tuple[Representation, ...]:
         """Everything that the pruner and the renderer ask."""
-        return (self.terrain, *self.fields)
+        return (self.terrain, *self.fields, *self.placed)
 
 
 def build_world(preset: Preset) -> World:
@@ -36,7 +35,8 @@ def build_world(preset: Preset) -> World:
         for name, table in preset.species.items()
         if table.density > 0
     )
-    return World(terrain, fields)
+    placed = tuple(placed_of(name, table, terrain) for name, table in preset.placed.items())
+    return World(terrain, fields, placed)
 
 
 def species_of(name: str, table: SpeciesPreset) -> Species:
@@ -45,22 +45,20 @@ def species_of(name: str, table: SpeciesPreset) -> Species:
     return Species(name, prototypes, table.density, table.patrol)
 
 
+def placed_of(name: str, table: PlacedPreset, terrain: Terrain) -> Placed:
+    """One object as a preset places it, on the spot even where it walks."""
+    prototype = made(table.model, table.prototype, (table.size,), table.walks)[-1]
+    return Placed(name, prototype, *table.position, table.heading, terrain)
+
+
 def view_at(world: World, preset: Preset, frame: int) -> View:
-    """The view of a frame, from 1; the camera walks along its heading, above the ground."""
-    camera, settings = preset.camera, preset.view
-    walked = camera.speed * (frame - 1) / camera.fps
-    heading = math.radians(camera.heading)
-    x = camera.position[0] + walked * math.sin(heading)
-    y = camera.position[1] + walked * math.cos(heading)
-    corner, x, y = split(x, y, *camera.cell)
-    ground = float(world.terrain.height(corner, np.array([[x, y]]))[0])
-    eye = np.array((x, y, ground + camera.height))
-    camera_made = look(corner, eye, camera.heading, camera.pitch, camera.fov, preset.render.size)
+    """The view of a frame, numbered from 1."""
+    settings = preset.view
     return View(
-        camera=camera_made,
+        camera=camera_at(preset.camera, preset.render.size, frame, world.terrain),
         metric=metric_named(settings.metric),
         detail=settings.detail,
         offscreen_detail=settings.offscreen_detail,
         look_around=settings.look_around,
-        time_s=(frame - 1) / camera.fps,
+        time_s=(frame - 1) / preset.camera.fps,
     )

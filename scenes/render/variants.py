@@ -61,6 +61,8 @@ def choose(name: str = "auto") -> str:
 
     Raises InputError for a variant that is asked for by name and unknown, or does not work.
     """
+    if name == "auto" or name.startswith("llvm_"):
+        _point_to_library()
     if name == "auto":
         return JIT_VARIANT if works(JIT_VARIANT) is True else SCALAR_VARIANT
     import mitsuba
@@ -82,11 +84,17 @@ def choose(name: str = "auto") -> str:
 
 def use(name: str) -> None:
     """Make ``name`` Mitsuba's variant in this process, with the libLLVM that passed the probe."""
+    if name.startswith("llvm_"):
+        _point_to_library()
     import mitsuba
 
-    if name.startswith("llvm_") and (library := libllvm()):
-        os.environ[LLVM_PATH] = library
     mitsuba.set_variant(name)
+
+
+def _point_to_library() -> None:
+    """Name the libLLVM that passed; Dr.Jit reads the variable once, when it is first imported."""
+    if library := libllvm():
+        os.environ[LLVM_PATH] = library
 
 
 @lru_cache(maxsize=64)

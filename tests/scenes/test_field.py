@@ -31,9 +31,6 @@ class Waves:
         absolute = xy + GRID_M * np.array((corner.x, corner.y))
         return self.amplitude * np.sin(absolute[:, 0] / 7) * np.cos(absolute[:, 1] / 11)
 
-    def normal(self, corner, xy):
-        raise AssertionError("only what has legs asks how the ground slopes")
-
     def bounds(self):
         return -self.amplitude, self.amplitude
 
