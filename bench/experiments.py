@@ -31,13 +31,14 @@ class Run(Protocol):
 
 @dataclass(frozen=True)
 class Experiment:
-    """One question, the way to answer it, and what its record shows."""
+    """One question, the way to answer it, what its record shows, and what that does not say."""
 
     about: str
     question: str
     run: Run
     figures: Callable[["bench.records.Record"], tuple["bench.figures.Figure", ...]]
     table: Callable[["bench.records.Record"], Table]
+    limits: tuple[str, ...]
 
 
 def _run_scaling(
@@ -60,6 +61,26 @@ def _scaling_table(record: "bench.records.Record") -> Table:
     return scaling_figures.table(record)
 
 
+def _run_figure(
+    quick: bool = False, progress: Progress = silent, seed: int = 0
+) -> "bench.records.Record":
+    from bench import figure_experiment
+
+    return figure_experiment.run(quick, progress, seed)
+
+
+def _figure_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
+    from bench import figure_plots
+
+    return figure_plots.figures(record)
+
+
+def _figure_table(record: "bench.records.Record") -> Table:
+    from bench import figure_plots
+
+    return figure_plots.table(record)
+
+
 EXPERIMENTS: dict[str, Experiment] = {
     "scaling": Experiment(
         about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
@@ -68,5 +89,26 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_run_scaling,
         figures=_scaling_figures,
         table=_scaling_table,
+        limits=(
+            "Flat ground, clear air and an eye without blur, looking all round; hills, haze and "
+            "fields of view have predictions of their own (`lodbench count`).",
+            "Objects are spread at random and evenly; real meadows have clusters.",
+            "Counts, not seconds: what a frame costs is another experiment.",
+        ),
+    ),
+    "figure": Experiment(
+        about="parts of one object against distance and level, and what posing it costs",
+        question="Do the parts of a figure drop off with the square root of its distance?",
+        run=_run_figure,
+        figures=_figure_figures,
+        table=_figure_table,
+        limits=(
+            "One person and one of each kind, as tables made them: intervals are over poses, "
+            "directions and places in the grid of distances, not over other people or animals.",
+            "An exponent is that of the straight line nearest to a curve which is not straight: "
+            "its nearer and farther halves stand in the table of points.",
+            "Times are those of one machine, its compiler and these two kernels; they say which "
+            "is cheaper here.",
+        ),
     ),
 }

@@ -1,16 +1,18 @@
 """What the figure experiment measures, as data: kinds of object, metrics, details, distances (§4).
 
-The view is fixed: 640×360, 60° across, so m is τ·1.8 mrad. Distances run in even ratios from where
-every part is displayed, or where the object fits into the picture, whichever is nearer, to where
-its last part goes. A detail that is exaggerated never shows every part of an object from without:
-there they begin at the object's bounding sphere.
+The view is fixed: 640×360, 60° across, so m is τ·1.8 mrad. Distances run in even ratios from the
+sphere that bounds the object in every pose, so that the eye is without, to where its last part
+goes; each pose is looked at from distances of its own between one and the next, so that no count
+hangs on where the grid happens to lie.
 """
 
+import math
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float64
 
 from lod.arrays import Reals
 from lod.camera import Corner, look
@@ -29,8 +31,9 @@ EXAGGERATED_PX = 16.0
 """The paper says its detail was exaggerated, and not how much: a sixteenth of what can be seen."""
 
 SIZE_PX, FOV_DEG = (640, 360), 60.0
-_NEARLY = 0.999
-"""The farthest distance is this share of the whole object's limit distance."""
+_GOLDEN = (math.sqrt(5) - 1) / 2
+
+Distances = Float64[np.ndarray, "distances poses"]
 
 
 @dataclass(frozen=True)
@@ -58,14 +61,13 @@ class Curve:
 
     @property
     def fits(self) -> float:
-        """Distance from which the object fits into the picture in whatever pose [m]."""
+        """Distance from which the object fits into the picture, whatever its pose [m]."""
         return float(object_of(self.kind).hierarchy.B[0] / self.view.camera.tan_half[1])
 
     def distances(self, count: int) -> Reals:
-        """Of the eye from the object's origin, (count,) [m]."""
-        bound, limits = float(object_of(self.kind).hierarchy.B[0]), self.limits
-        near = max(bound, min(self.fits, float(limits.min()) - bound))
-        return np.geomspace(near, _NEARLY * limits[0], count)
+        """Of the eye from the object's origin, in even ratios, (count,) [m]."""
+        near = object_of(self.kind).hierarchy.B[0]
+        return np.geomspace(near, self.limits[0], count + 1)[:-1]
 
 
 def curves() -> tuple[Curve, ...]:
@@ -78,3 +80,12 @@ def curves() -> tuple[Curve, ...]:
 def object_of(kind: str) -> RiggedPrototype:
     """The one object of a kind; the person is an adult."""
     return rigged_people(0, 1, 0.0)[0] if kind == PERSON else animal(kind)
+
+
+def looked_from(distances: Reals, poses: int) -> Distances:
+    """Where each pose is looked at from: a share of a step beyond each distance [m].
+
+    The shares are multiples of the golden section, which fill a step evenly however many there are.
+    """
+    step = (distances[-1] / distances[0]) ** (1 / (len(distances) - 1))
+    return distances[:, None] * step ** np.mod(_GOLDEN * np.arange(poses), 1.0)

@@ -7,17 +7,15 @@ an insect or a windmill refutes it would bear the paper out.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from bench.claims import Claim, claim
-from bench.figure_cases import DETAIL_PX, EXAGGERATED_PX, PERSON
+from bench.figure_cases import EXAGGERATED_PX, PERSON, Distances, looked_from
 from bench.figure_fit import Chosen, Counts, exponent, median, rank_correlation
 from bench.figure_posing import Posing
 from bench.records import Point
 from bench.statistics import Estimate
-from lod.arrays import Reals
 
 COUNTED, SIZED = "parts against distance", "sizes"
 
@@ -28,7 +26,7 @@ FEW = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """One curve as counted: counts (distances, poses) at distances (distances,) [m].
+    """One curve as counted: counts (distances, poses) at distances (distances, poses) [m].
 
     parts: of the object in all; fits: distance from which it fits into the picture [m]
     """
@@ -38,7 +36,7 @@ class Counted:
     detail: float
     parts: int
     fits: float
-    distances: Reals
+    distances: Distances
     counts: Counts
 
     @property
@@ -47,9 +45,14 @@ class Counted:
         return (self.counts > 1) & (self.counts < self.parts)
 
     @property
+    def whole(self) -> Chosen:
+        """Where the object is seen whole: it fits into the picture, and is displayed."""
+        return (self.counts > 0) & (self.distances >= self.fits)
+
+    @property
     def visible(self) -> Chosen:
-        """Where the object fits into the picture and something of it is displayed."""
-        return (self.counts > 0) & (self.distances >= self.fits)[:, None]
+        """Where anything of it is displayed, from as near as the eye comes."""
+        return self.counts > 0
 
 
 def counted(points: Iterable[Point]) -> list[Counted]:
@@ -64,7 +67,9 @@ def counted(points: Iterable[Point]) -> list[Counted]:
             *key,
             parts=rows[0].case["parts"],
             fits=rows[0].case["fits"],
-            distances=np.array([row.case["distance"] for row in rows]),
+            distances=looked_from(
+                np.array([row.case["distance"] for row in rows]), len(rows[0].samples["parts"])
+            ),
             counts=np.array([row.samples["parts"] for row in rows], np.int64),
         )
         for key, rows in curves.items()
@@ -80,35 +85,44 @@ def sized(points: Iterable[Point]) -> dict[str, dict[str, np.ndarray]]:
     }
 
 
-def judge(points: tuple[Point, ...], seed: int, times: Posing) -> tuple[Claim, ...]:
+def judge(points: tuple[Point, ...], seed: int, times: dict[str, Posing]) -> tuple[Claim, ...]:
     """Every claim that these points decide."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xB007))))
     made = [_square_root(curve, *reading, rng) for curve in counted(points)
             for reading in readings(curve)]  # fmt: skip
     for kind, table in sized(points).items():
         made += _falls(kind, table, rng)
-    return (*made, _quaternions(times))
+    return (*made, *(_quaternions(task, found) for task, found in times.items()))
 
 
-Reading = tuple[str, str, Callable[[Counted], Any]]
+Reading = tuple[str, str, Callable[[Counted], Chosen]]
+
+_USUAL: Reading = ("exponent", "where 1 < parts < all", lambda curve: curve.between)
+_OPEN: tuple[Reading, ...] = (
+    ("exponent_whole", "from where all of it is in the picture", lambda curve: curve.whole),
+    ("exponent_visible", "at all distances from without", lambda curve: curve.visible),
+)
 
 
 def readings(curve: Counted) -> tuple[Reading, ...]:
-    """Names of the claim's readings, what was counted over in words, and which counts that is.
+    """Names of the claim's readings, over which distances in words, and which counts those are.
 
-    For the person also those that the paper's text leaves open: detail exaggerated, as it says its
-    own was, and all distances at which the figure is to be seen, even where nothing changes.
+    For the person also those that the paper's text leaves open: its detail was exaggerated, and
+    "those distances over which the figure was visible" may hold all at which nothing changes.
     """
-    usual: Reading = ("exponent", "where 1 < parts < all", lambda c: c.between)
-    seen: Reading = ("exponent_visible", "wherever the figure is seen whole", lambda c: c.visible)
+    all_of_them = (_USUAL, *_OPEN)
     if curve.detail == EXAGGERATED_PX:
-        words = f", detail {EXAGGERATED_PX:g} px"
-        return tuple((f"{n}_exaggerated", w + words, keep) for n, w, keep in (usual, seen))
-    return (usual, seen) if curve.kind == PERSON else (usual,)
+        words = f", detail exaggerated to {EXAGGERATED_PX:g} px"
+        return tuple((f"{n}_exaggerated", about + words, keep) for n, about, keep in all_of_them)
+    return all_of_them if curve.kind == PERSON else all_of_them[:1]
 
 
 def _square_root(
-    curve: Counted, name: str, where: str, keep: Callable[[Counted], Chosen], rng: Any
+    curve: Counted,
+    name: str,
+    where: str,
+    keep: Callable[[Counted], Chosen],
+    rng: np.random.Generator,
 ) -> Claim:
     found = exponent(curve.counts, curve.distances, keep(curve), rng)
     about = f"Parts of the {curve.kind} drop off with the square root of the distance, {where}."
@@ -141,14 +155,14 @@ def _alike(table: dict[str, np.ndarray]) -> np.ndarray:
     return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
 
 
-def _quaternions(times: Posing) -> Claim:
+def _quaternions(task: str, times: Posing) -> Claim:
     ratios = np.array(times.quaternions_ns) / np.array(times.matrices_ns)
-    about = "Posing by quaternions costs less than by rotation matrices."
+    about = f"{_TASKS[task]} by quaternions costs less than by rotation matrices."
     words = about, "time by quaternions ÷ time by matrices, on this machine", "§3.3"
-    label = f"posing/{PERSON}/quaternions_over_matrices"
-    return claim(label, words, 1, 0, median(ratios), "at most")
+    return claim(f"posing/{PERSON}/{task}", words, 1, 0, median(ratios), "at most")
 
 
-def plain(curve: Counted) -> bool:
-    """Whether the detail is that of a pixel."""
-    return curve.detail == DETAIL_PX
+_TASKS = {
+    "composing": "Composing the turns of all joints",
+    "composing_and_placing": "Composing them and placing two points on every joint",
+}

@@ -1,7 +1,7 @@
 """How do the parts of a figure drop off with distance, and do they shrink with depth? (§2.3, §4)"""
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from bench.experiments import Progress, silent
@@ -9,7 +9,7 @@ from bench.figure_cases import EVERYTHING, Curve, curves, object_of
 from bench.figure_claims import COUNTED, SIZED, judge
 from bench.figure_fit import RESAMPLES
 from bench.figure_measure import count, scene_hash, sizes
-from bench.figure_posing import posing
+from bench.figure_posing import POINTS_PER_JOINT, posing
 from bench.provenance import provenance
 from bench.records import Point, Record
 
@@ -26,8 +26,8 @@ class Effort:
     posed: int
 
 
-FULL = Effort(poses=200, distances=48, repeats=101, posed=4000)
-QUICK = Effort(poses=40, distances=24, repeats=21, posed=1000)
+FULL = Effort(poses=200, distances=60, repeats=101, posed=4000)
+QUICK = Effort(poses=40, distances=30, repeats=21, posed=1000)
 
 
 def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
@@ -39,7 +39,7 @@ def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Reco
         points += measure(curve, effort, seed)
     points += [Point({"what": SIZED, "kind": kind}, {}, sizes(kind)) for kind in EVERYTHING]
     progress(len(grid), len(grid) + 1, "posing")
-    times = posing(effort.posed, effort.repeats, seed)
+    times = {task: posing(task, effort.posed, effort.repeats, seed) for task in POINTS_PER_JOINT}
     claims = judge(tuple(points), seed, times)
     progress(len(grid) + 1, len(grid) + 1, "judged")
     return Record(
@@ -54,7 +54,7 @@ def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Reco
             "poses": effort.poses,
             "distances": effort.distances,
             "bootstrap_samples": RESAMPLES,
-            "posing": asdict(times),
+            **{f"{task}_times": found.as_json() for task, found in times.items()},
             "seconds": round(time.perf_counter() - start, 1),
         },
     )

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from scipy import stats
 
+from bench.figure_cases import Distances
 from bench.statistics import CONFIDENCE, Estimate
 from lod.arrays import Ints, Reals
 from lod.errors import InputError
@@ -22,7 +23,7 @@ RESAMPLES = 2000
 
 
 def exponent(
-    counts: Counts, distances: Reals, chosen: Chosen, rng: np.random.Generator
+    counts: Counts, distances: Distances, chosen: Chosen, rng: np.random.Generator
 ) -> Estimate:
     """b of count ∝ distance^b: least squares of logarithms over the chosen counts of all poses."""
     sums = _sums(counts, distances, chosen)
@@ -33,18 +34,18 @@ def exponent(
     return _estimate(float(_slopes(sums.sum(axis=0))), drawn, counts.shape[1])
 
 
-def line(counts: Counts, distances: Reals, chosen: Chosen) -> tuple[float, float]:
+def line(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float, float]:
     """Exponent and factor of the line fitted by ``exponent``."""
     sums = _sums(counts, distances, chosen).sum(axis=0)
     slope = float(_slopes(sums))
     return slope, float(np.exp((sums[2] - slope * sums[1]) / sums[0]))
 
 
-def halves(counts: Counts, distances: Reals, chosen: Chosen) -> tuple[float, float]:
+def halves(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float, float]:
     """The exponents of the nearer and of the farther half of the chosen range, in ratio."""
     rows = np.flatnonzero(chosen.any(axis=1))
-    middle = np.sqrt(distances[rows[0]] * distances[rows[-1]])
-    near = (distances <= middle)[:, None]
+    middle = np.sqrt(distances[rows[0]].min() * distances[rows[-1]].max())
+    near = distances <= middle
     nearer, farther = (line(counts, distances, chosen & half)[0] for half in (near, ~near))
     return nearer, farther
 
@@ -52,7 +53,7 @@ def halves(counts: Counts, distances: Reals, chosen: Chosen) -> tuple[float, flo
 def rank_correlation(level: Ints, size: Ints, alike: Ints, rng: np.random.Generator) -> Estimate:
     """Spearman's ρ of size with level; ``alike`` numbers the groups that are drawn together."""
     groups = [np.flatnonzero(alike == group) for group in np.unique(alike)]
-    drawn = []
+    drawn: list[float] = []
     while len(drawn) < RESAMPLES:
         rows = np.concatenate([groups[k] for k in rng.integers(len(groups), size=len(groups))])
         if np.ptp(level[rows]) and np.ptp(size[rows]):
@@ -75,9 +76,9 @@ def median(values: Reals) -> Estimate:
     return Estimate(float(np.median(values)), low, high, (high - low) / 4, 1.0, n)
 
 
-def _sums(counts: Counts, distances: Reals, chosen: Chosen) -> Float64[np.ndarray, "poses 5"]:
+def _sums(counts: Counts, distances: Distances, chosen: Chosen) -> Float64[np.ndarray, "poses 5"]:
     """Of 1, x, y, x², x·y over each pose's chosen counts, x and y the logarithms."""
-    x = np.where(chosen, np.log(distances)[:, None], 0.0)
+    x = np.where(chosen, np.log(distances), 0.0)
     y = np.log(np.where(chosen, counts, 1))
     return np.stack([term.sum(axis=0) for term in (1.0 * chosen, x, y, x * x, x * y)], axis=1)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from bench.figure_cases import EVERYTHING, Curve, object_of
+from bench.figure_cases import EVERYTHING, Curve, Distances, looked_from, object_of
 from lod.arrays import Points, Reals, freeze
 from scenes.rig_prototype import RiggedPrototype
 
@@ -41,9 +41,9 @@ def approaches(thing: RiggedPrototype, poses: int, rng: np.random.Generator) -> 
     return Approaches(origin - origin[:, :1], directions)
 
 
-def displayed_parts(seen: Approaches, limits: Reals, distances: Reals) -> Counts:
+def displayed_parts(seen: Approaches, limits: Reals, distances: Distances) -> Counts:
     """How many parts are displayed at each distance in each pose: those nearer than their limit."""
-    rows = [_displayed(seen, limits, seen.directions * distance) for distance in distances]
+    rows = [_displayed(seen, limits, seen.directions * far[:, None]) for far in distances]
     return np.stack(rows)
 
 
@@ -57,7 +57,8 @@ def count(curve: Curve, poses: int, distances: Reals, seed: int) -> Counts:
     chance = np.random.SeedSequence((seed, EVERYTHING.index(curve.kind)))
     rng = np.random.Generator(np.random.Philox(chance))
     thing = object_of(curve.kind)
-    return displayed_parts(approaches(thing, poses, rng), curve.limits, distances)
+    from_where = looked_from(distances, poses)
+    return displayed_parts(approaches(thing, poses, rng), curve.limits, from_where)
 
 
 def sizes(kind: str) -> dict[str, list[int]]:

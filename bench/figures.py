@@ -119,6 +119,50 @@ def examined_over_displayed(
         return Figure(name, title, caption, alt, _svg(canvas, name))
 
 
+@dataclass(frozen=True)
+class Curve:
+    """One curve: points in order of x; ``low`` and ``high`` bound a band; ``line`` is what was
+    fitted, as the x and y of its points. Either may be nothing.
+    """
+
+    label: str
+    x: Sequence[float]
+    y: Sequence[float]
+    low: Sequence[float] = ()
+    high: Sequence[float] = ()
+    line: tuple[Sequence[float], Sequence[float]] = ((), ())
+
+
+def curves(
+    name: str,
+    title: str,
+    caption: str,
+    alt: str,
+    axis: tuple[str, str],
+    drawn: Sequence[Curve],
+    x_scale: str = "log",
+) -> Figure:
+    """Curves with their bands and fitted lines, the vertical axis logarithmic."""
+    with mpl.rc_context(_STYLE):
+        canvas = Canvas(figsize=(5.4, 4.2))
+        axes = canvas.subplots()
+        canvas.subplots_adjust(left=0.15, right=0.985, top=0.98, bottom=0.13)
+        for number, each in enumerate(drawn):
+            marks = _marks(number)
+            if each.low:
+                axes.fill_between(
+                    each.x, each.low, each.high, color=marks["color"], alpha=0.2, lw=0
+                )
+            axes.plot(each.line[0], each.line[1], color=marks["color"], lw=1.3, ls="--")
+            style = marks | {"lw": 0.9, "markersize": 4.5}
+            axes.plot(each.x, each.y, label=each.label, **style)
+        axes.set(xscale=x_scale, yscale="log", xlabel=axis[0], ylabel=axis[1])
+        if x_scale == "linear":
+            axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.legend(loc="best")
+        return Figure(name, title, caption, alt, _svg(canvas, name))
+
+
 def _counts(axes: Axes, series: Series, number: int) -> None:
     axes.plot(series.x, series.predicted, color=_GREY, lw=1.4, zorder=1)
     style = _marks(number) | {"linestyle": "none", "markersize": 6, "capsize": 2}

@@ -40,7 +40,7 @@ def _section(record: Record) -> Section:
     if experiment is None:
         return Section(record, record.experiment, (), ((), []))
     question, figures = experiment.question, experiment.figures(record)
-    return Section(record, question, figures, experiment.table(record))
+    return Section(record, question, figures, experiment.table(record), experiment.limits)
 
 
 def _write(path: Path, text: str) -> None:

@@ -10,7 +10,6 @@ from bench.figures import Figure
 from bench.report_parts import (
     CLAIM_HEADS,
     GLOSSARY,
-    LIMITS,
     MARKS,
     Section,
     answer,
@@ -59,7 +58,7 @@ def _open(section: Section) -> str:
 def _section(section: Section) -> str:
     tables = [_claims(title, c) for title, c in groups(section.record.claims).items()]
     figures = "\n".join(_figure(section, figure) for figure in section.figures)
-    limits = "\n".join(f"<li>{_code(limit)}</li>" for limit in LIMITS)
+    limits = "\n".join(f"<li>{_code(limit)}</li>" for limit in section.limits)
     return f"""
 <section id="{section.anchor}" aria-labelledby="{section.anchor}-title">
 <h2 id="{section.anchor}-title">{escape(section.title)}</h2>

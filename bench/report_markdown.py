@@ -5,7 +5,6 @@ from collections.abc import Iterable, Sequence
 from bench.report_parts import (
     CLAIM_HEADS,
     GLOSSARY,
-    LIMITS,
     MARKS,
     Section,
     answer,
@@ -39,7 +38,7 @@ def _section(section: Section) -> Iterable[str]:
     for figure in section.figures:
         path = f"{FIGURES}/{section.anchor}-{figure.name}.svg"
         yield f"### {figure.title}\n\n![{figure.alt}]({path})\n\n{figure.caption}"
-    yield "### What this does not say\n\n" + "\n".join(f"- {limit}" for limit in LIMITS)
+    yield "### What this does not say\n\n" + "\n".join(f"- {limit}" for limit in section.limits)
     heads, rows = section.table
     if rows:
         yield "### Every point\n\n" + _table(heads, rows)

@@ -14,6 +14,8 @@ METRICS = {
     "blake": "blake: a part is displayed when P + R > m·d, as the paper prints it",
     "bounded": "bounded: displayed when P > m·(d − R), R read as a bound on position",
     "solid_angle": "solid_angle: displayed when P > m·d, no bound on position",
+    "sizes": "P of parts against their level, and that of their wholes",
+    "posing": "The cost of posing",
 }
 
 GLOSSARY = (
@@ -34,22 +36,16 @@ GLOSSARY = (
     ("undecided", "The interval reaches over the edge: more fields would tell."),
 )
 
-LIMITS = (
-    "Flat ground, clear air and an eye without blur, looking all round; hills, haze and fields of "
-    "view have predictions of their own (`lodbench count`).",
-    "Objects are spread at random and evenly; real meadows have clusters.",
-    "Counts, not seconds: what a frame costs is another experiment.",
-)
-
 
 @dataclass(frozen=True)
 class Section:
-    """One record, with the figures and the table made from it."""
+    """One record, with the figures and the table made from it, and what it does not say."""
 
     record: Record
     question: str
     figures: tuple[Figure, ...]
     table: Table
+    limits: tuple[str, ...] = ()
 
     @property
     def anchor(self) -> str:
@@ -147,9 +143,10 @@ def provenance_rows(section: Section) -> list[tuple[str, str]]:
 
 def _note(value: object) -> str:
     if isinstance(value, list):
-        return ", ".join(map(str, value)) or "none"
+        some = f"{len(value)} values, from {min(value)} to {max(value)}" if len(value) > 20 else ""
+        return some or ", ".join(map(str, value)) or "none"
     if isinstance(value, dict):
-        return ", ".join(f"{key} {each}" for key, each in value.items())
+        return ", ".join(f"{key} {_note(each)}" for key, each in value.items())
     return str(value)
 
 
