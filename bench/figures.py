@@ -158,7 +158,8 @@ def curves(
             axes.plot(each.x, each.y, label=each.label, **style)
         axes.set(xscale=x_scale, yscale="log", xlabel=axis[0], ylabel=axis[1])
         if x_scale == "linear":
-            axes.xaxis.get_major_locator().set_params(integer=True)
+            axes.set_xticks(sorted({x for each in drawn for x in each.x}))
+        axes.tick_params(which="minor", labelbottom=False, labelleft=False)
         axes.legend(loc="best")
         return Figure(name, title, caption, alt, _svg(canvas, name))
 
