@@ -19,6 +19,8 @@ from lod.errors import InputError
 Counts = Int64[np.ndarray, "distances poses"]
 Chosen = Bool[np.ndarray, "distances poses"]
 
+Weights = Float64[np.ndarray, "resamples parts"]
+
 RESAMPLES = 2000
 
 
@@ -51,14 +53,12 @@ def halves(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float,
 
 
 def rank_correlation(level: Ints, size: Ints, alike: Ints, rng: np.random.Generator) -> Estimate:
-    """Spearman's ρ of size with level; ``alike`` numbers the groups that are drawn together."""
-    groups = [np.flatnonzero(alike == group) for group in np.unique(alike)]
-    drawn: list[float] = []
-    while len(drawn) < RESAMPLES:
-        rows = np.concatenate([groups[k] for k in rng.integers(len(groups), size=len(groups))])
-        if np.ptp(level[rows]) and np.ptp(size[rows]):
-            drawn.append(_spearman(level[rows], size[rows]))
-    return _estimate(_spearman(level, size), np.array(drawn), len(level))
+    """Spearman's ρ of size with level; ``alike`` numbers, from 0, groups that are drawn together."""
+    weight = _resampled(int(alike.max()) + 1, rng)[:, alike]
+    drawn = _spearman(level, size, weight)
+    value = float(_spearman(level, size, np.ones((1, len(level))))[0])
+    # a sample in which all levels or all sizes are one says nothing
+    return _estimate(value, drawn[np.isfinite(drawn)], len(level))
 
 
 def median(values: Reals) -> Estimate:
@@ -94,9 +94,20 @@ def _resampled(n: int, rng: np.random.Generator) -> Float64[np.ndarray, "resampl
     return rng.multinomial(n, np.full(n, 1 / n), size=RESAMPLES).astype(np.float64)
 
 
-def _spearman(a: Ints, b: Ints) -> float:
-    ranks = np.stack((stats.rankdata(a), stats.rankdata(b)))
-    return float(np.corrcoef(ranks)[0, 1])
+def _spearman(level: Ints, size: Ints, weight: Weights) -> Float64[np.ndarray, " resamples"]:
+    """Correlation of ranks, in samples that hold each part ``weight`` times; equals share ranks."""
+    a, b = (_ranks(values, weight) for values in (level, size))
+    total = weight.sum(axis=1, keepdims=True)
+    a, b = (ranks - (weight * ranks).sum(axis=1, keepdims=True) / total for ranks in (a, b))
+    with np.errstate(invalid="ignore"):
+        both = np.sqrt((weight * a * a).sum(axis=1) * (weight * b * b).sum(axis=1))
+        return np.asarray((weight * a * b).sum(axis=1) / both)
+
+
+def _ranks(values: Ints, weight: Weights) -> Weights:
+    below = values[:, None] < values
+    equal = values[:, None] == values
+    return weight @ below + (weight @ equal) / 2
 
 
 def _estimate(value: float, drawn: Reals, rows: int) -> Estimate:

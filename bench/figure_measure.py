@@ -8,11 +8,12 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from bench.figure_cases import EVERYTHING, Curve, Distances, looked_from, object_of
-from lod.arrays import Points, Reals, freeze
+from lod.arrays import Reals, freeze
 from scenes.rig_prototype import RiggedPrototype
 
 Counts = Int64[np.ndarray, "distances poses"]
-Origins = Float64[np.ndarray, "poses parts 3"]
+Limits = Float64[np.ndarray, " parts"]
+Eyes = Float64[np.ndarray, "poses 3"]
 
 UM_PER_M = 1e6
 
@@ -41,13 +42,13 @@ def approaches(thing: RiggedPrototype, poses: int, rng: np.random.Generator) -> 
     return Approaches(origin - origin[:, :1], directions)
 
 
-def displayed_parts(seen: Approaches, limits: Reals, distances: Distances) -> Counts:
+def displayed_parts(seen: Approaches, limits: Limits, distances: Distances) -> Counts:
     """How many parts are displayed at each distance in each pose: those nearer than their limit."""
     rows = [_displayed(seen, limits, seen.directions * far[:, None]) for far in distances]
     return np.stack(rows)
 
 
-def _displayed(seen: Approaches, limits: Reals, eye: Points) -> Int64[np.ndarray, " poses"]:
+def _displayed(seen: Approaches, limits: Limits, eye: Eyes) -> Int64[np.ndarray, " poses"]:
     far = np.linalg.norm(eye[:, None] - seen.origins, axis=-1)
     return np.count_nonzero(far < limits, axis=1)
 
