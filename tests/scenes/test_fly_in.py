@@ -1,0 +1,74 @@
+"""The flight to a hand (figure 5), read from the cuts of its frames."""
+
+from functools import lru_cache
+
+import pytest
+
+from lod.prune import prune
+from scenes.figure_tables import FINGERS
+from scenes.preset import load_preset
+from scenes.rig_build import part_names
+from scenes.rig_figure import human
+from scenes.world import build_world, view_at
+
+FRAMES = range(1, 49)
+HAND = "right hand"
+RIGHT_FINGERS = {f"right {finger} finger" for finger in FINGERS}
+
+
+@lru_cache(maxsize=1)
+def flight():
+    """Names of the displayed parts of the person, frame by frame."""
+    preset = load_preset("fly_in")
+    world, names = build_world(preset), part_names(human())
+    (joe,) = world.placed
+    cuts = [prune(joe, view_at(world, preset, frame)) for frame in FRAMES]
+    return [{names[row] for row in cut.parts.part.tolist()} for cut in cuts]
+
+
+def first(name):
+    """The first frame that shows a part."""
+    shown = [frame for frame, parts in zip(FRAMES, flight(), strict=True) if name in parts]
+    assert shown, f"{name} is never displayed"
+    return shown[0]
+
+
+def test_the_flight_starts_far_off_and_shows_more_and_more():
+    counts = [len(parts) for parts in flight()]
+    assert counts[0] < 12
+    assert counts[-1] > 3 * counts[0]
+    assert len(set(counts)) > 8  # not all at once
+
+
+def test_no_part_vanishes_as_the_camera_comes_nearer():
+    for frame, before, after in zip(FRAMES, flight(), flight()[1:], strict=False):
+        assert before <= after, f"frame {frame + 1} has lost {before - after}"
+
+
+def test_the_hand_comes_before_its_fingers():
+    assert first("person") == 1
+    assert first("right forearm") <= first(HAND)
+    assert 1 < first(HAND) < min(first(finger) for finger in RIGHT_FINGERS)
+
+
+def test_the_little_finger_comes_last():
+    little = "right little finger"
+    assert first(little) > max(first(finger) for finger in RIGHT_FINGERS - {little})
+
+
+def test_the_flight_ends_with_all_five_fingers():
+    assert len(RIGHT_FINGERS) == 5
+    assert flight()[-1] >= RIGHT_FINGERS
+
+
+@pytest.mark.parametrize("frame", [1, 24, 48])
+def test_every_part_has_its_whole(frame):
+    parts = human().parts | {
+        f"{side} {name}": part
+        for side in ("left", "right")
+        for name, part in human().side_parts.items()
+    }
+    shown = flight()[frame - 1]
+    for name in shown:
+        whole, side = parts[name].whole, name.split()[0]
+        assert not whole or whole in shown or f"{side} {whole}" in shown
