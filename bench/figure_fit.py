@@ -53,7 +53,7 @@ def halves(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float,
 
 
 def rank_correlation(level: Ints, size: Ints, alike: Ints, rng: np.random.Generator) -> Estimate:
-    """Spearman's ρ of size with level; ``alike`` numbers, from 0, groups that are drawn together."""
+    """Spearman's ρ of size with level; ``alike``: groups 0, 1, … drawn together."""
     weight = _resampled(int(alike.max()) + 1, rng)[:, alike]
     drawn = _spearman(level, size, weight)
     value = float(_spearman(level, size, np.ones((1, len(level))))[0])

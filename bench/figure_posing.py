@@ -1,7 +1,7 @@
 """What posing costs: the joints of a figure composed by quaternions and by matrices (§3.3).
 
-Both are given the turns of all joints in their own form and place the same points; the two take
-turns, so that what else the machine does falls on both.
+Both are given the turns of all joints in their own form and place the same points. Times are those
+of one thread's processor; the two take turns, so that what else the machine does falls on both.
 """
 
 import time
@@ -51,7 +51,7 @@ def posing(task: str, poses: int, repeats: int, seed: int) -> Posing:
     for repeat in range(repeats):
         for k in (0, 1) if repeat % 2 else (1, 0):
             kernel, form = both[k]
-            start = time.perf_counter_ns()
+            start = time.thread_time_ns()
             kernel(rig.parent, rig.offset, form, points)
-            times[k].append(time.perf_counter_ns() - start)
+            times[k].append(time.thread_time_ns() - start)
     return Posing(times[0], times[1], poses, len(rig), points.size // 3, apart)
