@@ -112,12 +112,13 @@ def _line(record: dict[str, Any]) -> str:
 
 
 def _preview(out: Output, preset: Preset, pattern: str, paths: Sequence[Path]) -> list[str]:
-    """A contact sheet, and a film of more than one frame; the paths of what was made."""
-    from scenes.render.contact_sheet import contact_sheet
+    """One frame as it is; of more, a contact sheet and a film. The paths of what was made."""
+    from scenes.render.contact_sheet import contact_sheet, preview
     from scenes.render.movie import movie
 
     stem = preview_stem(pattern)
-    pictures = [contact_sheet(paths, stem.with_name(f"{stem.name}.png"))]
+    still = stem.with_name(f"{stem.name}.png")
+    pictures = [contact_sheet(paths, still) if len(paths) > 1 else preview(paths[0], still)]
     try:
         target = stem.with_name(f"{stem.name}.mp4")
         film = movie(paths, target, preset.camera.fps) if len(paths) > 1 else None
