@@ -9,7 +9,7 @@ from scipy import stats
 from bench import figure_experiment
 from bench.experiments import EXPERIMENTS
 from bench.figure_cases import EVERYTHING, METRICS, PERSON, Curve, curves, looked_from, object_of
-from bench.figure_claims import COUNTED, SIZED, counted, judge, no_smaller, readings, sized
+from bench.figure_claims import COUNTED, SIZED, Counted, counted, judge, no_smaller, readings, sized
 from bench.figure_experiment import Effort
 from bench.figure_fit import RESAMPLES, exponent, halves, line, median, rank_correlation
 from bench.figure_measure import approaches, count, displayed_parts, sizes
@@ -165,7 +165,8 @@ def test_the_bootstrap_covers():
 def test_halves_tell_a_bend():
     far, counts = made_up(-0.5, spread=0.0, bend=-0.1)
     nearer, farther = halves(counts, far, counts > 0)
-    assert nearer > -0.4 and farther < -0.6
+    # Least squares of −x/2 − x²/10 over ln 10 to either side of 0.
+    assert (nearer, farther) == pytest.approx((-0.5 + 0.23, -0.5 - 0.23), abs=0.01)
     far, counts = made_up(-0.5, spread=0.0)
     assert halves(counts, far, counts > 0) == pytest.approx((-0.5, -0.5), abs=1e-3)
 
@@ -184,7 +185,7 @@ def test_rank_correlation_is_spearmans_and_twins_count_once():
     once = rank_correlation(level, size, alone, chance(1))
     assert once.value == pytest.approx(stats.spearmanr(level, size).statistic)
     assert once.low < once.value < once.high < 0
-    twice = rank_correlation(*(np.tile(a, 2) for a in (level, size, alone)), chance(1))
+    twice = rank_correlation(*(np.repeat(a, 2) for a in (level, size, alone)), chance(1))
     assert twice.value == pytest.approx(once.value)
     assert twice.high - twice.low == pytest.approx(once.high - once.low, rel=0.15)
 
@@ -229,6 +230,18 @@ def times(ratio):
 
 def verdicts(*points, ratio=0.9):
     return {c.name: c.verdict for c in judge(tuple(points), 0, times(ratio))}
+
+
+def test_each_reading_counts_over_its_own_distances():
+    far = np.array([[1.0], [2.0], [4.0], [8.0], [16.0]])
+    counts = np.array([[9], [9], [5], [1], [0]])
+    curve = Counted(PERSON, "blake", 1.0, parts=9, fits=2.0, distances=far, counts=counts)
+    kept = {name: np.flatnonzero(keep(curve)).tolist() for name, _, keep in readings(curve)}
+    assert kept == {
+        "exponent": [2],
+        "exponent_whole": [1, 2, 3],
+        "exponent_visible": [0, 1, 2, 3],
+    }
 
 
 def test_a_true_square_root_holds_and_others_are_refuted():
@@ -280,6 +293,7 @@ def test_a_run_is_its_record_and_its_report(record, tmp_path):
     assert read_record(write_record(record, tmp_path)) == record
     text = "".join(path.read_text(encoding="utf-8") for path in write_report(tmp_path))
     assert all(f"| {claim.name} |" in text for claim in record.claims)
+    assert record.provenance.seed == 3
     assert record.notes["poses"] == 6 and record.notes["bootstrap_samples"] == RESAMPLES
 
 
