@@ -21,6 +21,9 @@ from scenes.rig_cast import Bodies
 from scenes.rig_prototype import RiggedPrototype
 from scenes.troupe import Objects, Troupe, troupe_of
 
+STANCE_M, STRIDE_M = 0.25, 0.35
+"""How far to each side of a body its feet are, for someone who stands and who walks."""
+
 
 @runtime_checkable
 class Ground(Protocol):
@@ -124,9 +127,12 @@ class SpeciesField:
             time_s,
         )
         xy = home + walkers.offset
-        legs = self.troupe.has_legs
-        slope = slope_at(self.ground, corner, xy) if legs else np.zeros((len(xy), 2))
-        origin = np.column_stack((xy, self.ground.height(corner, xy)))
+        if self.troupe.has_legs:
+            reach_m = STRIDE_M if self.species.patrol_m else STANCE_M
+            height, slope = footing(self.ground, corner, xy, reach_m)
+        else:
+            height, slope = self.ground.height(corner, xy), np.zeros((len(xy), 2))
+        origin = np.column_stack((xy, height))
         return Bodies(origin, walkers.cos, walkers.sin, variant, walkers.phase, slope)
 
     def _within_window(self, draws: Draws) -> np.ndarray:
@@ -193,13 +199,21 @@ class SpeciesField:
         return math.inf if self.extent is None else self.extent / 2 / self.cells.side_m
 
 
-def slope_at(ground: Ground, corner: Corner, xy: np.ndarray, reach_m: float = 0.35) -> np.ndarray:
-    """Gradient of the ground (n, 2) [m/m] over ``reach_m`` each way: what a stride stands on."""
-    gradient = np.empty((len(xy), 2))
+def footing(
+    ground: Ground, corner: Corner, xy: np.ndarray, reach_m: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """What legs stand on: height (n,) [m] and gradient (n, 2) [m/m] of a plane over ``reach_m``
+    each way.
+
+    Feet are stiff and rest on what sticks out: the plane is as high at (x, y) as the highest of
+    the ground there, midway between both sides, and midway between front and back.
+    """
+    height, gradient = ground.height(corner, xy), np.empty((len(xy), 2))
     for axis, step in enumerate(np.eye(2) * reach_m):
-        rise = ground.height(corner, xy + step) - ground.height(corner, xy - step)
-        gradient[:, axis] = rise / (2 * reach_m)
-    return gradient
+        after, before = ground.height(corner, xy + step), ground.height(corner, xy - step)
+        gradient[:, axis] = (after - before) / (2 * reach_m)
+        height = np.maximum(height, (after + before) / 2)
+    return height, gradient
 
 
 def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int, int]:

@@ -9,7 +9,7 @@ import numpy as np
 from lod.camera import GRID_M
 from lod.parts import Parts, Sticks
 from lod.view import View
-from scenes.field import Ground, slope_at
+from scenes.field import STANCE_M, Ground, footing
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies
 from scenes.rig_prototype import RiggedPrototype
@@ -40,9 +40,11 @@ class Placed:
         corner = view.camera.corner
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         facing = math.radians(90.0 - self.heading_deg)
-        slope = slope_at(self.ground, corner, xy) if self.troupe.has_legs else np.zeros((1, 2))
+        height, slope = self.ground.height(corner, xy), np.zeros((1, 2))
+        if self.troupe.has_legs:
+            height, slope = footing(self.ground, corner, xy, STANCE_M)
         bodies = Bodies(
-            origin=np.column_stack((xy, self.ground.height(corner, xy))),
+            origin=np.column_stack((xy, height)),
             cos=np.array([math.cos(facing)]),
             sin=np.array([math.sin(facing)]),
             variant=np.zeros(1, np.int64),

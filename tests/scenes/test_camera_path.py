@@ -1,0 +1,151 @@
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lod.camera import GRID_M
+from lod.errors import InputError
+from scenes.camera_path import camera_at, height_at
+from scenes.preset import load_preset
+from scenes.preset_tables import CameraKey, CameraPreset
+
+SIZE = (64, 36)
+
+
+class Waves:
+    """Rolling ground with a closed form, that repeats too seldom to matter."""
+
+    def height(self, corner, xy):
+        at = xy + GRID_M * np.array([(c + 2048) % 4096 - 2048 for c in (corner.x, corner.y)])
+        return 3 * np.sin(at[:, 0] / 13) + 2 * np.cos(at[:, 1] / 7)
+
+    def bounds(self):
+        return -5.0, 5.0
+
+
+GROUND = Waves()
+AREA = st.floats(-60, 60)
+
+
+def absolute(camera, cell=(0, 0)):
+    """Where the eye is, from a cell's corner [m]."""
+    corner = camera.corner.x - cell[0], camera.corner.y - cell[1]
+    return camera.eye + np.array((*corner, 0)) * GRID_M
+
+
+@st.composite
+def flights(draw):
+    """A camera with keys, the target at least 1 m in front of every key."""
+    count = draw(st.integers(2, 6))
+    frames = sorted(draw(st.sets(st.integers(1, 300), min_size=count, max_size=count)))
+    keys = tuple(
+        CameraKey(
+            frame=frame,
+            position=(draw(AREA), draw(AREA)),
+            height=draw(st.floats(0.1, 30)),
+            target=(draw(AREA) + 200, draw(AREA), draw(st.floats(0, 20))),
+        )
+        for frame in frames
+    )
+    cell = draw(st.tuples(*(st.integers(-(2**40), 2**40),) * 2))
+    return CameraPreset(keys=keys, cell=cell, fov=draw(st.floats(10, 120)))
+
+
+def target_of(preset, key):
+    x, y, up = key.target
+    return np.array((x, y, height_at(GROUND, x, y, preset.cell) + up))
+
+
+@given(flights())
+def test_keys_are_met(preset):
+    for key in preset.keys:
+        camera = camera_at(preset, SIZE, key.frame, GROUND)
+        ground = height_at(GROUND, *key.position, preset.cell)
+        place = *key.position, ground + key.height
+        assert absolute(camera, preset.cell) == pytest.approx(place, abs=1e-9)
+
+
+@given(flights())
+def test_the_target_stays_in_the_centre(preset):
+    for key in preset.keys:
+        camera = camera_at(preset, SIZE, key.frame, GROUND)
+        ray = target_of(preset, key) - absolute(camera, preset.cell)
+        along = ray @ camera.forward
+        assert along > 0
+        assert np.linalg.norm(ray - along * camera.forward) < 1e-9
+        assert abs(camera.up @ camera.forward) < 1e-12
+        assert camera.up[2] >= 0  # never upside down
+        assert camera.fov_x == math.radians(preset.fov)
+
+
+def test_a_still_target_is_centred_between_the_keys_too():
+    keys = tuple(
+        CameraKey(frame=f, position=p, height=h, target=(5.0, 3.0, 1.0))
+        for f, p, h in ((1, (0, 0), 2.0), (20, (7.0, -9.0), 4.0), (35, (6.0, 2.0), 0.8))
+    )
+    preset = CameraPreset(keys=keys)
+    at = target_of(preset, keys[0])
+    for frame in range(1, 36):
+        camera = camera_at(preset, SIZE, frame, GROUND)
+        ray = at - absolute(camera)
+        assert np.linalg.norm(np.cross(ray, camera.forward)) < 1e-9
+        assert ray @ camera.forward > 0
+
+
+@given(flights())
+def test_before_the_first_and_after_the_last_key_the_camera_waits(preset):
+    for key, beyond in ((preset.keys[0], -1), (preset.keys[-1], 1)):
+        there = camera_at(preset, SIZE, key.frame, GROUND)
+        for far in (1, 1000):
+            waits = camera_at(preset, SIZE, key.frame + beyond * far, GROUND)
+            assert waits.corner == there.corner
+            assert np.array_equal(waits.eye, there.eye)
+            assert np.array_equal(waits.forward, there.forward)
+
+
+@given(flights())
+def test_between_two_keys_nothing_overshoots(preset):
+    """Monotone cubics: no coordinate leaves the range of the keys on either side."""
+    for a, b in pairwise(preset.keys):
+        frame = (a.frame + b.frame) // 2
+        eye = absolute(camera_at(preset, SIZE, frame, GROUND), preset.cell)
+        for axis in (0, 1):
+            low, high = sorted((a.position[axis], b.position[axis]))
+            assert low - 1e-9 <= eye[axis] <= high + 1e-9
+        above = eye[2] - height_at(GROUND, eye[0], eye[1], preset.cell)
+        low, high = sorted((a.height, b.height))
+        assert low - 1e-6 <= above <= high + 1e-6
+
+
+@settings(max_examples=30)
+@given(st.floats(-360, 360), st.floats(-50, 50), st.sampled_from((10.0, 24.0, 30.0)), AREA, AREA)
+def test_a_walk_is_even_and_straight(heading, speed, fps, x, y):
+    preset = CameraPreset(position=(x, y), heading=heading, speed=speed, fps=fps, height=1.7)
+    cameras = [camera_at(preset, SIZE, frame, GROUND) for frame in (1, 2, 3, 30)]
+    places = np.array([absolute(camera) for camera in cameras])
+    step = np.array((math.sin(math.radians(heading)), math.cos(math.radians(heading))))
+    walked = np.array((0, 1, 2, 29))[:, None] * step * speed / fps
+    assert places[:, :2] == pytest.approx(np.array((x, y)) + walked, abs=1e-9)
+    heights = [height_at(GROUND, *place[:2]) + 1.7 for place in places]
+    assert places[:, 2] == pytest.approx(heights, abs=1e-9)
+    assert all(np.array_equal(c.forward, cameras[0].forward) for c in cameras)
+
+
+def test_a_walk_from_a_far_cell_is_as_even():
+    cell = (2**50, -(2**49) + 3)
+    preset = CameraPreset(cell=cell, position=(3.0, 4.0), heading=90.0, speed=2.4, fps=24.0)
+    places = [absolute(camera_at(preset, SIZE, f, GROUND), cell) for f in (1, 2, 241)]
+    assert np.array(places)[:, 0] == pytest.approx([3.0, 3.1, 27.0], abs=1e-9)
+    assert np.array(places)[:, 1] == pytest.approx([4.0] * 3, abs=1e-9)
+
+
+@pytest.mark.parametrize("frames", [(1,), (5, 5), (9, 3)])
+def test_keys_that_make_no_flight_are_refused(frames):
+    keys = ", ".join(
+        f"{{frame={f}, position=[0.0, 0.0], height=1.0, target=[1.0, 0.0, 0.0]}}" for f in frames
+    )
+    with pytest.raises(InputError, match=r"camera\.keys.*order of their frames"):
+        load_preset("fly_in", [f"camera.keys=[{keys}]"])

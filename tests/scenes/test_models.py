@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+
+from lod.errors import InputError
+from scenes.animals import KINDS
+from scenes.models import MODELS, made, standing
+from scenes.prototype import Prototype
+from scenes.rig_prototype import RiggedPrototype
+
+RIGGED = ["figure", *KINDS]
+LEGGED = [name for name in RIGGED if name != "windmill"]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_is_made(model):
+    (it,) = made(model, 1, (1.0,), walks=True)
+    assert isinstance(it, RiggedPrototype if model in RIGGED else Prototype)
+    assert len(it.hierarchy) > 10
+
+
+def test_the_presets_know_every_model():
+    from typing import get_args
+
+    from scenes.preset_tables import Model
+
+    assert set(get_args(get_args(Model)[0])) == set(MODELS)
+
+
+@pytest.mark.parametrize("model", LEGGED)
+def test_standing_keeps_legs_and_nothing_of_the_walk(model):
+    (walker,) = made(model, 1, (1.0,), walks=True)
+    rest = standing(walker)
+    assert walker.motion.stride > 0
+    assert rest.motion.stride == 0
+    assert len(rest.motion.turns) == 1
+    assert np.array_equal(rest.motion.turns[0], walker.rig.rest)
+    assert not rest.motion.shift.any()
+    assert len(rest.motion.legs) >= 2
+    assert np.array_equal(rest.motion.legs, walker.motion.legs)
+    assert np.array_equal(rest.motion.bend, walker.motion.bend)
+    assert rest.hierarchy is walker.hierarchy
+    tables = (walker.posed().inner, walker.posed().leaf)
+    lows = [
+        np.minimum(t.start[:, 2] - t.start_radius, t.end[:, 2] - t.end_radius).min() for t in tables
+    ]
+    assert min(lows) == pytest.approx(0.0, abs=0.02 * walker.hierarchy.B[0])
+
+
+def test_what_does_not_walk_goes_on_as_it_does():
+    (mill,) = made("windmill", 1, (1.0,), walks=False)
+    assert len(mill.motion.turns) > 1
+    assert standing(mill) is mill
+
+
+@pytest.mark.parametrize("model", KINDS)
+@pytest.mark.parametrize("count", [0, 2, 7])
+def test_animals_come_in_one_build(model, count):
+    with pytest.raises(InputError, match=f"{model}: prototypes: {count}.*one build"):
+        made(model, count, (1.0,), walks=True)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("walks", [True, False])
+def test_sizes_scale_every_length(model, walks):
+    one, large = made(model, 1, (1.0, 2.5), walks)
+    for name in ("P", "R", "B", "separation", "position"):
+        ours, theirs = getattr(one.hierarchy, name), getattr(large.hierarchy, name)
+        assert theirs == pytest.approx(2.5 * ours, rel=1e-12)
+    for name in ("start", "end", "start_radius", "end_radius"):
+        assert getattr(large.leaf, name) == pytest.approx(2.5 * getattr(one.leaf, name), rel=1e-12)
+    if isinstance(one, RiggedPrototype):
+        assert large.motion.stride == pytest.approx(2.5 * one.motion.stride)
+        speeds = large.motion.speed, one.motion.speed * np.sqrt(2.5)  # equal Froude numbers
+        assert speeds[0] == pytest.approx(speeds[1])
+
+
+@pytest.mark.parametrize("model", ["figure", "tree"])
+def test_every_prototype_comes_in_every_size(model):
+    sizes = (0.5, 1.0, 2.0)
+    them = made(model, 2, sizes, walks=False)
+    alone = [made(model, 2, (size,), walks=False) for size in sizes]
+    assert len(them) == 6
+    tallest = [it.hierarchy.B[0] for it in them]
+    assert tallest == [each[k].hierarchy.B[0] for k in range(2) for each in alone]
+
+
+def test_people_walk_each_in_a_way_of_their_own():
+    them = made("figure", 3, (1.0,), walks=True)
+    speeds = [it.motion.speed for it in them]
+    assert len(set(speeds)) == 3
+    assert all(0.5 < speed < 2.2 for speed in speeds)
+    first, _ = made("figure", 2, (1.0,), walks=True)
+    assert np.array_equal(first.motion.turns, them[0].motion.turns)  # the k-th is itself alone

@@ -1,0 +1,454 @@
+"""Walkers against a brute force that poses one object at a time, by the readable rules."""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.random import Philox
+
+from lod import law
+from lod.camera import GRID_M, Corner, look, split
+from lod.metric import METRICS
+from lod.prune import prune
+from lod.view import View
+from scenes.animals import animal
+from scenes.cells import PoissonCells
+from scenes.field import Species, SpeciesField
+from scenes.gait_feet import contacts_of
+from scenes.gait_measure import finest
+from scenes.models import people, standing
+from scenes.preset import load_preset
+from scenes.random import word_of
+from scenes.rig_pose import Bodies, Cast, pose_joints, pose_points
+from scenes.rig_turns import turned
+from scenes.world import build_world, view_at
+
+FLAT = 0.0
+HILLY = 1.5
+
+
+class Waves:
+    """Ground with a closed form: slopes of up to 1 in 5 at amplitude 1.5."""
+
+    def __init__(self, amplitude):
+        self.amplitude = amplitude
+
+    def height(self, corner, xy):
+        absolute = xy + GRID_M * np.array((corner.x, corner.y))
+        return self.amplitude * np.sin(absolute[:, 0] / 9) * np.cos(absolute[:, 1] / 11)
+
+    def bounds(self):
+        return -self.amplitude, self.amplitude
+
+
+@lru_cache(maxsize=1)
+def companies():
+    """Species with prototypes of several kinds and sizes, walking, turning and standing."""
+    person, other = people(0, 2)
+    rabbit, giraffe, insect = (animal(k) for k in ("rabbit", "giraffe", "insect"))
+    return (
+        (person, other),
+        (person, rabbit.scaled(1.5), giraffe),
+        (animal("ostrich"), insect.scaled(12.0), standing(other)),
+        (animal("windmill").scaled(0.2), other),
+    )
+
+
+def world_from(seed, metric, amplitude):
+    """A small finite world of walkers and a view of it, at some time."""
+    chance = np.random.default_rng(seed)
+    prototypes = companies()[chance.integers(len(companies()))]
+    extent = float(chance.uniform(10, 120))
+    density = float(chance.uniform(0.5, 40)) / extent**2
+    species = Species("walker", prototypes, density, float(chance.uniform(0.5, 30)))
+    field = SpeciesField(species, int(chance.integers(0, 2**63)), Waves(amplitude), extent)
+    corner, x, y = split(*chance.uniform(-0.6 * extent, 0.6 * extent, 2))
+    eye = np.array((x, y, chance.uniform(-2, 12)))
+    angles = chance.uniform(0, 360), chance.uniform(-60, 30), chance.uniform(20, 150)
+    view = View(
+        look(corner, eye, *angles, (int(chance.integers(5, 60)), 20)),
+        METRICS[metric],
+        detail=float(chance.lognormal(-1.8, 0.8)),
+        offscreen_detail=float(chance.uniform(0.1, 1)),
+        look_around=metric != "depth" and bool(chance.random() < 0.3),
+        time_s=float(chance.uniform(0, 5000)),
+    )
+    return field, view
+
+
+def drawn(field, lows, highs):
+    """Objects of a range of cells, one by one with NumPy's own Philox: key, home, six numbers."""
+    cells = PoissonCells(field.seed, field.species.name, field.species.density)
+    side, name = cells.side_m, word_of(field.species.name)
+    mean = field.species.density * side**2
+    key = np.array((field.seed, name), np.uint64)
+
+    def block(x, y, number, half):
+        counter = (x % 2**64) | (y % 2**64) << 64 | number << 128 | half << 192
+        before = [((counter - 1) % 2**256 >> 64 * k) % 2**64 for k in range(4)]
+        words = Philox(counter=np.array(before, np.uint64), key=key).random_raw(4)
+        return [(int(word) >> 11) / 2**53 for word in words]
+
+    for x in range(lows[0], highs[0] + 1):
+        for y in range(lows[1], highs[1] + 1):
+            chance, count, term = block(x, y, 0, 0)[0], 0, math.exp(-mean)
+            while chance >= term:
+                chance, count = chance - term, count + 1
+                term *= mean / count
+            for number in range(count):
+                u = block(x, y, number + 1, 0) + block(x, y, number + 1, 1)
+                yield (x, y, number), ((x + u[0]) * side, (y + u[1]) * side), u
+
+
+def objects_in(field):
+    """Everything that has its home in the window, wherever it walks."""
+    side = PoissonCells(0, "", field.species.density).side_m
+    most = math.ceil(field.extent / side) + 1
+    for each in drawn(field, (-most, -most), (most, most)):
+        if max(map(abs, each[1])) <= field.extent / 2:
+            yield each
+
+
+def patrols(field, home, u, time):
+    """Where one object is, which way it faces, which it is, and its phase: in closed form."""
+    variant = int(u[3] * len(field.species.prototypes))
+    motion = field.species.prototypes[variant].motion
+    phase = u[4] + time / motion.period
+    facing, radius = 2 * math.pi * u[2], field.species.patrol_m
+    if motion.stride == 0:
+        return home, facing, variant, phase
+    way = -1 if u[5] < 0.5 else 1
+    facing += way * time * motion.stride / motion.period / radius
+    spoke = facing - way * math.pi / 2
+    at = home[0] + radius * math.cos(spoke), home[1] + radius * math.sin(spoke)
+    return at, facing, variant, phase
+
+
+def footing(ground, corner, at, reach=0.35):
+    """Height and slope of the plane that feet stand on: over a stride, on what sticks out."""
+    here = ground.height(corner, at)[0]
+    sides = np.array(
+        [ground.height(corner, at + reach * s) for s in np.vstack((np.eye(2), -np.eye(2)))]
+    )
+    ahead, behind = sides[:2, 0], sides[2:, 0]
+    return max(here, *(ahead + behind) / 2), (ahead - behind) / (2 * reach)
+
+
+def origins(field, view, at, facing, variant, phase):
+    """Origins of all parts, relative to the frame's corner: by the rig in float64, no slope."""
+    it, corner = field.species.prototypes[variant], view.camera.corner
+    base = np.array([at]) - GRID_M * np.array((corner.x, corner.y))
+    height, slope = field.ground.height(corner, base)[0], np.zeros(2)
+    if any(len(p.motion.legs) for p in field.species.prototypes):
+        height, slope = footing(field.ground, corner, base)
+    if field.ground.amplitude and len(it.motion.legs):
+        bodies = Bodies(
+            np.array([[*base[0], height]]),
+            np.array([math.cos(facing)]),
+            np.array([math.sin(facing)]),
+            np.zeros(1, np.int64),
+            np.array([phase]),
+            slope[None],
+        )
+        return pose_joints(Cast.of((it,)), bodies, np.zeros(len(it.joint), np.int64), it.joint)[0]
+    place = it.rig.frames(*it.motion.at(phase))[0][it.joint]
+    cos, sin = math.cos(facing), math.sin(facing)
+    spin = np.array(((cos, -sin, 0), (sin, cos, 0), (0, 0, 1)))
+    return place @ spin.T + (*base[0], height)
+
+
+def limits(h, metric, m):
+    """Limit distance of every part: its own test, clamped by that of its whole."""
+    own = {
+        "blake": (h.P + h.R) / m,
+        "depth": (h.P + h.R) / m,
+        "bounded": h.P / m + h.R,
+        "solid_angle": h.P / m,
+        "full": np.full(len(h), np.inf),
+    }[metric]
+    D = own.copy()
+    for i in range(1, len(h)):
+        D[i] = max(0.0, min(own[i], D[h.whole[i]] - h.separation[i]))
+    return D
+
+
+def brute_force(field, view, objects):
+    """Every part that passes its own test, as (object, prototype, part)."""
+    camera, name = view.camera, view.metric.name
+    tan_x, tan_y = camera.tan_half
+    shown = set()
+    for key, home, u in objects:
+        at, facing, variant, phase = patrols(field, home, u, view.time_s)
+        h = field.species.prototypes[variant].hierarchy
+        ray = origins(field, view, at, facing, variant, phase) - camera.eye
+        ahead, right, up = ray @ camera.forward, ray @ camera.right, ray @ camera.up
+        margin = np.minimum(
+            np.minimum(
+                (ahead * tan_x - abs(right)) / math.hypot(1, tan_x),
+                (ahead * tan_y - abs(up)) / math.hypot(1, tan_y),
+            ),
+            ahead,
+        )
+        seen = view.look_around | (margin > -h.B)
+        near, m = limits(h, name, view.m), view.m / view.offscreen_detail
+        far = np.zeros(len(h)) if name == "depth" else limits(h, name, m)
+        d = np.maximum(ahead, 0) if name == "depth" else np.linalg.norm(ray, axis=1)
+        shown |= {(key, variant, int(i)) for i in np.flatnonzero(d < np.where(seen, near, far))}
+    return shown
+
+
+def pruned(field, view):
+    cut = prune(field, view)
+    parts, objects = cut.parts, cut.parts.state
+    variant = objects.bodies.variant[parts.object]
+    draws, first = objects.draws, field.troupe.atlas.root
+    found = {
+        ((int(draws.cell_x[o]), int(draws.cell_y[o]), int(draws.index[o])), v, int(p - first[v]))
+        for o, p, v in zip(parts.object, parts.part, variant.tolist(), strict=True)
+    }
+    assert len(found) == cut.displayed_parts
+    return found
+
+
+@settings(max_examples=50)
+@given(
+    seed=st.integers(0, 2**32),
+    metric=st.sampled_from(sorted(METRICS)),
+    amplitude=st.sampled_from((FLAT, HILLY)),
+)
+def test_the_cut_is_what_brute_force_finds(seed, metric, amplitude):
+    field, view = world_from(seed, metric, amplitude)
+    assert pruned(field, view) == brute_force(field, view, objects_in(field))
+
+
+def test_these_worlds_hold_something_to_disagree_about():
+    """Most show some parts and hide others: of what is displayed, and by all of five metrics."""
+    some = 0
+    for seed in range(30):
+        field, view = world_from(seed, sorted(METRICS)[seed % len(METRICS)], FLAT)
+        found = pruned(field, view)
+        whole = {(key, v) for key, v, i in found if i == 0}
+        parts = sum(len(field.species.prototypes[v].hierarchy) for _, v in whole)
+        some += bool(whole) and (len(found) < parts or view.metric.name == "full")
+    assert some >= 15
+
+
+def far_walkers(patrol_m=40.0):
+    """An endless field of walkers, seen all round by an eye that resolves the near only."""
+    species = Species("walker", people(0, 2), 0.012, patrol_m)
+    field = SpeciesField(species, 11, Waves(FLAT))
+    camera = look(Corner(3, -2), np.array((5.0, 7.0, 1.6)), 0.0, 0.0, 60.0, (64, 36))
+    return field, View(camera, METRICS["blake"], detail=6.0, look_around=True, time_s=321.0)
+
+
+def test_walkers_far_from_home_are_found():
+    """Homes beyond every limit distance are searched, as far as a patrol leads, and no part's R
+    is any larger for it.
+    """
+    field, view = far_walkers()
+    still, _ = far_walkers(0.0)
+    for own, theirs in zip(*(f.troupe.atlas.limits(view) for f in (field, still)), strict=True):
+        assert np.array_equal(own, theirs)
+    limit = max(float(limits(p.hierarchy, "blake", view.m)[0]) for p in field.species.prototypes)
+    near, corner = limit + 60, view.camera.corner
+    eye = view.camera.eye[:2] + GRID_M * np.array((corner.x, corner.y))
+    side = field.cells.side_m
+    lows, highs = (np.floor((eye + s * near) / side).astype(int).tolist() for s in (-1, 1))
+    objects = list(drawn(field, lows, highs))
+    found = pruned(field, view)
+    assert found == brute_force(field, view, objects)
+    homes = {key: math.dist(home, eye) for key, home, _ in objects}
+    away = {key for key, *_ in found if homes[key] > limit + 2}
+    assert len(away) >= 3
+    assert max(homes[key] for key in away) > limit + 20
+
+
+def test_nobody_walks_further_than_the_search_expects():
+    """Objects that are displayed are a small share of those examined only where patrols are."""
+    field, view = far_walkers()
+    cut = prune(field, view)
+    assert 0 < cut.displayed_objects < cut.examined_objects
+
+
+def test_a_frame_is_the_same_whenever_it_is_asked_for():
+    field, view = world_from(5, "blake", HILLY)
+    fresh = SpeciesField(field.species, field.seed, field.ground, field.extent)
+
+    def looks(where, time):
+        at = View(view.camera, view.metric, 0.05, 1.0, look_around=True, time_s=time)
+        cut = prune(where, at)
+        sticks = where.appearance(cut.parts, cut.is_leaf)
+        assert len(sticks)
+        return [a.tobytes() for a in (cut.parts.position, sticks.start, sticks.end, sticks.owner)]
+
+    times = (0.0, 1 / 24, 12.5, 1e4, 3.0)
+    first = {t: looks(field, t) for t in times}
+    assert all(looks(fresh, t) == first[t] for t in reversed(times))
+    assert len({tuple(bytes_) for bytes_ in first.values()}) == len(times)
+
+
+@pytest.mark.parametrize("kind", ["people", "herd"])
+def test_walkers_keep_the_law(kind):
+    """All round on flat ground: the mean over seeds, of objects and of parts."""
+    prototypes = people(0, 2) if kind == "people" else (animal("ostrich"), animal("giraffe"))
+    K, eye, seeds = 0.01, 1.4, 40
+    camera = look(Corner(0, 0), np.array((1.0, 2.0, eye)), 0.0, 0.0, 60.0, (160, 90))
+    view = View(camera, METRICS["blake"], 5.0, look_around=True, time_s=77.0)
+    areas = [_areas(p, view, eye) for p in prototypes]
+    for which in (slice(0, 1), slice(None)):
+        mean = np.mean([law.expected(K, a[which]) for a in areas])
+        spread = math.sqrt(np.mean([law.variance(K, a[which]) for a in areas]) / seeds)
+        counts = []
+        for seed in range(seeds):
+            cut = prune(SpeciesField(Species("w", prototypes, K, 9.0), seed, Waves(FLAT)), view)
+            counts.append(cut.displayed_objects if which.stop == 1 else cut.displayed_parts)
+        assert abs(np.mean(counts) - mean) < 3.5 * spread
+        assert spread < 0.1 * mean
+
+
+def _areas(prototype, view, eye):
+    """Mean over phases of the ground from which each part is displayed; the whole first."""
+    D = law.chained_limits(prototype.hierarchy, "blake", view.m)
+    poses = [prototype.motion.at(k / 16) for k in range(16)]
+    heights = [prototype.rig.frames(*pose)[0][prototype.joint, 2] for pose in poses]
+    return np.mean([law.disc_areas(D, eye - h) for h in heights], axis=0)
+
+
+@lru_cache(maxsize=4)
+def preset_field(name):
+    """The people of a preset, fewer kinds of them, and the preset."""
+    preset = load_preset(name, ["species.figure.prototypes=4", "species.tree.density=0"])
+    world = build_world(preset)
+    return world, preset, world.fields[0]
+
+
+@lru_cache(maxsize=4)
+def prune_of(name, frame):
+    """The cut of the people of a preset in one frame."""
+    world, preset, field = preset_field(name)
+    return prune(field, view_at(world, preset, frame))
+
+
+def people_near(name, frame, most=250):
+    """The nearest people displayed on gentle slopes: their bodies, and the corner."""
+    world, preset, field = preset_field(name)
+    view, parts = view_at(world, preset, frame), prune_of(name, frame).parts
+    bodies = parts.state.bodies
+    who = parts.object[parts.whole < 0]
+    gentle = np.linalg.norm(bodies.gradient[who], axis=1) < 0.1
+    away = np.linalg.norm(bodies.origin[who] - view.camera.eye, axis=1)
+    who = who[gentle][np.argsort(away[gentle])[:most]]
+    return field, bodies, who, view.camera.corner
+
+
+def foot_spheres(prototype, side):
+    """Joint, centre and radius of every sphere of a foot and its toes."""
+    rig = prototype.rig
+    below = {rig.row(f"{side} ankle")}
+    for joint, parent in enumerate(rig.parent.tolist()):
+        if parent in below:
+            below.add(joint)
+    rows = [
+        (joint, point, radius)
+        for t in finest(prototype)
+        for joints, points, radii in (
+            (t.start_joint, t.start, t.start_radius),
+            (t.end_joint, t.end, t.end_radius),
+        )
+        for joint, point, radius in zip(joints.tolist(), points, radii, strict=True)
+        if joint in below
+    ]
+    return [np.array(column) for column in zip(*rows, strict=True)]
+
+
+def clearances(field, bodies, who, corner):
+    """Of each person's left and right foot, how far its lowest point is above the ground [m]."""
+    clear = np.empty((len(who), 2))
+    for variant, prototype in enumerate(field.troupe.rigged):
+        of_it = np.flatnonzero(bodies.variant[who] == variant)
+        for foot, side in enumerate(("left", "right")):
+            joint, centre, radius = foot_spheres(prototype, side)
+            rows = np.repeat(who[of_it], len(joint))
+            points = np.tile(np.arange(len(joint)), len(of_it))
+            at = pose_points(field.troupe.cast, bodies, rows, points, centre, joint)
+            ground = field.ground.height(corner, at[:, :2])
+            above = at[:, 2] - radius[points] - ground
+            clear[of_it, foot] = above.reshape(len(of_it), -1).min(axis=1)
+    return clear
+
+
+@pytest.mark.parametrize("name", ["crowd", "meadow"])
+def test_nobody_floats_or_sinks(name):
+    for frame in (1, 9):
+        clear = clearances(*people_near(name, frame))
+        assert len(clear) > 100
+        assert np.quantile(clear.min(axis=1), 0.01) > -0.015
+        assert clear.min() > -0.02  # ground is rough, and feet are stiff
+        assert clear.min(axis=1).max() < 0.02
+        if name == "meadow":
+            assert clear.max() < 0.02  # who stands, stands on both feet
+
+
+def identities(draws):
+    """What the objects of one frame are called in any other."""
+    columns = draws.cell_x.tolist(), draws.cell_y.tolist(), draws.index.tolist()
+    return list(zip(*columns, strict=True))
+
+
+HEEL, BALL = (0.0, 0.30), (0.09, 0.62)
+"""Phases after landing while the foot rolls over its heel, and over its ball."""
+
+
+def contacts(field, bodies, who):
+    """Where heels and balls are, (n, 4, 2) [m], and whether they carry, (n, 4)."""
+    place, carries = np.empty((len(who), 4, 2)), np.empty((len(who), 4), bool)
+    for variant, prototype in enumerate(field.troupe.rigged):
+        of_it = np.flatnonzero(bodies.variant[who] == variant)
+        for foot, side in enumerate(("left", "right")):
+            ankle = prototype.rig.row(f"{side} ankle")
+            own = (bodies.phase[who[of_it]] - 0.5 * foot) % 1.0
+            joints = np.full(len(of_it), ankle)
+            at, turn = pose_joints(field.troupe.cast, bodies, who[of_it], joints)
+            round_ends = contacts_of(prototype, ankle)
+            for k, ((x, z, _), (lands, leaves)) in enumerate(
+                zip(round_ends, (HEEL, BALL), strict=True)
+            ):
+                point = np.broadcast_to((x, 0.0, z), at.shape)
+                place[of_it, 2 * foot + k] = (at + turned(turn, point))[:, :2]
+                carries[of_it, 2 * foot + k] = (own >= lands) & (own < leaves)
+    return place, carries
+
+
+def test_nobody_skates():
+    """For a second of the crowd, what a foot stands on moves less than 2 cm over the ground: from
+    frame to frame, and for as long as it stands.
+    """
+    field, bodies, who, corner = people_near("crowd", 1, 150)
+    names, second = identities(prune_of("crowd", 1).parts.state.draws), []
+    chosen = [names[i] for i in who]
+    cells = np.unique(np.array([name[:2] for name in chosen]), axis=0).T
+    for frame in range(1, 26):
+        objects = field.objects(corner, *cells, (frame - 1) / 24)
+        row = {name: i for i, name in enumerate(identities(objects.draws))}
+        second.append(contacts(field, objects.bodies, np.array([row[name] for name in chosen])))
+    assert np.array_equal(second[0][0], contacts(field, bodies, who)[0])
+    place, carries = (
+        np.array(column).reshape(25, len(who) * 4, -1) for column in zip(*second, strict=True)
+    )
+    carries = carries[..., 0]
+    both = carries[1:] & carries[:-1]
+    steps = np.linalg.norm(np.diff(place, axis=0), axis=-1)
+    assert both.sum() > 1000
+    assert steps[both].max() < 0.02
+    assert steps[~both].max() > 0.05  # feet that swing do move
+    longest = 0.0
+    for contact in range(place.shape[1]):
+        on = np.flatnonzero(carries[:, contact])
+        for stance in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1):
+            if len(stance):
+                slid = np.linalg.norm(np.ptp(place[stance, contact], axis=0))
+                longest = max(longest, float(slid))
+    assert longest < 0.02
