@@ -1,7 +1,5 @@
 """What the figure experiment shows: parts against distance, sizes against level, and a table."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from bench.claims import Claim
@@ -58,19 +56,27 @@ def _name(curve: Counted, reading: str) -> str:
 
 def _parts_figure(record: Record, kind: str, group: list[Counted]) -> Figure:
     exaggerated = group[0].detail == EXAGGERATED_PX
-    names = [_name(curve, readings(curve)[0][0]) for curve in group]
-    told = [f"{c.name.split('/')[0]}: {measured(c)}: {c.verdict}." for c in _named(record, names)]
+    claims = {claim.name: claim for claim in record.claims}
+    told = " ".join(_told(c, claims[_name(c, readings(c)[0][0])]) for c in group)
     about = f", detail exaggerated to {EXAGGERATED_PX:g} px" if exaggerated else ""
     caption = (
         f"Mean over {group[0].counts.shape[1]} random poses and directions, the band from the "
         f"{_BAND[0]}th to the {_BAND[1]}th percentile{about}. Dashed: the line fitted where "
-        f"1 < parts < all; no curve is straight. Its exponent, claimed −0.5 ± 0.1: {' '.join(told)}"
+        f"1 < parts < all. Its exponent, claimed −0.5 ± 0.1: {told}"
     )
     drawn = [_curve(curve) for curve in group]
     alt = f"Log-log plot of {_AXIS[1]} against {_AXIS[0]}. " + " ".join(map(_in_words, drawn))
     title = f"Parts of the {kind}{' (exaggerated)' if exaggerated else ''} against distance"
     name = f"{kind}-parts{'-exaggerated' if exaggerated else ''}"
     return curves(name, title, caption, alt, _AXIS, drawn)
+
+
+def _told(curve: Counted, claim: Claim) -> str:
+    nearer, farther = halves(curve.counts, curve.distances, curve.between)
+    return (
+        f"{curve.metric}: {measured(claim)}, {four(nearer)} in its nearer half and "
+        f"{four(farther)} in its farther: {claim.verdict}."
+    )
 
 
 def _curve(curve: Counted) -> Curve:
@@ -109,8 +115,3 @@ def _sizes_figure(record: Record) -> Figure:
     alt = f"Plot of {axis[1]} (logarithmic) against {axis[0]}. " + " ".join(told)
     title = "How P falls with level"
     return curves("sizes", title, caption + " ".join(told), alt, axis, drawn, x_scale="linear")
-
-
-def _named(record: Record, names: Iterable[str]) -> list[Claim]:
-    by_name = {claim.name: claim for claim in record.claims}
-    return [by_name[name] for name in names]
