@@ -21,9 +21,6 @@ from scenes.rig_cast import Bodies
 from scenes.rig_prototype import RiggedPrototype
 from scenes.troupe import Objects, Troupe, troupe_of
 
-STANCE_M, STRIDE_M = 0.25, 0.35
-"""How far to each side of a body its feet are, for someone who stands and who walks."""
-
 
 @runtime_checkable
 class Ground(Protocol):
@@ -128,8 +125,7 @@ class SpeciesField:
         )
         xy = home + walkers.offset
         if self.troupe.has_legs:
-            reach_m = STRIDE_M if self.species.patrol_m else STANCE_M
-            height, slope = footing(self.ground, corner, xy, reach_m)
+            height, slope = footing(self.ground, corner, xy, self.troupe.stance_m[variant])
         else:
             height, slope = self.ground.height(corner, xy), np.zeros((len(xy), 2))
         origin = np.column_stack((xy, height))
@@ -200,16 +196,17 @@ class SpeciesField:
 
 
 def footing(
-    ground: Ground, corner: Corner, xy: np.ndarray, reach_m: float
+    ground: Ground, corner: Corner, xy: np.ndarray, reach_m: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """What legs stand on: height (n,) [m] and gradient (n, 2) [m/m] of a plane over ``reach_m``
-    each way.
+    (n,) each way.
 
     Feet are stiff and rest on what sticks out: the plane is as high at (x, y) as the highest of
     the ground there, midway between both sides, and midway between front and back.
     """
     height, gradient = ground.height(corner, xy), np.empty((len(xy), 2))
-    for axis, step in enumerate(np.eye(2) * reach_m):
+    for axis, way in enumerate(np.eye(2)):
+        step = reach_m[:, None] * way
         after, before = ground.height(corner, xy + step), ground.height(corner, xy - step)
         gradient[:, axis] = (after - before) / (2 * reach_m)
         height = np.maximum(height, (after + before) / 2)

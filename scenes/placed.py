@@ -9,7 +9,7 @@ import numpy as np
 from lod.camera import GRID_M
 from lod.parts import Parts, Sticks
 from lod.view import View
-from scenes.field import STANCE_M, Ground, footing
+from scenes.field import Ground, footing
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies
 from scenes.rig_prototype import RiggedPrototype
@@ -42,7 +42,7 @@ class Placed:
         facing = math.radians(90.0 - self.heading_deg)
         height, slope = self.ground.height(corner, xy), np.zeros((1, 2))
         if self.troupe.has_legs:
-            height, slope = footing(self.ground, corner, xy, STANCE_M)
+            height, slope = footing(self.ground, corner, xy, self.troupe.stance_m)
         bodies = Bodies(
             origin=np.column_stack((xy, height)),
             cos=np.array([math.cos(facing)]),

@@ -56,6 +56,11 @@ class Troupe:
         return any(len(prototype.motion.legs) for prototype in self.rigged)
 
     @cached_property
+    def stance_m(self) -> np.ndarray:
+        """How far from the middle of each prototype the ground matters to its feet, (v,) [m]."""
+        return np.array([_stance(prototype) for prototype in self.rigged])
+
+    @cached_property
     def lean_m(self) -> float:
         """Farthest in plan that the origin of a whole can be from where its object stands [m]."""
         rest = self.atlas.rest[self.atlas.root]
@@ -117,6 +122,17 @@ class Troupe:
             whole=whole,
             state=objects,
         )
+
+
+def _stance(prototype: RiggedPrototype) -> float:
+    """Most of the way to the farthest ankle of its motion; at least a quarter of a leg [m]."""
+    rig, motion = prototype.rig, prototype.motion
+    if not len(motion.legs):
+        return 1.0  # it has no feet: anything will do
+    origin, _ = rig.frames(motion.turns, motion.shift)
+    hips, ankles = (origin[:, motion.legs[:, k]] for k in (0, 2))
+    away = np.linalg.norm(ankles[..., :2], axis=-1).max()
+    return max(0.8 * float(away), 0.27 * float(hips[..., 2].max()))
 
 
 @lru_cache(maxsize=64)

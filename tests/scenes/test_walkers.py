@@ -127,7 +127,7 @@ def patrols(field, home, u, time):
     return at, facing, variant, phase
 
 
-def footing(ground, corner, at, reach=0.35):
+def footing(ground, corner, at, reach):
     """Height and slope of the plane that feet stand on: over a stride, on what sticks out."""
     here = ground.height(corner, at)[0]
     sides = np.array(
@@ -143,7 +143,7 @@ def origins(field, view, at, facing, variant, phase):
     base = np.array([at]) - GRID_M * np.array((corner.x, corner.y))
     height, slope = field.ground.height(corner, base)[0], np.zeros(2)
     if any(len(p.motion.legs) for p in field.species.prototypes):
-        height, slope = footing(field.ground, corner, base)
+        height, slope = footing(field.ground, corner, base, field.troupe.stance_m[variant])
     if field.ground.amplitude and len(it.motion.legs):
         bodies = Bodies(
             np.array([[*base[0], height]]),
