@@ -2,6 +2,7 @@
 
 from functools import lru_cache
 
+import numpy as np
 import pytest
 
 from lod.prune import prune
@@ -24,6 +25,20 @@ def flight():
     (joe,) = world.placed
     cuts = [prune(joe, view_at(world, preset, frame)) for frame in FRAMES]
     return [{names[row] for row in cut.parts.part.tolist()} for cut in cuts]
+
+
+def test_the_flight_ends_at_the_right_hand():
+    """It fills the middle of the last frame: the hand and its fingers within 15° of the axis."""
+    preset = load_preset("fly_in")
+    world, names = build_world(preset), part_names(human())
+    view = view_at(world, preset, FRAMES[-1])
+    parts = prune(world.placed[0], view).parts
+    at = {names[row]: here for row, here in zip(parts.part, parts.position, strict=True)}
+    for name in RIGHT_FINGERS | {HAND}:
+        ray = at[name] - view.camera.eye
+        cosine = ray @ view.camera.forward / np.linalg.norm(ray)
+        assert cosine > np.cos(np.radians(15)), name
+        assert np.linalg.norm(ray) < 1.0
 
 
 def first(name):
