@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from lod.arrays import freeze
 from lod.hierarchy import Hierarchy
@@ -78,16 +79,30 @@ class Atlas:
 
     def sticks_of(self, rows: np.ndarray, is_leaf: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Which of ``rows`` owns each displayed stick, and the stick's row in the table."""
-        block = 2 * rows + is_leaf
-        first = self.sticks.first
-        owner, offset = expand(first[block + 1] - first[block])
-        return owner, first[block][owner] + offset
+        return _sticks_of(self.sticks.first, rows, is_leaf)
 
 
 def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """For counts (n,): the owner of each of count.sum() items, and its number under that owner."""
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+
+
+@njit(cache=True)
+def _sticks_of(first, rows, is_leaf):  # type: ignore[no-untyped-def]
+    """Owner and row of every stick of blocks 2·row + is_leaf, in their order."""
+    count = 0
+    for i in range(len(rows)):
+        block = 2 * rows[i] + is_leaf[i]
+        count += first[block + 1] - first[block]
+    owner, stick = np.empty(count, np.int64), np.empty(count, np.int64)
+    k = 0
+    for i in range(len(rows)):
+        block = 2 * rows[i] + is_leaf[i]
+        for row in range(first[block], first[block + 1]):
+            owner[k], stick[k] = i, row
+            k += 1
+    return owner, stick
 
 
 def _appearances(prototypes: tuple[RiggedPrototype, ...]) -> tuple[RiggedSticks, np.ndarray]:
