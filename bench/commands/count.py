@@ -37,7 +37,11 @@ def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
     return {
         "objects": vars(counts.objects),
         "parts": vars(counts.parts),
-        "terrain": {"tiles": counts.terrain_tiles, "triangles": counts.terrain_triangles},
+        "terrain": {
+            "tiles": counts.terrain_tiles,
+            "triangles": counts.terrain_triangles,
+            "predicted": None,  # the law is about objects; the ground has no Poisson prediction
+        },
         "by_species": {name: _species(each) for name, each in counts.by_species.items()},
         "by_level": list(counts.by_level),
         "detail": counts.detail,

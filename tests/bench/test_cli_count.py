@@ -34,6 +34,7 @@ def test_the_json_is_one_object_with_every_key(capfd: pytest.CaptureFixture[str]
     assert total == data["parts"]["displayed"] == sum(data["by_level"])
     assert data["terrain"]["tiles"] > 0
     assert data["terrain"]["triangles"] > 0
+    assert data["terrain"]["predicted"] is None
     assert data["detail"] == 1.0
     assert data["m"] == pytest.approx(2 * math.tan(math.radians(30)) / 64)
     assert all(spent >= 0 for spent in data["seconds"].values())
