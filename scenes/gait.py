@@ -36,9 +36,8 @@ class Wave:
     """One joint's swing about one axis: mean + amplitude·cos 2π(cycles·phase − peak) [degrees].
 
     Added to the angle at rest where ``mean`` is None. Of joints on both sides this is the left
-    one; the
-    right one is its mirror image, ``apart`` of a cycle later. Joint "" bobs and sways the whole
-    [shares of h].
+    one; the right one is its mirror image, ``apart`` of a cycle later. Joint "" bobs and sways the
+    whole [shares of h].
     """
 
     joint: str
@@ -226,8 +225,8 @@ def two_links(
     frame [degrees].
 
     Both bones hang straight down at angles 0. The knee turns about y alone, by the law of cosines;
-    the hip
-    about y into the direction of the ankle, and aside about x, or about z for legs that stick out.
+    the hip about y into the direction of the ankle, and aside about x, or about z for legs that
+    stick out.
     """
     distance = np.linalg.norm(reach, axis=1)
     cosine = (distance**2 - upper**2 - lower**2) / (2 * upper * lower)

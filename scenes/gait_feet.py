@@ -2,11 +2,9 @@
 
 A foot touches the ground with two round contacts, heel and ball (one and the same for hooves and
 claws). While it stands, the centre of the one it rolls over stays where it is; while it swings,
-the
-lower of both clears the ground. Angles of the foot to the ground follow from a table of phases,
+the lower of both clears the ground. Angles of the foot to the ground follow from a table of phases,
 joined by monotone cubics (Fritsch & Carlson, SIAM J. Numer. Anal. 17:238, 1980) so that flat
-    stays
-flat.
+stays flat.
 """
 
 from dataclasses import dataclass
@@ -25,14 +23,12 @@ _NEAR = 1e-5
 @dataclass(frozen=True)
 class Leg:
     """A pair of legs. Joints without their side; phases and lengths (shares of hip height) of
-    the
-    left.
+    the left.
 
     strike, apart  phase at which the foot lands; how much later the right one does
     pitch    (phase after landing, degrees) of the foot to the ground, toes up above 0
     ahead, spread  where the foot stands in mid-stance, ahead of the hip and aside of the middle;
-        without
-             spread, where it rests, and ahead of that
+        without spread, where it rests, and ahead of that
     bend     +1: a positive angle about y flexes the knee; −1 for elbows that point back
     toes     joints that stay flat on the ground while the foot rises; ``flat_toes``: at any
         pitch
@@ -69,8 +65,7 @@ class FootPath(NamedTuple):
     """A foot through the cycle, (K,) each.
 
     print_x  where its print is, relative to mid-stance: it recedes as the body goes on, until
-        the
-        foot
+        the foot
              swings to the next [m]
     roll, z  the ankle ahead of where it is over a flat print, along the foot; its height [m]
     pitch    angle about y, toes down above 0 [degrees]; curl: angle of the toes about y
@@ -141,8 +136,7 @@ def _turned(contact: np.ndarray, pitch: Reals) -> tuple[Reals, Reals]:
 
 def _roll(contacts: Contacts, pitch: Reals) -> Reals:
     """How far ahead the ankle is with the contact below it kept in place: the heel while toes
-    are
-    up.
+    are up.
     """
     heel, ball = (contact[0] - _turned(contact, pitch)[0] for contact in contacts)
     return np.where(pitch < 0, heel, ball)

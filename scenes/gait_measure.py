@@ -17,8 +17,7 @@ from scenes.rig_turns import Turns, Vectors, turned
 @dataclass(frozen=True, eq=False)
 class Cycle:
     """One cycle at K phases: turns (K, j, 4) in the parents; origin (K, j, 3), facing (K, j, 4)
-    of
-    joints.
+    of joints.
     """
 
     phase: np.ndarray

@@ -3,9 +3,8 @@
 Joint and foot angles after Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter,
 "Biomechanics and Motor Control of Human Movement" (4th ed. 2009): the foot lands 20° toes up, is
 flat by 10 % of the cycle, lifts its heel at 38 % and leaves at 62 % of it about 60° toes down;
-the
-pelvis turns 5° and lists 3° to each side, the chest turns against it, the head stays. Arms swing
-against the legs.
+the pelvis turns 5° and lists 3° to each side, the chest turns against it, the head stays. Arms
+swing against the legs.
 """
 
 import numpy as np
@@ -51,8 +50,7 @@ def walk(
     nod: float = 0.0,
 ) -> Gait:
     """A person's walk. ``swing``: of the arms to each side; ``elbow``, ``lean``, ``nod``: how
-    bent
-    [degrees].
+    bent [degrees].
     """
     leg = Leg(**{**vars(_LEG), "spread": spread})
     return Gait(legs=(leg,), waves=_waves(swing, elbow, lean, nod), duty=0.62, froude=froude)

@@ -3,16 +3,15 @@ stands alone.
 
 A walker goes round a circle about its home at an even speed, and the ground it covers drives its
 gait: one cycle of the motion a stride. Where homes are a Poisson process and starts and
-directions
-are drawn for each home alone, the walkers are at any time a Poisson process of the same density
-(displacement theorem: Kingman, "Poisson Processes", 1993, §5.5), so the law's predictions hold
+directions are drawn for each home alone, the walkers are at any time a Poisson process of the same
+density (displacement theorem: Kingman, "Poisson Processes", 1993, §5.5), so the law's predictions
+hold
 for
 them unchanged.
 
 The motion was made for a straight path. On a circle of radius ρ a print that is x ahead and y
-aside
-of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``least_radius`` keeps
-that small.
+aside of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``least_radius``
+keeps that small.
 """
 
 import math
@@ -52,8 +51,7 @@ def patrol(
     """Walkers ``time`` s after they set out, each on a circle of ``radius`` m about its home.
 
     heading (n,) at time 0, anticlockwise from x [rad]; clockwise (n,) which way round; phase
-        (n,)
-        at time 0
+        (n,) at time 0
     stride, period (n,) of each one's motion [m, s]; those without a stride stay at home, facing
         ``heading``
     """

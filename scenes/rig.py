@@ -29,8 +29,7 @@ class Rig:
     rest    (j, 4) turn of each joint as the object stands, (x, y, z, w)
     low, high (j, 3) least and greatest angle about x, y, z, in Rz·Ry·Rx [degrees]
     shift_low, shift_high (3,) how far the joints of the object's own frame may move as it walks on
-        the spot:
-            bob and sway [m]
+        the spot: bob and sway [m]
     """
 
     name: tuple[str, ...]

@@ -2,11 +2,9 @@
 and artifacts.
 
 The tables name each side once, as ``figure_tables`` do: the left is given, the right is its
-mirror
-image. Leaf appearances stand for what they hide (§2.4): their radii are fitted, in the pose at
-rest, so that the mean area over directions is that of everything hidden. A part without a body
-of
-its own keeps, as an inner node, its leaf appearance thinned to a core hidden inside its parts.
+mirror image. Leaf appearances stand for what they hide (§2.4): their radii are fitted, in the pose
+at rest, so that the mean area over directions is that of everything hidden. A part without a body
+of its own keeps, as an inner node, its leaf appearance thinned to a core hidden inside its parts.
 """
 
 from dataclasses import dataclass, field

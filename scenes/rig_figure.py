@@ -6,16 +6,15 @@ subjects", J. Bone Joint Surg. 61-A:756 (1979), and the handbook of the American
 Orthopaedic Surgeons (1965). Under load and with the knee bent the ankle bends further up, by
     30° at
 least (weight-bearing lunge: Bennell et al., Aust. J. Physiother. 44:175, 1998). The spine's and
-    the
-neck's are shared out evenly over their two joints. Signs, on the left: about x outwards, about y
+the neck's are shared out evenly over their two joints. Signs, on the left: about x outwards,
+    about y
 back (the spine forwards), about z to the left.
 
 Children: the head takes up a larger share of the stature and the legs a smaller one. Head 1/6 at
 six years and 1/7 at twelve against 1/7.7 in the tables (Stratz, "Der Körper des Kindes", 1909;
 Medawar, "Size, shape and age", 1945); sitting height 0.55 and 0.525 of stature against 0.52
-(Bogin
-& Varela-Silva, "Leg length, body proportion, and health", Int. J. Environ. Res. Public Health
-7:1047, 2010).
+(Bogin & Varela-Silva, "Leg length, body proportion, and health", Int. J. Environ. Res. Public
+Health 7:1047, 2010).
 """
 
 from dataclasses import replace

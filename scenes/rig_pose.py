@@ -1,12 +1,10 @@
 """Posing by arrays: joints and sticks of many objects at once, each at its own phase, compiled.
 
 A ``Cast`` lays the rigs and motions of all prototypes of a species end to end; ``Bodies`` say
-where
-each object stands and how far through its cycle it is. The walks take pairs (object, joint) or
-(object, stick), those of one object together, and evaluate every joint that is needed once an
+where each object stands and how far through its cycle it is. The walks take pairs (object, joint)
+or (object, stick), those of one object together, and evaluate every joint that is needed once an
 object: slerp between two keys, product with the joint above, offset. On sloping ground the legs
-are
-bent so that feet stand on it (``rig_plant``).
+are bent so that feet stand on it (``rig_plant``).
 
 Same input, same bytes: one thread, no reordered arithmetic.
 """
@@ -29,8 +27,7 @@ def pose_joints(cast: Cast, bodies: Bodies, rows: Ints, joints: Ints) -> tuple[P
     """Origin (m, 3) [m] and turn (m, 4) of joints, in the frame's coordinates.
 
     rows, joints (m,): objects and joints within their prototype; those of one object together,
-        for
-        speed.
+        for speed.
     """
     return _pose_joints(cast.tables, cast.most_joints, *bodies.columns(), rows, joints)
 
@@ -46,8 +43,7 @@ def pose_sticks(
     end_joint: np.ndarray,
 ) -> tuple[Points, Points]:
     """Both ends of sticks, (m, 3) each [m]: row ``sticks`` of the table, of object ``rows``,
-    (m,)
-    each.
+    (m,) each.
 
     start, end (k, 3), start_joint, end_joint (k,): the table of rigged sticks (joint −1 = the
         object's frame).

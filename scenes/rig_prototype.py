@@ -4,8 +4,7 @@
     extent      farthest that a part's own sticks, of either appearance, can be from a point, over
         all poses
     P           √ of the largest area over directions that the leaf appearance covers; where a leaf
-        appearance
-                spans joints, the largest over the poses of ``P_POSES`` as well
+        appearance spans joints, the largest over the poses of ``P_POSES`` as well
     R           the greater of the extent of the part and the extents of its direct parts, from its
         origin
     B           the greater of the extent of the part and, over its parts, separation + B of the

@@ -10,11 +10,9 @@ and R = Rz·Ry·Rx takes three maxima over one angle each, so that no combinatio
 listed. Two steps keep it an upper bound, both with an error of second order only:
 
 * h is kept on the points (1, s, t) of a cube's faces. It is convex, so interpolating bilinearly
-never
-  gives less than its value (Jensen).
+never gives less than its value (Jensen).
 * An arc between two angles δ apart lies within the two points of those angles moved out from the
-axis by
-  1/cos(δ/2), so that a few angles stand for all between them.
+axis by 1/cos(δ/2), so that a few angles stand for all between them.
 """
 
 import math
