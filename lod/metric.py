@@ -71,7 +71,7 @@ def metric_named(name: str) -> Metric:
     return METRICS[name]
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=4096)
 def limit_distances(hierarchy: Hierarchy, metric: Metric, m: float) -> np.ndarray:
     """Limit distance D of every part, clamped once so that every cut is connected, (n,) [m].
 
