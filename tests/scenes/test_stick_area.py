@@ -143,9 +143,10 @@ class TestUnions:
 
     @given(plump_sticks, st.integers(0, 63), st.integers(0, 2**32 - 1))
     def test_union_agrees_with_monte_carlo(self, rows, number, seed):
+        """In one direction, where the raster is within 2.5 % (see above) and chance adds to it."""
         t, d = table(rows), directions()[number]
         area = areas_of_parts(t, d[None])[0, 0]
-        assert area == pytest.approx(monte_carlo_area(t, d, np.random.default_rng(seed)), rel=0.01)
+        assert area == pytest.approx(monte_carlo_area(t, d, np.random.default_rng(seed)), rel=0.025)
 
     @given(sticks, st.integers(0, 63))
     def test_union_is_between_the_largest_and_the_sum(self, rows, number):
