@@ -49,7 +49,8 @@ class Corner:
 def split(x: float, y: float, cell_x: int = 0, cell_y: int = 0) -> tuple[Corner, float, float]:
     """The point (x, y) metres from corner (cell_x, cell_y), as its own corner and an offset.
 
-    The offset lies in [0, GRID_M) on both axes.
+    The offset lies in [0, GRID_M) on both axes; it rounds to GRID_M itself where a coordinate is
+    below a corner by less than float64 can tell.
     """
     if not (math.isfinite(x) and math.isfinite(y)):
         raise InputError("eye", (x, y), "a position is finite")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.arrays import Points, Reals, freeze
+from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.rig import Rig
 from scenes.rig_turns import Turns
@@ -91,12 +91,6 @@ def one_sign(turns: Turns) -> Turns:
 def key_phases(keys: int) -> Reals:
     """Phases of ``keys`` evenly spaced keys, (K,)."""
     return np.arange(keys) / keys
-
-
-def posed_points(rig: Rig, motion: Motion, phase: float) -> tuple[Points, Turns]:
-    """Origin and turn of every joint at a phase, in the object's frame."""
-    turns, shift = motion.at(phase)
-    return rig.frames(turns, shift)
 
 
 def _check(motion: Motion) -> None:
