@@ -18,7 +18,12 @@ VIEW_KEYS = {
     "visibility": "air.visibility",
 }
 QUALITY_KEYS = {"spp": "render.spp", "variant": "render.variant"}
-_TEXT = {"size", "metric", "visibility", "variant"}
+FILE_KEYS = {
+    "compression": "output.compression",
+    "multipart": "output.multipart",
+    "float": "output.colour",
+}
+_TEXT = {"size", "metric", "visibility", "variant", "compression", "float"}
 
 
 def view_flags(command: Command) -> Command:
@@ -45,13 +50,30 @@ def view_flags(command: Command) -> Command:
     return command
 
 
+def file_flags(command: Command) -> Command:
+    """The flags that say how a frame's file is laid out, and what is in it."""
+    flags = (
+        click.option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
+        click.option(
+            "--multipart", is_flag=True, default=None, help="A part for each group of layers."
+        ),
+        click.option(
+            "--float", flag_value="float", default=None, help="Colour as float instead of half."
+        ),
+    )
+    for flag in reversed(flags):
+        command = flag(command)
+    return command
+
+
 def preset_of(name: str, settings: Sequence[str], density: Sequence[str], **flags: Any) -> Preset:
     """The preset with -D laid over it, and the flags over that; flags left out are None."""
-    keys = VIEW_KEYS | QUALITY_KEYS
+    keys = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
     laid: list[str | Setting] = list(settings)
     for flag, text in flags.items():
         if text is not None:
-            laid.append(Setting(f"--{flag}", keys[flag], text if flag in _TEXT else number(text)))
+            value = text if flag in _TEXT or text is True else number(text)
+            laid.append(Setting(f"--{flag}", keys[flag], value))
     laid += [_density(text) for text in density]
     return load_preset(name, laid)
 

@@ -244,6 +244,17 @@ class RenderPreset(Table):
     variant: Annotated[str, Field(min_length=1), key("Mitsuba variant, or auto")] = "auto"
 
 
+class OutputPreset(Table):
+    """How frames are written, and what is in them beside the usual layers."""
+
+    compression: Annotated[
+        Literal["zip", "zips", "piz", "rle", "none"],
+        key("of the file, all without loss; only zip and zips notice a flipped bit"),
+    ] = "zip"
+    multipart: Annotated[bool, key("a part for each group of layers")] = False
+    colour: Annotated[Literal["half", "float"], key("pixels of colour layers")] = "half"
+
+
 SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
 
 
@@ -263,6 +274,7 @@ class Preset(Table):
     species: dict[SpeciesName, SpeciesPreset] = {}
     placed: dict[SpeciesName, PlacedPreset] = {}
     render: RenderPreset = RenderPreset()
+    output: OutputPreset = OutputPreset()
 
     @model_validator(mode="after")
     def _agree(self) -> "Preset":

@@ -8,7 +8,7 @@ import numpy as np
 
 from lod.prune import Cut, prune
 from scenes.preset import Preset
-from scenes.render.frame import Air, FrameInput, Light, Quality, Visible
+from scenes.render.frame import Air, FileForm, FrameInput, Light, Quality, Visible
 from scenes.world import World, view_at
 
 KOSCHMIEDER = math.log(1 / 0.02)
@@ -33,6 +33,7 @@ def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
         light=light_of(preset),
         quality=quality_of(preset, variant),
         fps=preset.camera.fps,
+        form=FileForm(**preset.output.model_dump()),
         seconds=seconds,
     )
 

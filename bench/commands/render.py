@@ -11,7 +11,7 @@ import click
 from bench.frame_flags import check_targets, frame_numbers, frame_path, frame_pattern, make_folder
 from bench.output import Output, output
 from bench.progress import progress_bar
-from bench.view_flags import preset_of, view_flags
+from bench.view_flags import file_flags, preset_of, view_flags
 from lod.errors import InputError
 from scenes.preset import Preset
 from scenes.render.frame import FrameInput
@@ -23,6 +23,7 @@ from scenes.render.frame import FrameInput
 @click.option("--frames", default="1", metavar="LIST", help="1-24 or 1,5,9.", show_default=True)
 @click.option("--spp", metavar="N", help="Samples per pixel.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
+@file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")

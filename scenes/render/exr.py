@@ -1,9 +1,11 @@
-"""Layers to and from OpenEXR files: one part, ZIP, nothing in the header but what made the pixels.
+"""Layers to and from OpenEXR files: nothing in the header but what made the pixels.
 
 Channels: half R G B (linear Rec.709), float Z [m], half N.X N.Y N.Z, half albedo.R albedo.G
-albedo.B, uint id.object id.part id.level. Also float A, 1 everywhere: Mitsuba's reader gives every
-layer the type of the first by name, and Z and ids would overflow as halves. The only file that
-imports OpenEXR.
+albedo.B, uint id.object id.part id.level; where asked for, float motion.X motion.Y [px] and
+denoised.R denoised.G denoised.B like R G B. Also float A, 1 everywhere: Mitsuba's reader gives
+every layer the type of the first by name, and Z and ids would overflow as halves. One part, or a
+part for each group of layers; a channel is called the same in both. The only file that imports
+OpenEXR.
 """
 
 import contextlib
@@ -13,25 +15,47 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import OpenEXR
 
 from lod.errors import InputError
-from scenes.render.frame import Layers
+from scenes.render.frame import PLAIN, FileForm, Layers
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 _HALF_MAX = 65504.0
+_COLOUR = np.floating
+"""Half or float, as the file's form says."""
 
-_CHANNELS: dict[str, tuple[str, int | None, type]] = {
-    **{name: ("rgb", i, np.float16) for i, name in enumerate("RGB")},
-    "Z": ("Z", None, np.float32),
-    **{f"N.{name}": ("N", i, np.float16) for i, name in enumerate("XYZ")},
-    **{f"albedo.{name}": ("albedo", i, np.float16) for i, name in enumerate("RGB")},
-    **{f"id.{name}": (name, None, np.uint32) for name in ("object", "part", "level")},
+
+class _Channel(NamedTuple):
+    """Which part it is in where there are several, field and component of Layers, pixel type."""
+
+    part: str
+    field: str
+    component: int | None
+    dtype: Any
+
+
+_CHANNELS: dict[str, _Channel] = {
+    **{name: _Channel("rgba", "rgb", i, _COLOUR) for i, name in enumerate("RGB")},
+    "Z": _Channel("depth", "Z", None, np.float32),
+    **{f"N.{name}": _Channel("N", "N", i, np.float16) for i, name in enumerate("XYZ")},
+    **{f"albedo.{n}": _Channel("albedo", "albedo", i, _COLOUR) for i, n in enumerate("RGB")},
+    **{f"id.{n}": _Channel("id", n, None, np.uint32) for n in ("object", "part", "level")},
 }
-"""Name in the file: field of Layers, which component, pixel type."""
+_ASKED_FOR: dict[str, _Channel] = {
+    **{f"motion.{n}": _Channel("motion", "motion", i, np.float32) for i, n in enumerate("XY")},
+    **{f"denoised.{n}": _Channel("denoised", "denoised", i, _COLOUR) for i, n in enumerate("RGB")},
+}
+_COMPRESSION = {
+    "zip": OpenEXR.ZIP_COMPRESSION,
+    "zips": OpenEXR.ZIPS_COMPRESSION,
+    "piz": OpenEXR.PIZ_COMPRESSION,
+    "rle": OpenEXR.RLE_COMPRESSION,
+    "none": OpenEXR.NO_COMPRESSION,
+}
 
 
 def write_exr(
@@ -39,6 +63,7 @@ def write_exr(
     layers: Layers,
     header: Mapping[str, Any],
     before_rename: Callable[[str], object] = lambda digest: None,
+    form: FileForm = PLAIN,
 ) -> str:
     """Write under a temporary name in the same folder, then rename; gives the file's SHA-256.
 
@@ -49,7 +74,7 @@ def write_exr(
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         temporary.touch(exist_ok=False)  # the system's own error, where it cannot be
-        _write(temporary, layers, header)
+        _write(temporary, layers, header, form)
         digest = _settle(temporary)
         before_rename(digest)
         os.replace(temporary, path)
@@ -59,25 +84,40 @@ def write_exr(
     return digest
 
 
-def _write(path: Path, layers: Layers, header: Mapping[str, Any]) -> None:
+def _write(path: Path, layers: Layers, header: Mapping[str, Any], form: FileForm) -> None:
     fixed = {
-        "compression": OpenEXR.ZIP_COMPRESSION,
+        "compression": _COMPRESSION[form.compression],
         "type": OpenEXR.scanlineimage,
         "chromaticities": REC709,
     }
-    channels = {name: OpenEXR.Channel(_pixels(layers, name)) for name in _CHANNELS}
-    channels["A"] = OpenEXR.Channel(np.ones_like(layers.Z))
+    parts = [
+        OpenEXR.Part({**header, **fixed}, channels, name)
+        for name, channels in _parts(layers, form).items()
+    ]
     try:
         with _stdout_to_stderr():
-            OpenEXR.File({**header, **fixed}, channels).write(str(path))
+            OpenEXR.File(parts).write(str(path))
     except (RuntimeError, ValueError) as error:
         raise OSError(errno.EIO, f"cannot be written as OpenEXR ({error})", str(path)) from error
 
 
-def _pixels(layers: Layers, name: str) -> np.ndarray:
-    field, component, dtype = _CHANNELS[name]
-    values = getattr(layers, field)
-    values = values if component is None else values[..., component]
+def _parts(layers: Layers, form: FileForm) -> dict[str, dict[str, OpenEXR.Channel]]:
+    """Channels by part; all in one without a name unless the form has several."""
+    asked = {name: c for name, c in _ASKED_FOR.items() if getattr(layers, c.field) is not None}
+    parts: dict[str, dict[str, OpenEXR.Channel]] = {}
+    for name, channel in {**_CHANNELS, **asked}.items():
+        pixels = OpenEXR.Channel(_pixels(layers, channel, form))
+        parts.setdefault(channel.part if form.multipart else "", {})[name] = pixels
+    next(iter(parts.values()))["A"] = OpenEXR.Channel(np.ones_like(layers.Z))
+    return parts
+
+
+def _pixels(layers: Layers, channel: _Channel, form: FileForm) -> np.ndarray:
+    values = getattr(layers, channel.field)
+    values = values if channel.component is None else values[..., channel.component]
+    dtype = channel.dtype
+    if dtype is _COLOUR:
+        dtype = np.float32 if form.colour == "float" else np.float16
     if dtype is np.float16:
         values = np.clip(values, -_HALF_MAX, _HALF_MAX)
     return np.ascontiguousarray(values, dtype=dtype)
@@ -108,7 +148,8 @@ def read_exr(path: str | Path) -> tuple[Layers, dict[str, Any]]:
     try:
         with _stdout_to_stderr():
             file = OpenEXR.File(str(path), separate_channels=True)
-            pixels = {name: channel.pixels for name, channel in file.channels().items()}
+            parts = [file.channels(number) for number in range(len(file.parts))]
+            pixels = {name: each.pixels for part in parts for name, each in part.items()}
             header = dict(file.header())
     except (RuntimeError, ValueError) as error:
         raise InputError("frame", str(path), f"readable OpenEXR ({error})") from error
@@ -120,8 +161,9 @@ def read_exr(path: str | Path) -> tuple[Layers, dict[str, Any]]:
 
 def _fields(pixels: Mapping[str, np.ndarray]) -> dict[str, Any]:
     columns: dict[str, list[np.ndarray]] = {}
-    for name, (field, _, _) in _CHANNELS.items():
-        columns.setdefault(field, []).append(pixels[name])
+    for name, channel in {**_CHANNELS, **_ASKED_FOR}.items():
+        if name in pixels:
+            columns.setdefault(channel.field, []).append(pixels[name])
     return {k: v[0] if len(v) == 1 else np.stack(v, axis=-1) for k, v in columns.items()}
 
 

@@ -88,11 +88,30 @@ class Quality:
             raise InputError("max_depth", self.max_depth, "from 1 to 64", "try 4")
 
 
+@dataclass(frozen=True)
+class FileForm:
+    """How a frame's file is laid out; none of it loses anything but half's rounding.
+
+    compression  zip, zips, piz, rle or none. Only zip and zips notice a flipped bit by themselves
+    multipart    a part for each group of layers instead of one part with all
+    colour       "half" or "float" pixels in R G B, albedo and denoised
+    """
+
+    compression: str = "zip"
+    multipart: bool = False
+    colour: str = "half"
+
+
+PLAIN = FileForm()
+"""One part, ZIP, half."""
+
+
 @dataclass(frozen=True, eq=False)
 class FrameInput:
     """All that one frame of a sequence is made from.
 
     fps        frames a second, for the header
+    form       of the file
     seconds    of the stages that made this input, such as pruning
     """
 
@@ -102,6 +121,7 @@ class FrameInput:
     light: Light
     quality: Quality
     fps: float = 24.0
+    form: FileForm = PLAIN
     seconds: dict[str, float] = field(default_factory=dict)
 
 
@@ -114,10 +134,12 @@ class Layers:
     N       (h, w, 3) unit shading normal, x east, y north, z up; 0 for the sky
     albedo  (h, w, 3) mean of all samples, 0 to 1; 0 for the sky
     object, part, level (h, w) frame-local ids; object 0 is the sky
+    motion  (h, w, 2) to where the same point is in the next frame [px], x right, y up; or None
+    denoised (h, w, 3) rgb as a denoiser leaves it, never negative; or None
     seconds      of each stage
     statistics   counts worth keeping: shapes, sticks, triangles, clamped and replaced pixels
 
-    Z, N and the ids are those of one sample of each pixel, which one the driver says.
+    Z, N, the ids and motion are those of one sample of each pixel, which one the driver says.
     """
 
     rgb: np.ndarray
@@ -129,10 +151,15 @@ class Layers:
     level: np.ndarray
     seconds: dict[str, float] = field(default_factory=dict)
     statistics: dict[str, int] = field(default_factory=dict)
+    motion: np.ndarray | None = None
+    denoised: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         freeze(self, rgb=np.float32, Z=np.float32, N=np.float32, albedo=np.float32)
         freeze(self, object=np.uint32, part=np.uint32, level=np.uint32)
+        for name in ("motion", "denoised"):
+            if getattr(self, name) is not None:
+                freeze(self, **{name: np.float32})
 
 
 def sampler_seed(seed: int, frame: int, *where: int) -> int:

@@ -143,7 +143,7 @@ def _render(
         noted = ("frame", "sha256", "seconds", "statistics")
         manifest.put(path, settings, {key: record[key] for key in noted})
 
-    write_exr(path, layers, _header(made, settings, frame), note)
+    write_exr(path, layers, _header(made, settings, frame), note, made.form)
     return record
 
 

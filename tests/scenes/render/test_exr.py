@@ -1,18 +1,25 @@
 """Frames survive the round trip, in three readers, and damage does not pass for a frame."""
 
+import operator
 import os
+import tempfile
+from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
 
 from lod.camera import Corner, look
 from lod.errors import InputError
 from scenes.render import exr
 from scenes.render.exr import read_exr, write_exr
-from scenes.render.frame import SKY_Z, Layers
+from scenes.render.frame import SKY_Z, FileForm, Layers
 from scenes.render.header import frame_header
 
 NAMES = {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"}
@@ -32,6 +39,12 @@ def some_layers(size=(9, 5), seed=0):
         part=ids[1],
         level=ids[2],
     )
+
+
+def with_extras(layers):
+    """The same layers with motion and a denoised picture."""
+    motion = np.dstack([layers.Z * 1e-3, -layers.Z])
+    return replace(layers, motion=motion, denoised=layers.rgb / 2)
 
 
 def some_header(**settings):
@@ -78,6 +91,86 @@ def test_same_layers_same_bytes(tmp_path):
     again = write_exr(tmp_path / "b.exr", some_layers(), some_header(x=1))
     other = write_exr(tmp_path / "c.exr", some_layers(), some_header(x=2))
     assert first == again != other
+
+
+FORMS = [FileForm("zips"), FileForm("piz"), FileForm("rle"), FileForm("none")]
+FORMS += [FileForm(multipart=True), FileForm(multipart=True, colour="float")]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_gives_the_same_layers_back(tmp_path, form):
+    layers, header = with_extras(some_layers()), some_header(seed=2**63 - 1)
+    write_exr(tmp_path / "plain.exr", layers, header, form=FileForm(colour=form.colour))
+    write_exr(tmp_path / "a.exr", layers, header, form=form)
+    (plain, _), (back, kept) = (read_exr(tmp_path / name) for name in ("plain.exr", "a.exr"))
+    for name in ("rgb", "Z", "N", "albedo", "object", "part", "level", "motion", "denoised"):
+        assert np.array_equal(getattr(back, name), getattr(plain, name)), name
+    assert kept["lod:seed"] == "9223372036854775807"
+
+
+def test_float_keeps_colour_to_the_bit_and_half_rounds_it(tmp_path):
+    layers = with_extras(some_layers())
+    write_exr(tmp_path / "a.exr", layers, some_header(), form=FileForm(colour="float"))
+    back, _ = read_exr(tmp_path / "a.exr")
+    for name in ("rgb", "albedo", "denoised"):
+        assert np.array_equal(getattr(back, name), getattr(layers, name))
+    assert back.N.dtype == np.float32 and not np.array_equal(back.N, layers.N)
+
+
+def test_parts_are_named_for_their_layers_and_each_says_what_made_it(tmp_path):
+    layers = with_extras(some_layers())
+    write_exr(tmp_path / "a.exr", layers, some_header(seed=7), form=FileForm(multipart=True))
+    file, parts = oiio.ImageInput.open(str(tmp_path / "a.exr")), {}
+    while file.seek_subimage(len(parts), 0):
+        spec = file.spec()
+        parts[spec.getattribute("name")] = set(spec.channelnames)
+        assert spec.getattribute("lod:seed") == "7"
+    assert parts == {
+        "rgba": set("RGBA"),
+        "depth": {"Z"},
+        "N": {"N.X", "N.Y", "N.Z"},
+        "albedo": {"albedo.R", "albedo.G", "albedo.B"},
+        "id": {"id.object", "id.part", "id.level"},
+        "motion": {"motion.X", "motion.Y"},
+        "denoised": {"denoised.R", "denoised.G", "denoised.B"},
+    }
+
+
+@given(
+    settings=st.dictionaries(
+        st.text("abcdefgh.-_é", min_size=1, max_size=20),
+        st.integers(0, 2**63 - 1)
+        | st.floats(allow_nan=False)
+        | st.text(max_size=40)
+        | st.booleans(),
+        max_size=8,
+    ),
+    seed=st.integers(0, 2**63 - 1) | st.just(2**63 - 1),
+    fps=st.floats(0.001, 1000),
+    cell=st.tuples(*[st.integers(-(2**55), 2**55)] * 2),
+)
+@hypothesis_settings(max_examples=1000, deadline=None)
+def test_a_thousand_headers_survive_the_round_trip(settings, seed, fps, cell):
+    camera = look(Corner(*cell), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (3, 2))
+    header = frame_header(camera, fps, {**settings, "seed": seed})
+    with tempfile.TemporaryDirectory() as folder:
+        write_exr(Path(folder) / "a.exr", some_layers((3, 2)), header)
+        _, back = read_exr(Path(folder) / "a.exr")
+    assert int(back["lod:seed"]) == seed and back["lod:corner"] == f"{cell[0]},{cell[1]}"
+    for name, value in header.items():
+        same = np.array_equal if isinstance(value, np.ndarray) else operator.eq
+        assert same(back[name], value), name
+
+
+@pytest.mark.parametrize("compression", ["zip", "zips"])
+def test_zip_notices_every_flipped_bit(tmp_path, compression):
+    path = tmp_path / "a.exr"
+    write_exr(path, some_layers((64, 48)), some_header(), form=FileForm(compression))
+    whole, generator = path.read_bytes(), np.random.default_rng(1)
+    for at in generator.integers(len(whole) // 10, len(whole), 50).tolist():
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 16]) + whole[at + 1 :])
+        with pytest.raises(InputError):
+            read_exr(path)
 
 
 def test_openimageio_reads_every_layer(tmp_path):
