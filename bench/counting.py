@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lod.fade import looks
 from lod.law import chained_limits, disc_areas, expected, variance
 from lod.law_ground import Moments, moments, polar_net, reach_of
 from lod.parts import Triangles
@@ -96,7 +97,7 @@ def count(world: World, view: View) -> Counts:
         by_species[each.name] = _species_count(cut, predicted, each.species.density)
     with watch.stage("terrain"):
         ground = prune(world.terrain, view)
-        mesh = world.terrain.appearance(ground.parts, ground.is_leaf)
+        mesh = world.terrain.appearance(ground.parts, looks(ground, view))
     nothing = Tally(0, 0, 0.0, 0.0)
     return Counts(
         objects=sum((s.objects for s in by_species.values()), nothing),

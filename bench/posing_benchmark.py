@@ -22,7 +22,9 @@ from bench.figure_fit import median
 from bench.output import table
 from bench.provenance import provenance
 from lod.camera import Corner, look
+from lod.fade import looks
 from lod.metric import metric_named
+from lod.parts import Look
 from lod.prune import Cut, prune
 from lod.view import View
 from scenes.field import Species, SpeciesField
@@ -93,20 +95,23 @@ def posing_rows(repeats: int, share: float) -> list[Row]:
     near, far = ("every part", 1e4, "full"), ("as displayed", 1.3e5, "blake")
     for name, figures, metric in (far, near):
         field = crowd(figures * share)
-        cut = prune(field, view(SHARP_PX, metric))
-        walk, sticks = _walk(field, cut)
-        tasks = walk, lambda field=field, cut=cut: field.appearance(cut.parts, cut.is_leaf)
+        seen = view(SHARP_PX, metric)
+        cut = prune(field, seen)
+        walk, sticks = _walk(field, cut, looks(cut, seen))
+        shown = looks(cut, seen)
+        tasks = walk, lambda field=field, cut=cut, shown=shown: field.appearance(cut.parts, shown)
         for task, seconds in zip(("walk", "emit"), interleaved(tasks, repeats), strict=True):
             counts = cut.displayed_objects, cut.displayed_parts, sticks
             rows.append(Row(f"{task}, {name}", *counts, seconds))
     return rows
 
 
-def _walk(field: SpeciesField, cut: Cut) -> tuple[Callable[[], Any], int]:
+def _walk(field: SpeciesField, cut: Cut, shown: Look) -> tuple[Callable[[], Any], int]:
     """The compiled walk over the sticks of a cut, ready to go, and how many they are."""
     atlas, cast = field.troupe.atlas, field.troupe.cast
     order = np.argsort(cut.parts.object, kind="stable")
-    owner, stick = atlas.sticks_of(cut.parts.part[order], cut.is_leaf[order])
+    ordered = Look(shown.inner[order], shown.leaf[order])
+    owner, stick, _ = atlas.sticks_of(cut.parts.part[order], ordered)
     rows, bodies = cut.parts.object[order][owner], cut.parts.state.bodies
     columns = (getattr(atlas.sticks, k) for k in ("start", "end", "start_joint", "end_joint"))
     start, end, start_joint, end_joint = columns
@@ -122,7 +127,7 @@ def frame_rows(cases: Sequence[tuple[str, SpeciesField, View]], repeats: int) ->
 
     def frame(field: SpeciesField, seen: View) -> tuple[Cut, int]:
         cut = prune(field, seen)
-        return cut, len(field.appearance(cut.parts, cut.is_leaf))
+        return cut, len(field.appearance(cut.parts, looks(cut, seen)))
 
     cuts = [frame(field, seen) for _, field, seen in cases]
     tasks = [lambda field=f, seen=v: frame(field, seen) for _, f, v in cases]
@@ -169,8 +174,9 @@ def _shown(title: str, rows: Sequence[Row], per_stick: bool) -> str:
 def run(repeats: int, share: float) -> dict[str, Any]:
     """All cases; ``share`` of the full number of figures."""
     start = time.perf_counter()
-    cut = prune(crowd(20.0), view(1.0))
-    crowd(20.0).appearance(cut.parts, cut.is_leaf)
+    seen = view(1.0)
+    cut = prune(crowd(20.0), seen)
+    crowd(20.0).appearance(cut.parts, looks(cut, seen))
     compiling = time.perf_counter() - start
     return {
         "compiling_s": compiling,

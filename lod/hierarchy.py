@@ -66,6 +66,16 @@ class Hierarchy:
         """Where in ``order`` the parts of each part begin, (n,)."""
         return np.concatenate(([0], np.cumsum(self.part_count)[:-1]))
 
+    @cached_property
+    def share(self) -> np.ndarray:
+        """Area P² of each part over that of all direct parts of its whole, (n,); row 0: 1."""
+        area = self.P**2
+        siblings = np.bincount(self.whole[1:], area[1:], len(self))
+        share = np.ones(len(self))
+        share[1:] = area[1:] / siblings[self.whole[1:]]
+        share.setflags(write=False)
+        return share
+
     def scaled(self, factor: float) -> "Hierarchy":
         """The same object ``factor`` times as large: every length grows alike."""
         if not (np.isfinite(factor) and factor > 0):

@@ -23,6 +23,7 @@ class Parts:
     object    (n,)   which object of this frame the part belongs to
     part      (n,)   which part of its representation it is
     whole     (n,)   row, in the batch that was asked, of the part that owns it; -1 for roots
+    share     (n,)   its share of the area of all direct parts of its whole, 0 to 1; 1 for roots
     state     the representation's own, passed along untouched (poses, seeds, tiles)
     """
 
@@ -35,13 +36,14 @@ class Parts:
     object: np.ndarray
     part: np.ndarray
     whole: np.ndarray
+    share: np.ndarray
     state: Any = None
 
     def __post_init__(self) -> None:
         same = self.centre is self.position
         freeze(self, position=np.float64, bound=np.float64, limit=np.float64)
         freeze(self, limit_offscreen=np.float64, level=np.int64, object=np.int64)
-        freeze(self, part=np.int64, whole=np.int64)
+        freeze(self, part=np.int64, whole=np.int64, share=np.float64)
         centre = self.position if same else np.asarray(self.centre, np.float64)
         object.__setattr__(self, "centre", centre)
 
@@ -62,8 +64,31 @@ class Parts:
             object=self.object[rows],
             part=self.part[rows],
             whole=self.whole[rows],
+            share=self.share[rows],
             state=self.state,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """How much of each of its two appearances a displayed part shows (§2.4).
+
+    What of a part's own parts is hidden, its leaf appearance stands for; what of them is displayed
+    hangs on its inner one. Both are shares of area, 0 to 1, so that a whole that loses its parts
+    one by one covers as much as before; a share of 0 draws nothing.
+
+    inner  (n,) of the inner appearance
+    leaf   (n,) of the leaf appearance
+    """
+
+    inner: np.ndarray
+    leaf: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, inner=np.float64, leaf=np.float64)
+
+    def __len__(self) -> int:
+        return len(self.inner)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,5 +158,5 @@ class Representation(Protocol):
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly; ``whole`` gives rows of ``parts``."""
 
-    def appearance(self, parts: Parts, is_leaf: np.ndarray) -> Sticks | Triangles:
-        """What displayed parts look like, as inner nodes or in their leaf appearance (§2.4)."""
+    def appearance(self, parts: Parts, look: Look) -> Sticks | Triangles:
+        """What displayed parts look like: so much of each appearance as they show (§2.4)."""

@@ -13,12 +13,10 @@ class Cut:
     """The parts displayed in one frame, a connected top of every object's tree.
 
     parts     the displayed parts, wholes before their parts; ``whole`` gives rows of this batch
-    is_leaf   (n,) True where none of the part's own parts is displayed
     examined_objects, examined_parts   how many were tested, displayed or not
     """
 
     parts: Parts
-    is_leaf: np.ndarray
     examined_objects: int
     examined_parts: int
 
@@ -54,14 +52,8 @@ def prune(representation: Representation, view: View) -> Cut:
         wholes.append(passed.whole + first_row)
         first_row += len(batches[-1])
         batches.append(passed)
-    return _cut(batches, np.concatenate(wholes), examined_objects, examined_parts)
-
-
-def _cut(batches: list[Parts], whole: np.ndarray, objects: int, parts: int) -> Cut:
-    is_leaf = np.ones(len(whole), bool)
-    is_leaf[whole[whole >= 0]] = False
-    is_leaf.setflags(write=False)
-    return Cut(_join(batches, whole), is_leaf, objects, parts)
+    parts = _join(batches, np.concatenate(wholes))
+    return Cut(parts, examined_objects, examined_parts)
 
 
 def _join(batches: list[Parts], whole: np.ndarray) -> Parts:
@@ -73,7 +65,7 @@ def _join(batches: list[Parts], whole: np.ndarray) -> Parts:
 
     position = column("position")
     shared = all(batch.centre is batch.position for batch in batches)
-    names = ("bound", "limit", "limit_offscreen", "level", "object", "part")
+    names = ("bound", "limit", "limit_offscreen", "level", "object", "part", "share")
     return Parts(
         position=position,
         centre=position if shared else column("centre"),

@@ -18,6 +18,7 @@ class View:
     detail            τ: detail threshold [px]
     offscreen_detail  detail kept out of view, as a share of that in view (0 to 1]
     look_around       no field of view: every direction counts as in view (experiments on the law)
+    fade              share of D before it over which a part shrinks away; 0 = it is clipped at D
     time_s            when the frame is taken, for what moves [s]
     """
 
@@ -26,6 +27,7 @@ class View:
     detail: float = 1.0
     offscreen_detail: float = 0.25
     look_around: bool = False
+    fade: float = 0.0
     time_s: float = 0.0
 
     def __post_init__(self) -> None:
@@ -33,6 +35,8 @@ class View:
             raise InputError("detail", self.detail, "a threshold above 0 px", "try --detail 1.0")
         if not 0 < self.offscreen_detail <= 1:
             raise InputError("offscreen_detail", self.offscreen_detail, "above 0, at most 1")
+        if not 0 <= self.fade < 1:
+            raise InputError("fade", self.fade, "at least 0, below 1", "try 0.2")
         if self.look_around and self.metric.along_axis:
             raise InputError("metric", self.metric.name, "needs a view axis, not a full turn")
 

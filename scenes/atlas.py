@@ -7,6 +7,7 @@ from numba import njit
 
 from lod.arrays import freeze
 from lod.hierarchy import Hierarchy
+from lod.parts import Look
 from lod.view import View
 from scenes.rig import RiggedSticks
 from scenes.rig_prototype import RiggedPrototype
@@ -16,7 +17,7 @@ from scenes.rig_prototype import RiggedPrototype
 class Atlas:
     """Rows are the parts of all prototypes, one prototype after the other.
 
-    root (v,) row of each prototype's whole object; bound, level as in Hierarchy
+    root (v,) row of each prototype's whole object; bound, level, share as in Hierarchy
     joint, origin  a part's origin is the point ``origin`` (m, 3) in the frame of its joint (m,)
     rest (m, 3)    the same in the object's own frame, as the object stands [m]
     part_count, first_part, order: the parts of row i are order[first_part[i] :][: part_count[i]]
@@ -31,6 +32,7 @@ class Atlas:
     rest: np.ndarray
     bound: np.ndarray
     level: np.ndarray
+    share: np.ndarray
     part_count: np.ndarray
     first_part: np.ndarray
     order: np.ndarray
@@ -39,7 +41,7 @@ class Atlas:
 
     def __post_init__(self) -> None:
         freeze(self, root=np.int64, joint=np.int64, origin=np.float64, rest=np.float64)
-        freeze(self, bound=np.float64, level=np.int64, tints=np.float64)
+        freeze(self, bound=np.float64, level=np.int64, share=np.float64, tints=np.float64)
         freeze(self, part_count=np.int64, first_part=np.int64, order=np.int64)
 
     @staticmethod
@@ -60,6 +62,7 @@ class Atlas:
             rest=rest,
             bound=np.concatenate([tree.B for tree in trees]),
             level=np.concatenate([tree.level for tree in trees]),
+            share=np.concatenate([tree.share for tree in trees]),
             part_count=np.concatenate([tree.part_count for tree in trees]),
             first_part=np.concatenate([tree.first_part + start for tree, start, _ in pairs]),
             order=np.concatenate([tree.order + row for tree, _, row in pairs]),
@@ -77,9 +80,9 @@ class Atlas:
         whole, offset = expand(self.part_count[rows])
         return whole, self.order[self.first_part[rows][whole] + offset]
 
-    def sticks_of(self, rows: np.ndarray, is_leaf: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which of ``rows`` owns each displayed stick, and the stick's row in the table."""
-        return _sticks_of(self.sticks.first, rows, is_leaf)
+    def sticks_of(self, rows: np.ndarray, look: Look) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Which of ``rows`` owns each displayed stick, the stick's row, and its share of area."""
+        return _sticks_of(self.sticks.first, rows, look.inner, look.leaf)
 
 
 def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -89,20 +92,24 @@ def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def _sticks_of(first, rows, is_leaf):  # type: ignore[no-untyped-def]
-    """Owner and row of every stick of blocks 2·row + is_leaf, in their order."""
+def _sticks_of(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
+    """Owner, row and share of every stick of blocks 2·row and 2·row + 1, in their order."""
     count = 0
     for i in range(len(rows)):
-        block = 2 * rows[i] + is_leaf[i]
-        count += first[block + 1] - first[block]
+        for side, share in enumerate((inner[i], leaf[i])):
+            block = 2 * rows[i] + side
+            count += (first[block + 1] - first[block]) * (share > 0.0)
     owner, stick = np.empty(count, np.int64), np.empty(count, np.int64)
+    shares = np.empty(count)
     k = 0
     for i in range(len(rows)):
-        block = 2 * rows[i] + is_leaf[i]
-        for row in range(first[block], first[block + 1]):
-            owner[k], stick[k] = i, row
-            k += 1
-    return owner, stick
+        for side, share in enumerate((inner[i], leaf[i])):
+            block = 2 * rows[i] + side
+            if share > 0.0:
+                for row in range(first[block], first[block + 1]):
+                    owner[k], stick[k], shares[k] = i, row, share
+                    k += 1
+    return owner, stick, shares
 
 
 def _appearances(prototypes: tuple[RiggedPrototype, ...]) -> tuple[RiggedSticks, np.ndarray]:

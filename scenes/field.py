@@ -12,7 +12,7 @@ import numpy as np
 
 from lod.camera import Corner
 from lod.errors import InputError
-from lod.parts import Parts, Sticks
+from lod.parts import Look, Parts, Sticks
 from lod.view import View, in_view, reach
 from scenes.cells import Draws, PoissonCells
 from scenes.patrol import patrol
@@ -105,9 +105,9 @@ class SpeciesField:
         """The parts that ``parts`` own directly."""
         return self.troupe.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, is_leaf: np.ndarray) -> Sticks:
-        """Sticks of the displayed parts, as inner nodes or in their leaf appearance."""
-        return self.troupe.appearance(parts, is_leaf)
+    def appearance(self, parts: Parts, look: Look) -> Sticks:
+        """Sticks of the displayed parts, as much of both appearances as they show."""
+        return self.troupe.appearance(parts, look)
 
     def _bodies(self, corner: Corner, home: np.ndarray, u: np.ndarray, time_s: float) -> Bodies:
         """Where objects with these homes (n, 2) are at a time, and how they stand."""

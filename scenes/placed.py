@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from lod.camera import GRID_M
-from lod.parts import Parts, Sticks
+from lod.parts import Look, Parts, Sticks
 from lod.view import View
 from scenes.field import Ground, footing
 from scenes.prototype import Prototype
@@ -57,6 +57,6 @@ class Placed:
         """The parts that ``parts`` own directly."""
         return self.troupe.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, is_leaf: np.ndarray) -> Sticks:
+    def appearance(self, parts: Parts, look: Look) -> Sticks:
         """Sticks of the displayed parts."""
-        return self.troupe.appearance(parts, is_leaf)
+        return self.troupe.appearance(parts, look)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lod.fade import looks
 from lod.prune import Cut, prune
 from scenes.preset import Preset
 from scenes.render.frame import Air, FileForm, FrameInput, Light, Quality, Visible
@@ -22,8 +23,8 @@ def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
         start = time.perf_counter()
         cut = prune(each, view)
         pruned = time.perf_counter()
-        looks = each.appearance(cut.parts, cut.is_leaf)
-        visible.append(Visible(each.name, short_ids(cut), looks))
+        shape = each.appearance(cut.parts, looks(cut, view))
+        visible.append(Visible(each.name, short_ids(cut), shape))
         seconds["prune"] += pruned - start
         seconds["appearance"] += time.perf_counter() - pruned
     return FrameInput(

@@ -21,11 +21,11 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Flags, Ints, Points, Reals
+from lod.arrays import Ints, Points, Reals
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.metric import blake
-from lod.parts import Parts, Triangles
+from lod.parts import Look, Parts, Triangles
 from lod.view import View
 from scenes.relief import Relief
 from scenes.terrain_colour import ground_colours
@@ -161,6 +161,7 @@ class Terrain:
             object=root,
             part=(x << 32) | y,
             whole=whole,
+            share=np.where(whole < 0, 1.0, 0.25),
             state=grid,
         )
 
@@ -202,7 +203,7 @@ class Terrain:
         P = np.array([math.sqrt(w / 2 * rms.get(w, 0.0)) for w in wavelength])
         return P, np.array([relief.bound_below(w) for w in wavelength])
 
-    def appearance(self, parts: Parts, is_leaf: Flags) -> Triangles:
+    def appearance(self, parts: Parts, look: Look) -> Triangles:
         """One watertight mesh of all tiles, each at its own spacing.
 
         Where only some quarters of a tile are displayed, the tile itself draws the others. Heights

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from lod.parts import Parts, Sticks
+from lod.parts import Look, Parts, Sticks
+from lod.thinning import thinned
 from lod.view import View
 from scenes.atlas import Atlas
 from scenes.prototype import Prototype
@@ -83,18 +84,19 @@ class Troupe:
         whole, part = self.atlas.parts_of(parts.part)
         return self._parts(parts.state, parts.object[whole], part, whole, view)
 
-    def appearance(self, parts: Parts, is_leaf: np.ndarray) -> Sticks:
-        """Sticks of displayed parts, as inner nodes or in their leaf appearance.
+    def appearance(self, parts: Parts, look: Look) -> Sticks:
+        """Sticks of displayed parts, as much of both appearances as they show.
 
         Object by object, so that every joint is posed once.
         """
         by_object = np.argsort(parts.object, kind="stable")
-        owner, stick = self.atlas.sticks_of(parts.part[by_object], is_leaf[by_object])
+        shown = Look(look.inner[by_object], look.leaf[by_object])
+        owner, stick, share = self.atlas.sticks_of(parts.part[by_object], shown)
         owner, table = by_object[owner], self.atlas.sticks
         columns = table.start, table.end, table.start_joint, table.end_joint
         rows = parts.object[owner]
         start, end = pose_sticks(self.cast, parts.state.bodies, rows, stick, *columns)
-        return Sticks(
+        sticks = Sticks(
             start=start,
             end=end,
             start_radius=table.start_radius[stick],
@@ -103,6 +105,7 @@ class Troupe:
             tints=self.atlas.tints,
             owner=owner,
         )
+        return thinned(sticks, share)
 
     def _parts(
         self, objects: Objects, rows: np.ndarray, part: np.ndarray, whole: np.ndarray, view: View
@@ -120,6 +123,7 @@ class Troupe:
             object=rows,
             part=part,
             whole=whole,
+            share=atlas.share[part],
             state=objects,
         )
 

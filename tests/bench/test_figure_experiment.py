@@ -76,7 +76,16 @@ class Single:
         at = tree.position[part]
         zero = np.zeros_like(part)
         return Parts(
-            at, at, tree.B[part], inside[part], outside[part], tree.level[part], zero, part, whole
+            at,
+            at,
+            tree.B[part],
+            inside[part],
+            outside[part],
+            tree.level[part],
+            zero,
+            part,
+            whole,
+            tree.share[part],
         )
 
     def roots(self, view):
@@ -90,7 +99,7 @@ class Single:
         whole, part = np.array(pairs, np.int64).reshape(-1, 2).T
         return self.rows(part, whole, view)
 
-    def appearance(self, parts, is_leaf) -> Sticks:
+    def appearance(self, parts, look) -> Sticks:
         raise NotImplementedError
 
 

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import GRID_M, look, split
+from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
@@ -44,7 +45,7 @@ def origin_of(placed, view):
 
 def displayed(placed, view):
     cut = prune(placed, view)
-    return cut.parts, placed.appearance(cut.parts, cut.is_leaf)
+    return cut.parts, placed.appearance(cut.parts, looks(cut, view))
 
 
 def test_it_stands_where_it_is_put_on_the_ground():

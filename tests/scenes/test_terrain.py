@@ -10,6 +10,7 @@ from numba import njit
 
 from lod.camera import GRID_M, Corner, look
 from lod.errors import InputError
+from lod.fade import looks
 from lod.metric import METRICS
 from lod.parts import Parts, Triangles
 from lod.prune import Cut, prune
@@ -43,7 +44,7 @@ def view_of(
 
 def made(terrain: Terrain, view: View) -> tuple[Cut, Triangles]:
     cut = prune(terrain, view)
-    return cut, terrain.appearance(cut.parts, cut.is_leaf)
+    return cut, terrain.appearance(cut.parts, looks(cut, view))
 
 
 views = st.fixed_dictionaries(
@@ -230,7 +231,7 @@ def test_each_tile_draws_ground_of_its_own(terrain, view):
     middle = mesh.vertices[mesh.faces, :2].mean(axis=1)
     inside = (middle >= southwest[mesh.owner]) & (middle <= (southwest + side[:, None])[mesh.owner])
     assert np.all(inside)
-    assert np.all(np.isin(np.flatnonzero(cut.is_leaf), mesh.owner)), (
+    assert np.all(np.isin(np.setdiff1d(np.arange(len(cut.parts)), cut.parts.whole), mesh.owner)), (
         "a leaf tile that draws nothing"
     )
 

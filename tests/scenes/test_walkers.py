@@ -11,6 +11,7 @@ from numpy.random import Philox
 
 from lod import law
 from lod.camera import GRID_M, Corner, look, split
+from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
@@ -277,16 +278,16 @@ def test_a_frame_is_the_same_whenever_it_is_asked_for():
     field, view = world_from(5, "blake", HILLY)
     fresh = SpeciesField(field.species, field.seed, field.ground, field.extent)
 
-    def looks(where, time):
+    def drawn(where, time):
         at = View(view.camera, view.metric, 0.05, 1.0, look_around=True, time_s=time)
         cut = prune(where, at)
-        sticks = where.appearance(cut.parts, cut.is_leaf)
+        sticks = where.appearance(cut.parts, looks(cut, at))
         assert len(sticks)
         return [a.tobytes() for a in (cut.parts.position, sticks.start, sticks.end, sticks.owner)]
 
     times = (0.0, 1 / 24, 12.5, 1e4, 3.0)
-    first = {t: looks(field, t) for t in times}
-    assert all(looks(fresh, t) == first[t] for t in reversed(times))
+    first = {t: drawn(field, t) for t in times}
+    assert all(drawn(fresh, t) == first[t] for t in reversed(times))
     assert len({tuple(bytes_) for bytes_ in first.values()}) == len(times)
 
 

@@ -33,8 +33,9 @@ def cut(objects, parts, levels):
         object=np.asarray(objects),
         part=np.asarray(parts),
         whole=np.full(n, -1),
+        share=np.ones(n),
     )
-    return Cut(made, np.ones(n, bool), n, n)
+    return Cut(made, n, n)
 
 
 class Making:

@@ -1,0 +1,111 @@
+"""Fading: what parts no longer cover, their wholes do; nothing appears or vanishes at once."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.camera import Corner, look
+from lod.errors import InputError
+from lod.fade import looks, shown_shares
+from lod.metric import METRICS
+from lod.parts import Parts
+from lod.prune import Cut
+from lod.view import View
+
+CAMERA = look(Corner(0, 0), np.zeros(3), 0.0, 0.0, 60.0, (64, 36))
+
+
+def view(fade: float) -> View:
+    return View(CAMERA, METRICS["blake"], fade=fade)
+
+
+def cut(whole, share, distance, limit=100.0, ahead=1.0) -> Cut:
+    """Parts straight ahead at these distances."""
+    n, whole, share = len(whole), np.array(whole), np.array(share)
+    position = np.outer(np.broadcast_to(distance, n), (0.0, ahead, 0.0))
+    limit = np.broadcast_to(limit, n)
+    row = np.arange(n)
+    parts = Parts(position, position, np.zeros(n), limit, limit / 4, row, row, row, whole, share)
+    return Cut(parts, n, n)
+
+
+def random_cut(seed: int) -> Cut:
+    """Trees of up to 40 parts, some of whose parts are not displayed."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 40))
+    whole = np.array([-1 if i == 0 else int(rng.integers(-1, i)) for i in range(n)])
+    siblings = np.bincount(whole[whole >= 0], minlength=n)
+    hidden = rng.integers(0, 2, n)
+    parts = np.maximum(siblings + hidden, 1)
+    share = np.where(whole < 0, 1.0, 1.0 / parts[whole])
+    return cut(whole, share, rng.uniform(0, 99.9, n))
+
+
+# Without fading
+
+
+def test_all_none_and_some_of_the_parts_displayed():
+    seen = looks(cut([-1, 0, 0, -1, 3, -1], [1, 0.25, 0.75, 1, 0.3, 1], 1.0), view(0.0))
+    assert seen.inner.tolist() == [1, 0, 0, 1, 0, 0]
+    assert seen.leaf == pytest.approx([0, 1, 1, 0.7, 1, 1])
+    assert seen.leaf[0] == 0, "nothing is left over by rounding"
+
+
+@given(seed=st.integers(0, 2**32))
+def test_without_fading_areas_add_up(seed):
+    some = random_cut(seed)
+    seen, whole = looks(some, view(0.0)), some.parts.whole
+    covered = np.bincount(whole[whole >= 0], some.parts.share[whole >= 0], len(whole))
+    assert seen.leaf + covered == pytest.approx(np.ones(len(whole)), abs=1e-8)
+    assert np.array_equal(seen.inner > 0, np.isin(np.arange(len(whole)), whole))
+
+
+def test_nothing_displayed_has_no_look():
+    empty = cut(np.zeros(0, int), np.zeros(0), 1.0)
+    for fade in (0.0, 0.3):
+        assert len(looks(empty, view(fade))) == 0
+
+
+# The band
+
+
+@pytest.mark.parametrize(("d", "share"), [(0, 1), (79.9, 1), (80, 1), (90, 0.5), (99.9, 0.005)])
+def test_a_part_shrinks_over_the_band_before_its_limit(d, share):
+    assert shown_shares(cut([-1], [1.0], d), view(0.2)) == pytest.approx([share])
+
+
+def test_out_of_view_the_band_is_before_the_coarser_limit():
+    behind = cut([-1], [1.0], 22.5, ahead=-1.0)
+    assert shown_shares(behind, view(0.2)) == pytest.approx([0.5])
+
+
+def test_without_limit_nothing_fades():
+    assert shown_shares(cut([-1], [1.0], 1e9, limit=np.inf), view(0.2)) == [1.0]
+
+
+def test_what_hangs_on_a_fading_part_fades_with_it():
+    seen = looks(cut([-1, 0, 1], [1.0, 1.0, 1.0], [90.0, 85.0, 90.0]), view(0.2))
+    assert seen.inner == pytest.approx([0.5 * 0.75, 0.5 * 0.75 * 0.5, 0])
+    assert seen.leaf == pytest.approx([0.5 * 0.25, 0.5 * 0.75 * 0.5, 0.5 * 0.75 * 0.5])
+
+
+@given(seed=st.integers(0, 2**32), fade=st.floats(0.01, 0.99))
+def test_looks_never_jump(seed, fade):
+    """A step of a millimetre changes no look by more than its share of the band."""
+    some = random_cut(seed)
+    parts = some.parts
+    moved = cut(parts.whole, parts.share, parts.position[:, 1] + 1e-3)
+    a, b = looks(some, view(fade)), looks(moved, view(fade))
+    deepest = 40
+    step = deepest * 2 * 1e-3 / (fade * 100)
+    assert np.abs(a.inner - b.inner).max() <= step
+    assert np.abs(a.leaf - b.leaf).max() <= step
+    for shares in (a.inner, a.leaf):
+        assert shares.min() >= 0 and shares.max() <= 1
+
+
+@pytest.mark.parametrize("fade", [-0.1, 1.0, float("nan")])
+def test_bad_bands_are_refused(fade):
+    with pytest.raises(InputError, match="fade"):
+        view(fade)
