@@ -20,8 +20,6 @@ from scenes.rig_cast import Cast as Cast
 from scenes.rig_plant import plant_leg, room_to_reach
 from scenes.rig_turns import Turns, Vectors, slerp_weights, times, turn
 
-_IDLE, _WANTED, _DONE = 0, 1, 2
-
 
 def pose_joints(cast: Cast, bodies: Bodies, rows: Ints, joints: Ints) -> tuple[Points, Turns]:
     """Origin (m, 3) [m] and turn (m, 4) of joints, in the frame's coordinates.
@@ -71,43 +69,36 @@ def pose_points(
 
 @njit(cache=True)
 def _pose_joints(t, most, origin, cos, sin, variant, phase, gradient, rows, joints):  # type: ignore[no-untyped-def]
-    cast, joint, offset, turns, shift = t
-    frame, state = np.zeros((most + 2, 7)), np.zeros(most + 1, np.int64)
+    frame, done = scratch(most)
     places, facing = np.empty((len(rows), 3)), np.empty((len(rows), 4))
     m = 0
     while m < len(rows):
-        o, first, n = rows[m], m, cast[variant[rows[m]], 1]
-        state[: n + 1] = 0
-        while m < len(rows) and rows[m] == o:
-            _want(joint, cast[variant[o], 0], state, joints[m] + 1)
-            m += 1
+        o = rows[m]
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        ground = gradient[o, 0], gradient[o, 1]
-        _pose(cast, joint, offset, turns, shift, frame, state, variant[o], phase[o], at, ground)
-        for i in range(first, m):
-            row = joints[i] + 1
+        stance = stand(t, frame, done, variant[o], phase[o], at, gradient[o, 0], gradient[o, 1])
+        while m < len(rows) and rows[m] == o:
+            row = joints[m] + 1
+            reach_joint(t, frame, done, stance, row)
             for c in range(3):
-                places[i, c] = frame[row, c]
+                places[m, c] = frame[row, c]
             for c in range(4):
-                facing[i, c] = frame[row, 3 + c]
+                facing[m, c] = frame[row, 3 + c]
+            m += 1
     return places, facing
 
 
 @njit(cache=True)
 def _pose_points(t, most, origin, cos, sin, variant, phase, gradient, rows, points, place, on):  # type: ignore[no-untyped-def]
-    cast, joint, offset, turns, shift = t
-    frame, state = np.zeros((most + 2, 7)), np.zeros(most + 1, np.int64)
+    frame, done = scratch(most)
     out = np.empty((len(rows), 3))
     m = 0
     while m < len(rows):
-        o, first, n = rows[m], m, cast[variant[rows[m]], 1]
-        state[: n + 1] = 0
-        while m < len(rows) and rows[m] == o:
-            _want(joint, cast[variant[o], 0], state, on[points[m]] + 1)
-            m += 1
+        o, first = rows[m], m
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        ground = gradient[o, 0], gradient[o, 1]
-        _pose(cast, joint, offset, turns, shift, frame, state, variant[o], phase[o], at, ground)
+        stance = stand(t, frame, done, variant[o], phase[o], at, gradient[o, 0], gradient[o, 1])
+        while m < len(rows) and rows[m] == o:
+            reach_joint(t, frame, done, stance, on[points[m]] + 1)
+            m += 1
         _put(frame, points, place, on, out, first, m)
     return out
 
@@ -115,84 +106,114 @@ def _pose_points(t, most, origin, cos, sin, variant, phase, gradient, rows, poin
 @njit(cache=True)
 def _pose_sticks(t, most, origin, cos, sin, variant, phase, gradient, rows, sticks, table):  # type: ignore[no-untyped-def]
     start, end, joint0, joint1 = table
-    cast, joint, offset, turns, shift = t
-    frame, state = np.zeros((most + 2, 7)), np.zeros(most + 1, np.int64)
+    frame, done = scratch(most)
     starts, ends = np.empty((len(rows), 3)), np.empty((len(rows), 3))
     m = 0
     while m < len(rows):
-        o, first, n = rows[m], m, cast[variant[rows[m]], 1]
-        state[: n + 1] = 0
-        while m < len(rows) and rows[m] == o:
-            _want(joint, cast[variant[o], 0], state, joint0[sticks[m]] + 1)
-            _want(joint, cast[variant[o], 0], state, joint1[sticks[m]] + 1)
-            m += 1
+        o, first = rows[m], m
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        ground = gradient[o, 0], gradient[o, 1]
-        _pose(cast, joint, offset, turns, shift, frame, state, variant[o], phase[o], at, ground)
+        stance = stand(t, frame, done, variant[o], phase[o], at, gradient[o, 0], gradient[o, 1])
+        while m < len(rows) and rows[m] == o:
+            reach_joint(t, frame, done, stance, joint0[sticks[m]] + 1)
+            reach_joint(t, frame, done, stance, joint1[sticks[m]] + 1)
+            m += 1
         _put(frame, sticks, start, joint0, starts, first, m)
         _put(frame, sticks, end, joint1, ends, first, m)
     return starts, ends
 
 
 @njit(cache=True)
+def matrix(frame, row):  # type: ignore[no-untyped-def]
+    """Rotation matrix of a frame, row by row: for many points of a joint it costs least."""
+    x, y, z, w = frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6]
+    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    wx, wy, wz = w * x, w * y, w * z
+    top = 1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy)
+    middle = 2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx)
+    return *top, *middle, 2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)
+
+
+@njit(cache=True)
+def at_point(frame, row, turn, x, y, z):  # type: ignore[no-untyped-def]
+    """Where (x, y, z) of a frame is, given its rotation matrix."""
+    a, b, c, d, e, f, g, h, i = turn
+    return (
+        frame[row, 0] + a * x + b * y + c * z,
+        frame[row, 1] + d * x + e * y + f * z,
+        frame[row, 2] + g * x + h * y + i * z,
+    )
+
+
+@njit(cache=True)
 def _put(frame, sticks, points, joints, out, first, last):  # type: ignore[no-untyped-def]
-    """Place one end of sticks first to last. For many points of a joint its matrix costs least."""
-    row = -1
-    a, b, c, d, e, f, g, h, i = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
+    """Place one end of sticks first to last."""
+    row, turn = 0, matrix(frame, 0)
     for m in range(first, last):
         k = sticks[m]
         if joints[k] + 1 != row:
             row = joints[k] + 1
-            x, y, z, w = frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6]
-            xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
-            wx, wy, wz = w * x, w * y, w * z
-            a, b, c = 1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy)
-            d, e, f = 2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx)
-            g, h, i = 2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)
-        x, y, z = points[k, 0], points[k, 1], points[k, 2]
-        out[m, 0] = frame[row, 0] + a * x + b * y + c * z
-        out[m, 1] = frame[row, 1] + d * x + e * y + f * z
-        out[m, 2] = frame[row, 2] + g * x + h * y + i * z
+            turn = matrix(frame, row)
+        place = at_point(frame, row, turn, points[k, 0], points[k, 1], points[k, 2])
+        out[m, 0], out[m, 1], out[m, 2] = place
 
 
 @njit(cache=True)
-def _want(joint, first, state, row):  # type: ignore[no-untyped-def]
-    """Note that a joint is needed, and all that it rides on."""
-    while row > 0 and state[row] == _IDLE:
-        state[row] = _WANTED
-        row = joint[first + row - 1, 0] + 1
+def scratch(most):  # type: ignore[no-untyped-def]
+    """Room to pose one object of up to ``most`` joints: frames, and which of them are done.
 
-
-@njit(cache=True)
-def _pose(cast, joint, offset, turns, shift, frame, state, v, p, at, ground):  # type: ignore[no-untyped-def]
-    """Frames of one object's wanted joints; row 0 is its own. The last row of ``frame`` is its
-    bob.
+    Row 0 of the frames is the object's own, row j + 1 that of joint j; the last is its bob.
     """
+    return np.zeros((most + 2, 7)), np.zeros(most + 1, np.bool_)
+
+
+@njit(cache=True)
+def stand(t, frame, done, v, p, at, gx, gy):  # type: ignore[no-untyped-def]
+    """Begin an object of prototype v at phase p: its own frame and bob, and how it stands."""
+    cast, joint, offset, turns, shift = t
     x, y, z, cos, sin = at
-    gx, gy = ground
     frame[0, 0], frame[0, 1], frame[0, 2], frame[0, 3], frame[0, 4] = x, y, z, 0.0, 0.0
     frame[0, 5] = math.copysign(math.sqrt(max(0.0, (1.0 - cos) / 2)), sin)
     frame[0, 6] = math.sqrt(max(0.0, (1.0 + cos) / 2))
     keys, n, first = cast[v, 3], cast[v, 1], cast[v, 0]
+    done[0], done[1 : n + 1] = True, False
     along = p * keys
     k = min(int(along), keys - 1)
     key, share, bob, s = cast[v, 2] + k * n, along - k, len(frame) - 1, cast[v, 4] + k
     for c in range(3):
         frame[bob, c] = (1 - share) * shift[s, c] + share * shift[s + 1, c]
-    slopes, drop = gx != 0.0 or gy != 0.0, 0.0
-    if slopes:
+    drop = 0.0
+    if gx != 0.0 or gy != 0.0:
         drop = _drop(joint, offset, turns, frame, first, n, key, share, gx, gy)
         frame[bob, 2] += drop
-    for row in range(1, n + 1):
-        if state[row] != _WANTED:
-            continue
-        _evaluate(joint, offset, turns, frame, first, n, key, share, row)
-        knee, ankle = joint[first + row - 1, 2] + 1, joint[first + row - 1, 3] + 1
-        if slopes and knee > 0:
-            _evaluate(joint, offset, turns, frame, first, n, key, share, knee)
-            _evaluate(joint, offset, turns, frame, first, n, key, share, ankle)
-            plant_leg(frame, row, knee, ankle, offset, first - 1, drop, gx, gy)
-            state[knee] = state[ankle] = _DONE
+    return first, n, key, share, drop, gx, gy
+
+
+@njit(cache=True)
+def reach_joint(t, frame, done, stance, row):  # type: ignore[no-untyped-def]
+    """Pose the joint in a row of ``frame``, and all that it rides on, where that is not done."""
+    joint, first = t[1], stance[0]
+    while not done[row]:
+        up = row
+        above = joint[first + up - 1, 0] + 1
+        while not done[above]:
+            up = above
+            above = joint[first + up - 1, 0] + 1
+        _pose(t, frame, done, stance, up)
+
+
+@njit(cache=True)
+def _pose(t, frame, done, stance, row):  # type: ignore[no-untyped-def]
+    """Pose one joint whose parent is done; with a hip on a slope, all of its leg."""
+    _, joint, offset, turns, _ = t
+    first, n, key, share, drop, gx, gy = stance
+    _evaluate(joint, offset, turns, frame, first, n, key, share, row)
+    done[row] = True
+    knee, ankle = joint[first + row - 1, 2] + 1, joint[first + row - 1, 3] + 1
+    if knee > 0 and (gx != 0.0 or gy != 0.0):
+        _evaluate(joint, offset, turns, frame, first, n, key, share, knee)
+        _evaluate(joint, offset, turns, frame, first, n, key, share, ankle)
+        plant_leg(frame, row, knee, ankle, offset, first - 1, drop, gx, gy)
+        done[knee] = done[ankle] = True
 
 
 @njit(cache=True)
