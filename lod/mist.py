@@ -63,3 +63,13 @@ def mean_share(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
         x > 0.0, -np.expm1(-x) / np.where(x > 0.0, x, 1.0), 1.0
     )
     return 1.0 - share_above + share_above * mean_above
+
+
+def depth_beyond(mist: Mist, start_m: Reals, rise: Reals) -> Reals:
+    """Metres at the base that hold as much mist as a path upwards without end, exact, (n,) [m].
+
+    From the height ``start_m``, rising by ``rise`` > 0 a metre: (z₀ − z)/rise up to the base, where
+    the path begins below it, and H/rise·exp(−(z − z₀)/H) from where it is above.
+    """
+    below = np.maximum(mist.base_m - start_m, 0.0)
+    return (below + mist.scale_m * share_at(mist, start_m)) / rise

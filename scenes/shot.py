@@ -1,19 +1,16 @@
 """From a preset to what the renderer asks for: cuts and their looks, air, light and quality."""
 
-import math
 import time
 from dataclasses import replace
 
 import numpy as np
 
+from lod.air import Air
 from lod.fade import looks
 from lod.prune import Cut, prune
 from scenes.preset import Preset
-from scenes.render.frame import Air, FileForm, FrameInput, Light, Quality, Visible
+from scenes.render.frame import FileForm, FrameInput, Light, Quality, Visible
 from scenes.world import World, view_at
-
-KOSCHMIEDER = math.log(1 / 0.02)
-"""β·V at a contrast of 2 % (Koschmieder 1924): 3.912; the WMO's 5 % would make it 2.996."""
 
 
 def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
@@ -49,9 +46,8 @@ def short_ids(cut: Cut) -> Cut:
 
 
 def air_of(preset: Preset) -> Air:
-    """Haze of large droplets: the same β = 3.912/V in every channel; 0 where the air is clear."""
-    visibility = preset.air.visibility
-    return Air(np.full(3, KOSCHMIEDER / visibility if visibility else 0.0))
+    """Haze of the preset's visibility."""
+    return Air(preset.air.visibility)
 
 
 def light_of(preset: Preset) -> Light:

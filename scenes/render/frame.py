@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lod.air import Air
 from lod.arrays import freeze
 from lod.camera import Camera
 from lod.errors import InputError
@@ -26,20 +27,6 @@ class Visible:
     name: str
     cut: Cut
     shape: Sticks | Triangles
-
-
-@dataclass(frozen=True, eq=False)
-class Air:
-    """Haze: transmittance T = exp(−β·d) over d metres; ``beta`` (3,) per Rec.709 channel [1/m]."""
-
-    beta: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, beta=np.float64)
-        if self.beta.shape != (3,) or not (np.isfinite(self.beta) & (self.beta >= 0)).all():
-            raise InputError(
-                "air.beta", self.beta.tolist(), "three finite numbers, 0 or more [1/m]"
-            )
 
 
 @dataclass(frozen=True)

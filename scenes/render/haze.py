@@ -1,7 +1,9 @@
-"""Haze along a ray, in closed form: L·T(d) + L_air·(1 − T), T = exp(−β·d) (Koschmieder 1924).
+"""Haze along a ray, in closed form: L·T + L_air·(1 − T), T = exp(−∫β) (Koschmieder 1924).
 
-The airlight is the sky's own radiance just above the horizon in the ray's azimuth, so that land
-fades into the sky behind it. Rays that meet nothing and go below that elevation get it whole.
+β has one value for each band of the picture. The airlight is the sky's own radiance just above the
+horizon in the ray's azimuth, so that land fades into the sky behind it. Rays that meet nothing and
+go below that elevation get it whole. Above it they get the sky as it is, which holds its haze
+already; mist, which it does not hold, veils it on the way out.
 """
 
 from dataclasses import dataclass
@@ -9,6 +11,10 @@ from dataclasses import dataclass
 import mitsuba as mi
 import numpy as np
 
+from lod.air import Air, PathBands, mist_extinction, optical_depth
+from lod.arrays import Reals
+from lod.mist import depth_beyond
+from lod.rgb_bands import rgb_wavelengths
 from scenes.render.build import Built, radiance, sky, sun_disc
 from scenes.render.describe import Description
 
@@ -22,13 +28,16 @@ _AZIMUTHS = 1440
 class Haze:
     """What the drivers need to finish a sample.
 
-    beta      (3,) extinction [1/m]
-    airlight  (n + 1, 3) radiance at the horizon, by azimuth, evenly spaced; last row = first
+    air       what lies in between; wavelengths (bands,) of the picture's bands [nm]
+    eye_m     height of the eye above the datum
+    airlight  (n + 1, bands) radiance at the horizon, by azimuth, evenly spaced; last row = first
     lowest    sine of the elevation below which a ray that meets nothing gets the airlight
-    to_sun    (3,); sun (3,) radiance of the disc; sun_cosine of its angular radius
+    to_sun    (3,); sun (bands,) radiance of the disc; sun_cosine of its angular radius
     """
 
-    beta: np.ndarray
+    air: Air
+    wavelengths: np.ndarray
+    eye_m: float
     airlight: np.ndarray
     lowest: float
     to_sun: np.ndarray
@@ -36,12 +45,34 @@ class Haze:
     sun_cosine: float
 
 
-def haze_of(built: Built, beta: np.ndarray) -> Haze:
+def haze_of(built: Built, air: Air) -> Haze:
     """Evaluate the built scene's sky at the horizon; small negatives of the sky model become 0."""
     light = built.description["light"]
     sun, cosine = sun_disc(light)
-    lowest = float(np.sin(np.radians(HORIZON_DEG)))
-    return Haze(beta, airlight(light), lowest, light["to_sun"], sun, cosine)
+    return Haze(
+        air=air,
+        wavelengths=rgb_wavelengths(),
+        eye_m=float(built.description["camera"]["eye"][2]),
+        airlight=airlight(light),
+        lowest=float(np.sin(np.radians(HORIZON_DEG))),
+        to_sun=light["to_sun"],
+        sun=sun,
+        sun_cosine=cosine,
+    )
+
+
+def depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
+    """∫β from the eye over each distance [m], in a direction that rises by ``rise`` a metre."""
+    start = np.full_like(distance, haze.eye_m)
+    return optical_depth(haze.air, start, start + distance * rise, distance, haze.wavelengths)
+
+
+def depth_of_sky(haze: Haze, rise: Reals) -> PathBands:
+    """∫β of the mist from the eye to where it ends, upwards: what veils the sky."""
+    beta = mist_extinction(haze.air, haze.wavelengths)
+    if haze.air.mist is None:
+        return np.zeros((len(rise), len(beta)))
+    return depth_beyond(haze.air.mist, np.full_like(rise, haze.eye_m), rise)[:, None] * beta
 
 
 def airlight(light: Description) -> np.ndarray:

@@ -7,6 +7,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from lod.air import haze_extinction, mist_extinction
+from lod.mist import Mist
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
@@ -15,6 +17,9 @@ from scenes.render.sampling import MOST_SAMPLES, sample_groups
 
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
+
+_SMALL = 2e-3
+"""Below it (1 − exp(−x))/x is 1 − x/2, in float32 more exactly than by its own formula."""
 
 
 def render_jit(built: Built, haze: Haze, quality: Quality, frame: int) -> Samples:
@@ -86,12 +91,30 @@ def _add(
 def _hazy(haze: Haze, colour: Any, distance: Any, direction: Any) -> Any:
     """Radiance of samples in their air; distance 0 means that nothing was met."""
     air = _airlight_towards(haze, direction)
-    through = dr.exp(-distance * _opaque(haze.beta))
-    solid = dr.fma(colour, through, air * (1 - through))
     low = direction.z < haze.lowest
     disc = dr.dot(direction, mi.Vector3f(_opaque(haze.to_sun))) > haze.sun_cosine
-    beyond = dr.select(low, air, colour) + dr.select(disc, _opaque(haze.sun), 0.0)
-    return dr.select(distance > 0, solid, beyond)
+    sky = dr.select(low, air, colour) + dr.select(disc, _opaque(haze.sun), 0.0)
+    depth = distance * _opaque(haze_extinction(haze.air, haze.wavelengths))
+    if haze.air.mist:
+        metres = _mist_metres(haze.air.mist, haze.eye_m, distance, direction.z, haze.lowest)
+        depth += metres * _opaque(mist_extinction(haze.air, haze.wavelengths))
+    through = dr.exp(-depth)
+    return dr.fma(dr.select(distance > 0, colour, sky), through, air * (1 - through))
+
+
+def _mist_metres(mist: Mist, eye_m: float, distance: Any, rise: Any, lowest: float) -> Any:
+    """Metres at its base that hold as much mist as each ray: mist.mean_share and depth_beyond."""
+    scale = dr.opaque(mi.Float, mist.scale_m)
+    start = dr.opaque(mi.Float, eye_m - mist.base_m)
+    end = dr.fma(distance, rise, start)
+    low, high = dr.minimum(start, end), dr.maximum(start, end)
+    low_above, high_above = dr.maximum(low, 0.0), dr.maximum(high, 0.0)
+    above = dr.select(high > low, (high_above - low_above) / (high - low), 1.0)
+    x = (high_above - low_above) / scale
+    mean = dr.select(x > _SMALL, (1 - dr.exp(-x)) / x, 1 - x / 2)
+    share = 1 - above + above * mean * dr.exp(-low_above / scale)
+    beyond = dr.maximum(-start, 0.0) + scale * dr.exp(-dr.maximum(start, 0.0) / scale)
+    return dr.select(distance > 0, distance * share, beyond / dr.maximum(rise, lowest))
 
 
 def _opaque(values: np.ndarray) -> Any:

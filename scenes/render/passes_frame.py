@@ -27,7 +27,7 @@ import numpy as np
 
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.frame import Quality, sampler_seed
-from scenes.render.haze import Haze, airlight_towards
+from scenes.render.haze import Haze, airlight_towards, depth_of_sky, depth_to
 from scenes.render.samples import Samples
 from scenes.render.sampling import MOST_SAMPLES, sample_groups, square_sides
 
@@ -106,9 +106,11 @@ class _Band:
         for number, side in enumerate(square_sides(self.spp)):
             distance = self._trace("distance", side, 1, _THROUGH, number)[..., :1]
             directions = pixel_directions(self.camera, side, self.rows)
+            here = self._transmittance(distance, directions, low, side)
             disc = (directions @ self.haze.to_sun > self.haze.sun_cosine) & (distance[..., 0] == 0)
-            through = through + _pixel_sum(self._transmittance(distance, low, side), side)
-            sun = sun + _pixel_sum(disc[..., None], side) * self.haze.sun
+            veil = np.exp(-self._sky_depth(directions))
+            through = through + _pixel_sum(here, side)
+            sun = sun + _pixel_sum(disc[..., None] * veil, side) * self.haze.sun
         return through / self.spp, sun / self.spp
 
     def _correction(self, low: np.ndarray, through: np.ndarray) -> np.ndarray:
@@ -118,15 +120,26 @@ class _Band:
         for number, side in enumerate(square_sides(count)):
             radiance = self._trace("image", side, 1, _CORRECTION, number)
             distance = self._trace("distance", side, 1, _CORRECTION, number)[..., :1]
-            departure = self._transmittance(distance, low, side) - _spread(through, side)
+            directions = pixel_directions(self.camera, side, self.rows)
+            here = self._transmittance(distance, directions, low, side)
+            departure = here - _spread(through, side)
             total += _pixel_sum(departure * np.nan_to_num(radiance, posinf=0.0, neginf=0.0), side)
         return total / count
 
-    def _transmittance(self, distance: np.ndarray, low: np.ndarray, side: int) -> np.ndarray:
-        """T of each film pixel: exp(−β·d); 1 for the sky, and 0 for what goes below the horizon."""
-        beyond = np.where(_spread(low[..., None], side), np.float32(0), np.float32(1))
-        solid = np.exp(-distance * self.haze.beta.astype(np.float32))
-        return np.where(distance > 0, solid, beyond)
+    def _transmittance(
+        self, distance: np.ndarray, directions: np.ndarray, low: np.ndarray, side: int
+    ) -> np.ndarray:
+        """T of each film pixel: of the air up to what it meets, or of the mist before the sky; 0
+        for what meets nothing and goes below the horizon."""
+        beyond = np.where(_spread(low[..., None], side), 0.0, np.exp(-self._sky_depth(directions)))
+        metres, rise = distance.astype(np.float64).ravel(), _rise(directions)
+        depth = depth_to(self.haze, metres, rise).reshape(beyond.shape)
+        return np.where(distance > 0, np.exp(-depth), beyond)
+
+    def _sky_depth(self, directions: np.ndarray) -> np.ndarray:
+        """∫β of the mist to its end, (h, w, bands); what goes lower counts as at the horizon."""
+        rise = np.maximum(_rise(directions), self.haze.lowest)
+        return depth_of_sky(self.haze, rise).reshape(*directions.shape[:2], -1)
 
     def add_guides(self, total: Samples, side: int) -> None:
         """Albedo, and what one sample of each pixel meets."""
@@ -144,6 +157,11 @@ class _Band:
         chosen = self.built.integrators[name]
         image = mi.render(self.built.scene, sensor=view, integrator=chosen, spp=spp, seed=seed)
         return np.array(image)
+
+
+def _rise(directions: np.ndarray) -> np.ndarray:
+    """Metres upwards a metre, of all directions in one row."""
+    return directions[..., 2].astype(np.float64).ravel()
 
 
 def _pixel_sum(film: np.ndarray, side: int) -> np.ndarray:

@@ -4,10 +4,11 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from lod.air import Air
 from lod.camera import Camera
 from scenes.render import variants
 from scenes.render.describe import Description, describe
-from scenes.render.frame import Air, Layers, Light, Quality, Visible
+from scenes.render.frame import Layers, Light, Quality, Visible
 
 
 def render_frame(
@@ -32,7 +33,7 @@ def render_frame(
     from scenes.render.samples import layers_of
 
     built = build(description)
-    haze = haze_of(built, air.beta)
+    haze = haze_of(built, air)
     ready = time.perf_counter()
     samples = _driver(name)(built, haze, quality, frame)
     traced = time.perf_counter()

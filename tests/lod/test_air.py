@@ -22,7 +22,7 @@ from lod.extinction import (
     rayleigh_extinction,
     visibility_of_extinction,
 )
-from lod.mist import Mist, mist_extinction
+from lod.mist import Mist, depth_beyond, mean_share, mist_extinction
 from lod.rgb_bands import rgb_wavelengths
 
 GREEN = np.array([550.0])
@@ -171,3 +171,12 @@ def test_wavelengths_are_in_nanometres(wavelength):
 def test_a_height_that_is_no_number_is_refused():
     with pytest.raises(InputError, match="height"):
         least_extinction(CLEAR, math.nan)
+
+
+@given(mist=MIST, start=HEIGHT, rise=st.floats(0.01, 1.0))
+def test_a_path_without_end_is_the_limit_of_long_ones(mist, start, rise):
+    top = max(mist.base_m, start) + 60 * mist.scale_m
+    length = np.array([(top - start) / rise])
+    long = mean_share(mist, np.array([start]), np.array([top])) * length
+    beyond = depth_beyond(mist, np.array([start]), np.array([rise]))
+    assert beyond[0] == pytest.approx(long[0], rel=1e-9)

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from lod.air import CLEAR
 from lod.camera import Corner, look
 from lod.parts import Parts, Sticks, Triangles
 from lod.prune import Cut
 from scenes.render import variants
-from scenes.render.frame import Air, Light, Quality, Visible
+from scenes.render.frame import Light, Quality, Visible
 
 DRIVERS = (variants.SCALAR_VARIANT, variants.JIT_VARIANT)
 
@@ -41,7 +42,7 @@ def cut(objects, parts, levels):
 class Making:
     """Builders of what is visible."""
 
-    clear = Air(np.zeros(3))
+    clear = CLEAR
     light = Light(sun_azimuth_deg=200, sun_elevation_deg=40)
 
     @staticmethod

@@ -8,7 +8,7 @@ import pytest
 from lod.errors import InputError
 from lod.parts import Sticks
 from scenes.render.describe import describe
-from scenes.render.frame import Air, Light, Quality, sampler_seed
+from scenes.render.frame import Light, Quality, sampler_seed
 from scenes.render.sampling import sample_groups, square_sides
 from scenes.render.sticks import batches, chain
 
@@ -122,8 +122,6 @@ def test_triangles_that_the_renderer_would_accept_silently_are_refused(make, fie
 @pytest.mark.parametrize(
     "build",
     [
-        lambda: Air(np.array([0.0, -1e-9, 0.0])),
-        lambda: Air(np.array([0.0, np.nan, 0.0])),
         lambda: Light(np.nan, 30),
         lambda: Light(0, -1),
         lambda: Light(0, 91),
@@ -135,7 +133,7 @@ def test_triangles_that_the_renderer_would_accept_silently_are_refused(make, fie
         lambda: Quality("scalar_rgb", 16, 0, 0),
     ],
 )
-def test_bad_air_light_and_quality(build):
+def test_bad_light_and_quality(build):
     with pytest.raises(InputError):
         build()
 

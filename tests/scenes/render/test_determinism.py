@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.render.frame import Air
+from lod.air import Air
+from lod.mist import Mist
 from scenes.render.render import render_frame
 
 LAYERS = ("rgb", "Z", "N", "albedo", "object", "part", "level")
@@ -24,7 +25,7 @@ def small_frame(make, variant, seed=1, frame=0, spp=5):
     scene = [make.balls([(x, 8.0, 1.0) for x in range(-3, 4)]), make.ground()]
     quality = make.quality(variant, spp, seed)
     return render_frame(
-        make.camera((50, 35)), scene, Air(np.full(3, 0.01)), make.light, quality, frame
+        make.camera((50, 35)), scene, Air(391.2, Mist(800.0, 0.5, 2.0)), make.light, quality, frame
     )
 
 

@@ -3,13 +3,17 @@
 import numpy as np
 import pytest
 
+from lod.air import Air, mist_extinction, optical_depth, rgb_extinction
+from lod.mist import Mist, depth_beyond
+from lod.rgb_bands import rgb_wavelengths
 from scenes.render import variants
 from scenes.render.build import sun_disc
-from scenes.render.frame import SKY_Z, Air, Light
+from scenes.render.frame import SKY_Z, Light
 from scenes.render.haze import airlight
 from scenes.render.render import render_frame
 
-BETA = np.array([2e-4, 5e-4, 1e-3])
+AIR = Air(8000.0)
+BETA = rgb_extinction(AIR)
 
 
 def look_at_wall(make, variant, distance, albedo, air, spp=4):
@@ -20,24 +24,24 @@ def look_at_wall(make, variant, distance, albedo, air, spp=4):
 
 @pytest.mark.parametrize("distance", [50.0, 700.0, 4000.0])
 def test_contrast_of_grey_on_black(make, variant, distance):
-    grey_air = look_at_wall(make, variant, distance, 0.5, Air(BETA))
-    black_air = look_at_wall(make, variant, distance, 0.0, Air(BETA))
+    grey_air = look_at_wall(make, variant, distance, 0.5, AIR)
+    black_air = look_at_wall(make, variant, distance, 0.0, AIR)
     grey_clear = look_at_wall(make, variant, distance, 0.5, make.clear)
     contrast = (grey_air.rgb - black_air.rgb) / grey_clear.rgb
     assert np.allclose(contrast, np.exp(-BETA * distance), rtol=2e-3, atol=1e-5)
 
 
 def test_black_wall_shows_airlight_growing_to_the_horizon_s(make, variant):
-    full = look_at_wall(make, variant, 1e5, 0.0, Air(BETA)).rgb.mean(axis=(0, 1))
+    full = look_at_wall(make, variant, 1e5, 0.0, AIR).rgb.mean(axis=(0, 1))
     for distance in (100.0, 2000.0):
-        seen = look_at_wall(make, variant, distance, 0.0, Air(BETA)).rgb.mean(axis=(0, 1))
+        seen = look_at_wall(make, variant, distance, 0.0, AIR).rgb.mean(axis=(0, 1))
         assert np.allclose(seen / full, 1 - np.exp(-BETA * distance), rtol=2e-3)
 
 
 def test_no_seam_between_land_sky_and_what_lies_beyond_the_land(make, variant):
     """Straight through the horizon over land that ends at 30 km: no step, no dark line."""
     camera = make.camera(size=(4, 120), fov=0.4, eye=(0, 0, 100))
-    air = Air(np.full(3, 3.912 / 5000))
+    air = Air(5000.0)
     frame = render_frame(camera, [make.ground(30e3)], air, make.light, make.quality(variant, spp=4))
     column = frame.rgb.mean(axis=1)
     beyond = (frame.Z == SKY_Z).all(axis=1)
@@ -56,7 +60,7 @@ def test_any_sample_count_keeps_the_mean(make, variant, spp):
     """Near balls before far haze: pixels that mix distances are what a wrong mean would show in."""
     balls = make.balls([(x, 10, z) for x in np.arange(-6, 7, 1.5) for z in (0.5, 2, 3.5)], 0.4)
     camera = make.camera(size=(96, 48))
-    air, ground = Air(np.full(3, 0.02)), make.ground()
+    air, ground = Air(195.6), make.ground()
     scene = [balls, ground]
     few = render_frame(camera, scene, air, make.light, make.quality(variant, spp, seed=4))
     many = render_frame(camera, scene, air, make.light, make.quality(variant, 64, seed=5))
@@ -67,7 +71,7 @@ def test_coarse_pixels_hold_the_mean_of_fine_ones(make, variant):
     """Dark and near before bright and far in every pixel: what a mean distance would get wrong."""
     spots = [(x, 10, z) for x in np.arange(-6, 6.1, 0.5) for z in np.arange(-3, 7, 0.5)]
     scene = [make.balls(spots, radius=0.2, albedo=0.02), make.wall(400, 0.8)]
-    air = Air(np.full(3, 0.004))
+    air = Air(978.0)
 
     def mean(size, spp):
         camera = make.camera(size, fov=30)
@@ -85,3 +89,55 @@ def test_neither_sun_nor_airlight_is_negative(variant):
             light = {"to_sun": Light(30, elevation).to_sun, "turbidity": turbidity}
             assert (sun_disc(light)[0] >= 0).all()
             assert (airlight(light) >= 0).all()
+
+
+MIST = Air(20e3, Mist(400.0, 5.0, 30.0))
+"""The eye stands in it, 3 m below its base."""
+
+
+@pytest.mark.parametrize("pitch", [-2.0, 0.0, 0.4, 12.0])
+def test_contrast_in_mist_is_that_of_the_closed_form(make, variant, pitch):
+    """Down to below the base, level, out through the base, and far above it."""
+    distance, up = 300.0, 2 + 300 * np.tan(np.radians(pitch))
+    path = (np.array([2.0]), np.array([up]), np.array([300 / np.cos(np.radians(pitch))]))
+    camera = make.camera((4, 4), pitch=pitch, fov=0.1)
+
+    def seen(albedo, air):
+        wall = make.wall(distance, albedo)
+        frame = render_frame(camera, [wall], air, make.light, make.quality(variant))
+        return frame.rgb.mean(axis=(0, 1))
+
+    contrast = (seen(0.5, MIST) - seen(0.0, MIST)) / seen(0.5, make.clear)
+    depth = optical_depth(MIST, *path, rgb_wavelengths())[0]
+    assert np.allclose(contrast, np.exp(-depth), rtol=4e-3)
+
+
+def test_mist_veils_the_sky_above_the_eye_without_a_seam(make, variant):
+    """From the airlight at the horizon to hardly any of it straight up."""
+    camera, quality = make.camera((4, 120), fov=0.4), make.quality(variant)
+    column = render_frame(camera, [], MIST, make.light, quality).rgb.mean(axis=1)
+    assert (np.abs(np.diff(column, axis=0)) < 0.03 * column[:-1]).all()
+    up = make.camera((4, 4), pitch=60, fov=1)
+    veiled, clear = (
+        render_frame(up, [], air, make.light, quality).rgb.mean(axis=(0, 1))
+        for air in (MIST, make.clear)
+    )
+    metres = depth_beyond(MIST.mist, np.array([2.0]), np.array([np.sin(np.radians(60))]))
+    through = np.exp(-metres * mist_extinction(MIST, rgb_wavelengths()))
+    variants.use(variant)
+    to_sun = make.light.to_sun
+    air = airlight({"to_sun": to_sun, "turbidity": make.light.turbidity})[0]  # due north
+    assert np.allclose(veiled, clear * through + air * (1 - through), rtol=1e-3)
+
+
+def test_both_drivers_see_the_same_mist(make):
+    for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT):
+        if variants.works(name) is not True:
+            pytest.skip(f"{name} does not work here")
+    scene = [make.balls([(x, 40.0, 1.0) for x in range(-20, 21, 4)], 1.5), make.ground()]
+    camera = make.camera((48, 27), pitch=2)
+    scalar, jit = (
+        render_frame(camera, scene, MIST, make.light, make.quality(name, 64)).rgb
+        for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT)
+    )
+    assert np.allclose(scalar.mean(axis=(0, 1)), jit.mean(axis=(0, 1)), rtol=2e-3)
