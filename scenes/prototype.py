@@ -12,6 +12,9 @@ rigid object (one that is only placed, turned about the vertical and scaled):
         origin
     B           the greater of the extent of the part and, over its parts, separation + B of the
         part
+
+An only part that is no smaller than its whole is one with it (``lod.as_one``): its origin is that
+of the whole, and the two share the greater P and R.
 """
 
 from dataclasses import dataclass
@@ -20,6 +23,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals, freeze
+from lod.as_one import first_of_one, shared
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from scenes.stick_area import largest_area
@@ -66,6 +70,9 @@ def assemble(
     for key, size in sizes.items():
         if size != len(whole):
             raise InputError(f"{name}.{key}", size, f"one entry for each of {len(whole)} parts")
+    P = np.sqrt(largest_area(leaf))
+    one = first_of_one(whole, P)
+    origin = origin[one]
     part = np.flatnonzero(whole >= 0)
     owner = whole[part]
     separation = np.zeros(len(whole))
@@ -77,8 +84,7 @@ def assemble(
     B = own.copy()
     for row in part[::-1]:
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
-    P = np.sqrt(largest_area(leaf))
-    hierarchy = Hierarchy(whole, level, origin, P, R, B, separation)
+    hierarchy = Hierarchy(whole, level, origin, shared(P, one), shared(R, one), B, separation)
     return Prototype(name, hierarchy, inner, leaf, tints)
 
 

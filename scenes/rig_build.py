@@ -88,7 +88,7 @@ def rigged(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
     joint = np.array([rig.row(part.joint) for part in parts.values()])
     level = np.array([part.level for part in parts.values()])
     twin = _twins(parts, row, rig)
-    hierarchy = hierarchy_of(rig, whole, level, joint, inside, leaf, twin)
+    hierarchy, joint = hierarchy_of(rig, whole, level, joint, inside, leaf, twin)
     return RiggedPrototype(name, rig, joint, hierarchy, inside, leaf, tints, still(rig))
 
 

@@ -10,6 +10,9 @@
     B           the greater of the extent of the part and, over its parts, separation + B of the
         part
 
+An only part that is no smaller than its whole is one with it (``lod.as_one``): its origin is that
+of the whole, and the two share the greater P and R.
+
 "Over all poses" is the bound of ``rig_reach``: never exceeded, and reached within a few per cent.
 It is the rule of ``prototype`` with poses; a rig that cannot move gives the same numbers.
 """
@@ -19,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals, freeze
+from lod.as_one import first_of_one, shared
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from scenes.prototype import Prototype
@@ -128,13 +132,17 @@ def hierarchy_of(
     joint: Ints,
     inner: RiggedSticks,
     leaf: RiggedSticks,
-    twin: Ints | None = None,
-) -> Hierarchy:
-    """The compiled hierarchy by the rule above. ``twin``: an earlier part that each is the mirror
-    image of.
+    twin: Ints,
+) -> tuple[Hierarchy, Ints]:
+    """The compiled hierarchy by the rule above, and the joint at the origin of each part, (n,).
+
+    joint (n,) where each would have its origin by itself; twin (n,) an earlier part that it is the
+    mirror image of, or itself
     """
     n = len(whole)
-    twin = np.arange(n) if twin is None else twin
+    P = np.sqrt(_largest_areas(rig, leaf)[twin])
+    one = first_of_one(whole, P)
+    joint = joint[one]
     own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
     for row in np.flatnonzero(twin == np.arange(n)).tolist():
         parts = np.flatnonzero(whole == row)
@@ -147,9 +155,9 @@ def hierarchy_of(
     B = own.copy()
     for row in range(n - 1, 0, -1):
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
-    P = np.sqrt(_largest_areas(rig, leaf)[twin])
     position = rig.frames()[0][joint]
-    return Hierarchy(whole, level, position, P, R, B, separation)
+    lengths = shared(P, one), shared(R, one), B, separation
+    return Hierarchy(whole, level, position, *lengths), joint
 
 
 def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:

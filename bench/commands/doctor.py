@@ -28,6 +28,7 @@ def examine() -> dict[str, Any]:
     """Everything that `doctor` reports."""
     import psutil
 
+    from scenes.render.movie import ffmpeg_path
     from scenes.render.variants import choose, probe
 
     seen, memory, disk = probe(), psutil.virtual_memory(), shutil.disk_usage(os.getcwd())
@@ -44,7 +45,7 @@ def examine() -> dict[str, Any]:
             "threads": psutil.cpu_count(),
             "usable": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None,
         },
-        "ffmpeg": shutil.which("ffmpeg"),
+        "ffmpeg": ffmpeg_path(),
         "python": platform.python_version(),
         "platform": platform.platform(),
         "packages": {name: _version(name) for name in PACKAGES},
@@ -82,7 +83,10 @@ def _say(out: Output, found: dict[str, Any]) -> None:
         ),
         ("disk", f"{disk['free_bytes'] * gib:.1f} GiB free in {disk['folder']}"),
         ("processor", f"{cpu['name']}, {cpu['threads']} threads, {cpu['usable']} usable here"),
-        ("ffmpeg", found["ffmpeg"] or "none: no mp4 with --preview"),
+        (
+            "ffmpeg",
+            found["ffmpeg"] or "none: no mp4 with --preview (pip install lodbench[preview])",
+        ),
         ("Python", f"{found['python']} ({sys.executable})"),
     ]
     out.say(f"machine\n{table(rows)}")

@@ -1,4 +1,4 @@
-"""A sequence as an mp4, where ffmpeg is there."""
+"""A sequence as an mp4, where ffmpeg is there: that of imageio-ffmpeg, or one on the PATH."""
 
 import contextlib
 import errno
@@ -22,7 +22,7 @@ def movie(paths: Sequence[str | Path], out_mp4: str | Path, fps: float) -> Path 
 
     Whole or not at all. Raises OSError with ffmpeg's last words where it fails.
     """
-    ffmpeg = shutil.which("ffmpeg")
+    ffmpeg = ffmpeg_path()
     if ffmpeg is None:
         return None
     if not paths:
@@ -38,6 +38,16 @@ def movie(paths: Sequence[str | Path], out_mp4: str | Path, fps: float) -> Path 
     finally:
         temporary.unlink(missing_ok=True)
     return path
+
+
+def ffmpeg_path() -> str | None:
+    """The ffmpeg that the extra ``preview`` brings, else that on the PATH; None without either."""
+    try:
+        import imageio_ffmpeg
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError):  # not installed, or without a binary for this machine
+        return shutil.which("ffmpeg")
 
 
 def _pictures(paths: Sequence[str | Path]) -> Iterator[np.ndarray]:

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,22 @@ def test_frames_of_other_settings_are_not_touched(render: Render, tmp_path: Path
     assert (tmp_path / "out" / "a.0001.exr").read_bytes() == before
 
 
+def only_on_path(monkeypatch: pytest.MonkeyPatch, path: str) -> None:
+    """No ffmpeg but what stands there."""
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.setenv("PATH", path)
+
+
+def test_the_extra_brings_its_own_ffmpeg(
+    render: Render, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("imageio_ffmpeg")
+    monkeypatch.setenv("PATH", "")
+    _, (*_, end), err = render("--frames", "1-2", "--preview")
+    assert end["previews"] == ["out/a.png", "out/a.mp4"], err
+    assert (tmp_path / "out" / "a.mp4").read_bytes()[4:8] == b"ftyp"
+
+
 def test_a_preview_is_a_sheet_and_a_film(
     render: Render, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -86,7 +103,7 @@ def test_a_preview_is_a_sheet_and_a_film(
     ffmpeg.parent.mkdir()
     ffmpeg.write_text('#!/bin/sh\nfor last; do :; done\nexec /bin/cat > "$last"\n')
     ffmpeg.chmod(0o755)
-    monkeypatch.setenv("PATH", str(ffmpeg.parent))
+    only_on_path(monkeypatch, str(ffmpeg.parent))
     _, (*_, end), err = render("--frames", "1-2", "--preview")
     assert end["previews"] == ["out/a.png", "out/a.mp4"], err
     assert (tmp_path / "out" / "a.png").read_bytes().startswith(b"\x89PNG")
@@ -94,7 +111,7 @@ def test_a_preview_is_a_sheet_and_a_film(
 
 
 def test_without_ffmpeg_the_sheet_is_all(render: Render, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PATH", "")
+    only_on_path(monkeypatch, "")
     _, (*_, end), _ = render("--frames", "1-2", "--preview")
     assert end["previews"] == ["out/a.png"]
 
@@ -105,7 +122,7 @@ def test_a_film_that_fails_spoils_nothing(
     begins = 'for last; do :; done; echo half > "$last"'
     (tmp_path / "ffmpeg").write_text(f"#!/bin/sh\n{begins}\necho no such codec >&2\nexit 1\n")
     (tmp_path / "ffmpeg").chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path))
+    only_on_path(monkeypatch, str(tmp_path))
     code, (*_, end), err = render("--frames", "1-2", "--preview")
     assert code == 0
     assert end["previews"] == ["out/a.png"]
