@@ -2,10 +2,11 @@
 
 import importlib
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from importlib import metadata
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
@@ -50,7 +51,7 @@ def program(ctx: click.Context) -> None:
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run one command and leave with its code: 0 ok, 1 failed, 2 bad input, 130 interrupted."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    code = OK
+    code, before = OK, _second_interrupt_ends()
     try:
         with program.make_context("lodbench", words) as context:
             program.invoke(context)
@@ -63,7 +64,22 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         code, line = _verdict(error)
         if line:
             click.echo(f"lodbench: {line}", err=True)
+    if code != INTERRUPTED:
+        signal.signal(signal.SIGINT, before)
     sys.exit(code)
+
+
+def _second_interrupt_ends() -> Any:
+    """Have the first Ctrl-C wind the command up, and another end it there and then.
+
+    Gives what Ctrl-C did before.
+    """
+
+    def first(number: int, frame: object) -> NoReturn:
+        signal.signal(signal.SIGINT, lambda number, frame: os._exit(INTERRUPTED))
+        raise KeyboardInterrupt
+
+    return signal.signal(signal.SIGINT, first)
 
 
 def _verdict(error: BaseException) -> tuple[int, str]:

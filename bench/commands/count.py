@@ -6,6 +6,7 @@ import click
 
 from bench.output import Output, output, table
 from bench.view_flags import preset_of, view_flags
+from scenes.render.memory import peak_rss_bytes
 
 if TYPE_CHECKING:
     from bench.counting import Counts, SpeciesCount
@@ -49,15 +50,6 @@ def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
         "seconds": seconds,
         "peak_rss_bytes": peak_rss_bytes(),
     }
-
-
-def peak_rss_bytes() -> int:
-    """The most memory that this process has held [bytes]."""
-    import resource
-    import sys
-
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024
 
 
 def _species(each: "SpeciesCount") -> dict[str, Any]:

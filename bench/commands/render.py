@@ -1,20 +1,20 @@
 """`lodbench render`: frames of a preset as an EXR sequence."""
 
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bench.frame_flags import check_targets, frame_numbers, frame_path, frame_pattern, make_folder
+from bench.frame_progress import frame_progress
 from bench.output import Output, output
-from bench.progress import progress_bar
 from bench.view_flags import file_flags, preset_of, view_flags
 from lod.errors import InputError
 from scenes.preset import Preset
-from scenes.render.frame import FrameInput
+
+if TYPE_CHECKING:
+    from scenes.render.sequence import Job
 
 
 @click.command("render")
@@ -27,6 +27,7 @@ from scenes.render.frame import FrameInput
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
+@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option("--json", "as_json", is_flag=True, help="A JSON object per frame on stdout.")
 def command(
     preset: str,
@@ -35,6 +36,7 @@ def command(
     preview: bool,
     resume: bool,
     overwrite: bool,
+    threads: int,
     as_json: bool,
     **flags: Any,
 ) -> None:
@@ -44,67 +46,56 @@ def command(
     if resume and overwrite:
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
     chosen = preset_of(preset, **flags)
-    paths = [frame_path(pattern, number) for number in numbers]
-    check_targets(paths)
+    check_targets([frame_path(pattern, number) for number in numbers])
+    from scenes.render.one_frame import settings_of
+    from scenes.render.sequence import open_job
     from scenes.render.variants import choose
 
-    variant = choose(chosen.render.variant)
+    settings = settings_of(chosen, choose(chosen.render.variant))
     make_folder(Path(pattern).parent)
     with output(as_json) as out:
-        _render(out, chosen, variant, pattern, numbers, overwrite)
-        pictures = _preview(out, chosen, pattern, paths) if preview else []
-        out.record({"done": len(numbers), "failed": 0, "previews": pictures})
+        records = _render(out, lambda: open_job(pattern, numbers, settings, overwrite), threads)
+        done = [Path(record["path"]) for record in records if "error" not in record]
+        failed = [record for record in records if "error" in record]
+        pictures = _preview(out, chosen, pattern, done) if preview and done else []
+        end = {"done": len(done), "failed": len(failed), "failures": failed}
+        out.record({**end, "previews": pictures})
+    if failed:
+        raise click.ClickException(_failures(failed, len(numbers)))
 
 
-def _render(
-    out: Output,
-    preset: Preset,
-    variant: str,
-    pattern: str,
-    numbers: Sequence[int],
-    overwrite: bool,
-) -> None:
-    """A line for each finished frame; the first failure ends it, and is counted."""
+def _render(out: Output, begin: Callable[[], "Job"], threads: int) -> list[dict[str, Any]]:
+    """A line for each finished frame; what ends the sequence before its end is counted, too."""
     from scenes.render.sequence import render_sequence
+    from scenes.render.worker import Worker
 
-    made, settings = frame_maker(preset, variant), settings_of(preset, variant)
-    done = 0
+    records: list[dict[str, Any]] = []
     try:
-        with progress_bar("frame") as progress:
-            progress(0, len(numbers), variant)
-            for record in render_sequence(pattern, numbers, made, settings, overwrite):
-                done += 1
-                progress(done, len(numbers), variant)
-                out.record(record)
-                out.say(_line(record))
+        job = begin()
+        with (
+            frame_progress(len(job.paths)) as progress,
+            Worker(threads, progress.watch) as worker,
+        ):
+            for record in render_sequence(job, worker):
+                records.append(record)
+                progress.finished(record)
+                if "error" not in record:
+                    out.record(record)
+                    out.say(_line(record))
+                else:
+                    out.note(f"lodbench: {record['path']}: {record['error']}")
     except BaseException:
-        out.record({"done": done, "failed": 1})
+        failures = [record for record in records if "error" in record]
+        done = len(records) - len(failures)
+        out.record({"done": done, "failed": len(failures) + 1, "failures": failures})
         raise
+    return records
 
 
-def frame_maker(preset: Preset, variant: str) -> Callable[[int], FrameInput]:
-    """Makes frames of a preset; the world is built for the first, in that frame's time."""
-    from scenes.shot import shoot
-    from scenes.world import World, build_world
-
-    worlds: list[World] = []
-
-    def make(frame: int) -> FrameInput:
-        start = time.perf_counter()
-        if not worlds:
-            worlds.append(build_world(preset))
-        seconds = {"world": time.perf_counter() - start}
-        made = shoot(worlds[0], preset, frame, variant)
-        return replace(made, seconds=seconds | made.seconds)
-
-    return make
-
-
-def settings_of(preset: Preset, variant: str) -> dict[str, Any]:
-    """Everything that determines the pixels, as plain nested data."""
-    settings = preset.model_dump(mode="json", exclude={"about"})
-    settings["render"]["variant"] = variant
-    return settings
+def _failures(failed: Sequence[dict[str, Any]], frames: int) -> str:
+    """How many, and which with why of the first three."""
+    first = "; ".join(f"frame {each['frame']}: {each['error']}" for each in failed[:3])
+    return f"{len(failed)} of {frames} frames failed: {first}"
 
 
 def _line(record: dict[str, Any]) -> str:

@@ -13,7 +13,7 @@ import errno
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -59,29 +59,22 @@ _COMPRESSION = {
 
 
 def write_exr(
-    path: str | Path,
-    layers: Layers,
-    header: Mapping[str, Any],
-    before_rename: Callable[[str], object] = lambda digest: None,
-    form: FileForm = PLAIN,
+    path: str | Path, layers: Layers, header: Mapping[str, Any], form: FileForm = PLAIN
 ) -> str:
-    """Write under a temporary name in the same folder, then rename; gives the file's SHA-256.
+    """Write a new file, have the system keep it, read it back; gives its SHA-256.
 
-    ``header`` holds strings, floats, fractions and float32 matrices; ``before_rename`` gets the
-    hash. Raises OSError where the disk refuses; whatever stood at ``path`` is then untouched.
+    ``header`` holds strings, floats, fractions and float32 matrices. Raises OSError where the disk
+    refuses or ``path`` exists; what was begun is then removed.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    path.touch(exist_ok=False)  # the system's own error, where it cannot be
     try:
-        temporary.touch(exist_ok=False)  # the system's own error, where it cannot be
-        _write(temporary, layers, header, form)
-        digest = _settle(temporary)
-        before_rename(digest)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    sync_folder(path.parent)
-    return digest
+        _write(path, layers, header, form)
+        return _settle(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            path.unlink()
+        raise
 
 
 def _write(path: Path, layers: Layers, header: Mapping[str, Any], form: FileForm) -> None:
@@ -98,7 +91,16 @@ def _write(path: Path, layers: Layers, header: Mapping[str, Any], form: FileForm
         with _stdout_to_stderr():
             OpenEXR.File(parts).write(str(path))
     except (RuntimeError, ValueError) as error:
+        _ask_the_system(path, layers.rgb.nbytes)
         raise OSError(errno.EIO, f"cannot be written as OpenEXR ({error})", str(path)) from error
+
+
+def _ask_the_system(path: Path, size: int) -> None:
+    """OpenEXR does not say why it could not write; writing about as much does, as an OSError."""
+    with path.open("wb") as file:
+        file.write(bytes(2 * size))
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _parts(layers: Layers, form: FileForm) -> dict[str, dict[str, OpenEXR.Channel]]:
@@ -124,21 +126,19 @@ def _pixels(layers: Layers, channel: _Channel, form: FileForm) -> np.ndarray:
 
 
 def _settle(path: Path) -> str:
-    """Have the system keep the file, and hash what it kept."""
+    """Have the system keep the file, and hash what it kept.
+
+    It is read back first: the library closes a file without asking whether its end was written.
+    """
     with path.open("r+b") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
         os.fsync(file.fileno())
+    try:
+        read_exr(path)
+    except InputError as error:
+        _ask_the_system(path, path.stat().st_size)
+        raise OSError(errno.EIO, f"not kept whole ({error.rule})", str(path)) from None
     return digest
-
-
-def sync_folder(folder: Path) -> None:
-    """Have the system keep a rename; some file systems cannot, and that is no harm."""
-    with contextlib.suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
 
 
 def read_exr(path: str | Path) -> tuple[Layers, dict[str, Any]]:

@@ -12,7 +12,7 @@ from lod.mist import Mist
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
-from scenes.render.samples import Samples
+from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups
 
 _IMAGE_CHANNELS = 4
@@ -22,7 +22,7 @@ _SMALL = 2e-3
 """Below it (1 − exp(−x))/x is 1 − x/2, in float32 more exactly than by its own formula."""
 
 
-def render_jit(built: Built, haze: Haze, quality: Quality, frame: int) -> Samples:
+def render_jit(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
     """Render group by group of samples, run by run of pixels.
 
     The sample that Z, N and the ids come from is each pixel's first, somewhere in the pixel.
@@ -36,6 +36,7 @@ def render_jit(built: Built, haze: Haze, quality: Quality, frame: int) -> Sample
             pixels = slice(first, min(first + step, width * height))
             seed = sampler_seed(quality.seed, frame, number, first)
             _wavefront(built, haze, view, total, spp, pixels, seed, keep=number == 0)
+            watch(spp * (pixels.stop - pixels.start))
     total.rgb /= quality.spp
     total.albedo /= quality.spp
     return total

@@ -28,13 +28,13 @@ import numpy as np
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze, airlight_towards, depth_of_sky, depth_to
-from scenes.render.samples import Samples
+from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups, square_sides
 
 _IMAGE, _THROUGH, _CORRECTION, _GUIDES = range(4)
 
 
-def render_passes(built: Built, haze: Haze, quality: Quality, frame: int) -> Samples:
+def render_passes(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
     """Render band by band of rows.
 
     The sample that Z, N and the ids come from is the last of the guide pass's square: below and
@@ -52,6 +52,7 @@ def render_passes(built: Built, haze: Haze, quality: Quality, frame: int) -> Sam
             total.replaced += replaced
             if run == 0:
                 band.add_guides(total, 2 if quality.spp >= 4 else 1)
+            watch(spp * width * (rows[1] - rows[0]))
     return total
 
 

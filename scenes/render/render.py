@@ -18,9 +18,11 @@ def render_frame(
     light: Light,
     quality: Quality,
     frame: int = 0,
+    watch: Callable[[int], object] = lambda samples: None,
 ) -> Layers:
     """Render ``frame``: same arguments, same bytes, within a variant and on any thread count.
 
+    ``watch`` is told how many samples were just taken, again and again.
     Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
     """
     start = time.perf_counter()
@@ -35,7 +37,7 @@ def render_frame(
     built = build(description)
     haze = haze_of(built, air)
     ready = time.perf_counter()
-    samples = _driver(name)(built, haze, quality, frame)
+    samples = _driver(name)(built, haze, quality, frame, watch)
     traced = time.perf_counter()
     seconds = {"describe": described - start, "build": ready - described, "trace": traced - ready}
     return layers_of(samples, built, seconds, _statistics(description))

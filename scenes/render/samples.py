@@ -1,11 +1,15 @@
 """Sums over samples, on the way to a frame's layers."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from scenes.render.build import Built
 from scenes.render.frame import SKY_Z, Layers
+
+Watch = Callable[[int], object]
+"""Called by the drivers with the number of samples that were just taken."""
 
 
 @dataclass(eq=False)

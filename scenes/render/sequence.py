@@ -1,57 +1,178 @@
 """A sequence of frames in a folder: each whole or not there at all, and kept if it is right."""
 
+import contextlib
 import os
-import sys
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from lod.errors import InputError
-from scenes.render.exr import write_exr
-from scenes.render.frame import FrameInput
-from scenes.render.header import frame_header, software
+from scenes.render.disk import DiskError, partial_path, stray_partials
 from scenes.render.manifest import (
+    DONE,
+    FAILED,
+    NAME,
+    PENDING,
     Manifest,
     differences,
     file_hash,
-    flatten,
     load_manifest,
     settings_hash,
 )
-from scenes.render.render import render_frame
+from scenes.render.memory import peak_rss_bytes
+from scenes.render.one_frame import Record, Settings
 
 HASHES = "####"
-Record = dict[str, Any]
+_NOTED = ("frame", "sha256", "seconds", "statistics")
+
+Render = Callable[[Settings, int, Path], Record]
+"""Renders a frame of these settings into a file, as one_frame.render_one does."""
 
 
-def render_sequence(
-    pattern: str | Path,
-    frames: Sequence[int],
-    make_frame: Callable[[int], FrameInput],
-    settings: Mapping[str, Any],
-    overwrite: bool = False,
-) -> Iterator[Record]:
-    """Render ``frames`` into ``pattern`` (name.####.exr), giving a record after each.
+class FrameFailed(RuntimeError):
+    """One frame cannot be rendered, whatever the others do; why, and after how many tries."""
 
-    ``settings`` is nested plain data, everything that determines the pixels; it goes into every
-    header and the manifest. A frame that stands there with these settings and the hash on record is
-    kept, and its record says so. Everything in the way is found before the first frame is rendered:
-    raises InputError for frames of other settings and for files that the manifest does not know,
-    unless ``overwrite``.
+    def __init__(self, why: str, tries: int) -> None:
+        super().__init__(why)
+        self.tries = tries
 
-    Record: frame, path, sha256, kept, seconds {stage: s}, peak_rss_bytes, statistics.
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A sequence that was looked through: which frames are right already, and what all are.
+
+    paths  by frame, in the order in which they were asked for
     """
-    complete = {**settings, "software": software()}
+
+    paths: dict[int, Path]
+    settings: Settings
+    manifest: Manifest
+    done: frozenset[int]
+
+    @property
+    def folder(self) -> Path:
+        """Where the frames stand."""
+        return self.manifest.folder
+
+
+def open_job(
+    pattern: str | Path, frames: Sequence[int], settings: Settings, overwrite: bool = False
+) -> Job:
+    """Look through the folder of ``pattern`` (name.####.exr) before anything is rendered.
+
+    A frame that stands there with these settings and the hash on record is done. The rest goes
+    into the manifest as pending; partial files that a dead process left of them are removed. Raises
+    InputError for frames of other settings and for files that the manifest does not know, unless
+    ``overwrite``.
+    """
     paths = {frame: frame_path(pattern, frame) for frame in frames}
     folder = _make_folder(Path(pattern).parent)
     manifest = _open_manifest(folder, overwrite)
-    done = set() if overwrite else _finished(manifest, paths, complete)
-    for frame, path in paths.items():
-        if frame in done:
-            yield _kept(frame, path, manifest)
-        else:
-            yield _render(frame, path, make_frame, complete, manifest)
+    done = set() if overwrite else _finished(manifest, paths, settings)
+    job = Job(paths, settings, manifest, frozenset(done))
+    left = {path.name: frame for frame, path in paths.items() if frame not in done}
+    with _disk(folder):
+        for name, stray in stray_partials(folder):
+            if name in left or name == NAME:
+                stray.unlink(missing_ok=True)
+        if left:
+            entries = {name: {"frame": frame, "state": PENDING} for name, frame in left.items()}
+            manifest.put(settings, entries)
+    return job
+
+
+def render_sequence(job: Job, render: Render) -> Iterator[Record]:
+    """Render what is not done, giving a record after each frame, kept ones too.
+
+    Record: frame, path, sha256, kept, seconds {stage: s}, peak_rss_bytes, statistics; of a frame
+    that failed: frame, path, error, tries. Bad input in the first frame that is rendered is bad
+    input of all (InputError); later it costs that frame. DiskError ends the sequence.
+    """
+    first = True
+    for frame in job.paths:
+        if frame in job.done:
+            yield kept(job, frame)
+            continue
+        try:
+            yield _render(job, frame, render)
+        except FrameFailed as error:
+            yield give_up(job, frame, str(error), error.tries)
+        except InputError as error:
+            if first:
+                raise
+            yield give_up(job, frame, str(error), 1)
+        first = False
+
+
+def kept(job: Job, frame: int) -> Record:
+    """The record of a frame that is right already."""
+    path = job.paths[frame]
+    entry = job.manifest.frames[path.name]
+    return {
+        "frame": frame,
+        "path": str(path),
+        "sha256": entry["sha256"],
+        "kept": True,
+        "seconds": {},
+        "peak_rss_bytes": peak_rss_bytes(),
+        "statistics": entry.get("statistics", {}),
+    }
+
+
+def keep(job: Job, frame: int, record: Record, partial: Path) -> Record:
+    """Give a rendered frame its name; its whole record.
+
+    In the manifest before the rename, so that no finished file is ever unknown to it.
+    """
+    path = job.paths[frame]
+    with _disk(path):
+        entry = {key: record[key] for key in _NOTED}
+        job.manifest.put(job.settings, {path.name: {**entry, "state": DONE}})
+        os.replace(partial, path)
+        sync_folder(path.parent)
+    return {"frame": frame, "path": str(path), "kept": False, **record}
+
+
+def give_up(job: Job, frame: int, why: str, tries: int) -> Record:
+    """Note that a frame failed; its record."""
+    path = job.paths[frame]
+    entry = {"frame": frame, "error": why, "tries": tries}
+    with _disk(path):
+        job.manifest.put(job.settings, {path.name: {**entry, "state": FAILED}})
+    return {**entry, "path": str(path)}
+
+
+def _render(job: Job, frame: int, render: Render) -> Record:
+    path = job.paths[frame]
+    partial = partial_path(path)
+    try:
+        with _disk(path):
+            record = render(job.settings, frame, partial)
+        return keep(job, frame, record, partial)
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _disk(path: Path) -> Iterator[None]:
+    """What the system refuses, as a DiskError about the file that was to be."""
+    try:
+        yield
+    except DiskError:
+        raise
+    except OSError as error:
+        raise DiskError(error, path) from error
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the system keep a rename; some file systems cannot, and that is no harm."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def frame_path(pattern: str | Path, frame: int) -> Path:
@@ -82,12 +203,12 @@ def _open_manifest(folder: Path, overwrite: bool) -> Manifest:
     except InputError:
         if not overwrite:
             raise
+        with _disk(folder):
+            (folder / NAME).unlink()
         return Manifest(folder)
 
 
-def _finished(
-    manifest: Manifest, paths: Mapping[int, Path], settings: Mapping[str, Any]
-) -> set[int]:
+def _finished(manifest: Manifest, paths: Mapping[int, Path], settings: Settings) -> set[int]:
     """Frames that need no rendering. Raises InputError for files that are not ours to replace."""
     done, key = set(), settings_hash(settings)
     for frame, path in paths.items():
@@ -98,64 +219,9 @@ def _finished(
             rule = "a file stands there that the folder's manifest does not know"
             raise InputError("-o", str(path), rule, "choose another folder, or --overwrite")
         if entry["settings"] != key:
-            changed = differences(manifest.settings.get(entry["settings"], {}), settings)
+            changed = differences(manifest.settings[entry["settings"]], settings)
             rule = f"rendered with other settings ({'; '.join(changed[:3]) or 'unknown'})"
             raise InputError("-o", str(path), rule, "choose another folder, or --overwrite")
-        if file_hash(path) == entry["sha256"]:
+        if entry["state"] == DONE and file_hash(path) == entry["sha256"]:
             done.add(frame)
     return done
-
-
-def _kept(frame: int, path: Path, manifest: Manifest) -> Record:
-    entry = manifest.frames[path.name]
-    return {
-        "frame": frame,
-        "path": str(path),
-        "sha256": entry["sha256"],
-        "kept": True,
-        "seconds": {},
-        "peak_rss_bytes": peak_rss_bytes(),
-        "statistics": entry.get("statistics", {}),
-    }
-
-
-def _render(
-    frame: int,
-    path: Path,
-    make_frame: Callable[[int], FrameInput],
-    settings: Mapping[str, Any],
-    manifest: Manifest,
-) -> Record:
-    start = time.perf_counter()
-    made = make_frame(frame)
-    prepared = made.seconds or {"prepare": time.perf_counter() - start}
-    layers = render_frame(made.camera, made.visible, made.air, made.light, made.quality, frame)
-    rendered = time.perf_counter()
-    record: Record = {"frame": frame, "path": str(path), "sha256": "", "kept": False}
-
-    def note(digest: str) -> None:
-        """In the manifest before the rename, so that no finished file is ever unknown to it."""
-        write = time.perf_counter() - rendered
-        record["sha256"] = digest
-        record["seconds"] = {**prepared, **layers.seconds, "write": write}
-        record["peak_rss_bytes"] = peak_rss_bytes()
-        record["statistics"] = layers.statistics
-        noted = ("frame", "sha256", "seconds", "statistics")
-        manifest.put(path, settings, {key: record[key] for key in noted})
-
-    write_exr(path, layers, _header(made, settings, frame), note, made.form)
-    return record
-
-
-def _header(made: FrameInput, settings: Mapping[str, Any], frame: int) -> dict[str, Any]:
-    return frame_header(made.camera, made.fps, {**dict(flatten(settings)), "frame": frame})
-
-
-def peak_rss_bytes() -> int:
-    """The most memory this process has held; 0 where the system does not say."""
-    try:
-        import resource
-    except ImportError:
-        return 0
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024

@@ -18,6 +18,9 @@ from pathlib import Path
 from lod.errors import InputError
 
 LLVM_PATH = "DRJIT_LIBLLVM_PATH"
+TRUSTED = "LODBENCH_TRUSTED_VARIANT"
+"""Set for a child: the variant that its parent has tried, with the libLLVM that is named."""
+
 JIT_VARIANT, SCALAR_VARIANT = "llvm_ad_rgb", "scalar_rgb"
 _TIMEOUT_S = 120
 _FOLDERS = (
@@ -65,21 +68,26 @@ def choose(name: str = "auto") -> str:
         _point_to_library()
     if name == "auto":
         return JIT_VARIANT if works(JIT_VARIANT) is True else SCALAR_VARIANT
-    import mitsuba
+    if (answer := works(name)) is not True:
+        import mitsuba
 
-    known = list(mitsuba.variants())
-    if name not in known:
-        raise InputError(
-            "variant", name, f"auto or one of {', '.join(known)}", "try --variant auto"
-        )
-    answer = works(name)
-    if answer is not True:
+        known = list(mitsuba.variants())
+        if name not in known:
+            rule = f"auto or one of {', '.join(known)}"
+            raise InputError("variant", name, rule, "try --variant auto")
         raise InputError("variant", name, f"does not work here ({answer})", _cure(name))
     if not name.endswith("_rgb"):
         raise InputError(
             "variant", name, "frames are made in an _rgb variant", "try --variant auto"
         )
     return name
+
+
+def trusting(name: str) -> dict[str, str]:
+    """The environment of a child process that need not try this variant again."""
+    if name.startswith("llvm_"):
+        _point_to_library()
+    return {**os.environ, TRUSTED: name}
 
 
 def use(name: str) -> None:
@@ -93,6 +101,8 @@ def use(name: str) -> None:
 
 def _point_to_library() -> None:
     """Name the libLLVM that passed; Dr.Jit reads the variable once, when it is first imported."""
+    if TRUSTED in os.environ:
+        return
     if library := libllvm():
         os.environ[LLVM_PATH] = library
 
@@ -100,6 +110,8 @@ def _point_to_library() -> None:
 @lru_cache(maxsize=64)
 def works(name: str) -> bool | str:
     """True, or why this variant does not work here."""
+    if name == os.environ.get(TRUSTED):
+        return True
     if not name.startswith("llvm_"):
         return _try(name, None)
     library = libllvm()

@@ -50,7 +50,7 @@ def render(
 def test_frames_are_written_and_recorded(render: Render, tmp_path: Path) -> None:
     code, (first, second, end), err = render("--frames", "1,3")
     assert code == 0, err
-    assert end == {"done": 2, "failed": 0, "previews": []}
+    assert end == {"done": 2, "failed": 0, "failures": [], "previews": []}
     for record, frame in ((first, 1), (second, 3)):
         path = tmp_path / "out" / f"a.{frame:04d}.exr"
         assert (record["frame"], record["path"]) == (frame, f"out/{path.name}")
@@ -76,7 +76,7 @@ def test_frames_of_other_settings_are_not_touched(render: Render, tmp_path: Path
     code, lines, err = render("--seed", "5")
     assert code == 2
     assert "seed: 0 → 5" in err
-    assert lines == [{"done": 0, "failed": 1}]
+    assert lines == [{"done": 0, "failed": 1, "failures": []}]
     assert (tmp_path / "out" / "a.0001.exr").read_bytes() == before
 
 

@@ -213,20 +213,36 @@ def test_a_sun_in_the_picture_does_not_become_infinite(tmp_path):
     assert np.isfinite(read_exr(tmp_path / "a.exr")[0].rgb).all()
 
 
-def test_a_failed_write_leaves_what_stood_there(tmp_path, monkeypatch):
+def test_what_stands_there_is_not_touched(tmp_path):
     path = tmp_path / "a.exr"
-    write_exr(path, some_layers(), some_header())
-    before = path.read_bytes()
+    path.write_text("before")
+    with pytest.raises(FileExistsError):
+        write_exr(path, some_layers(), some_header())
+    assert path.read_text() == "before"
 
+
+def test_a_failed_write_leaves_nothing(tmp_path, monkeypatch):
     def refuse(*_):
         raise OSError(28, "No space left on device")
 
-    for step in ("fsync", "replace"):
-        with monkeypatch.context() as patch:
-            patch.setattr(os, step, refuse)
-            with pytest.raises(OSError, match="No space left"):
-                write_exr(path, some_layers(seed=1), some_header())
-        assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
+    monkeypatch.setattr(os, "fsync", refuse)
+    with pytest.raises(OSError, match="No space left"):
+        write_exr(tmp_path / "a.exr", some_layers(seed=1), some_header())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_whose_end_was_not_kept_is_noticed(tmp_path, monkeypatch):
+    """The library closes its file without asking whether the last bytes were written."""
+    really = exr._write
+
+    def lose_the_end(path, *rest):
+        really(path, *rest)
+        os.truncate(path, path.stat().st_size - 1)
+
+    monkeypatch.setattr(exr, "_write", lose_the_end)
+    with pytest.raises(OSError, match="not kept whole"):
+        write_exr(tmp_path / "a.exr", some_layers(), some_header())
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_writing_into_a_folder_that_is_gone_says_so(tmp_path):

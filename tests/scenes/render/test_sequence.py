@@ -1,47 +1,64 @@
 """Right frames are kept, strangers refused, damaged frames rendered again."""
 
+import errno
 import json
 import os
+import socket
 
 import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.render import sequence
-from scenes.render.exr import read_exr
-from scenes.render.frame import FrameInput, Layers
-from scenes.render.sequence import frame_path, render_sequence
+from scenes.render.disk import DiskError
+from scenes.render.exr import read_exr, write_exr
+from scenes.render.frame import Layers
+from scenes.render.manifest import load_manifest
+from scenes.render.sequence import FrameFailed, frame_path, open_job, render_sequence
 
 SETTINGS = {"seed": 5, "render": {"spp": 4, "size": "8x4"}}
 
 
-@pytest.fixture(autouse=True)
-def rendered(monkeypatch):
-    """A renderer of no cost; gives the list of frames it was asked for."""
-    asked = []
+class Renderer:
+    """One of no cost; ``asked`` are the frames it was asked for, ``trouble`` what some meet."""
 
-    def stand_in(camera, visible, air, light, quality, frame):
-        asked.append(frame)
+    def __init__(self):
+        self.asked, self.trouble = [], {}
+
+    def __call__(self, settings, frame, target):
+        self.asked.append(frame)
+        if frame in self.trouble:
+            target.write_text("half a frame")
+            raise self.trouble[frame]
         ids = np.full((4, 8), frame)
-        colour = np.full((4, 8, 3), quality.spp + frame / 100)
-        return Layers(colour, ids, colour, colour / 200, ids, ids, ids, {"trace": 0.1}, {"n": 1})
-
-    monkeypatch.setattr(sequence, "render_frame", stand_in)
-    return asked
+        colour = np.full((4, 8, 3), settings["render"]["spp"] + frame / 100)
+        layers = Layers(colour, ids, colour, colour / 200, ids, ids, ids)
+        digest = write_exr(target, layers, {"lod:frame": str(frame)})
+        seconds, statistics = {"trace": 0.1}, {"n": 1}
+        record = {"frame": frame, "sha256": digest, "seconds": seconds, "peak_rss_bytes": 2e9}
+        return {**record, "statistics": statistics}
 
 
 @pytest.fixture
-def run(make, tmp_path):
-    def go(frames=(1, 2, 3), settings=SETTINGS, overwrite=False, folder="out"):
-        def make_frame(frame):
-            quality = make.quality("scalar_rgb", settings["render"]["spp"])
-            visible = (make.ground(),)
-            return FrameInput(make.camera((8, 4)), visible, make.clear, make.light, quality)
+def renderer():
+    return Renderer()
 
-        pattern = tmp_path / folder / "a.####.exr"
-        return list(render_sequence(pattern, frames, make_frame, settings, overwrite))
+
+@pytest.fixture
+def rendered(renderer):
+    return renderer.asked
+
+
+@pytest.fixture
+def run(tmp_path, renderer):
+    def go(frames=(1, 2, 3), settings=SETTINGS, overwrite=False, folder="out"):
+        job = open_job(tmp_path / folder / "a.####.exr", frames, settings, overwrite)
+        return list(render_sequence(job, renderer))
 
     return go
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
 
 
 def test_frames_records_and_manifest(run, tmp_path, rendered):
@@ -49,14 +66,12 @@ def test_frames_records_and_manifest(run, tmp_path, rendered):
     assert rendered == [1, 2, 3] and [r["frame"] for r in records] == [1, 2, 3]
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     for record in records:
-        assert {"describe", "trace", "write", "prepare"} >= set(record["seconds"]) >= {"write"}
         assert record["peak_rss_bytes"] > 1e6 and record["kept"] is False
-        name = f"a.{record['frame']:04d}.exr"
-        assert manifest["frames"][name]["sha256"] == record["sha256"]
-        _, header = read_exr(record["path"])
-        assert header["lod:render.spp"] == "4" and header["lod:frame"] == str(record["frame"])
-    names = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert names == ["a.0001.exr", "a.0002.exr", "a.0003.exr", "manifest.json"]
+        entry = manifest["frames"][f"a.{record['frame']:04d}.exr"]
+        assert entry["sha256"] == record["sha256"] and entry["state"] == "done"
+        assert manifest["settings"][entry["settings"]] == SETTINGS
+        assert read_exr(record["path"])[1]["lod:frame"] == str(record["frame"])
+    assert names(tmp_path / "out") == ["a.0001.exr", "a.0002.exr", "a.0003.exr", "manifest.json"]
 
 
 def test_the_same_again_renders_nothing(run, rendered):
@@ -133,17 +148,96 @@ def test_a_folder_that_cannot_be_made(run, tmp_path):
         run(folder="file/out")
 
 
-def test_a_full_disk_harms_no_finished_frame(run, monkeypatch, tmp_path):
+def test_before_it_is_rendered_a_frame_is_pending(run, tmp_path, renderer):
+    renderer.trouble = {2: KeyboardInterrupt()}
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    frames = load_manifest(tmp_path / "out").frames
+    assert [frames[name]["state"] for name in sorted(frames)] == ["done", "pending", "pending"]
+    assert names(tmp_path / "out") == ["a.0001.exr", "manifest.json"]
+
+
+def test_a_frame_that_fails_costs_itself_only(run, tmp_path, renderer):
+    renderer.trouble = {2: FrameFailed("it ended its worker", 3)}
+    records = run()
+    path = str(tmp_path / "out" / "a.0002.exr")
+    bad = {"frame": 2, "path": path, "error": "it ended its worker", "tries": 3}
+    assert [record["frame"] for record in records] == [1, 2, 3] and records[1] == bad
+    entry = load_manifest(tmp_path / "out").frames["a.0002.exr"]
+    assert (entry["state"], entry["error"], entry["tries"]) == ("failed", "it ended its worker", 3)
+    assert names(tmp_path / "out") == ["a.0001.exr", "a.0003.exr", "manifest.json"]
+    renderer.trouble = {}
+    assert [record["kept"] for record in run()] == [True, False, True]
+
+
+def test_bad_input_in_the_first_frame_ends_it_and_later_costs_a_frame(run, renderer):
+    wrong = InputError("eye", 1, "2")
+    renderer.trouble = {1: wrong}
+    with pytest.raises(InputError, match="eye"):
+        run()
+    renderer.trouble = {3: wrong}
+    assert [record.get("error") for record in run()] == [None, None, str(wrong)]
+
+
+TROUBLE = [
+    (errno.ENOSPC, "the disk is full"),
+    (errno.EDQUOT, "the quota is used up"),
+    (errno.EROFS, "the disk is read-only"),
+    (errno.EACCES, "writing there is not allowed"),
+    (errno.ENOENT, "the folder has gone"),
+    (errno.ESTALE, "the folder has gone"),
+    (errno.EIO, "the disk fails"),
+    (errno.EMFILE, "cannot be written"),
+]
+
+
+@pytest.mark.parametrize(("code", "says"), TROUBLE, ids=lambda each: str(each))
+def test_what_the_disk_refuses_is_said_and_harms_no_finished_frame(
+    run, renderer, tmp_path, code, says
+):
+    renderer.trouble = {2: OSError(code, os.strerror(code))}
+    with pytest.raises(DiskError, match=rf"a\.0002\.exr: .*{says}.*{os.strerror(code)}"):
+        run()
+    assert names(tmp_path / "out") == ["a.0001.exr", "manifest.json"]
+    renderer.trouble = {}
+    assert [record["kept"] for record in run()] == [True, False, False]
+
+
+def test_a_manifest_that_cannot_be_saved_names_no_frame(run, tmp_path, monkeypatch, rendered):
     run(frames=(1,))
 
     def full(*_):
-        raise OSError(28, "No space left on device")
+        raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("scenes.render.exr.os.fsync", full)
-        with pytest.raises(OSError, match="No space"):
+        patch.setattr("scenes.render.manifest.os.fsync", full)
+        with pytest.raises(DiskError, match="the disk is full"):
             run(frames=(1, 2))
+    assert names(tmp_path / "out") == ["a.0001.exr", "manifest.json"]
     assert [r["kept"] for r in run(frames=(1, 2))] == [True, False]
+
+
+def test_what_a_killed_process_left_goes_and_what_a_live_one_writes_stays(run, tmp_path):
+    run(frames=(1,))
+    host = socket.gethostname().replace(".", "-")
+    dead, alive = f"{host}-999999999", f"{host}-{os.getppid()}"
+    for name in ("a.0001.exr", "a.0002.exr", "manifest.json"):
+        for writer in (dead, alive, "elsewhere-7"):
+            (tmp_path / "out" / f".{name}.{writer}.part").write_text("half")
+    run(frames=(1, 2))
+    left = [name for name in names(tmp_path / "out") if name.startswith(".")]
+    kept = [f".a.0001.exr.{writer}.part" for writer in (dead, alive, "elsewhere-7")]
+    of_others = [f".{name}.{alive}.part" for name in ("a.0002.exr", "manifest.json")]
+    assert sorted(left) == sorted(kept + of_others)
+
+
+def test_two_runs_in_one_folder_know_of_each_other(tmp_path, renderer):
+    """As render farms do it: each process has its own frames, and all have one manifest."""
+    jobs = [open_job(tmp_path / "a.####.exr", (k,), SETTINGS) for k in (1, 2, 3)]
+    for job in reversed(jobs):
+        list(render_sequence(job, renderer))
+    frames = load_manifest(tmp_path).frames
+    assert [frames[name]["state"] for name in sorted(frames)] == ["done"] * 3
 
 
 @pytest.mark.parametrize("pattern", ["a.exr", "a.###.exr", "a.####.png", "a.####.####.exr", "####"])

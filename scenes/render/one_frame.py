@@ -1,0 +1,98 @@
+"""One frame, from plain settings to a file: the way in which every process renders it.
+
+Settings are nested plain data, everything that determines the pixels: they travel to other
+processes and machines, stand in every header and in the manifest, and make the same frame again.
+"""
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from scenes.preset import Preset, preset_from
+from scenes.render.frame import FrameInput
+from scenes.render.header import frame_header, software
+from scenes.render.manifest import flatten
+from scenes.render.memory import peak_rss_bytes
+
+Settings = Mapping[str, Any]
+Record = dict[str, Any]
+
+
+def settings_of(preset: Preset, variant: str) -> dict[str, Any]:
+    """Everything that determines the pixels: the preset, the variant that auto is, the software."""
+    settings = preset.model_dump(mode="json", exclude={"about"})
+    settings["render"]["variant"] = variant
+    return {**settings, "software": software()}
+
+
+def preset_in(settings: Settings) -> Preset:
+    """The preset that settings hold. Raises InputError for what no preset can be."""
+    tables = {name: each for name, each in settings.items() if name != "software"}
+    return preset_from(tables, source="settings")
+
+
+def render_one(
+    settings: Settings,
+    frame: int,
+    target: str | Path,
+    watch: Callable[[int, int], object] = lambda taken, of: None,
+) -> Record:
+    """Render a frame into ``target``, a file that does not exist yet.
+
+    Record: frame, sha256 of the file, seconds {stage: s}, peak_rss_bytes, statistics. The world of
+    the last settings is kept for the next frame; building it counts as that first frame's time.
+    ``watch`` is told how many samples are taken, of how many.
+    Raises InputError for a frame that cannot be, OSError where the disk refuses.
+    """
+    from scenes.render.exr import write_exr
+    from scenes.render.render import render_frame
+
+    made = _made(settings, frame)
+    seen = made.camera, made.visible, made.air, made.light, made.quality
+    layers = render_frame(*seen, frame, _counted(made, watch))
+    rendered = time.perf_counter()
+    header = frame_header(made.camera, made.fps, {**dict(flatten(settings)), "frame": frame})
+    digest = write_exr(target, layers, header, made.form)
+    write = time.perf_counter() - rendered
+    return {
+        "frame": frame,
+        "sha256": digest,
+        "seconds": {**made.seconds, **layers.seconds, "write": write},
+        "peak_rss_bytes": peak_rss_bytes(),
+        "statistics": layers.statistics,
+    }
+
+
+def _counted(made: FrameInput, watch: Callable[[int, int], object]) -> Callable[[int], object]:
+    """Adds up the samples that a driver says it takes."""
+    taken, of = 0, made.camera.width * made.camera.height * made.quality.spp
+
+    def count(samples: int) -> None:
+        nonlocal taken
+        taken += samples
+        watch(taken, of)
+
+    return count
+
+
+def _made(settings: Settings, frame: int) -> FrameInput:
+    """What the frame is made from, pruned and posed."""
+    from scenes.shot import shoot
+
+    start = time.perf_counter()
+    preset, world = _world(json.dumps(settings, sort_keys=True))
+    seconds = {"world": time.perf_counter() - start}
+    made = shoot(world, preset, frame, preset.render.variant)
+    return replace(made, seconds=seconds | made.seconds)
+
+
+@lru_cache(maxsize=1)
+def _world(settings: str) -> tuple[Preset, Any]:
+    from scenes.world import build_world
+
+    preset = preset_in(json.loads(settings))
+    return preset, build_world(preset)
