@@ -138,7 +138,8 @@ def _flat(each: SpeciesField, view: View, ground: float) -> Moments:
     objects = parts = spread = 0.0
     for tree in trees:
         above = view.camera.eye[2] - ground - tree.position[:, 2]
-        areas = disc_areas(chained_limits(tree, view.metric.name, view.m), above)
+        limits = chained_limits(tree, view.metric.name, view.m, view.sight)
+        areas = disc_areas(limits, above)
         objects += expected(share, areas[:1])
         parts += expected(share, areas)
         spread += variance(share, areas)

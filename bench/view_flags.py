@@ -16,6 +16,8 @@ VIEW_KEYS = {
     "metric": "view.metric",
     "detail": "view.detail",
     "visibility": "air.visibility",
+    "haze_aware": "view.haze_aware",
+    "display_ppd": "display.pixels_per_degree",
 }
 QUALITY_KEYS = {"spp": "render.spp", "variant": "render.variant"}
 FILE_KEYS = {
@@ -35,6 +37,10 @@ def view_flags(command: Command) -> Command:
         click.option("--metric", metavar="NAME", help="Member of the metric family."),
         click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
         click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
+        click.option(
+            "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."
+        ),
+        click.option("--display-ppd", metavar="N", help="Seen by an eye, N pixels per degree."),
         click.option(
             "--density",
             multiple=True,
@@ -72,8 +78,8 @@ def preset_of(name: str, settings: Sequence[str], density: Sequence[str], **flag
     laid: list[str | Setting] = list(settings)
     for flag, text in flags.items():
         if text is not None:
-            value = text if flag in _TEXT or text is True else number(text)
-            laid.append(Setting(f"--{flag}", keys[flag], value))
+            value = text if flag in _TEXT or isinstance(text, bool) else number(text)
+            laid.append(Setting(f"--{flag.replace('_', '-')}", keys[flag], value))
     laid += [_density(text) for text in density]
     return load_preset(name, laid)
 

@@ -8,10 +8,13 @@ import numpy as np
 from lod.arrays import Ints, Reals
 from lod.errors import InputError
 
-CONTRAST_CLASSES = (0.1, 0.2, 0.5, 1.0, 2.0, math.inf)
+CONTRAST_CLASSES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf)
 """Bounds above. The least keeps parts that match their surroundings from vanishing before one's
 nose; nothing without air exceeds 1, only bright things before darker air do; the last is never
 dropped."""
+
+NEVER_LOST = len(CONTRAST_CLASSES) - 1
+"""The last class."""
 
 
 def inherent_contrast(

@@ -1,11 +1,12 @@
 """A compiled part hierarchy: one whole object as arrays, parents before children (§2.3)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from lod.arrays import freeze
+from lod.contrast import NEVER_LOST
 from lod.errors import InputError
 
 
@@ -20,6 +21,8 @@ class Hierarchy:
     R          (n,)   range: reach of the part's extremes and its parts' ends from its origin [m]
     B          (n,)   bound: radius about the origin that holds everything in it, any pose [m]
     separation (n,)   greatest distance to the origin of its whole, any pose; 0 for row 0 [m]
+    contrast   (n,)   class of inherent contrast, a row of lod.contrast.CONTRAST_CLASSES; if none
+                      is given the last, which no air and no eye ever lose
 
     Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0, nested bounds
     (B of a whole ≥ separation + B of its part, so that what is in view has its whole in view).
@@ -32,10 +35,14 @@ class Hierarchy:
     R: np.ndarray
     B: np.ndarray
     separation: np.ndarray
+    contrast: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
+        if len(self.contrast) == 0:
+            object.__setattr__(self, "contrast", np.full(len(self.whole), NEVER_LOST))
         freeze(self, whole=np.int64, level=np.int64, position=np.float64)
         freeze(self, P=np.float64, R=np.float64, B=np.float64, separation=np.float64)
+        freeze(self, contrast=np.int64)
         _check_shapes(self)
         _check_tree(self)
         _check_sizes(self)
@@ -81,14 +88,14 @@ class Hierarchy:
         if not (np.isfinite(factor) and factor > 0):
             raise InputError("scale", factor, "a size factor is finite and above 0", "try 1.0")
         lengths = {k: getattr(self, k) * factor for k in ("position", "P", "R", "B", "separation")}
-        return Hierarchy(whole=self.whole, level=self.level, **lengths)
+        return replace(self, **lengths)
 
 
 def _check_shapes(h: Hierarchy) -> None:
     n = len(h.whole)
     if n == 0:
         raise InputError("hierarchy", 0, "an object has at least one part, itself")
-    for name in ("level", "P", "R", "B", "separation"):
+    for name in ("level", "P", "R", "B", "separation", "contrast"):
         if getattr(h, name).shape != (n,):
             raise InputError(f"hierarchy.{name}", getattr(h, name).shape, f"its shape is ({n},)")
     if h.position.shape != (n, 3):
@@ -116,6 +123,9 @@ def _check_tree(h: Hierarchy) -> None:
 
 
 def _check_sizes(h: Hierarchy) -> None:
+    if h.contrast.min() < 0 or h.contrast.max() > NEVER_LOST:
+        wrong = int(h.contrast.max() if h.contrast.min() >= 0 else h.contrast.min())
+        raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
     rules = {"position": None, "P": "> 0", "R": ">= 0", "B": ">= 0", "separation": ">= 0"}
     for name, rule in rules.items():
         values = getattr(h, name)

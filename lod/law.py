@@ -7,14 +7,23 @@ h²).
 
 import numpy as np
 
+from lod.arrays import Ints, Reals
+from lod.contrast import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
+from lod.sight import Sight
+
+_HALVINGS = 60
+"""Of an interval: to the last bits of a float64."""
 
 
-def chained_limits(hierarchy: Hierarchy, name: str, m: float) -> np.ndarray:
+def chained_limits(
+    hierarchy: Hierarchy, name: str, m: float, sight: Sight | None = None
+) -> np.ndarray:
     """Limit distance of every part, (n,) [m], for the metrics that have a law.
 
     A part is displayed while its own test and those of every part above it pass, in whatever pose:
     D = max(0, min over ancestors j of (D_j − length of the chain of separations from j down)).
+    Through air and eye, D_j is the farthest d of which W(d) is within its limit in clear air.
     Raises KeyError for a metric without a law.
     """
     P, R = hierarchy.P, hierarchy.R
@@ -24,12 +33,30 @@ def chained_limits(hierarchy: Hierarchy, name: str, m: float) -> np.ndarray:
         "solid_angle": P / m,
         "full": np.full(len(P), np.inf),
     }[name]
+    if sight is not None and name != "full":
+        alone = _farthest_seen(alone, hierarchy.contrast, sight, m)
     limit, chain, above = alone.copy(), np.zeros(len(P)), np.arange(len(P))
     while (above > 0).any():
         chain = chain + np.where(above > 0, hierarchy.separation[above], 0.0)
         above = np.where(above > 0, hierarchy.whole[above], 0)
         limit = np.minimum(limit, alone[above] - chain)
     return np.maximum(limit, 0.0)
+
+
+def _farthest_seen(clear: Reals, contrast: Ints, sight: Sight, m: float) -> Reals:
+    """The d at which W(d) comes up to the limit in clear air, by halving: W increases, (n,) [m]."""
+    near, far = np.zeros_like(clear), clear.copy()
+    tables = [
+        (contrast == row, sight.weighted(CONTRAST_CLASSES[row], m)) for row in np.unique(contrast)
+    ]
+    for _ in range(_HALVINGS):
+        middle = (near + far) / 2
+        weighted = np.empty_like(clear)
+        for of_class, W in tables:
+            weighted[of_class] = W.weight(middle[of_class])
+        within = weighted <= clear
+        near, far = np.where(within, middle, near), np.where(within, far, middle)
+    return far
 
 
 def disc_areas(D: np.ndarray, h: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
+from lod.sight import Sight, seen_limits
 
 LimitFunction = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 
@@ -72,16 +73,22 @@ def metric_named(name: str) -> Metric:
 
 
 @lru_cache(maxsize=4096)
-def limit_distances(hierarchy: Hierarchy, metric: Metric, m: float) -> np.ndarray:
+def limit_distances(
+    hierarchy: Hierarchy, metric: Metric, m: float, sight: Sight | None = None
+) -> np.ndarray:
     """Limit distance D of every part, clamped once so that every cut is connected, (n,) [m].
 
-    D_part = max(0, min(D_part, D_whole − separation)): a part within its D has, by the triangle
-    inequality, its whole within the whole's D. 0 means never displayed.
+    Through air and eye (``sight``) a part's own D is first W⁻¹ of that in clear air, W by its class
+    of contrast; ``full`` keeps everything all the same, and along an axis it is the depth that W
+    weighs. Then D_part = max(0, min(D_part, D_whole − separation)): a part within its D has, by the
+    triangle inequality, its whole within the whole's D. 0 means never displayed.
     Raises InputError unless m is finite and above 0.
     """
     if not (np.isfinite(m) and m > 0):
         raise InputError("m", m, "the detail angle is finite and above 0 rad", "check --detail")
     D = np.asarray(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)
+    if sight is not None and metric.finite:
+        D = seen_limits(sight, D, hierarchy.contrast, m)
     D = D.copy()
     for depth in range(1, int(hierarchy.depth.max()) + 1):
         rows = np.flatnonzero(hierarchy.depth == depth)

@@ -9,6 +9,7 @@ from lod.camera import Camera
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from lod.metric import Metric, limit_distances
+from lod.sight import Sight
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +21,7 @@ class View:
     look_around       no field of view: every direction counts as in view (experiments on the law)
     fade              share of D before it over which a part shrinks away; 0 = it is clipped at D
     time_s            when the frame is taken, for what moves [s]
+    sight             air, display and eye; None = clear air and an ideal eye
     """
 
     camera: Camera
@@ -29,6 +31,7 @@ class View:
     look_around: bool = False
     fade: float = 0.0
     time_s: float = 0.0
+    sight: Sight | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.detail) and self.detail > 0):
@@ -39,11 +42,16 @@ class View:
             raise InputError("fade", self.fade, "at least 0, below 1", "try 0.2")
         if self.look_around and self.metric.along_axis:
             raise InputError("metric", self.metric.name, "needs a view axis, not a full turn")
+        if self.sight is not None and self.sight.widths.pixel != self.camera.pixel_angle:
+            arrived = self.sight.widths.pixel
+            raise InputError("sight.widths.pixel", arrived, "the angle of the camera's own pixel")
 
     @property
     def m(self) -> float:
-        """m = τ·θ in view [rad] (§2.4)."""
-        return self.detail * self.camera.pixel_angle
+        """m = τ·θ in view [rad] (§2.4); θ of one pixel, or of all blurs together (§2.1)."""
+        if self.sight is None:
+            return self.detail * self.camera.pixel_angle
+        return self.detail * self.sight.widths.effective
 
     @property
     def m_offscreen(self) -> float:
@@ -52,10 +60,10 @@ class View:
 
     def limits(self, hierarchy: Hierarchy) -> tuple[np.ndarray, np.ndarray]:
         """Clamped limit distances of every part, in view and out of it, (n,) each [m]."""
-        inside = limit_distances(hierarchy, self.metric, self.m)
+        inside = limit_distances(hierarchy, self.metric, self.m, self.sight)
         if self.metric.along_axis:
             return inside, np.zeros_like(inside)
-        return inside, limit_distances(hierarchy, self.metric, self.m_offscreen)
+        return inside, limit_distances(hierarchy, self.metric, self.m_offscreen, self.sight)
 
 
 def distance(view: View, position: np.ndarray) -> np.ndarray:

@@ -38,7 +38,7 @@ from lod.cascade import Widths, transfer
 from lod.errors import InputError
 from lod.eye import Display, Eye, envelope, sensitivity
 
-_NO_AIR = 1e-15
+NO_AIR = 1e-15
 """β below which air counts as clear [1/m]: it would take a thousand times the field to fade in."""
 
 
@@ -123,7 +123,7 @@ def weighted_distance(
     visible = fades > 0
     if not visible.any():
         return _NEVER_SEEN
-    if extinction < _NO_AIR:
+    if extinction < NO_AIR:
         return WeightedDistance(np.zeros(1), np.zeros(1), float(growth[visible][0]))
     return _table(fades[visible] / extinction, growth[visible])
 

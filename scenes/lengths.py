@@ -8,16 +8,24 @@ from lod.errors import InputError
 UNITS_M = {"m": 1.0, "km": 1000.0}
 LARGEST_SIDE = 16384
 
+_CURE = "write 20km or 500m"
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d]*)\s*", re.ASCII)
 _SIZE = re.compile(r"\s*(\d{1,9})\s*[x×]\s*(\d{1,9})\s*", re.ASCII)
 
 
 def parse_length(text: object, where: str = "length") -> float:
     """A length with its unit, in metres. Raises InputError without a unit, or unless above 0."""
-    cure = "write 20km or 500m"
+    length = parse_height(text, where)
+    if not length > 0:
+        raise InputError(where, text, "a length above 0 and finite", _CURE)
+    return length
+
+
+def parse_height(text: object, where: str = "height") -> float:
+    """A height with its unit, in metres, of either sign. Raises InputError without a unit."""
     match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        rule = "a number with its unit, m or km"
+        rule, cure = "a number with its unit, m or km", _CURE
         if isinstance(text, int | float):
             cure = f'write "{text:g}km" or "{text:g}m"'
         raise InputError(where, text, rule, cure)
@@ -26,8 +34,8 @@ def parse_length(text: object, where: str = "length") -> float:
         rule = "a length names its unit, m or km"
         raise InputError(where, text, rule, f"write {number}km or {number}m")
     length = float(number) * UNITS_M[unit]
-    if not (math.isfinite(length) and length > 0):
-        raise InputError(where, text, "a length above 0 and finite", cure)
+    if not math.isfinite(length):
+        raise InputError(where, text, "a length above 0 and finite", _CURE)
     return length
 
 

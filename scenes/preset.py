@@ -165,7 +165,7 @@ def _lay(tables: dict[str, Any], each: Setting) -> None:
     if each.key not in known and each.key not in opened and path not in ([k] for k in NAMED):
         raise InputError(each.source, each.value, "no such key", nearest_key(each.key, known))
     for step in path:
-        inner = tables.setdefault(step, {})
+        inner = tables[step] = {} if tables.get(step) is None else tables[step]
         if not isinstance(inner, dict):
             raise InputError(each.source, inner, f"{step} is a table of keys")
         tables = inner

@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -82,8 +82,8 @@ def known_keys(
         if model is Preset and name in NAMED:
             for each in named.get(name, ()):
                 keys += known_keys({}, NAMED[name], f"{name}.{each}.")
-        elif isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            keys += known_keys(named, field.annotation, f"{lead}{name}.")
+        elif table := _table(field.annotation):
+            keys += known_keys(named, table, f"{lead}{name}.")
         else:
             keys.append(lead + name)
     return keys
@@ -144,9 +144,16 @@ def _field(location: Sequence[int | str]) -> FieldInfo | None:
         field = model.model_fields.get(step)
         if field is None:
             return None
-        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            model = field.annotation
+        model = _table(field.annotation) or model
     return field
+
+
+def _table(annotation: Any) -> type[BaseModel] | None:
+    """The table that a field is, or may be left out as; None for a plain key."""
+    for each in (annotation, *get_args(annotation)):
+        if isinstance(each, type) and issubclass(each, BaseModel):
+            return each
+    return None
 
 
 def _value(data: Any, key: str) -> Any:

@@ -19,11 +19,13 @@ from pydantic_core import PydanticCustomError
 
 from lod.errors import InputError
 from lod.metric import METRICS
-from scenes.lengths import LARGEST_SIDE, parse_length, parse_size
+from scenes.lengths import LARGEST_SIDE, parse_height, parse_length, parse_size
 
 LARGEST_SEED = 2**63 - 1
 _FARTHEST_CELL = 2**55
 _FARTHEST_M = 1e15
+FARTHEST_SIGHT_M = 330e3
+"""Visibility [m]: in pure air it is 340 km (lod.extinction)."""
 
 
 def key(
@@ -63,6 +65,10 @@ def _visibility(value: Any) -> Any:
     return None if value is None or value == "clear" else parse_length(value)
 
 
+def _length(value: Any) -> Any:
+    return parse_length(value)
+
+
 def _extent(value: Any) -> Any:
     if value is None or value == "endless":
         return None
@@ -85,10 +91,20 @@ def _metres(value: float | None) -> str | None:
 
 
 Visibility = Annotated[
-    Annotated[float, Field(ge=1, le=1e9)] | None,
+    Annotated[float, Field(ge=1, le=FARTHEST_SIGHT_M)] | None,
     BeforeValidator(_told(_visibility)),
     PlainSerializer(_metres),
-    key("where 2 % of contrast is left, 1m to 1000000km; absent or 'clear' = no haze"),
+    key("where 2 % of contrast is left, 1m to 330km; absent or 'clear' = none"),
+]
+Height = Annotated[
+    Annotated[float, Field(ge=-1e6, le=1e6)],
+    BeforeValidator(_told(parse_height)),
+    PlainSerializer(_metres),
+]
+Depth = Annotated[
+    Annotated[float, Field(ge=0.1, le=1e6)],
+    BeforeValidator(_told(_length)),
+    PlainSerializer(_metres),
 ]
 Extent = Annotated[
     Annotated[float, Field(gt=0, le=_FARTHEST_M)] | None,
@@ -164,12 +180,45 @@ class ViewPreset(Table):
         float, key("share of the detail that is kept out of view", above=0, most=1)
     ] = 0.25
     look_around: Annotated[bool, key("count every direction as in view")] = False
+    haze_aware: Annotated[bool, key("leave out what the air hides at any size")] = True
 
 
 class AirPreset(Table):
-    """The haze. Koschmieder's 2 %: beta = 3.912/visibility (not the WMO's 5 %)."""
+    """Haze and mist. Koschmieder's 2 %: beta = 3.912/visibility (not the WMO's 5 %)."""
 
     visibility: Visibility = None
+    mist: Visibility = None
+    mist_base: Annotated[Height, key("below it mist is even; above the datum, as 20m or -5m")] = 0.0
+    mist_scale: Annotated[Depth, key("above its base mist thins e-fold over this, as 50m")] = 50.0
+    seeing: Annotated[
+        float, key("full width of the blur by turbulence [seconds of arc]", least=0, most=3600)
+    ] = 0.0
+
+
+class DisplayPreset(Table):
+    """The screen that the picture is looked at on, pixel for pixel; with this table, an eye."""
+
+    pixels_per_degree: Annotated[
+        float, key("pixels per degree of the viewer's sight", least=1, most=1000)
+    ] = 67.0
+    luminance: Annotated[float, key("mean of the picture [cd/m²]", least=1e-3, most=1e5)] = 100.0
+    field_deg: Annotated[
+        float, key("side of the square that the picture fills [degrees]", least=1, most=180)
+    ] = 53.0
+
+
+class EyePreset(Table):
+    """Whose eye: Barten's standard observer, or another; with this table, in front of a display."""
+
+    blur_arcmin: Annotated[
+        float, key("spread of the eye's optics, pupil small [minutes of arc]", above=0, most=60)
+    ] = 0.5
+    aberration_arcmin: Annotated[
+        float, key("growth of that with the pupil [minutes of arc per mm]", least=0, most=10)
+    ] = 0.08
+    signal_to_noise: Annotated[float, key("at which a pattern is seen", above=0, most=100)] = 3.0
+    integration_s: Annotated[float, key("time that light is gathered [s]", above=0, most=10)] = 0.1
+    efficiency: Annotated[float, key("share of the photons that count", above=0, most=1)] = 0.03
 
 
 class LightPreset(Table):
@@ -268,6 +317,8 @@ class Preset(Table):
     camera: CameraPreset = CameraPreset()
     view: ViewPreset = ViewPreset()
     air: AirPreset = AirPreset()
+    display: DisplayPreset | None = None
+    eye: EyePreset | None = None
     light: LightPreset = LightPreset()
     world: WorldPreset = WorldPreset()
     terrain: TerrainPreset = TerrainPreset()

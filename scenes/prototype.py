@@ -17,7 +17,7 @@ An only part that is no smaller than its whole is one with it (``lod.as_one``): 
 of the whole, and the two share the greater P and R.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -26,6 +26,7 @@ from lod.arrays import Ints, Points, Reals, freeze
 from lod.as_one import first_of_one, shared
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
+from scenes.part_contrast import part_contrast
 from scenes.stick_area import largest_area
 from scenes.stick_table import StickTable as StickTable
 
@@ -85,7 +86,9 @@ def assemble(
     for row in part[::-1]:
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
     hierarchy = Hierarchy(whole, level, origin, shared(P, one), shared(R, one), B, separation)
-    return Prototype(name, hierarchy, inner, leaf, tints)
+    prototype = Prototype(name, hierarchy, inner, leaf, tints)  # refuses bad sticks and tints
+    contrast = part_contrast(whole, leaf, tints)[one]
+    return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
 
 
 def _extent(inner: StickTable, leaf: StickTable, rows: Ints, centre: Points) -> Reals:

@@ -88,7 +88,8 @@ def rigged(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
     joint = np.array([rig.row(part.joint) for part in parts.values()])
     level = np.array([part.level for part in parts.values()])
     twin = _twins(parts, row, rig)
-    hierarchy, joint = hierarchy_of(rig, whole, level, joint, inside, leaf, twin)
+    tables = inside, leaf, tints
+    hierarchy, joint = hierarchy_of(rig, whole, level, joint, *tables, twin)
     return RiggedPrototype(name, rig, joint, hierarchy, inside, leaf, tints, still(rig))
 
 

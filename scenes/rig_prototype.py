@@ -20,11 +20,13 @@ It is the rule of ``prototype`` with poses; a rig that cannot move gives the sam
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.as_one import first_of_one, shared
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
+from scenes.part_contrast import part_contrast
 from scenes.prototype import Prototype
 from scenes.rig import Rig, RiggedSticks
 from scenes.rig_motion import Motion, still
@@ -132,6 +134,7 @@ def hierarchy_of(
     joint: Ints,
     inner: RiggedSticks,
     leaf: RiggedSticks,
+    tints: Float64[np.ndarray, "t 3"],
     twin: Ints,
 ) -> tuple[Hierarchy, Ints]:
     """The compiled hierarchy by the rule above, and the joint at the origin of each part, (n,).
@@ -157,7 +160,8 @@ def hierarchy_of(
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
     position = rig.frames()[0][joint]
     lengths = shared(P, one), shared(R, one), B, separation
-    return Hierarchy(whole, level, position, *lengths), joint
+    contrast = part_contrast(whole, leaf.posed(*rig.frames()), tints)[one]
+    return Hierarchy(whole, level, position, *lengths, contrast), joint
 
 
 def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:

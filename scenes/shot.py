@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from lod.air import Air
 from lod.fade import looks
 from lod.prune import Cut, prune
 from scenes.preset import Preset
 from scenes.render.frame import FileForm, FrameInput, Light, Quality, Visible
+from scenes.sight import air_of
 from scenes.world import World, view_at
 
 
@@ -43,11 +43,6 @@ def short_ids(cut: Cut) -> Cut:
         return cut
     numbers = np.unique(part, return_inverse=True)[1]
     return replace(cut, parts=replace(cut.parts, part=numbers))
-
-
-def air_of(preset: Preset) -> Air:
-    """Haze of the preset's visibility."""
-    return Air(preset.air.visibility)
 
 
 def light_of(preset: Preset) -> Light:

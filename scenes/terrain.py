@@ -26,7 +26,9 @@ from lod.camera import Corner
 from lod.errors import InputError
 from lod.metric import blake
 from lod.parts import Look, Parts, Triangles
+from lod.sight import seen_limits
 from lod.view import View
+from scenes.part_contrast import GROUND_CONTRAST
 from scenes.relief import Relief
 from scenes.terrain_colour import ground_colours
 from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh, vertex_normals
@@ -183,7 +185,10 @@ class Terrain:
         return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1)
 
     def limits(self, view: View) -> tuple[Reals, Reals]:
-        """Limit distance of the tiles of each level, in view and out of it, never growing [m]."""
+        """Limit distance of the tiles of each level, in view and out of it, never growing [m].
+
+        Through air and eye as of every part, by the ground's own class of contrast.
+        """
         P, R = self.sizes()
         if view.metric.finite:
             limit, m, m_outside = view.metric.limit, view.m, view.m_offscreen
@@ -191,6 +196,10 @@ class Terrain:
             limit, m = blake, FULL_DETAIL_PX * view.camera.pixel_angle
             m_outside = m / view.offscreen_detail
         both = np.stack((limit(P, R, m), limit(P, R, m_outside)))
+        if view.sight is not None and view.metric.finite:
+            contrast, angles = np.full(len(P), GROUND_CONTRAST), (m, m_outside)
+            pairs = zip(both, angles, strict=True)
+            both = np.stack([seen_limits(view.sight, D, contrast, angle) for D, angle in pairs])
         both[1] *= not view.metric.along_axis
         both[:, 0] = np.inf
         inside, outside = np.minimum.accumulate(both, axis=1)

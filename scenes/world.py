@@ -1,6 +1,7 @@
 """From a preset to a world: the ground, the fields that stand on it, and the eye that walks."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from lod.metric import metric_named
 from lod.parts import Representation
@@ -10,6 +11,7 @@ from scenes.field import Species, SpeciesField
 from scenes.models import made
 from scenes.placed import Placed
 from scenes.preset import PlacedPreset, Preset, SpeciesPreset
+from scenes.sight import sight_of
 from scenes.terrain import Terrain
 
 
@@ -25,6 +27,14 @@ class World:
     def representations(self) -> tuple[Representation, ...]:
         """Everything that the pruner and the renderer ask."""
         return (self.terrain, *self.fields, *self.placed)
+
+    @cached_property
+    def top_m(self) -> float:
+        """Height above the datum that nothing in it is above [m]."""
+        troupes = [each.troupe for each in self.fields] + [each.troupe for each in self.placed]
+        trees = (tree for troupe in troupes for tree in troupe.atlas.hierarchies)
+        tallest = max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
+        return self.terrain.bounds()[1] + tallest
 
 
 def build_world(preset: Preset) -> World:
@@ -54,11 +64,13 @@ def placed_of(name: str, table: PlacedPreset, terrain: Terrain) -> Placed:
 def view_at(world: World, preset: Preset, frame: int) -> View:
     """The view of a frame, numbered from 1."""
     settings = preset.view
+    camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
     return View(
-        camera=camera_at(preset.camera, preset.render.size, frame, world.terrain),
+        camera=camera,
         metric=metric_named(settings.metric),
         detail=settings.detail,
         offscreen_detail=settings.offscreen_detail,
         look_around=settings.look_around,
         time_s=(frame - 1) / preset.camera.fps,
+        sight=sight_of(preset, camera, max(world.top_m, float(camera.eye[2]))),
     )

@@ -55,6 +55,11 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     (("count", "latin.toml"), ("latin.toml", "UTF-8")),
     # sizes
     ((*RENDER, "--size", "0x0"), ("--size", "'0x0'", "1 to 16384")),
+    # air and eye
+    ((*COUNT, "--visibility", "1000km"), ("--visibility", "1000000.0", "1m to 330km")),
+    ((*COUNT, "--display-ppd", "0"), ("--display-ppd", "0", "at least 1")),
+    ((*COUNT, "--display-ppd", "sharp"), ("--display-ppd", "'sharp'", "a number")),
+    ((*COUNT, "-D", "air.mist=dense"), ("air.mist", "'dense'", "m or km")),
     ((*COUNT, "--size", "640"), ("--size", "'640'", "WIDTHxHEIGHT")),
     ((*COUNT, "--size", "-4x4"), ("--size", "'-4x4'", "640x360")),
     ((*COUNT, "--size", "99999x9"), ("--size", "'99999x9'", "16384")),

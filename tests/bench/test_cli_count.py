@@ -53,6 +53,24 @@ def test_flags_reach_the_count(capfd: pytest.CaptureFixture[str]) -> None:
     assert set(data["by_species"]) == {"adult"}
 
 
+def test_haze_and_eye_show_less_and_the_law_knows(capfd: pytest.CaptureFixture[str]) -> None:
+    """Flat ground, fog: what is left is what is predicted, within 4 standard deviations."""
+    fog = ("--json", "--visibility", "300m", "--density", "adult=0.05", "--size", "640x36")
+    found = {}
+    for name, flags in {
+        "blind": ("--no-haze-aware",),
+        "aware": (),
+        "eye": ("--display-ppd", "67"),
+    }.items():
+        found[name] = json.loads(counted(capfd, *fog, *flags, "-D", "terrain.amplitude=0"))
+        parts = found[name]["objects"]
+        assert abs(parts["displayed"] - parts["predicted"]) < 4 * parts["predicted_sd"]
+    objects = [found[name]["objects"]["displayed"] for name in ("blind", "aware", "eye")]
+    assert objects[0] > 1.5 * objects[1] >= 1.5 * objects[2]
+    assert found["aware"]["m"] == found["blind"]["m"]
+    assert found["eye"]["m"] == pytest.approx(2.35 * found["blind"]["m"], rel=0.01)
+
+
 def test_frames_differ_and_repeat(capfd: pytest.CaptureFixture[str]) -> None:
     def parts(frame: str) -> int:
         out = counted(capfd, "--json", "--frame", frame, "-D", "camera.speed=500")

@@ -2,15 +2,20 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import lod.metric
 from lod.camera import Corner, look
+from lod.cascade import Widths
+from lod.contrast import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
 from lod.law import chained_limits, disc_areas, expected, variance
 from lod.law_ground import moments, polar_net, reach_of
 from lod.metric import METRICS, limit_distances
+from lod.sight import Sight
 from lod.view import View
+from lod.weighted_distance import WeightedDistance
 
 AREAS = st.lists(st.floats(0, 1e6), min_size=1, max_size=30).map(np.array)
 
@@ -28,7 +33,8 @@ def tree_of(seed, parts=20):
         B[whole[i]] = max(B[whole[i]], separation[i] + B[i])
     for i in range(1, parts):
         level[i] = level[whole[i]] + 1
-    return Hierarchy(whole, level, position, P, R, B, separation)
+    contrast = chance.integers(0, len(CONTRAST_CLASSES), parts)
+    return Hierarchy(whole, level, position, P, R, B, separation, contrast)
 
 
 def test_a_disc_by_hand():
@@ -49,23 +55,44 @@ def test_variance_is_the_double_sum(areas):
     assert variance(0.3, areas) == pytest.approx(0.3 * double)
 
 
-@given(seed=st.integers(0, 10**6), m=st.floats(1e-3, 0.5))
-def test_limits_by_chains_agree_with_the_pruners(seed, m):
+SIGHTS = st.none() | st.builds(
+    Sight,
+    st.builds(Widths, st.floats(1e-3, 0.5), st.floats(0, 1), st.floats(0, 0.1)),
+    st.floats(0, 0.5),
+    acuity=st.booleans(),
+)
+
+
+@settings(max_examples=50)
+@given(seed=st.integers(0, 10**6), m=st.floats(1e-3, 0.5), sight=SIGHTS)
+def test_limits_by_chains_agree_with_the_pruners(seed, m, sight):
     tree = tree_of(seed)
     for name in ("blake", "bounded", "solid_angle", "full"):
-        assert chained_limits(tree, name, m) == pytest.approx(
-            limit_distances(tree, METRICS[name], m)
+        assert chained_limits(tree, name, m, sight) == pytest.approx(
+            limit_distances(tree, METRICS[name], m, sight)
         )
 
 
+def test_the_law_does_not_ask_the_pruner_how_far_one_sees(monkeypatch):
+    """It turns W round by itself: what the pruner does with the inverse has no bearing on it."""
+    tree, sight = tree_of(1), Sight(Widths(0.01), 0.05)
+    before = chained_limits(tree, "blake", 0.01, sight)
+    assert (before < chained_limits(tree, "blake", 0.01)).any()
+    monkeypatch.setattr(WeightedDistance, "unweight", lambda *_: 1 / 0)
+    monkeypatch.setattr(lod.metric, "seen_limits", lambda *_: 1 / 0)
+    assert (chained_limits(tree, "blake", 0.01, sight) == before).all()
+
+
 @pytest.mark.parametrize("name", ["blake", "solid_angle"])
-def test_the_net_gives_the_closed_form_on_flat_ground(name):
+@pytest.mark.parametrize("air", [None, 0.02])
+def test_the_net_gives_the_closed_form_on_flat_ground(name, air):
     tree = tree_of(3)
     camera = look(Corner(0, 0), np.array([4.0, 5.0, 1.7]), 0.0, 0.0, 60.0, (64, 36))
-    view = View(camera, METRICS[name], look_around=True)
+    sight = air and Sight(Widths(camera.pixel_angle), air, acuity=False)
+    view = View(camera, METRICS[name], look_around=True, sight=sight)
     net = polar_net(camera.eye, reach_of((tree,), view), 400, 400)
     found = moments((tree,), view, net, np.zeros(len(net.area)))
-    areas = disc_areas(chained_limits(tree, name, view.m), 1.7 - tree.position[:, 2])
+    areas = disc_areas(chained_limits(tree, name, view.m, sight), 1.7 - tree.position[:, 2])
     assert found.objects == pytest.approx(areas[0], rel=2e-3)
     assert found.parts == pytest.approx(areas.sum(), rel=2e-3)
     assert found.parts_variance == pytest.approx(variance(1.0, areas), rel=5e-3)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,11 +11,15 @@ from hypothesis import strategies as st
 from numpy.random import Philox
 
 from lod.camera import GRID_M, Corner, look, split
+from lod.cascade import Widths
+from lod.contrast import CONTRAST_CLASSES
 from lod.errors import InputError
+from lod.eye import Display, Eye
 from lod.fade import looks
 from lod.hierarchy import Hierarchy
 from lod.metric import METRICS
 from lod.prune import prune
+from lod.sight import Sight
 from lod.view import View
 from scenes.cells import PoissonCells
 from scenes.field import Species, SpeciesField
@@ -49,7 +54,8 @@ def prototype_from(chance):
         B[whole[i]] = max(B[whole[i]], separation[i] + B[i])
     for i in range(1, parts):
         level[i] = level[whole[i]] + 1
-    hierarchy = Hierarchy(whole, level, position, P, R, B, separation)
+    contrast = chance.integers(0, len(CONTRAST_CLASSES), parts)
+    hierarchy = Hierarchy(whole, level, position, P, R, B, separation, contrast)
     table = StickTable(
         first=np.arange(parts + 1),
         start=position,
@@ -79,8 +85,18 @@ def world_from(seed, metric):
         detail=float(chance.lognormal(-0.7, 0.7)),
         offscreen_detail=float(chance.uniform(0.1, 1)),
         look_around=metric != "depth" and bool(chance.random() < 0.3),
+        sight=sight_from(chance, camera),
     )
     return field, view
+
+
+def sight_from(chance, camera):
+    """Thick air in which a good share of things is lost, an eye or none; or nothing at all."""
+    if chance.random() < 0.4:
+        return None
+    widths = Widths(camera.pixel_angle, *chance.uniform(0, 1, 3) * camera.pixel_angle)
+    air = float(chance.choice([0.0, chance.lognormal(-2.5, 1)]))
+    return Sight(widths, air, Display(), Eye(), acuity=bool(chance.random() < 0.6))
 
 
 def objects_in(field):
@@ -114,22 +130,32 @@ def objects_in(field):
                     )
 
 
-def alone(hierarchy, i, metric, m):
+@cache
+def alone(hierarchy, i, metric, m, sight):
     """Limit distance of a part by its own test, before any clamp."""
     P, R = hierarchy.P[i], hierarchy.R[i]
-    return {
+    clear = {
         "blake": (P + R) / m,
         "depth": (P + R) / m,
         "bounded": P / m + R,
         "solid_angle": P / m,
         "full": math.inf,
     }[metric]
+    if sight is None or metric == "full":
+        return clear
+    W = sight.weighted(CONTRAST_CLASSES[hierarchy.contrast[i]], m)
+    near, far = 0.0, clear
+    for _ in range(56):
+        middle = (near + far) / 2
+        near, far = (middle, far) if W.weight(np.array([middle]))[0] <= clear else (near, middle)
+    return far
 
 
-def clamped(hierarchy, i, metric, m):
-    limit, whole = alone(hierarchy, i, metric, m), hierarchy.whole[i]
+@cache
+def clamped(hierarchy, i, metric, m, sight):
+    limit, whole = alone(hierarchy, i, metric, m, sight), hierarchy.whole[i]
     if whole >= 0:
-        limit = min(limit, clamped(hierarchy, whole, metric, m) - hierarchy.separation[i])
+        limit = min(limit, clamped(hierarchy, whole, metric, m, sight) - hierarchy.separation[i])
     return max(0.0, limit)
 
 
@@ -161,10 +187,10 @@ def brute_force(field, view, limit_of):
             )
             seen = view.look_around or margin > -h.B[i]
             if name == "depth":
-                passes = seen and max(ahead, 0.0) < limit_of(h, i, name, view.m)
+                passes = seen and max(ahead, 0.0) < limit_of(h, i, name, view.m, view.sight)
             else:
                 m = view.m if seen else view.m / view.offscreen_detail
-                passes = math.sqrt(ray @ ray) < limit_of(h, i, name, m)
+                passes = math.sqrt(ray @ ray) < limit_of(h, i, name, m, view.sight)
             if passes:
                 shown.add((key, variant, i))
     return shown
@@ -186,7 +212,7 @@ def whole_of(field, part):
     return key, variant, int(field.species.prototypes[variant].hierarchy.whole[i])
 
 
-@settings(max_examples=150)
+@settings(max_examples=120)
 @given(seed=st.integers(0, 2**32), metric=st.sampled_from(sorted(METRICS)))
 def test_the_cut_is_what_brute_force_finds(seed, metric):
     field, view = world_from(seed, metric)
@@ -198,7 +224,7 @@ def test_the_cut_is_what_brute_force_finds(seed, metric):
 def test_without_the_clamp_many_cuts_would_fall_apart():
     """At least 20 % of these worlds hold a part that passes alone while its whole does not."""
     torn = seen = 0
-    for seed in range(60):
+    for seed in range(56):
         field, view = world_from(seed, sorted(METRICS)[seed % len(METRICS)])
         passed = brute_force(field, view, alone)
         seen += bool(passed)

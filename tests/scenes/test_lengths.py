@@ -3,7 +3,7 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.lengths import parse_length, parse_size
+from scenes.lengths import parse_height, parse_length, parse_size
 
 
 @pytest.mark.parametrize(
@@ -12,6 +12,11 @@ from scenes.lengths import parse_length, parse_size
 )
 def test_a_length_is_in_metres(text: str, metres: float) -> None:
     assert parse_length(text) == metres
+
+
+@pytest.mark.parametrize(("text", "metres"), [("-3m", -3.0), ("0m", 0.0), ("1.2km", 1200.0)])
+def test_a_height_may_be_below(text: str, metres: float) -> None:
+    assert parse_height(text) == metres
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,8 @@ import pytest
 
 from lod.air import CLEAR, haze_extinction
 from scenes.preset import load_preset
-from scenes.shot import air_of, light_of, quality_of, shoot
+from scenes.shot import light_of, quality_of, shoot
+from scenes.sight import air_of
 from scenes.world import build_world
 
 SMALL = (

@@ -9,12 +9,16 @@ from hypothesis import strategies as st
 from numba import njit
 
 from lod.camera import GRID_M, Corner, look
+from lod.cascade import Widths
+from lod.contrast import CONTRAST_CLASSES
 from lod.errors import InputError
 from lod.fade import looks
 from lod.metric import METRICS
 from lod.parts import Parts, Triangles
 from lod.prune import Cut, prune
+from lod.sight import Sight
 from lod.view import View, distance
+from scenes.part_contrast import GROUND_CONTRAST
 from scenes.terrain import SAMPLES, Terrain, samples_of, unpacked
 from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain_patches import SIDES, Patches, balanced, morton, uncovered_quarters
@@ -34,12 +38,14 @@ def view_of(
     metric: str = "blake",
     xy: tuple[float, float] = (3.0, 14.0),
     size: tuple[int, int] = (64, 36),
+    air: float = 0.0,
     **settings: float,
 ) -> View:
     ground = terrain.height(corner, np.array([xy]))[0]
     eye = np.array((*xy, ground + above))
     camera = look(corner, eye, heading, pitch, 60.0, size)
-    return View(camera, METRICS[metric], **settings)
+    sight = Sight(Widths(camera.pixel_angle), air, acuity=False) if air else None
+    return View(camera, METRICS[metric], sight=sight, **settings)
 
 
 def made(terrain: Terrain, view: View) -> tuple[Cut, Triangles]:
@@ -57,6 +63,7 @@ views = st.fixed_dictionaries(
         "xy": st.tuples(st.floats(0, 16), st.floats(0, 16)),
         "detail": st.floats(1, 8),
         "offscreen_detail": st.sampled_from([0.01, 0.25, 1.0]),
+        "air": st.sampled_from([0.0, 0.003, 0.1]),
     }
 )
 grounds = st.sampled_from([HILLS, ROUGH, FLAT])
@@ -139,6 +146,19 @@ def test_limits_are_the_metrics_own_of_p_and_r(metric):
     assert P[3] == pytest.approx(np.sqrt(HILLS.spacings[3] * HILLS.relief.rms[octave][0]))
     for got, m in zip(HILLS.limits(view), (view.m, view.m_offscreen), strict=True):
         np.testing.assert_allclose(got[1:], METRICS[metric].limit(P, R, m)[1:])
+
+
+@pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle", "depth", "full"])
+def test_the_ground_is_coarse_where_the_air_hides_its_relief(metric):
+    clear, hazy = (view_of(HILLS, metric=metric, detail=0.2, air=air) for air in (0.0, 0.02))
+    gone = hazy.sight.weighted(CONTRAST_CLASSES[GROUND_CONTRAST], hazy.m).gone
+    assert gone < 400
+    for got, without in zip(HILLS.limits(hazy), HILLS.limits(clear), strict=True):
+        if metric == "full":
+            assert (got == without).all()
+        else:
+            assert (got[1:] == np.minimum(without[1:], gone)).all()
+        assert got[0] == without[0]
 
 
 def test_a_reach_far_beyond_the_wavelength_still_refines_near_the_eye():
