@@ -24,6 +24,8 @@ FILE_KEYS = {
     "compression": "output.compression",
     "multipart": "output.multipart",
     "float": "output.colour",
+    "motion": "output.motion",
+    "denoise": "output.denoise",
 }
 _TEXT = {"size", "metric", "visibility", "variant", "compression", "float"}
 
@@ -65,6 +67,9 @@ def file_flags(command: Command) -> Command:
         ),
         click.option(
             "--float", flag_value="float", default=None, help="Colour as float instead of half."
+        ),
+        click.option(
+            "--motion", is_flag=True, default=None, help="Layers motion.X/Y: px to the next frame."
         ),
     )
     for flag in reversed(flags):

@@ -160,3 +160,13 @@ class Representation(Protocol):
 
     def appearance(self, parts: Parts, look: Look) -> Sticks | Triangles:
         """What displayed parts look like: so much of each appearance as they show (§2.4)."""
+
+
+@runtime_checkable
+class Moving(Protocol):
+    """A representation of which something may move from frame to frame."""
+
+    def later(self, parts: Parts, view: View, time_s: float) -> Parts:
+        """The same parts in the same coordinates, to look as they do at another time; ``parts``
+        itself where nothing moves. Positions and limits stay those of the view.
+        """

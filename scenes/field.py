@@ -4,7 +4,7 @@ No list of objects exists anywhere. A frame visits only the cells from which a p
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol, runtime_checkable
 
@@ -90,11 +90,7 @@ class SpeciesField:
         draws = self.cells.draw(cell_x, cell_y)
         if self.extent is not None:
             draws = draws.take(self._within_window(draws))
-        ix, iy, rest_x, rest_y = corner.lattice(self.cells.exponent)
-        side = self.cells.side_m
-        x = (draws.cell_x - ix) * side + draws.u[:, 0] * side - rest_x
-        y = (draws.cell_y - iy) * side + draws.u[:, 1] * side - rest_y
-        return Objects(self._bodies(corner, np.stack((x, y), axis=1), draws.u, time_s), draws)
+        return Objects(self._bodies(corner, draws, time_s), draws)
 
     def roots(self, view: View) -> Parts:
         """The wholes of every cell from which one could be displayed."""
@@ -109,8 +105,16 @@ class SpeciesField:
         """Sticks of the displayed parts, as much of both appearances as they show."""
         return self.troupe.appearance(parts, look)
 
-    def _bodies(self, corner: Corner, home: np.ndarray, u: np.ndarray, time_s: float) -> Bodies:
-        """Where objects with these homes (n, 2) are at a time, and how they stand."""
+    def later(self, parts: Parts, view: View, time_s: float) -> Parts:
+        """The same parts as they look at another time."""
+        if not (self.species.patrol_m or self.troupe.sway_m):
+            return parts
+        draws = parts.state.draws
+        return replace(parts, state=Objects(self._bodies(view.camera.corner, draws, time_s), draws))
+
+    def _bodies(self, corner: Corner, draws: Draws, time_s: float) -> Bodies:
+        """Where these objects are at a time, and how they stand."""
+        home, u = self._homes(corner, draws), draws.u
         variant = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
         motions = [prototype.motion for prototype in self.troupe.rigged]
         stride, period = (np.array([getattr(m, k) for m in motions]) for k in ("stride", "period"))
@@ -130,6 +134,14 @@ class SpeciesField:
             height, slope = self.ground.height(corner, xy), np.zeros((len(xy), 2))
         origin = np.column_stack((xy, height))
         return Bodies(origin, walkers.cos, walkers.sin, variant, walkers.phase, slope)
+
+    def _homes(self, corner: Corner, draws: Draws) -> np.ndarray:
+        """Where these objects are at home, (n, 2) [m] from the corner."""
+        ix, iy, rest_x, rest_y = corner.lattice(self.cells.exponent)
+        side = self.cells.side_m
+        x = (draws.cell_x - ix) * side + draws.u[:, 0] * side - rest_x
+        y = (draws.cell_y - iy) * side + draws.u[:, 1] * side - rest_y
+        return np.stack((x, y), axis=1)
 
     def _within_window(self, draws: Draws) -> np.ndarray:
         """Membership depends on the object alone, never on the eye."""

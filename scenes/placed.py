@@ -1,12 +1,12 @@
 """Objects put where a preset says, one by one: the few that a picture is about."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from lod.camera import GRID_M
+from lod.camera import GRID_M, Corner
 from lod.parts import Look, Parts, Sticks
 from lod.view import View
 from scenes.field import Ground, footing
@@ -37,21 +37,31 @@ class Placed:
 
     def roots(self, view: View) -> Parts:
         """The object itself, whether near or far."""
-        corner = view.camera.corner
+        return self.troupe.wholes(
+            Objects(self._bodies(view.camera.corner, view.time_s), None), view
+        )
+
+    def later(self, parts: Parts, view: View, time_s: float) -> Parts:
+        """The same parts as they look at another time."""
+        if not self.troupe.sway_m:
+            return parts
+        return replace(parts, state=Objects(self._bodies(view.camera.corner, time_s), None))
+
+    def _bodies(self, corner: Corner, time_s: float) -> Bodies:
+        """The object as it stands at a time."""
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         facing = math.radians(90.0 - self.heading_deg)
         height, slope = self.ground.height(corner, xy), np.zeros((1, 2))
         if self.troupe.has_legs:
             height, slope = footing(self.ground, corner, xy, self.troupe.stance_m)
-        bodies = Bodies(
+        return Bodies(
             origin=np.column_stack((xy, height)),
             cos=np.array([math.cos(facing)]),
             sin=np.array([math.sin(facing)]),
             variant=np.zeros(1, np.int64),
-            phase=np.array([view.time_s / self.troupe.rigged[0].motion.period]),
+            phase=np.array([time_s / self.troupe.rigged[0].motion.period]),
             gradient=slope,
         )
-        return self.troupe.wholes(Objects(bodies, None), view)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly."""

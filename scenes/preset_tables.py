@@ -302,6 +302,8 @@ class OutputPreset(Table):
     ] = "zip"
     multipart: Annotated[bool, key("a part for each group of layers")] = False
     colour: Annotated[Literal["half", "float"], key("pixels of colour layers")] = "half"
+    motion: Annotated[bool, key("layers motion.X and motion.Y [px]")] = False
+    denoise: Annotated[bool, key("layers denoised.R, denoised.G and denoised.B")] = False
 
 
 SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]

@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from lod.fade import looks
+from lod.parts import Look, Moving, Parts, Representation, Sticks
 from lod.prune import Cut, prune
+from lod.view import View
 from scenes.preset import Preset
-from scenes.render.frame import FileForm, FrameInput, Light, Quality, Visible
+from scenes.render.frame import Extras, FileForm, FrameInput, Light, Quality, Visible
 from scenes.sight import air_of
 from scenes.world import World, view_at
 
@@ -16,12 +18,15 @@ from scenes.world import World, view_at
 def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
     """Prune every representation for a frame, and ask what is displayed for its looks."""
     view, visible, seconds = view_at(world, preset, frame), [], {"prune": 0.0, "appearance": 0.0}
+    after = view_at(world, preset, frame + 1) if preset.output.motion else None
     for each in world.representations:
         start = time.perf_counter()
         cut = prune(each, view)
         pruned = time.perf_counter()
-        shape = each.appearance(cut.parts, looks(cut, view))
-        visible.append(Visible(each.name, short_ids(cut), shape))
+        look = looks(cut, view)
+        shape = each.appearance(cut.parts, look)
+        later = moved(each, cut.parts, look, view, after) if after else None
+        visible.append(Visible(each.name, short_ids(cut), shape, later))
         seconds["prune"] += pruned - start
         seconds["appearance"] += time.perf_counter() - pruned
     return FrameInput(
@@ -31,9 +36,17 @@ def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
         light=light_of(preset),
         quality=quality_of(preset, variant),
         fps=preset.camera.fps,
-        form=FileForm(**preset.output.model_dump()),
+        form=form_of(preset),
+        extras=Extras(after.camera if after else None, preset.output.denoise),
         seconds=seconds,
     )
+
+
+def moved(each: Representation, parts: Parts, look: Look, view: View, after: View) -> Sticks | None:
+    """The sticks of a cut as they are in the next frame, row by row; None where nothing moves."""
+    later = each.later(parts, view, after.time_s) if isinstance(each, Moving) else parts
+    shape = each.appearance(later, look) if later is not parts else None
+    return shape if isinstance(shape, Sticks) else None
 
 
 def short_ids(cut: Cut) -> Cut:
@@ -49,6 +62,12 @@ def light_of(preset: Preset) -> Light:
     """Sun and sky."""
     light = preset.light
     return Light(light.sun_azimuth, light.sun_elevation, light.turbidity)
+
+
+def form_of(preset: Preset) -> FileForm:
+    """How the file is laid out."""
+    output = preset.output
+    return FileForm(output.compression, output.multipart, output.colour)
 
 
 def quality_of(preset: Preset, variant: str) -> Quality:

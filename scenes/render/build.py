@@ -16,8 +16,9 @@ GUIDES = {
     "albedo": slice(4, 7),
     "shape_index": slice(7, 8),
     "prim_index": slice(8, 9),
+    "position": slice(9, 12),
 }
-"""What the aov integrator gives beside colour, and in which channels."""
+"""What the aov integrator gives beside colour, and in which channels; position for motion only."""
 
 BLOCK_SIZE = 32
 """Fixed, because Mitsuba derives it from the thread count otherwise, and the noise from it."""
@@ -28,13 +29,15 @@ class Built:
     """A Mitsuba scene, and what finds its way back from a hit to the parts.
 
     integrators   "image" alone, "distance" alone, "guides" alone, and "all": image and guides
+    names  of the shapes by the renderer's shape number; 0 is the sky
     ids    (n, 3) uint32 object, part and level of every primitive; row 0 is the sky
-    first  (k,) row of primitive 0 of each shape, by the renderer's shape number; 0 is the sky
+    first  (k,) row of primitive 0 of each shape, by the renderer's shape number
     """
 
     scene: Any
     description: Description
     integrators: dict[str, Any]
+    names: tuple[str, ...]
     ids: np.ndarray
     first: np.ndarray
 
@@ -55,13 +58,13 @@ def build(description: Description) -> Built:
             **contents,
         }
     )
-    names = [shape.id() for shape in scene.shapes()]
+    names = ("", *(shape.id() for shape in scene.shapes()))
     sky_ids = np.zeros((1, 3), np.uint32)
     owners = description["ids"]
-    tables = [owners[name] if len(owners.get(name, ())) else sky_ids for name in ("", *names)]
+    tables = [owners[name] if len(owners.get(name, ())) else sky_ids for name in names]
     first = np.cumsum([0] + [len(table) for table in tables])[:-1]
-    integrators = _integrators(description["integrator"]["max_depth"])
-    return Built(scene, description, integrators, np.concatenate(tables), first)
+    integrators = _integrators(description)
+    return Built(scene, description, integrators, names, np.concatenate(tables), first)
 
 
 def sensor(
@@ -142,10 +145,12 @@ def _sun(light: Description) -> Description:
     }
 
 
-def _integrators(max_depth: int) -> dict[str, Any]:
+def _integrators(description: Description) -> dict[str, Any]:
+    max_depth = description["integrator"]["max_depth"]
     image = {"type": "path", "max_depth": max_depth, "block_size": BLOCK_SIZE}
     names = {"depth": "depth", "normal": "sh_normal"}
-    aovs = ",".join(f"{name}:{names.get(name, name)}" for name in GUIDES)
+    asked = [name for name in GUIDES if name != "position" or description["after"]]
+    aovs = ",".join(f"{name}:{names.get(name, name)}" for name in asked)
     guides = {"type": "aov", "aovs": aovs, "block_size": BLOCK_SIZE}
     plans = {
         "image": image,

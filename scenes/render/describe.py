@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lod.camera import Camera
+from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.parts import Sticks, Triangles
 from scenes.render.frame import Light, Visible
@@ -28,35 +28,49 @@ _ID_LIMIT = 2**32
 
 
 def describe(
-    camera: Camera, visible: Sequence[Visible], light: Light, max_depth: int
+    camera: Camera,
+    visible: Sequence[Visible],
+    light: Light,
+    max_depth: int,
+    after: Camera | None = None,
 ) -> Description:
-    """The whole frame: ``camera``, ``light``, ``integrator``; ``shapes`` and ``ids`` by name."""
+    """The whole frame: ``camera``, ``light``, ``integrator``; ``shapes`` and ``ids`` by name.
+
+    Where motion is asked for, also ``after``, the next frame's camera in this one's coordinates,
+    and ``moves`` by name of those shapes that move; None and empty otherwise.
+    """
     owners = _global_ids(visible)
     shapes: dict[str, Description] = {}
     ids: dict[str, np.ndarray] = {}
+    moves: dict[str, np.ndarray] = {}
     sticks = []
     for v, owner in zip(visible, owners, strict=True):
         _check(v)
         if isinstance(v.shape, Sticks):
-            sticks.append((v.shape, owner))
+            sticks.append((v.shape, owner, v.later))
         elif len(v.shape):
             name = f"mesh{len(shapes):03d}"
             shapes[name], ids[name] = _mesh(v.shape), owner[v.shape.owner]
     for batch in batches(sticks):
         name = f"sticks{len(shapes):03d}"
         shapes[name], ids[name] = _curve(batch), batch.ids
+        if batch.moves is not None:
+            moves[name] = batch.moves
     return {
-        "camera": _camera(camera),
+        "camera": _camera(camera, camera.corner),
         "light": {"to_sun": light.to_sun, "turbidity": light.turbidity, "weight": SUN_SAMPLING},
         "integrator": {"max_depth": max_depth},
         "shapes": shapes,
         "ids": ids,
+        "after": _camera(after, camera.corner) if after else None,
+        "moves": moves,
     }
 
 
-def _camera(camera: Camera) -> Description:
+def _camera(camera: Camera, corner: Corner) -> Description:
+    away = camera.corner.x - corner.x, camera.corner.y - corner.y, 0
     return {
-        "eye": camera.eye,
+        "eye": camera.eye + GRID_M * np.array(away, np.float64),
         "forward": camera.forward,
         "up": camera.up,
         "fov_x_deg": float(np.degrees(camera.fov_x)),

@@ -22,11 +22,15 @@ SEED_LIMIT = 2**63
 
 @dataclass(frozen=True, eq=False)
 class Visible:
-    """One representation's cut and its looks; ``shape.owner`` gives rows of ``cut.parts``."""
+    """One representation's cut and its looks; ``shape.owner`` gives rows of ``cut.parts``.
+
+    later  the same sticks as they are in the next frame, in this one's coordinates; None: as now
+    """
 
     name: str
     cut: Cut
     shape: Sticks | Triangles
+    later: Sticks | None = None
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,22 @@ class Quality:
             raise InputError("max_depth", self.max_depth, "from 1 to 64", "try 4")
 
 
+@dataclass(frozen=True, eq=False)
+class Extras:
+    """Layers beside the usual ones.
+
+    after    the next frame's camera, where motion is asked for
+    denoise  whether a denoised picture is
+    """
+
+    after: Camera | None = None
+    denoise: bool = False
+
+
+USUAL = Extras()
+"""No other layers."""
+
+
 @dataclass(frozen=True)
 class FileForm:
     """How a frame's file is laid out; none of it loses anything but half's rounding.
@@ -99,6 +119,7 @@ class FrameInput:
 
     fps        frames a second, for the header
     form       of the file
+    extras     layers beside the usual ones
     seconds    of the stages that made this input, such as pruning
     """
 
@@ -109,6 +130,7 @@ class FrameInput:
     quality: Quality
     fps: float = 24.0
     form: FileForm = PLAIN
+    extras: Extras = USUAL
     seconds: dict[str, float] = field(default_factory=dict)
 
 

@@ -53,7 +53,7 @@ def render_one(
 
     made = _made(settings, frame)
     seen = made.camera, made.visible, made.air, made.light, made.quality
-    layers = render_frame(*seen, frame, _counted(made, watch))
+    layers = render_frame(*seen, frame, _counted(made, watch), made.extras)
     rendered = time.perf_counter()
     header = frame_header(made.camera, made.fps, {**dict(flatten(settings)), "frame": frame})
     digest = write_exr(target, layers, header, made.form)

@@ -26,6 +26,7 @@ import mitsuba as mi
 import numpy as np
 
 from scenes.render.build import GUIDES, Built, sensor
+from scenes.render.film import pixel_directions
 from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze, airlight_towards, depth_of_sky, depth_to
 from scenes.render.samples import Samples, Watch
@@ -174,18 +175,3 @@ def _pixel_sum(film: np.ndarray, side: int) -> np.ndarray:
 def _spread(values: np.ndarray, side: int) -> np.ndarray:
     """Each pixel's value over its square, (h, w, c) → (h·side, w·side, c)."""
     return np.repeat(np.repeat(values, side, axis=0), side, axis=1)
-
-
-def pixel_directions(camera: dict[str, Any], side: int, rows: tuple[int, int]) -> np.ndarray:
-    """Unit directions through the centres of a band of film pixels, (rows, columns, 3) float32."""
-    width, height = camera["size"]
-    tan_x = math.tan(math.radians(camera["fov_x_deg"]) / 2)
-    tan_y = tan_x * height / width
-    x = ((np.arange(width * side) + 0.5) / (width * side) * 2 - 1) * tan_x
-    y = (1 - (np.arange(rows[0] * side, rows[1] * side) + 0.5) / (height * side) * 2) * tan_y
-    forward, up = camera["forward"], camera["up"]
-    right = np.cross(forward, up)
-    across, down = forward + x[:, None] * right, y[:, None] * up
-    directions = across.astype(np.float32)[None] + down.astype(np.float32)[:, None]
-    directions /= np.sqrt(np.sum(directions**2, axis=2, keepdims=True))
-    return directions

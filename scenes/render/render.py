@@ -8,7 +8,7 @@ from lod.air import Air
 from lod.camera import Camera
 from scenes.render import variants
 from scenes.render.describe import Description, describe
-from scenes.render.frame import Layers, Light, Quality, Visible
+from scenes.render.frame import USUAL, Extras, Layers, Light, Quality, Visible
 
 
 def render_frame(
@@ -19,6 +19,7 @@ def render_frame(
     quality: Quality,
     frame: int = 0,
     watch: Callable[[int], object] = lambda samples: None,
+    extras: Extras = USUAL,
 ) -> Layers:
     """Render ``frame``: same arguments, same bytes, within a variant and on any thread count.
 
@@ -26,7 +27,7 @@ def render_frame(
     Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
     """
     start = time.perf_counter()
-    description = describe(camera, visible, light, quality.max_depth)
+    description = describe(camera, visible, light, quality.max_depth, extras.after)
     described = time.perf_counter()
     name = variants.choose(quality.variant)
     variants.use(name)

@@ -7,6 +7,7 @@ import numpy as np
 
 from scenes.render.build import Built
 from scenes.render.frame import SKY_Z, Layers
+from scenes.render.motion import motion_layer
 
 Watch = Callable[[int], object]
 """Called by the drivers with the number of samples that were just taken."""
@@ -16,7 +17,8 @@ Watch = Callable[[int], object]
 class Samples:
     """What a driver adds up; rgb and albedo are sums, then means.
 
-    hit        (h, w, 6) distance, normal, shape and primitive number of one sample of each pixel
+    hit        (h, w, 9) distance, normal, shape and primitive number, and position where motion is
+               asked for, of one sample of each pixel
     replaced   samples that were not finite and count as black
     """
 
@@ -29,13 +31,14 @@ class Samples:
     def zeros(width: int, height: int) -> "Samples":
         """Nothing yet."""
         colour = (height, width, 3)
-        return Samples(np.zeros(colour), np.zeros(colour), np.zeros((height, width, 6)))
+        return Samples(np.zeros(colour), np.zeros(colour), np.zeros((height, width, 9)))
 
     def keep(self, band: slice, guides: np.ndarray) -> None:
-        """Keep the guides of one sample of each pixel: of a band of rows, (h, w, 9) as in
-        build.GUIDES, or of a run of pixels, (n, 9)."""
-        kept = self.hit if guides.ndim == 3 else self.hit.reshape(-1, 6)
-        kept[band] = guides[..., [0, 1, 2, 3, 7, 8]]
+        """Keep the guides of one sample of each pixel: of a band of rows, (h, w, n) as in
+        build.GUIDES, or of a run of pixels, (k, n)."""
+        kept = self.hit if guides.ndim == 3 else self.hit.reshape(-1, 9)
+        columns = [0, 1, 2, 3, 7, 8, *range(9, guides.shape[-1])]
+        kept[band, ..., : len(columns)] = guides[..., columns]
 
 
 def layers_of(
@@ -55,4 +58,5 @@ def layers_of(
         level=ids[..., 2],
         seconds=seconds,
         statistics={**statistics, "clamped": clamped, "replaced": samples.replaced},
+        motion=motion_layer(samples.hit, built) if built.description["after"] else None,
     )

@@ -22,31 +22,36 @@ class Batch:
     points    (p, 4) float32 x, y, z, radius
     segments  (s,) uint32 first point of each stick
     ids       (s, 3) uint32 object, part and level of each stick
+    moves     (s, 2, 3) float32 how far both ends go to the next frame [m]; None where none does
     """
 
     tint: np.ndarray
     points: np.ndarray
     segments: np.ndarray
     ids: np.ndarray
+    moves: np.ndarray | None
 
 
-def batches(sticks: Sequence[tuple[Sticks, np.ndarray]]) -> Iterator[Batch]:
+def batches(sticks: Sequence[tuple[Sticks, np.ndarray, Sticks | None]]) -> Iterator[Batch]:
     """One batch for each distinct tint, even of none, and another whenever one is full.
 
-    Each element is a batch of sticks and (n, 3) ids of the parts that own them.
+    Each element is a batch of sticks, (n, 3) ids of the parts that own them, and the same sticks
+    in the next frame, where they move.
     """
     if not sticks:
         return
-    tints, tint = _shared_tints([shape for shape, _ in sticks])
-    ends = np.concatenate([_ends(shape) for shape, _ in sticks])
-    ids = np.concatenate([table[shape.owner] for shape, table in sticks])
+    tints, tint = _shared_tints([shape for shape, _, _ in sticks])
+    ends = np.concatenate([_ends(shape) for shape, _, _ in sticks])
+    ids = np.concatenate([table[shape.owner] for shape, table, _ in sticks])
+    moves = _moves([(shape, later) for shape, _, later in sticks])
     order = np.argsort(tint, kind="stable")
     first = np.searchsorted(tint[order], np.arange(len(tints) + 1))
     for number, colour in enumerate(tints):
         for begin in range(first[number], max(first[number + 1], first[number] + 1), MOST_SEGMENTS):
             rows = order[begin : min(begin + MOST_SEGMENTS, first[number + 1])]
             points, segments = chain(ends[rows])
-            yield Batch(colour, points, segments, ids[rows])
+            moved = moves[rows] if moves is not None and moves[rows].any() else None
+            yield Batch(colour, points, segments, ids[rows], moved)
 
 
 def _shared_tints(shapes: Sequence[Sticks]) -> tuple[np.ndarray, np.ndarray]:
@@ -57,6 +62,20 @@ def _shared_tints(shapes: Sequence[Sticks]) -> tuple[np.ndarray, np.ndarray]:
     first = np.cumsum([0] + [len(shape.tints) for shape in shapes])
     rows = [number[shape.tint + offset] for shape, offset in zip(shapes, first[:-1], strict=True)]
     return distinct, np.concatenate(rows)
+
+
+def _moves(shapes: Sequence[tuple[Sticks, Sticks | None]]) -> np.ndarray | None:
+    """How far both ends of every stick go, (n, 2, 3) float32 [m]; None where nothing moves."""
+    if all(later is None for _, later in shapes):
+        return None
+    moves = np.zeros((sum(len(shape) for shape, _ in shapes), 2, 3), np.float32)
+    first = 0
+    for shape, later in shapes:
+        rows = slice(first, first + len(shape))
+        if later is not None:
+            moves[rows, 0], moves[rows, 1] = later.start - shape.start, later.end - shape.end
+        first = rows.stop
+    return moves
 
 
 def _ends(shape: Sticks) -> np.ndarray:
