@@ -163,7 +163,8 @@ def sampled(preset, world, frame):
     variants.use("scalar_rgb")
     made = shoot(world, preset, frame, "scalar_rgb")
     built = build(describe(made.camera, made.visible, made.light, 2, made.extras.after))
-    samples = render_passes(built, haze_of(built, made.air), made.quality, frame)
+    haze = haze_of(built, made.air)
+    samples = render_passes(built, haze, made.quality, frame, lambda taken: None)
     hit = samples.hit
     ids = built.hit_ids(hit[..., 4], hit[..., 5]) * (hit[..., :1] > 0)
     return made, built, hit, ids
