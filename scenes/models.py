@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from lod.errors import InputError
 from scenes.animals import KINDS, animal
+from scenes.boulder import boulder_prototypes
 from scenes.gait_people import walkers
 from scenes.prototype import Prototype
 from scenes.rig_figure import rigged_people
@@ -36,6 +37,7 @@ def one_animal(name: str) -> Model:
 MODELS: dict[str, Model] = {
     "figure": people,
     "tree": tree_prototypes,
+    "boulder": boulder_prototypes,
     **{name: one_animal(name) for name in KINDS},
 }
 

@@ -252,7 +252,7 @@ class TerrainPreset(Table):
 
 
 Model = Annotated[
-    Literal["figure", "tree", "rabbit", "giraffe", "ostrich", "insect", "windmill"],
+    Literal["figure", "tree", "boulder", "rabbit", "giraffe", "ostrich", "insect", "windmill"],
     key("what each object is"),
 ]
 
