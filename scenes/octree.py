@@ -4,11 +4,12 @@ After D. Meagher, "Geometric modeling using octree encoding", Computer Graphics 
 19 (1982), p. 129: a cube that holds the solid is halved along each axis again and again, empty
 cells are left out, and so is what lies wholly inside, hidden by what lies about it: of the finest
 cells those that the surface crosses are kept, of coarser ones also their full neighbours, or light
-would fall through beside slivers. Level k has cells of side 2^-k of the cube. A cell's leaf appearance
-is a ball about the middle of its matter, the larger the more of it there is; all balls of a level
-are enlarged alike, until together they cover what the solid does on average over directions. The
-finest are larger than their cells and sunk to the surface, so that it is rough and not beaded. An
-inner cell has no looks of its own.
+would fall through beside slivers. Level k has cells of side 2^-k of the cube.
+
+A cell's leaf appearance is a ball about the middle of its matter, the larger the more of it there
+is; all balls of a level are enlarged alike, until together they cover what the solid does on
+average over directions. The finest are larger than their cells and sunk to the surface, so that it
+is rough and not beaded. An inner cell has no looks of its own.
 """
 
 from dataclasses import dataclass, replace
