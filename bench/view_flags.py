@@ -19,7 +19,7 @@ VIEW_KEYS = {
     "haze_aware": "view.haze_aware",
     "display_ppd": "display.pixels_per_degree",
 }
-QUALITY_KEYS = {"spp": "render.spp", "variant": "render.variant"}
+QUALITY_KEYS = {"spp": "render.spp", "variant": "render.variant", "haze": "render.haze"}
 FILE_KEYS = {
     "compression": "output.compression",
     "multipart": "output.multipart",
@@ -27,7 +27,7 @@ FILE_KEYS = {
     "motion": "output.motion",
     "denoise": "output.denoise",
 }
-_TEXT = {"size", "metric", "visibility", "variant", "compression", "float"}
+_TEXT = {"size", "metric", "visibility", "variant", "haze", "compression", "float"}
 
 
 def view_flags(command: Command) -> Command:

@@ -291,6 +291,10 @@ class RenderPreset(Table):
     spp: Annotated[int, key("samples per pixel", least=1, most=65536)] = 16
     max_depth: Annotated[int, key("longest light path, in segments", least=1, most=64)] = 4
     variant: Annotated[str, Field(min_length=1), key("Mitsuba variant, or auto")] = "auto"
+    haze: Annotated[
+        Literal["analytic", "scattered", "medium"],
+        key("airlight of the horizon's sky or as the air scatters it, or a medium (reference)"),
+    ] = "analytic"
 
 
 class OutputPreset(Table):

@@ -73,4 +73,4 @@ def form_of(preset: Preset) -> FileForm:
 def quality_of(preset: Preset, variant: str) -> Quality:
     """How frames are sampled, in a variant that works here."""
     render = preset.render
-    return Quality(variant, render.spp, preset.seed, render.max_depth)
+    return Quality(variant, render.spp, preset.seed, render.max_depth, render.haze)

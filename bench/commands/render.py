@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 @click.option("--frames", default="1", metavar="LIST", help="1-24 or 1,5,9.", show_default=True)
 @click.option("--spp", metavar="N", help="Samples per pixel.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
+@click.option("--haze", metavar="NAME", help="analytic, scattered or medium.")
 @file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")

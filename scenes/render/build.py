@@ -8,7 +8,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from scenes.render.describe import Description
+from scenes.render.describe import MEDIUM, Description
 
 GUIDES = {
     "depth": slice(0, 1),
@@ -20,6 +20,9 @@ GUIDES = {
 }
 """What the aov integrator gives beside colour, and in which channels; position for motion only."""
 
+ORDERS = 64
+"""Edges of a path through a medium, bounces and scatterings together."""
+
 BLOCK_SIZE = 32
 """Fixed, because Mitsuba derives it from the thread count otherwise, and the noise from it."""
 
@@ -28,10 +31,12 @@ BLOCK_SIZE = 32
 class Built:
     """A Mitsuba scene, and what finds its way back from a hit to the parts.
 
-    integrators   "image" alone, "distance" alone, "guides" alone, and "all": image and guides
+    integrators   "image" alone, "distance" alone, "guides" alone, and "all": image and guides;
+        "medium": the image with what its medium does to it
     names  of the shapes by the renderer's shape number; 0 is the sky
     ids    (n, 3) uint32 object, part and level of every primitive; row 0 is the sky
     first  (k,) row of primitive 0 of each shape, by the renderer's shape number
+    medium that the eye is in, None in clear air and where haze is worked out after the fact
     """
 
     scene: Any
@@ -40,6 +45,7 @@ class Built:
     names: tuple[str, ...]
     ids: np.ndarray
     first: np.ndarray
+    medium: Any = None
 
     def hit_ids(self, shape: np.ndarray, prim: np.ndarray) -> np.ndarray:
         """Object, part and level of hits given the renderer's shape and primitive numbers."""
@@ -50,6 +56,10 @@ def build(description: Description) -> Built:
     """Build the scene; the acceleration structure is made here."""
     shapes = _steady(description["shapes"])
     contents = {name: _shape(name, shape) for name, shape in shapes.items()}
+    medium = None
+    if box := description.get(MEDIUM):
+        medium = _medium(box)
+        contents[MEDIUM] = _box(box, medium)
     scene = mi.load_dict(
         {
             "type": "scene",
@@ -64,13 +74,20 @@ def build(description: Description) -> Built:
     tables = [owners[name] if len(owners.get(name, ())) else sky_ids for name in names]
     first = np.cumsum([0] + [len(table) for table in tables])[:-1]
     integrators = _integrators(description)
-    return Built(scene, description, integrators, names, np.concatenate(tables), first)
+    return Built(scene, description, integrators, names, np.concatenate(tables), first, medium)
 
 
 def sensor(
-    camera: Description, side: int = 1, rows: tuple[int, int] | None = None, spp: int = 1
+    camera: Description,
+    side: int = 1,
+    rows: tuple[int, int] | None = None,
+    spp: int = 1,
+    medium: Any = None,
 ) -> Any:
-    """The camera, ``side`` film pixels a side to each pixel; only ``rows``, from the top."""
+    """The camera, ``side`` film pixels a side to each pixel; only ``rows``, from the top.
+
+    ``medium``: what the eye is in.
+    """
     width, height = (side * pixels for pixels in camera["size"])
     top, bottom = rows or (0, height)
     eye, forward, up = (camera[name].tolist() for name in ("eye", "forward", "up"))
@@ -94,6 +111,7 @@ def sensor(
                 "component_format": "float32",
             },
             "sampler": {"type": "multijitter", "sample_count": spp},
+            **({"medium": medium} if medium else {}),
         }
     )
 
@@ -134,13 +152,18 @@ _SUN_APERTURE_DEG = 0.5358
 """The full width of sunsky's sun."""
 
 
-def _sun(light: Description) -> Description:
-    """The sun as a direction of the same irradiance: E = L·2π(1 − cos r). It has no penumbra."""
+def sun_irradiance(light: Description) -> np.ndarray:
+    """Of a surface that faces the sun: E = L·2π(1 − cos r), (3,)."""
     disc, cosine = sun_disc(light)
+    return disc * 2 * np.pi * (1 - cosine)
+
+
+def _sun(light: Description) -> Description:
+    """The sun as a direction of the same irradiance. It has no penumbra."""
     return {
         "type": "directional",
         "direction": (-light["to_sun"]).tolist(),
-        "irradiance": {"type": "rgb", "value": (disc * 2 * np.pi * (1 - cosine)).tolist()},
+        "irradiance": {"type": "rgb", "value": sun_irradiance(light).tolist()},
         "sampling_weight": light["weight"],
     }
 
@@ -157,6 +180,7 @@ def _integrators(description: Description) -> dict[str, Any]:
         "distance": {"type": "depth", "block_size": BLOCK_SIZE},
         "guides": guides,
         "all": {**guides, "image": image},
+        "medium": {**image, "type": "volpath", "max_depth": ORDERS, "rr_depth": ORDERS // 4},
     }
     return {name: mi.load_dict(plan) for name, plan in plans.items()}
 
@@ -239,6 +263,28 @@ def _mesh(name: str, shape: Description) -> Any:
     )
     mesh.set_id(name)
     return mesh
+
+
+def _medium(box: Description) -> Any:
+    return mi.load_dict(
+        {
+            "type": "homogeneous",
+            "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},
+            "albedo": {"type": "rgb", "value": [box["albedo"]] * 3},
+            "phase": {"type": "hg", "g": box["asymmetry"]},
+        }
+    )
+
+
+def _box(box: Description, medium: Any) -> Any:
+    """Twelve triangles about the origin that bend no light."""
+    middle, half = (box["top"] + box["bottom"]) / 2, (box["top"] - box["bottom"]) / 2
+    side = box["side"] / 2
+    place = mi.ScalarTransform4f().translate([0, 0, middle]).scale([side, side, half])
+    null = {"type": "null"}
+    return mi.load_dict(
+        {"type": "cube", "id": MEDIUM, "to_world": place, "bsdf": null, "interior": medium}
+    )
 
 
 def _replace(plugin: Any, **values: Any) -> None:

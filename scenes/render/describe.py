@@ -18,6 +18,9 @@ from scenes.render.sticks import Batch, batches
 
 Description = dict[str, Any]
 
+MEDIUM = "medium"
+"""What the box of air is called, where the air is part of the scene."""
+
 NEAR_M, FAR_M = 0.05, 1e7
 """What the camera sees: from 5 cm to farther than any ground that is built."""
 

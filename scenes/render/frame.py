@@ -19,6 +19,10 @@ SKY_Z = np.float32(1e10)
 
 SEED_LIMIT = 2**63
 
+HAZES = ("analytic", "scattered", "medium")
+"""Closed form whose airlight is the horizon's sky; closed form whose airlight is what the air
+scatters once, of sun, sky and ground; a medium that scatters light (the reference)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Visible:
@@ -63,12 +67,14 @@ class Quality:
     variant    a Mitsuba variant that works here (see variants.choose)
     spp        samples per pixel, taken exactly
     max_depth  longest light path, in edges: 2 is direct light only
+    haze       one of HAZES: how the air between is worked out
     """
 
     variant: str
     spp: int = 16
     seed: int = 0
     max_depth: int = 4
+    haze: str = "analytic"
 
     def __post_init__(self) -> None:
         if not 1 <= self.spp <= 65536:
@@ -77,6 +83,8 @@ class Quality:
             raise InputError("seed", self.seed, "from 0 to 2**63 - 1")
         if not 1 <= self.max_depth <= 64:
             raise InputError("max_depth", self.max_depth, "from 1 to 64", "try 4")
+        if self.haze not in HAZES:
+            raise InputError("haze", self.haze, f"one of {', '.join(HAZES)}", "try analytic")
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,27 +1,22 @@
 """Haze along a ray, in closed form: L·T + L_air·(1 − T), T = exp(−∫β) (Koschmieder 1924).
 
-β has one value for each band of the picture. The airlight is the sky's own radiance just above the
-horizon in the ray's azimuth, so that land fades into the sky behind it. Rays that meet nothing and
-go below that elevation get it whole. Above it they get the sky as it is, which holds its haze
-already; mist, which it does not hold, veils it on the way out.
+β has one value for each band of the picture. L_air is the airlight in the ray's azimuth. Rays that
+meet nothing and go below ``HORIZON_DEG`` get it whole. Above it they get the sky as it is, which
+holds its haze already; mist, which it does not hold, veils it on the way out.
 """
 
 from dataclasses import dataclass
 
-import mitsuba as mi
 import numpy as np
 
-from lod.air import Air, PathBands, mist_extinction, optical_depth
+from lod.air import Air, PathBands, extinction, mist_extinction, optical_depth
 from lod.arrays import Reals
 from lod.mist import depth_beyond
 from lod.rgb_bands import rgb_wavelengths
-from scenes.render.build import Built, radiance, sky, sun_disc
+from scenes.render.airlight import HORIZON_DEG, horizon
+from scenes.render.build import Built, sun_disc
 from scenes.render.describe import Description
-
-HORIZON_DEG = 0.5
-"""Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
-
-_AZIMUTHS = 1440
+from scenes.render.scattered import scattered
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,20 +40,27 @@ class Haze:
     sun_cosine: float
 
 
-def haze_of(built: Built, air: Air) -> Haze:
-    """Evaluate the built scene's sky at the horizon; small negatives of the sky model become 0."""
+def haze_of(built: Built, air: Air, kind: str = "analytic") -> Haze:
+    """The air of a built scene, its airlight that of ``kind`` (one of frame.HAZES)."""
     light = built.description["light"]
     sun, cosine = sun_disc(light)
     return Haze(
         air=air,
         wavelengths=rgb_wavelengths(),
         eye_m=float(built.description["camera"]["eye"][2]),
-        airlight=airlight(light),
+        airlight=_airlight(built.description, air, kind),
         lowest=float(np.sin(np.radians(HORIZON_DEG))),
         to_sun=light["to_sun"],
         sun=sun,
         sun_cosine=cosine,
     )
+
+
+def _airlight(description: Description, air: Air, kind: str) -> np.ndarray:
+    if kind != "scattered":
+        return horizon(description["light"])
+    beta = extinction(air, description["camera"]["eye"][2:], rgb_wavelengths())[0]
+    return scattered(description, beta)
 
 
 def depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
@@ -73,16 +75,6 @@ def depth_of_sky(haze: Haze, rise: Reals) -> PathBands:
     if haze.air.mist is None:
         return np.zeros((len(rise), len(beta)))
     return depth_beyond(haze.air.mist, np.full_like(rise, haze.eye_m), rise)[:, None] * beta
-
-
-def airlight(light: Description) -> np.ndarray:
-    """Radiance at the horizon by azimuth, clockwise from north, (n + 1, 3); never negative."""
-    emitter = mi.load_dict(sky(light, sun_scale=0.0))
-    angles, up = np.arange(_AZIMUTHS) / _AZIMUTHS * 2 * np.pi, np.radians(HORIZON_DEG)
-    east, north = np.cos(up) * np.sin(angles), np.cos(up) * np.cos(angles)
-    directions = np.stack((east, north, np.full(_AZIMUTHS, np.sin(up))), axis=1)
-    rows = np.maximum(radiance(emitter, directions), 0.0)
-    return np.concatenate((rows, rows[:1]))
 
 
 def airlight_towards(haze: Haze, directions: np.ndarray) -> np.ndarray:

@@ -7,8 +7,9 @@ from typing import Any
 from lod.air import Air
 from lod.camera import Camera
 from scenes.render import variants
-from scenes.render.describe import Description, describe
+from scenes.render.describe import MEDIUM, Description, describe
 from scenes.render.frame import USUAL, Extras, Layers, Light, Quality, Visible
+from scenes.render.medium import with_medium
 
 
 def render_frame(
@@ -28,6 +29,8 @@ def render_frame(
     """
     start = time.perf_counter()
     description = describe(camera, visible, light, quality.max_depth, extras.after)
+    if quality.haze == "medium":
+        description = with_medium(description, air)
     described = time.perf_counter()
     name = variants.choose(quality.variant)
     variants.use(name)
@@ -36,16 +39,20 @@ def render_frame(
     from scenes.render.samples import layers_of
 
     built = build(description)
-    haze = haze_of(built, air)
+    haze = haze_of(built, air, quality.haze)
     ready = time.perf_counter()
-    samples = _driver(name)(built, haze, quality, frame, watch)
+    samples = _driver(name, quality.haze)(built, haze, quality, frame, watch)
     traced = time.perf_counter()
     seconds = {"describe": described - start, "build": ready - described, "trace": traced - ready}
     return layers_of(samples, built, seconds, _statistics(description))
 
 
-def _driver(variant: str) -> Callable[..., Any]:
+def _driver(variant: str, haze: str) -> Callable[..., Any]:
     """The way to drive a frame that suits the variant."""
+    if haze == "medium":
+        from scenes.render.medium_frame import render_medium
+
+        return render_medium
     if variant.startswith("scalar_"):
         from scenes.render.passes_frame import render_passes
 
@@ -56,8 +63,9 @@ def _driver(variant: str) -> Callable[..., Any]:
 
 
 def _statistics(description: Description) -> dict[str, int]:
-    shapes = description["shapes"].values()
+    shapes, box = description["shapes"].values(), description.get(MEDIUM, {})
     return {
+        **{f"medium_{end}_m": round(box[end]) for end in ("bottom", "top") if end in box},
         "shapes": len(shapes),
         "sticks": sum(len(s["segment_indices"]) for s in shapes if s["type"] == "linearcurve"),
         "triangles": sum(len(s["faces"]) for s in shapes if s["type"] == "mesh"),

@@ -7,9 +7,9 @@ from lod.air import Air, mist_extinction, optical_depth, rgb_extinction
 from lod.mist import Mist, depth_beyond
 from lod.rgb_bands import rgb_wavelengths
 from scenes.render import variants
+from scenes.render.airlight import horizon
 from scenes.render.build import sun_disc
 from scenes.render.frame import SKY_Z, Light
-from scenes.render.haze import airlight
 from scenes.render.render import render_frame
 
 AIR = Air(8000.0)
@@ -88,7 +88,7 @@ def test_neither_sun_nor_airlight_is_negative(variant):
         for turbidity in (1.0, 2.0, 10.0):
             light = {"to_sun": Light(30, elevation).to_sun, "turbidity": turbidity}
             assert (sun_disc(light)[0] >= 0).all()
-            assert (airlight(light) >= 0).all()
+            assert (horizon(light) >= 0).all()
 
 
 MIST = Air(20e3, Mist(400.0, 5.0, 30.0))
@@ -126,7 +126,7 @@ def test_mist_veils_the_sky_above_the_eye_without_a_seam(make, variant):
     through = np.exp(-metres * mist_extinction(MIST, rgb_wavelengths()))
     variants.use(variant)
     to_sun = make.light.to_sun
-    air = airlight({"to_sun": to_sun, "turbidity": make.light.turbidity})[0]  # due north
+    air = horizon({"to_sun": to_sun, "turbidity": make.light.turbidity})[0]  # due north
     assert np.allclose(veiled, clear * through + air * (1 - through), rtol=1e-3)
 
 

@@ -1,0 +1,26 @@
+"""Airlight from the horizon: the sky's own radiance there, so that land fades into the sky."""
+
+import mitsuba as mi
+import numpy as np
+
+from scenes.render.build import radiance, sky
+from scenes.render.describe import Description
+
+HORIZON_DEG = 0.5
+"""Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
+
+AZIMUTHS = 1440
+"""Rows of a table of airlight, evenly spaced clockwise from north; another is the first again."""
+
+
+def horizon(light: Description) -> np.ndarray:
+    """Radiance at the horizon by azimuth, (n + 1, 3); never negative."""
+    angles, up = np.arange(AZIMUTHS) / AZIMUTHS * 2 * np.pi, np.radians(HORIZON_DEG)
+    east, north = np.cos(up) * np.sin(angles), np.cos(up) * np.cos(angles)
+    rows = sky_radiance(light, np.stack((east, north, np.full(AZIMUTHS, np.sin(up))), axis=1))
+    return np.concatenate((rows, rows[:1]))
+
+
+def sky_radiance(light: Description, directions: np.ndarray) -> np.ndarray:
+    """Of the sky without its sun, (n, 3) → (n, 3); small negatives of the sky model become 0."""
+    return np.maximum(radiance(mi.load_dict(sky(light, sun_scale=0.0)), directions), 0.0)
