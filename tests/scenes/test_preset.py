@@ -100,7 +100,7 @@ def test_a_whole_species_can_be_added() -> None:
         ("density=1", "did you mean species.figure.density?"),
         ("camera.hight=2", "did you mean camera.height?"),
         ("camera.height.x=2", "did you mean camera.height?"),
-        ("air.smoke=1", "known here: visibility"),
+        ("air.qqq=1", "known here: visibility"),
         ("air.visibility=1000km", "-D air.visibility: 1000000.0: at most 330000"),
         ("air.mist=50", 'write "50km" or "50m"'),
         ("air.mist_base=20", "-D air.mist_base: 20: a number with its unit"),
