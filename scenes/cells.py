@@ -21,7 +21,7 @@ class Draws:
     cell_x, cell_y, index  (n,) the object's identity: its cell in the species' lattice, and which
             of the cell's objects it is
     u       (n, 8) uniform numbers in [0, 1): place in the cell (x, y), heading, prototype; then
-            phase of motion, which way round, and two to spare
+            phase of motion, which way round, stride, and one to spare
     """
 
     cell_x: np.ndarray

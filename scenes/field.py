@@ -5,7 +5,7 @@ No list of objects exists anywhere. A frame visits only the cells from which a p
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -15,10 +15,11 @@ from lod.errors import InputError
 from lod.parts import Look, Parts, Sticks
 from lod.view import View, in_view, reach
 from scenes.cells import Draws, PoissonCells
-from scenes.patrol import patrol
+from scenes.patrol import paces, patrol
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies
 from scenes.rig_prototype import RiggedPrototype
+from scenes.rig_stand import bodies_on
 from scenes.troupe import Objects, Troupe, troupe_of
 
 
@@ -118,22 +119,20 @@ class SpeciesField:
         variant = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
         motions = [prototype.motion for prototype in self.troupe.rigged]
         stride, period = (np.array([getattr(m, k) for m in motions]) for k in ("stride", "period"))
+        pace, tempo = paces(u[:, 6])
         walkers = patrol(
             self.species.patrol_m or 1.0,  # what has no patrol has no stride either
             2 * np.pi * u[:, 2],
             u[:, 5] < 0.5,
             u[:, 4],
-            stride[variant] * (self.species.patrol_m > 0),
-            period[variant],
+            stride[variant] * pace * (self.species.patrol_m > 0),
+            period[variant] * np.where(stride[variant] > 0, tempo, 1.0),
             time_s,
         )
-        xy = home + walkers.offset
-        if self.troupe.has_legs:
-            height, slope = footing(self.ground, corner, xy, self.troupe.stance_m[variant])
-        else:
-            height, slope = self.ground.height(corner, xy), np.zeros((len(xy), 2))
-        origin = np.column_stack((xy, height))
-        return Bodies(origin, walkers.cos, walkers.sin, variant, walkers.phase, slope)
+        heights = partial(self.ground.height, corner)
+        facing = walkers.cos, walkers.sin
+        cast, xy = self.troupe.cast, home + walkers.offset
+        return bodies_on(cast, heights, xy, *facing, variant, walkers.phase, pace)
 
     def _homes(self, corner: Corner, draws: Draws) -> np.ndarray:
         """Where these objects are at home, (n, 2) [m] from the corner."""
@@ -205,24 +204,6 @@ class SpeciesField:
     def _window_cells(self) -> float:
         """Half the window in cells; infinite where there is no edge."""
         return math.inf if self.extent is None else self.extent / 2 / self.cells.side_m
-
-
-def footing(
-    ground: Ground, corner: Corner, xy: np.ndarray, reach_m: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """What legs stand on: height (n,) [m] and gradient (n, 2) [m/m] of a plane over ``reach_m``
-    (n,) each way.
-
-    Feet are stiff and rest on what sticks out: the plane is as high at (x, y) as the highest of
-    the ground there, midway between both sides, and midway between front and back.
-    """
-    height, gradient = ground.height(corner, xy), np.empty((len(xy), 2))
-    for axis, way in enumerate(np.eye(2)):
-        step = reach_m[:, None] * way
-        after, before = ground.height(corner, xy + step), ground.height(corner, xy - step)
-        gradient[:, axis] = (after - before) / (2 * reach_m)
-        height = np.maximum(height, (after + before) / 2)
-    return height, gradient
 
 
 def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int, int]:

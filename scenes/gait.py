@@ -12,14 +12,15 @@ author, Am. J. Phys. Anthropol. 63:23, 1984).
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lod.errors import InputError
-from scenes.gait_feet import Contacts, Leg, contacts_of, foot_path
+from scenes.gait_feet import Contacts, Leg, contacts_of, foot_path, sole_of
 from scenes.rig import Rig
 from scenes.rig_build import side_of
+from scenes.rig_feet import Feet
 from scenes.rig_motion import Motion, key_phases
 from scenes.rig_prototype import RiggedPrototype
 from scenes.rig_turns import Turns, Vectors, degrees_of, inverse, product, turned, turns_of
@@ -57,6 +58,7 @@ class Gait:
     stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude``
         gives
     spins   joints that go round: name, axis, whole turns a cycle
+    steepest  slope of the ground that its feet follow; ankles_give: as in Motion
     """
 
     legs: tuple[Leg, ...]
@@ -66,6 +68,8 @@ class Gait:
     stride: float | None = None
     period: float | None = None
     spins: tuple[tuple[str, int, int], ...] = ()
+    steepest: float = 0.3
+    ankles_give: bool = False
 
     def stride_of(self, height: float) -> float:
         """Ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
@@ -98,9 +102,16 @@ def motion_of(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motio
     shift[:, 2] += min(0.0, min((_room(rig, p, turns, shift) for p in placed), default=0.0))
     for p in placed:
         _bend_leg(rig, p, turns, shift)
-    legs = np.array([p.rows for p in placed], np.int64).reshape(-1, 3)
-    bend = np.array([float(p.leg.bend) for p in placed])
-    return Motion(turns, shift, stride, gait.period_of(height), legs, bend)
+    feet = Feet(
+        legs=np.array([p.rows for p in placed]).reshape(-1, 3),
+        bend=np.array([float(p.leg.bend) for p in placed]),
+        strike=np.array([p.strike for p in placed]),
+        duty=np.full(len(placed), gait.duty),
+        home=np.array([p.home for p in placed]).reshape(-1, 2),
+        steepest=np.full(len(placed), gait.steepest),
+        sole=np.array([p.sole for p in placed]).reshape(-1, 3, 2),
+    )
+    return Motion(turns, shift, stride, gait.period_of(height), feet, gait.ankles_give)
 
 
 def _hip_height(rig: Rig, gait: Gait) -> float:
@@ -143,7 +154,9 @@ def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Turns
 
 @dataclass(frozen=True, eq=False)
 class _Placed:
-    """One leg of one side through the cycle: rows of hip, knee, ankle; ankle's path and turn."""
+    """One leg of one side through the cycle: rows of hip, knee, ankle; ankle's path and turn; where
+    its print is in mid-stance, and its sole on that.
+    """
 
     leg: Leg
     rows: tuple[int, int, int]
@@ -152,6 +165,9 @@ class _Placed:
     ankle: np.ndarray
     foot: np.ndarray
     curl: np.ndarray
+    strike: float
+    home: np.ndarray
+    sole: np.ndarray
 
 
 def _placed_leg(
@@ -166,7 +182,8 @@ def _placed_leg(
     rig, sign = prototype.rig, 1.0 if side == "left " else -1.0
     rows = rig.row(side + leg.hip), rig.row(side + leg.knee), rig.row(side + leg.ankle)
     contacts: Contacts = contacts_of(prototype, rows[2])
-    own = phase - leg.strike - (0.0 if side == "left " else leg.apart)
+    strike = (leg.strike + (0.0 if side == "left " else leg.apart)) % 1.0
+    own = phase - strike
     path = foot_path(leg, contacts, own % 1.0, stride, gait.duty, leg.clearance * height)
     turnout = sign * math.radians(leg.turnout)
     rest = rig.frames()[0]
@@ -184,6 +201,33 @@ def _placed_leg(
         home + ahead + along,
         turns_of(degrees),
         path.curl,
+        strike,
+        home[:2],
+        sole_of(prototype, rows[2]) @ _spin(turnout).T,
+    )
+
+
+def _spin(angle: float) -> np.ndarray:
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array(((cos, -sin), (sin, cos)))
+
+
+def standing_feet(prototype: RiggedPrototype) -> Feet:
+    """The feet of a walker at rest: every one stands, where it is, all of the time."""
+    feet = prototype.motion.feet
+    origin, turn = prototype.rig.frames()
+    ankles = feet.legs[:, 2]
+    ahead = turned(turn[ankles], np.broadcast_to((1.0, 0.0, 0.0), (len(feet), 3)))
+    yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
+    soles = [
+        sole_of(prototype, int(row)) @ _spin(angle).T
+        for row, angle in zip(ankles, yaw, strict=True)
+    ]
+    return replace(
+        feet,
+        duty=np.ones(len(feet)),
+        home=origin[ankles, :2],
+        sole=np.array(soles).reshape(-1, 3, 2),
     )
 
 

@@ -11,11 +11,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float64
 from scipy.interpolate import PchipInterpolator
 
 from lod.arrays import Reals
 from lod.errors import InputError
 from scenes.rig_prototype import RiggedPrototype
+
+Points2 = Float64[np.ndarray, "3 2"]
+Spheres = Float64[np.ndarray, "k 4"]
 
 _NEAR = 1e-5
 
@@ -81,6 +85,24 @@ class FootPath(NamedTuple):
 
 def contacts_of(prototype: RiggedPrototype, ankle: int) -> Contacts:
     """The hindmost and foremost of the lowest spheres of the foot by itself, toes apart."""
+    low = _lowest(prototype, ankle)
+    heel, ball = low[np.argmin(low[:, 0])], low[np.argmax(low[:, 0])]
+    return Contacts(heel[[0, 2, 3]], ball[[0, 2, 3]])
+
+
+def sole_of(prototype: RiggedPrototype, ankle: int) -> Points2:
+    """Where a flat foot touches the ground: behind its heel, and on either side of its ball, x and
+    y from the ankle, (3, 2) [m].
+    """
+    low = _lowest(prototype, ankle)
+    heel, ball = low[np.argmin(low[:, 0])], low[:, 0].max()
+    ahead = low[low[:, 0] >= (heel[0] + ball) / 2]
+    right, left = (ahead[:, 1] - ahead[:, 3]).min(), (ahead[:, 1] + ahead[:, 3]).max()
+    return np.array(((heel[0] - heel[3], heel[1]), (ball, right), (ball, left)))
+
+
+def _lowest(prototype: RiggedPrototype, ankle: int) -> Spheres:
+    """The lowest spheres of a foot in the frame of its ankle: centre and radius."""
     owns = np.zeros(len(prototype.joint), bool)
     owns[prototype.hierarchy.whole[1:]] = True
     bodies = (prototype.inner.only(owns), prototype.leaf.only(~owns))
@@ -97,9 +119,7 @@ def contacts_of(prototype: RiggedPrototype, ankle: int) -> Contacts:
     if not len(spheres):
         raise InputError("gait.leg", prototype.rig.name[ankle], "an ankle that carries a foot")
     bottom = spheres[:, 2] - spheres[:, 3]
-    low = spheres[bottom <= bottom.min() + 0.12 * abs(bottom.min())]
-    heel, ball = low[np.argmin(low[:, 0])], low[np.argmax(low[:, 0])]
-    return Contacts(heel[[0, 2, 3]], ball[[0, 2, 3]])
+    return spheres[bottom <= bottom.min() + 0.12 * abs(bottom.min())]
 
 
 def foot_path(

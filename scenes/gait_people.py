@@ -53,7 +53,13 @@ def walk(
     bent [degrees].
     """
     leg = Leg(**{**vars(_LEG), "spread": spread})
-    return Gait(legs=(leg,), waves=_waves(swing, elbow, lean, nod), duty=0.62, froude=froude)
+    return Gait(
+        legs=(leg,),
+        waves=_waves(swing, elbow, lean, nod),
+        duty=0.62,
+        froude=froude,
+        ankles_give=True,
+    )
 
 
 def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, ...]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from lod.errors import InputError
 from scenes.animals import KINDS, animal
 from scenes.boulder import boulder_prototypes
+from scenes.gait import standing_feet
 from scenes.gait_people import walkers
 from scenes.prototype import Prototype
 from scenes.rig_figure import rigged_people
@@ -44,11 +45,15 @@ MODELS: dict[str, Model] = {
 
 def standing(prototype: RiggedPrototype) -> RiggedPrototype:
     """The same object at rest, its feet on the ground; what does not walk goes on as it does."""
-    motion = prototype.motion
-    if motion.stride == 0:
+    if prototype.motion.stride == 0:
         return prototype
-    rest = still(prototype.rig)
-    return prototype.moving(replace(rest, legs=motion.legs, bend=motion.bend))
+    return prototype.moving(
+        replace(
+            still(prototype.rig),
+            feet=standing_feet(prototype),
+            ankles_give=prototype.motion.ankles_give,
+        )
+    )
 
 
 def made(

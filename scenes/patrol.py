@@ -23,6 +23,9 @@ from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.rig_motion import Motion
 
+SHORTEST = 0.82
+"""The shortest stride of any one, as a share of its prototype's, which is the longest."""
+
 
 @dataclass(frozen=True, eq=False)
 class Walkers:
@@ -66,6 +69,16 @@ def patrol(
     away = np.where(stride > 0, radius, 0.0) * turns
     offset = np.stack((away * sin, -away * cos), axis=1)
     return Walkers(offset, cos, sin, np.mod(phase + np.fmod(time / period, 1.0), 1.0))
+
+
+def paces(u: Reals) -> tuple[Reals, Reals]:
+    """Each one's stride and period as shares of its prototype's, from uniform numbers (n,).
+
+    By the rule that gaits are made by (``gait``): stride goes as Froude^0.3 and speed as its root,
+    so that one whose stride is s times as long takes s^(−2/3) times as long over it.
+    """
+    stride = SHORTEST + (1.0 - SHORTEST) * u
+    return stride, stride ** (-2 / 3)
 
 
 def slip(stance: float, ahead: float, aside: float, radius: float) -> float:

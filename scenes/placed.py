@@ -2,17 +2,18 @@
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from lod.camera import GRID_M, Corner
 from lod.parts import Look, Parts, Sticks
 from lod.view import View
-from scenes.field import Ground, footing
+from scenes.field import Ground
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies
 from scenes.rig_prototype import RiggedPrototype
+from scenes.rig_stand import bodies_on
 from scenes.troupe import Objects, Troupe, troupe_of
 
 
@@ -51,16 +52,15 @@ class Placed:
         """The object as it stands at a time."""
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         facing = math.radians(90.0 - self.heading_deg)
-        height, slope = self.ground.height(corner, xy), np.zeros((1, 2))
-        if self.troupe.has_legs:
-            height, slope = footing(self.ground, corner, xy, self.troupe.stance_m)
-        return Bodies(
-            origin=np.column_stack((xy, height)),
+        return bodies_on(
+            self.troupe.cast,
+            partial(self.ground.height, corner),
+            xy,
             cos=np.array([math.cos(facing)]),
             sin=np.array([math.sin(facing)]),
             variant=np.zeros(1, np.int64),
             phase=np.array([time_s / self.troupe.rigged[0].motion.period]),
-            gradient=slope,
+            pace=np.ones(1),
         )
 
     def parts_of(self, parts: Parts, view: View) -> Parts:

@@ -10,20 +10,29 @@ import numpy as np
 from lod.arrays import freeze
 from lod.errors import InputError
 from scenes.rig import Rig
+from scenes.rig_feet import print_and_swing
 from scenes.rig_motion import Motion
 from scenes.rig_prototype import RiggedPrototype
+
+STRAIGHTEST = 0.9985
+"""How far a leg stretches at most, as a share of its length, where its motion stretches it less."""
 
 
 class Tables(NamedTuple):
     """What the walks read. Rows of joints and keys are those of all prototypes end to end.
 
-    cast  (v, 5) of each prototype: its first joint, joints, first key row, keys, first row of
-        shift
-    joint (j, 4) parent within the prototype, whether any key differs, knee and ankle where this is
-        a leg's hip, else −1
+    cast  (v, 8) of each prototype: its first joint, joints, first key row, keys, first row of
+        shift, first leg, legs, first row of hip
+    joint (j, 5) parent within the prototype, whether any key differs; knee, ankle and number of the
+        leg where this is its hip, else −1
     offset (j, 4) from the parent, and the bend of the leg
     turns (t, 6) quaternion of each key and joint, and the angle to the next key and its sine
     shift (s, 3) of each key
+    leg   (l, 8) when its foot lands, share of the cycle that it stands, home x and y, stride, how
+        far it reaches stretched out, steepest slope, and farthest that its print is up or down
+    ankle (l, 6) its limits: least tan x, sin y, tan z, then greatest; ±∞ where ankles do not give
+    sole (l, 3, 2), plane (l, 3, 3): as in Feet
+    hip   (k, 6) of each key and leg: the hip in the object's frame, and the ankle from its print
     """
 
     cast: np.ndarray
@@ -31,6 +40,11 @@ class Tables(NamedTuple):
     offset: np.ndarray
     turns: np.ndarray
     shift: np.ndarray
+    leg: np.ndarray
+    ankle: np.ndarray
+    sole: np.ndarray
+    plane: np.ndarray
+    hip: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +53,7 @@ class Cast:
 
     tables: Tables
     most_joints: int
+    most_legs: int
 
     @staticmethod
     def of(prototypes: tuple[RiggedPrototype, ...]) -> "Cast":
@@ -48,17 +63,24 @@ class Cast:
         rigs, motions = [p.rig for p in prototypes], [p.motion for p in prototypes]
         sizes = np.array([len(rig) for rig in rigs])
         keys = np.array([len(motion.turns) for motion in motions])
+        legs = np.array([len(motion.feet) for motion in motions])
         pairs = list(zip(rigs, motions, strict=True))
-        firsts = (_starts(count)[:-1] for count in (sizes, (keys + 1) * sizes, keys + 1))
-        first_joint, first_key, first_shift = firsts
+        counts = (sizes, (keys + 1) * sizes, keys + 1, legs, (keys + 1) * legs)
+        first_joint, first_key, first_shift, first_leg, first_hip = map(_starts, counts)
+        columns = first_joint, sizes, first_key, keys, first_shift, first_leg, legs, first_hip
         tables = Tables(
-            cast=np.stack((first_joint, sizes, first_key, keys, first_shift), axis=1),
+            cast=np.stack(columns, axis=1),
             joint=np.concatenate([_joint_rows(rig, motion) for rig, motion in pairs]),
             offset=np.concatenate([_offset_rows(rig, motion) for rig, motion in pairs]),
             turns=np.concatenate([_key_rows(motion) for motion in motions]),
             shift=np.concatenate([np.vstack((m.shift, m.shift[:1])) for m in motions]),
+            leg=np.concatenate([_leg_rows(rig, motion) for rig, motion in pairs]),
+            ankle=np.concatenate([_ankle_rows(rig, motion) for rig, motion in pairs]),
+            sole=np.concatenate([motion.feet.sole for motion in motions]),
+            plane=np.concatenate([motion.feet.plane for motion in motions]),
+            hip=np.concatenate([_hip_rows(rig, motion) for rig, motion in pairs]),
         )
-        return Cast(tables, int(sizes.max()))
+        return Cast(tables, int(sizes.max()), int(legs.max()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +89,8 @@ class Bodies:
 
     origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
     variant (n,) its prototype in the cast; phase (n,) of its motion [cycles]
-    gradient (n, 2) of the ground it stands on, along the frame's x and y [m/m]; 0 = level
+    feet   (n, legs, 6) of each foot: its print x, y, z; how far that is ahead of the prototype's
+        own; and the turn of the ground under it, x and y of a quaternion (``rig_stand``)
     """
 
     origin: np.ndarray
@@ -75,18 +98,20 @@ class Bodies:
     sin: np.ndarray
     variant: np.ndarray
     phase: np.ndarray
-    gradient: np.ndarray
+    feet: np.ndarray
 
     def __post_init__(self) -> None:
         freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, variant=np.int64)
-        freeze(self, phase=np.float64, gradient=np.float64)
+        freeze(self, phase=np.float64, feet=np.float64)
         n = len(self.variant)
-        shapes = {"origin": (n, 3), "cos": (n,), "sin": (n,), "phase": (n,), "gradient": (n, 2)}
+        shapes = {"origin": (n, 3), "cos": (n,), "sin": (n,), "phase": (n,)}
         for key, shape in shapes.items():
             if getattr(self, key).shape != shape:
                 raise InputError(f"bodies.{key}", getattr(self, key).shape, f"its shape is {shape}")
         if not np.isfinite(self.phase).all():
             raise InputError("bodies.phase", "a number that is not finite", "every phase is finite")
+        if self.feet.ndim != 3 or self.feet.shape[::2] != (n, 6):
+            raise InputError("bodies.feet", self.feet.shape, f"its shape is ({n}, legs, 6)")
 
     def __len__(self) -> int:
         return len(self.variant)
@@ -94,26 +119,73 @@ class Bodies:
     def columns(self) -> tuple[np.ndarray, ...]:
         """What the walks read; phases within one cycle."""
         places = (self.origin, self.cos, self.sin, self.variant)
-        return *places, self.phase - np.floor(self.phase), self.gradient
+        return *places, self.phase - np.floor(self.phase), self.feet
 
 
 def _starts(counts: np.ndarray) -> np.ndarray:
-    return np.concatenate(([0], np.cumsum(counts)))
+    """Where each of so many begins, laid end to end."""
+    return np.cumsum(counts) - counts
 
 
 def _joint_rows(rig: Rig, motion: Motion) -> np.ndarray:
-    rows = np.full((len(rig), 4), -1)
+    rows = np.full((len(rig), 5), -1)
     rows[:, 0] = rig.parent
     rows[:, 1] = (np.abs(motion.turns - motion.turns[:1]) > 1e-15).any(axis=(0, 2))
-    for hip, knee, ankle in motion.legs:
-        rows[hip, 2:] = knee, ankle
+    for number, (hip, knee, ankle) in enumerate(motion.feet.legs):
+        rows[hip, 2:] = knee, ankle, number
     return rows
 
 
 def _offset_rows(rig: Rig, motion: Motion) -> np.ndarray:
     bend = np.zeros((len(rig), 1))
-    bend[motion.legs[:, 0], 0] = motion.bend
+    bend[motion.feet.legs[:, 0], 0] = motion.feet.bend
     return np.hstack((rig.offset, bend))
+
+
+def _leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    feet = motion.feet
+    bones = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1).sum(axis=1)
+    same = np.full(len(feet), motion.stride)
+    middle = feet.home.sum(axis=0) / max(len(feet), 1)
+    away = np.linalg.norm(feet.home - middle, axis=1) + motion.stride / 2
+    highest = feet.steepest * away
+    origin, _ = rig.frames(motion.turns, motion.shift)
+    posed = np.linalg.norm(origin[:, feet.legs[:, 2]] - origin[:, feet.legs[:, 0]], axis=-1)
+    longest = np.maximum(STRAIGHTEST * bones, posed.max(axis=0) * (1 + 1e-9))
+    columns = (
+        feet.strike,
+        feet.duty,
+        *feet.home.T,
+        same,
+        longest,
+        feet.steepest,
+        highest,
+    )
+    return np.stack(columns, axis=1)
+
+
+def _ankle_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    ankles, functions = motion.feet.legs[:, 2], (np.tan, np.sin, np.tan)
+    if not motion.ankles_give:
+        return np.tile(np.repeat((-np.inf, np.inf), 3), (len(ankles), 1))
+    low, high = np.radians(rig.low[ankles]), np.radians(rig.high[ankles])
+    return np.stack(
+        [f(side[:, k]) for side in (low, high) for k, f in enumerate(functions)], axis=1
+    )
+
+
+def _hip_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    """Hips, and ankles from their prints, at every key and at key 0 again."""
+    feet, keys = motion.feet, len(motion.turns)
+    origin, _ = rig.frames(motion.turns, motion.shift)
+    own = (np.arange(keys)[:, None] / keys - feet.strike) % 1.0
+    ahead = np.array([[sum(print_and_swing(o, d)) for o, d in zip(row, feet.duty, strict=True)]
+                      for row in own]).reshape(keys, len(feet))  # fmt: skip
+    prints = np.zeros((keys, len(feet), 3))
+    prints[..., :2] = feet.home
+    prints[..., 0] += motion.stride * ahead
+    rows = np.concatenate((origin[:, feet.legs[:, 0]], origin[:, feet.legs[:, 2]] - prints), axis=2)
+    return np.concatenate((rows, rows[:1])).reshape(-1, 6)
 
 
 def _key_rows(motion: Motion) -> np.ndarray:

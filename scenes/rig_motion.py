@@ -8,6 +8,7 @@ import numpy as np
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.rig import Rig
+from scenes.rig_feet import NO_FEET, Feet
 from scenes.rig_turns import Turns
 
 
@@ -20,20 +21,21 @@ class Motion:
     shift   (K, 3) how far the joints of the object's own frame are from where they rest [m]
     stride  how far the object moves ahead in one cycle; 0 for what stays where it is [m]
     period  how long a cycle lasts [s]
-    legs    (l, 3) joints of each leg that stands on the ground: hip, knee, ankle
-    bend    (l,) +1 where a positive angle about y flexes the knee, −1 where a negative one does
+    feet    the legs that stand on the ground
+    ankles_give  at its limit an ankle keeps it and lets the toes down, rather than the foot its
+        ground: for ankles near the ground
     """
 
     turns: np.ndarray
     shift: np.ndarray
     stride: float
     period: float
-    legs: np.ndarray
-    bend: np.ndarray
+    feet: Feet = NO_FEET
+    ankles_give: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "turns", one_sign(np.asarray(self.turns, np.float64)))
-        freeze(self, turns=np.float64, shift=np.float64, legs=np.int64, bend=np.float64)
+        freeze(self, turns=np.float64, shift=np.float64)
         _check(self)
 
     @property
@@ -59,13 +61,12 @@ class Motion:
         """
         period = self.period * math.sqrt(factor) if self.stride else self.period
         lengths = (self.shift * factor, self.stride * factor)
-        return Motion(self.turns, *lengths, period, self.legs, self.bend)
+        return Motion(self.turns, *lengths, period, self.feet.scaled(factor), self.ankles_give)
 
 
 def still(rig: Rig) -> Motion:
     """No motion at all: one key, the pose at rest."""
-    none = np.zeros((0, 3), np.int64)
-    return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0, none, np.zeros(0))
+    return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0)
 
 
 def slerp(a: Turns, b: Turns, share: float) -> Turns:
@@ -105,7 +106,6 @@ def _check(motion: Motion) -> None:
         raise InputError("motion.stride", motion.stride, "finite, at least 0 m")
     if not (math.isfinite(motion.period) and motion.period > 0):
         raise InputError("motion.period", motion.period, "finite, above 0 s")
-    if motion.legs.ndim != 2 or motion.legs.shape[1] != 3 or len(motion.bend) != len(motion.legs):
-        raise InputError("motion.legs", motion.legs.shape, "hip, knee and ankle of every leg")
-    if motion.legs.size and motion.legs.max() >= motion.turns.shape[1]:
-        raise InputError("motion.legs", int(motion.legs.max()), "a joint of the rig")
+    legs = motion.feet.legs
+    if legs.size and legs.max() >= motion.turns.shape[1]:
+        raise InputError("motion.feet", int(legs.max()), "a joint of the rig")

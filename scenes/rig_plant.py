@@ -1,11 +1,12 @@
-"""Feet on sloping ground: a leg posed for level ground is bent so that its foot stands on a slope.
+"""Feet on their ground: a leg posed for level ground is bent so that its foot stands on its print.
 
-The foot is turned with the slope about the point of the ground below its ankle, so that it rolls
-over its heel and ball as on the level. The knee follows by the law of cosines, and the hip by the
-shortest turn that points the leg at its foot, so that bones keep their lengths. Where a leg would
-be too short for its foot, the whole body sinks: on a slope of 10 % by a few centimetres.
-
-The ground is taken as even over a stride: what it curves within one is how far a foot is off.
+What ``rig_stand`` says of a foot: where its print is, how far that is ahead of the prototype's own
+(for strides of its own), and how the ground under it slopes. The foot moves with its print and
+turns with the slope about it, as one stiff piece with the path that it rolls along, so that it
+rolls over its heel and ball as on the level and nothing that stands slides. The knee follows by the
+law of cosines, and the hip by the shortest turn that points the leg at its foot, so that bones keep
+their lengths. An ankle goes no further than its joint does: who lands on his heel on a steep way up
+does so with less of his toes up.
 """
 
 import math
@@ -14,49 +15,27 @@ from numba import njit
 
 from scenes.rig_turns import times, turn
 
-STRAIGHTEST = 0.9985
-"""How far a leg stretches at most, as a share of its length."""
-
 
 @njit(cache=True)
-def _on_slope(frame, hip, ankle, drop, gx, gy):  # type: ignore[no-untyped-def]
-    """From the hip to where the ankle goes: as far off the slope as off the level, square to it
-    [m].
+def plant_leg(frame, hip, knee, ankle, offset, first, longest, limits, foot, cos, sin):  # type: ignore[no-untyped-def]
+    """Bend the leg in rows hip, knee, ankle of ``frame`` (x, y, z and quaternion), changing them.
 
-    ``drop`` (0 or below): how far the whole body has been moved up already.
+    offset: bones and bend; first: what to add to a row of ``frame`` for the joint's row of
+        ``offset``; longest: how far the leg stretches [m]
+    limits (6,) of the ankle: least tan x, sin y, tan z, then the greatest
+    foot (6,): print x, y, z; how far ahead of the prototype's it is; the turn of the ground under
+        it, its x and y; cos, sin: of the heading. Row 0 stands on level ground.
     """
-    clear = frame[ankle, 2] - frame[0, 2] - drop
-    rise = gx * (frame[ankle, 0] - frame[0, 0]) + gy * (frame[ankle, 1] - frame[0, 1])
-    off = clear / math.sqrt(1.0 + gx * gx + gy * gy)
-    x = frame[ankle, 0] - gx * off - frame[hip, 0]
-    y = frame[ankle, 1] - gy * off - frame[hip, 1]
-    return x, y, frame[0, 2] + rise + off - frame[hip, 2]
-
-
-@njit(cache=True)
-def room_to_reach(frame, hip, ankle, offset, thigh, shank, gx, gy):  # type: ignore[no-untyped-def]
-    """How far the body may rise for this leg to reach its foot on the slope; below 0, must sink
-    [m].
-
-    hip, ankle: rows of ``frame`` (x, y, z and quaternion); thigh, shank: rows of ``offset``.
-    """
-    length = STRAIGHTEST * (_length(offset, thigh) + _length(offset, shank))
-    x, y, z = _on_slope(frame, hip, ankle, 0.0, gx, gy)
-    return z + math.sqrt(max(0.0, length * length - x * x - y * y))
-
-
-@njit(cache=True)
-def plant_leg(frame, hip, knee, ankle, offset, first, drop, gx, gy):  # type: ignore[no-untyped-def]
-    """Bend the leg in rows hip, knee, ankle of ``frame``, changing them; its bones are in
-    ``offset``.
-
-    first: what to add to a row of ``frame`` for the joint's row of ``offset``; drop as in
-    ``_on_slope``.
-    """
-    x, y, z = _on_slope(frame, hip, ankle, drop, gx, gy)
+    ax, ay = foot[4], foot[5]
+    aw = math.sqrt(1.0 - ax * ax - ay * ay)
+    # The ankle from the prototype's own print, turned with the ground, put on the object's.
+    x = frame[ankle, 0] - foot[0] + foot[3] * cos
+    y = frame[ankle, 1] - foot[1] + foot[3] * sin
+    x, y, z = turn(ax, ay, 0.0, aw, x, y, frame[ankle, 2] - frame[0, 2])
+    x, y, z = x + foot[0] - frame[hip, 0], y + foot[1] - frame[hip, 1], z + foot[2] - frame[hip, 2]
     thigh, shank = first + knee, first + ankle
     upper, lower = _length(offset, thigh), _length(offset, shank)
-    longest, shortest = STRAIGHTEST * (upper + lower), abs(upper - lower) * 1.001
+    shortest = abs(upper - lower) * 1.001
     distance = min(max(math.sqrt(x * x + y * y + z * z), shortest), longest)
     cosine = (distance * distance - upper * upper - lower * lower) / (2 * upper * lower)
     half = offset[first + hip, 3] * math.acos(min(1.0, max(-1.0, cosine))) / 2
@@ -64,14 +43,35 @@ def plant_leg(frame, hip, knee, ankle, offset, first, drop, gx, gy):  # type: ig
     kx, ky, kz, kw = times(hx, hy, hz, hw, 0.0, math.sin(half), 0.0, math.cos(half))
     tx, ty, tz = turn(hx, hy, hz, hw, offset[thigh, 0], offset[thigh, 1], offset[thigh, 2])
     sx, sy, sz = turn(kx, ky, kz, kw, offset[shank, 0], offset[shank, 1], offset[shank, 2])
-    ax, ay, az, aw = _shortest(tx + sx, ty + sy, tz + sz, x, y, z)
-    _face(frame, hip, times(ax, ay, az, aw, hx, hy, hz, hw))
-    _face(frame, knee, times(ax, ay, az, aw, kx, ky, kz, kw))
-    _place(frame, knee, hip, turn(ax, ay, az, aw, tx, ty, tz))
-    _place(frame, ankle, knee, turn(ax, ay, az, aw, sx, sy, sz))
-    ax, ay, az, aw = _shortest(0.0, 0.0, 1.0, -gx, -gy, 1.0)
+    qx, qy, qz, qw = _shortest(tx + sx, ty + sy, tz + sz, x, y, z)
+    _face(frame, hip, times(qx, qy, qz, qw, hx, hy, hz, hw))
+    _face(frame, knee, times(qx, qy, qz, qw, kx, ky, kz, kw))
+    _place(frame, knee, hip, turn(qx, qy, qz, qw, tx, ty, tz))
+    _place(frame, ankle, knee, turn(qx, qy, qz, qw, sx, sy, sz))
     f = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
-    _face(frame, ankle, times(ax, ay, az, aw, f[0], f[1], f[2], f[3]))
+    _face(frame, ankle, times(ax, ay, 0.0, aw, f[0], f[1], f[2], f[3]))
+    _within(frame, knee, ankle, limits)
+
+
+@njit(cache=True)
+def _within(frame, knee, ankle, limits):  # type: ignore[no-untyped-def]
+    """Turn the ankle no further in the knee's frame than its limits, angle by angle of Rz·Ry·Rx."""
+    ux, uy, uz, uw = frame[knee, 3], frame[knee, 4], frame[knee, 5], frame[knee, 6]
+    f = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
+    x, y, z, w = times(-ux, -uy, -uz, uw, f[0], f[1], f[2], f[3])
+    across, along = 1.0 - 2.0 * (x * x + y * y), 1.0 - 2.0 * (y * y + z * z)
+    if across <= 0.0 or along <= 0.0:
+        return
+    a, b, c = 2.0 * (w * x + y * z) / across, 2.0 * (w * y - z * x), 2.0 * (w * z + x * y) / along
+    p = min(max(a, limits[0]), limits[3])
+    q = min(max(b, limits[1]), limits[4])
+    r = min(max(c, limits[2]), limits[5])
+    if p == a and q == b and r == c:
+        return
+    a, b, c = math.atan(p) / 2, math.asin(q) / 2, math.atan(r) / 2
+    turned = times(0.0, 0.0, math.sin(c), math.cos(c), 0.0, math.sin(b), 0.0, math.cos(b))
+    turned = times(turned[0], turned[1], turned[2], turned[3], math.sin(a), 0.0, 0.0, math.cos(a))
+    _face(frame, ankle, times(ux, uy, uz, uw, turned[0], turned[1], turned[2], turned[3]))
 
 
 @njit(cache=True)

@@ -1,10 +1,10 @@
-"""Posing by arrays: joints and sticks of many objects at once, each at its own phase, compiled.
+"""Posing by arrays: points and sticks of many objects at once, each at its own phase, compiled.
 
 A ``Cast`` lays the rigs and motions of all prototypes of a species end to end; ``Bodies`` say
-where each object stands and how far through its cycle it is. The walks take pairs (object, joint)
-or (object, stick), those of one object together, and evaluate every joint that is needed once an
-object: slerp between two keys, product with the joint above, offset. On sloping ground the legs
-are bent so that feet stand on it (``rig_plant``).
+where each object stands and how far through its cycle it is. The walk takes pairs (object, point)
+or (object, stick), those of one object together, and evaluates every joint that is needed once an
+object: slerp between two keys, product with the joint above, offset. Legs are bent so that feet
+stand where ``rig_stand`` has put them (``rig_plant``).
 
 Same input, same bytes: one thread, no reordered arithmetic.
 """
@@ -17,17 +17,8 @@ from numba import njit
 from lod.arrays import Ints, Points
 from scenes.rig_cast import Bodies as Bodies
 from scenes.rig_cast import Cast as Cast
-from scenes.rig_plant import plant_leg, room_to_reach
-from scenes.rig_turns import Turns, Vectors, slerp_weights, times, turn
-
-
-def pose_joints(cast: Cast, bodies: Bodies, rows: Ints, joints: Ints) -> tuple[Points, Turns]:
-    """Origin (m, 3) [m] and turn (m, 4) of joints, in the frame's coordinates.
-
-    rows, joints (m,): objects and joints within their prototype; those of one object together,
-        for speed.
-    """
-    return _pose_joints(cast.tables, cast.most_joints, *bodies.columns(), rows, joints)
+from scenes.rig_plant import plant_leg
+from scenes.rig_turns import Vectors, slerp_weights, times, turn
 
 
 def pose_sticks(
@@ -46,8 +37,9 @@ def pose_sticks(
     start, end (k, 3), start_joint, end_joint (k,): the table of rigged sticks (joint −1 = the
         object's frame).
     """
-    table = (start, end, start_joint, end_joint)
-    return _pose_sticks(cast.tables, cast.most_joints, *bodies.columns(), rows, sticks, table)
+    ends = ((start, start_joint), (end, end_joint))
+    both = _pose_ends(cast.tables, cast.most_joints, *bodies.columns(), rows, sticks, ends)
+    return both[0], both[1]
 
 
 def pose_points(
@@ -62,64 +54,29 @@ def pose_points(
 
     place (k, 3), joint (k,): the table (joint −1 = the object's frame).
     """
-    return _pose_points(
-        cast.tables, cast.most_joints, *bodies.columns(), rows, points, place, joint
-    )
+    ends = ((place, joint),)
+    return _pose_ends(cast.tables, cast.most_joints, *bodies.columns(), rows, points, ends)[0]
 
 
 @njit(cache=True)
-def _pose_joints(t, most, origin, cos, sin, variant, phase, gradient, rows, joints):  # type: ignore[no-untyped-def]
+def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, ends):  # type: ignore[no-untyped-def]
+    """Every end of the items, (ends, m, 3). ``ends``: places and joints in the table of items."""
     frame, done = scratch(most)
-    places, facing = np.empty((len(rows), 3)), np.empty((len(rows), 4))
-    m = 0
-    while m < len(rows):
-        o = rows[m]
-        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = stand(t, frame, done, variant[o], phase[o], at, gradient[o, 0], gradient[o, 1])
-        while m < len(rows) and rows[m] == o:
-            row = joints[m] + 1
-            reach_joint(t, frame, done, stance, row)
-            for c in range(3):
-                places[m, c] = frame[row, c]
-            for c in range(4):
-                facing[m, c] = frame[row, 3 + c]
-            m += 1
-    return places, facing
-
-
-@njit(cache=True)
-def _pose_points(t, most, origin, cos, sin, variant, phase, gradient, rows, points, place, on):  # type: ignore[no-untyped-def]
-    frame, done = scratch(most)
-    out = np.empty((len(rows), 3))
+    out = np.empty((len(ends), len(rows), 3))
     m = 0
     while m < len(rows):
         o, first = rows[m], m
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = stand(t, frame, done, variant[o], phase[o], at, gradient[o, 0], gradient[o, 1])
+        stance = stand(t, frame, done, variant[o], phase[o], at)
         while m < len(rows) and rows[m] == o:
-            reach_joint(t, frame, done, stance, on[points[m]] + 1)
+            for _, on in ends:
+                reach_joint(t, frame, done, stance, feet[o], on[items[m]] + 1)
             m += 1
-        _put(frame, points, place, on, out, first, m)
+        e = 0
+        for place, on in ends:
+            _put(frame, items, place, on, out[e], first, m)
+            e += 1
     return out
-
-
-@njit(cache=True)
-def _pose_sticks(t, most, origin, cos, sin, variant, phase, gradient, rows, sticks, table):  # type: ignore[no-untyped-def]
-    start, end, joint0, joint1 = table
-    frame, done = scratch(most)
-    starts, ends = np.empty((len(rows), 3)), np.empty((len(rows), 3))
-    m = 0
-    while m < len(rows):
-        o, first = rows[m], m
-        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = stand(t, frame, done, variant[o], phase[o], at, gradient[o, 0], gradient[o, 1])
-        while m < len(rows) and rows[m] == o:
-            reach_joint(t, frame, done, stance, joint0[sticks[m]] + 1)
-            reach_joint(t, frame, done, stance, joint1[sticks[m]] + 1)
-            m += 1
-        _put(frame, sticks, start, joint0, starts, first, m)
-        _put(frame, sticks, end, joint1, ends, first, m)
-    return starts, ends
 
 
 @njit(cache=True)
@@ -167,76 +124,56 @@ def scratch(most):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def stand(t, frame, done, v, p, at, gx, gy):  # type: ignore[no-untyped-def]
-    """Begin an object of prototype v at phase p: its own frame and bob, and how it stands."""
-    cast, joint, offset, turns, shift = t
+def stand(t, frame, done, v, p, at):  # type: ignore[no-untyped-def]
+    """Begin an object of prototype v at phase p: its own frame and bob."""
     x, y, z, cos, sin = at
     frame[0, 0], frame[0, 1], frame[0, 2], frame[0, 3], frame[0, 4] = x, y, z, 0.0, 0.0
     frame[0, 5] = math.copysign(math.sqrt(max(0.0, (1.0 - cos) / 2)), sin)
     frame[0, 6] = math.sqrt(max(0.0, (1.0 + cos) / 2))
-    keys, n, first = cast[v, 3], cast[v, 1], cast[v, 0]
+    keys, n, first = t.cast[v, 3], t.cast[v, 1], t.cast[v, 0]
     done[0], done[1 : n + 1] = True, False
     along = p * keys
     k = min(int(along), keys - 1)
-    key, share, bob, s = cast[v, 2] + k * n, along - k, len(frame) - 1, cast[v, 4] + k
+    key, share, bob, s = t.cast[v, 2] + k * n, along - k, len(frame) - 1, t.cast[v, 4] + k
     for c in range(3):
-        frame[bob, c] = (1 - share) * shift[s, c] + share * shift[s + 1, c]
-    drop = 0.0
-    if gx != 0.0 or gy != 0.0:
-        drop = _drop(joint, offset, turns, frame, first, n, key, share, gx, gy)
-        frame[bob, 2] += drop
-    return first, n, key, share, drop, gx, gy
+        frame[bob, c] = (1 - share) * t.shift[s, c] + share * t.shift[s + 1, c]
+    return v, first, n, key, share, cos, sin
 
 
 @njit(cache=True)
-def reach_joint(t, frame, done, stance, row):  # type: ignore[no-untyped-def]
-    """Pose the joint in a row of ``frame``, and all that it rides on, where that is not done."""
-    joint, first = t[1], stance[0]
+def reach_joint(t, frame, done, stance, feet, row):  # type: ignore[no-untyped-def]
+    """Pose the joint in a row of ``frame``, and all that it rides on, where that is not done.
+
+    feet (legs, 6): of the object, as in ``Bodies``.
+    """
+    joint, first = t.joint, stance[1]
     while not done[row]:
         up = row
         above = joint[first + up - 1, 0] + 1
         while not done[above]:
             up = above
             above = joint[first + up - 1, 0] + 1
-        _pose(t, frame, done, stance, up)
+        _pose(t, frame, done, stance, feet, up)
 
 
 @njit(cache=True)
-def _pose(t, frame, done, stance, row):  # type: ignore[no-untyped-def]
-    """Pose one joint whose parent is done; with a hip on a slope, all of its leg."""
-    _, joint, offset, turns, _ = t
-    first, n, key, share, drop, gx, gy = stance
+def _pose(t, frame, done, stance, feet, row):  # type: ignore[no-untyped-def]
+    """Pose one joint whose parent is done; with a hip, all of its leg."""
+    joint, offset, turns = t.joint, t.offset, t.turns
+    v, first, n, key, share, cos, sin = stance
     _evaluate(joint, offset, turns, frame, first, n, key, share, row)
     done[row] = True
-    knee, ankle = joint[first + row - 1, 2] + 1, joint[first + row - 1, 3] + 1
-    if knee > 0 and (gx != 0.0 or gy != 0.0):
-        _evaluate(joint, offset, turns, frame, first, n, key, share, knee)
-        _evaluate(joint, offset, turns, frame, first, n, key, share, ankle)
-        plant_leg(frame, row, knee, ankle, offset, first - 1, drop, gx, gy)
-        done[knee] = done[ankle] = True
-
-
-@njit(cache=True)
-def _drop(joint, offset, turns, frame, first, n, key, share, gx, gy):  # type: ignore[no-untyped-def]
-    """How far the body must sink, 0 or below, for every leg to reach the slope [m]."""
-    drop = 0.0
-    for row in range(1, n + 1):
-        if joint[first + row - 1, 2] < 0:
-            continue
-        depth, up = 0, row
-        while up > 0:  # the joints above a hip are few: count them, then come down
-            depth, up = depth + 1, joint[first + up - 1, 0] + 1
-        for below in range(depth, 0, -1):
-            up = row
-            for _ in range(below - 1):
-                up = joint[first + up - 1, 0] + 1
-            _evaluate(joint, offset, turns, frame, first, n, key, share, up)
+    leg = joint[first + row - 1, 4]
+    if leg >= 0:
+        foot = feet[leg]
+        if foot[2] == frame[0, 2] and foot[3] == 0.0 and foot[4] == 0.0 and foot[5] == 0.0:
+            return  # on level ground, at the prototype's own stride
         knee, ankle = joint[first + row - 1, 2] + 1, joint[first + row - 1, 3] + 1
         _evaluate(joint, offset, turns, frame, first, n, key, share, knee)
         _evaluate(joint, offset, turns, frame, first, n, key, share, ankle)
-        room = room_to_reach(frame, row, ankle, offset, first + knee - 1, first + ankle - 1, gx, gy)
-        drop = min(drop, room)
-    return drop
+        stretch, limits = t.leg[t.cast[v, 5] + leg, 5], t.ankle[t.cast[v, 5] + leg]
+        plant_leg(frame, row, knee, ankle, offset, first - 1, stretch, limits, foot, cos, sin)
+        done[knee] = done[ankle] = True
 
 
 @njit(cache=True)

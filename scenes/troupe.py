@@ -52,16 +52,6 @@ class Troupe:
         return Cast.of(self.rigged)
 
     @cached_property
-    def has_legs(self) -> bool:
-        """Whether the slope of the ground matters to how any of them stands."""
-        return any(len(prototype.motion.legs) for prototype in self.rigged)
-
-    @cached_property
-    def stance_m(self) -> np.ndarray:
-        """How far from the middle of each prototype the ground matters to its feet, (v,) [m]."""
-        return np.array([_stance(prototype) for prototype in self.rigged])
-
-    @cached_property
     def lean_m(self) -> float:
         """Farthest in plan that the origin of a whole can be from where its object stands [m]."""
         rest = self.atlas.rest[self.atlas.root]
@@ -70,7 +60,7 @@ class Troupe:
     @cached_property
     def sway_m(self) -> float:
         """More than the origin of a whole moves from where it rests: what bounds it all [m]."""
-        moving = [p for p in self.rigged if len(p.motion.turns) > 1 or len(p.motion.legs)]
+        moving = [p for p in self.rigged if len(p.motion.turns) > 1 or len(p.motion.feet)]
         return max((float(p.hierarchy.B[0]) for p in moving), default=0.0)
 
     def wholes(self, objects: Objects, view: View) -> Parts:
@@ -126,17 +116,6 @@ class Troupe:
             share=atlas.share[part],
             state=objects,
         )
-
-
-def _stance(prototype: RiggedPrototype) -> float:
-    """Most of the way to the farthest ankle of its motion; at least a quarter of a leg [m]."""
-    rig, motion = prototype.rig, prototype.motion
-    if not len(motion.legs):
-        return 1.0  # it has no feet: anything will do
-    origin, _ = rig.frames(motion.turns, motion.shift)
-    hips, ankles = (origin[:, motion.legs[:, k]] for k in (0, 2))
-    away = np.linalg.norm(ankles[..., :2], axis=-1).max()
-    return max(0.8 * float(away), 0.27 * float(hips[..., 2].max()))
 
 
 @lru_cache(maxsize=64)

@@ -4,9 +4,11 @@ import pytest
 from lod.errors import InputError
 from scenes.animals import KINDS, animal, kind_named, parts_of_kind
 from scenes.gait_measure import cycle, lowest, slide
+from scenes.rig_cast import Cast
 from scenes.rig_figure import rigged_people
-from scenes.rig_pose import Bodies, Cast, pose_joints
-from scenes.rig_turns import degrees_of
+from scenes.rig_pose import pose_points
+from scenes.rig_stand import bodies_on
+from scenes.rig_turns import degrees_of, matrices
 
 WALKERS = [name for name, kind in KINDS.items() if kind.gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]
@@ -94,13 +96,19 @@ def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
     for variant, it in enumerate(them):
         n, count = len(it.rig), len(phases)
         rows, joints = np.divmod(np.arange(count * n), n)
-        same = (np.zeros((count, 3)), np.ones(count), np.zeros(count))
-        bodies = Bodies(*same, np.full(count, variant), phases, np.zeros((count, 2)))
-        origin, turn = pose_joints(Cast.of(them), bodies, rows, joints)
+        cast, same = Cast.of(them), (np.zeros((count, 2)), np.ones(count), np.zeros(count))
+        drawn = np.full(count, variant), phases, np.ones(count)
+        bodies = bodies_on(cast, lambda xy: np.zeros(len(xy)), *same, *drawn)
+        corners = [
+            pose_points(cast, bodies, rows, joints, np.tile(corner, (n, 1)), np.arange(n))
+            for corner in np.vstack((np.zeros(3), np.eye(3)))
+        ]
         for o, phase in enumerate(phases.tolist()):
             at, facing = it.rig.frames(*it.motion.at(phase))
-            assert np.allclose(origin[rows == o], at, atol=1e-12)
-            assert np.allclose(np.abs((turn[rows == o] * facing).sum(axis=1)), 1, atol=1e-12)
+            origin, *axes = (corner[rows == o] for corner in corners)
+            assert np.allclose(origin, at, atol=1e-12)
+            turned = np.stack([axis - origin for axis in axes], axis=-1)
+            assert np.allclose(turned, matrices(facing), atol=1e-12)
 
 
 def test_an_unknown_kind_is_named():

@@ -35,9 +35,12 @@ def test_standing_keeps_legs_and_nothing_of_the_walk(model):
     assert len(rest.motion.turns) == 1
     assert np.array_equal(rest.motion.turns[0], walker.rig.rest)
     assert not rest.motion.shift.any()
-    assert len(rest.motion.legs) >= 2
-    assert np.array_equal(rest.motion.legs, walker.motion.legs)
-    assert np.array_equal(rest.motion.bend, walker.motion.bend)
+    assert len(rest.motion.feet) >= 2
+    assert np.array_equal(rest.motion.feet.legs, walker.motion.feet.legs)
+    assert np.array_equal(rest.motion.feet.bend, walker.motion.feet.bend)
+    ankles = rest.rig.frames()[0][rest.motion.feet.legs[:, 2], :2]
+    assert np.array_equal(rest.motion.feet.home, ankles)
+    assert np.all(rest.motion.feet.duty == 1)
     assert rest.hierarchy is walker.hierarchy
     tables = (walker.posed().inner, walker.posed().leaf)
     lows = [

@@ -18,8 +18,8 @@ from scenes.render.haze import haze_of
 from scenes.render.motion import carried, motion_layer, projected, with_stick
 from scenes.render.passes_frame import render_passes
 from scenes.render.render import render_frame
-from scenes.rig_pose import pose_joints
-from scenes.rig_turns import between, inverse, turned
+from scenes.rig_pose import pose_points
+from scenes.rig_turns import between, turned
 from scenes.shot import shoot
 from scenes.world import build_world, view_at
 
@@ -185,14 +185,25 @@ def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px
     onto = np.concatenate((hits[:, :6], nearest_of_axis(built, hits)), axis=1)
     times = [view_at(world, preset, frame + k).time_s for k in (0, 1)]
     bodies, rows = [placed._bodies(corner, t) for t in times], np.zeros(len(joints), np.int64)
-    (o0, q0), (o1, q1) = (pose_joints(placed.troupe.cast, b, rows, joints) for b in bodies)
+    (o0, axes0), (o1, axes1) = (joint_frames(placed.troupe.cast, b, rows, joints) for b in bodies)
     assert met.sum() > 1000
     for points, allowed in ((onto, 0.01), (hits, error_px)):
-        exact = o1 + turned(q1, turned(inverse(q0), points[:, 6:9] - o0))
+        local = np.einsum("nai,ni->na", axes0, points[:, 6:9] - o0)
+        exact = o1 + np.einsum("nai,na->ni", axes1, local)
         after = built.description["after"]
         right, found = (projected(after, p - after["eye"]) for p in (exact, carried(built, points)))
         assert np.abs(right - found).max() < allowed
         assert np.linalg.norm(exact - points[:, 6:9], axis=1).max() > 0.005
+
+
+def joint_frames(cast, bodies, rows, joints):
+    """Origin (n, 3) and the three axes (n, 3, 3) of joints."""
+    all_joints = np.arange(int(joints.max()) + 1)
+    origin, *ends = (
+        pose_points(cast, bodies, rows, joints, np.tile(place, (len(all_joints), 1)), all_joints)
+        for place in np.vstack((np.zeros(3), np.eye(3)))
+    )
+    return origin, np.stack([end - origin for end in ends], axis=1)
 
 
 def nearest_of_axis(built, hits):

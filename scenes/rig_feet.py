@@ -1,0 +1,81 @@
+"""The legs of an object that stand on the ground, and where their prints are through a cycle.
+
+A print recedes evenly under the body while the foot stands on it, and the foot swings to the next
+one, a stride ahead. Whoever takes shorter steps moves its prints alike: all of them scale with the
+stride, and nothing of the foot's own rolling does.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import freeze
+from lod.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """Legs (l,) in any order.
+
+    legs   (l, 3) joints: hip, knee, ankle
+    bend   (l,) +1 where a positive angle about y flexes the knee, −1 where a negative one does
+    strike (l,) phase at which the foot lands; duty (l,) share of the cycle that it stands, above 0
+    home   (l, 2) where the print is in mid-stance, in the object's own frame [m]
+    steepest (l,) slope that the sole follows; what is steeper, it only touches
+    sole   (l, 3, 2) three points that the sole rests on, from its print, in the same axes [m]
+    """
+
+    legs: np.ndarray
+    bend: np.ndarray
+    strike: np.ndarray
+    duty: np.ndarray
+    home: np.ndarray
+    steepest: np.ndarray
+    sole: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, legs=np.int64, bend=np.float64, strike=np.float64, duty=np.float64)
+        freeze(self, home=np.float64, steepest=np.float64, sole=np.float64)
+        n = len(self.legs)
+        shapes = {"legs": (n, 3), "bend": (n,), "strike": (n,), "duty": (n,), "home": (n, 2)}
+        for key, shape in (shapes | {"steepest": (n,), "sole": (n, 3, 2)}).items():
+            if getattr(self, key).shape != shape:
+                raise InputError(f"feet.{key}", getattr(self, key).shape, f"its shape is {shape}")
+        if not np.all((self.duty > 0) & (self.duty <= 1)):
+            raise InputError("feet.duty", self.duty.tolist(), "above 0, at most 1")
+        if n and np.abs(np.linalg.det(_edges(self.sole))).min() < 1e-12:
+            raise InputError("feet.sole", "points in a line", "three points that span a plane")
+
+    def __len__(self) -> int:
+        return len(self.legs)
+
+    @property
+    def plane(self) -> np.ndarray:
+        """Heights of the ground at the three points → height at the print, slope along x and y,
+        (l, 3, 3).
+        """
+        points = np.concatenate((np.ones((len(self), 3, 1)), self.sole), axis=2)
+        return np.linalg.inv(points)
+
+    def scaled(self, factor: float) -> "Feet":
+        """Every length times ``factor``."""
+        return replace(self, home=self.home * factor, sole=self.sole * factor)
+
+
+def _edges(sole: np.ndarray) -> np.ndarray:
+    return sole[:, 1:] - sole[:, :1]
+
+
+NO_FEET = Feet(
+    np.zeros((0, 3)), *(np.zeros(0),) * 3, np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3, 2))
+)
+
+
+@njit(cache=True, inline="always")
+def print_and_swing(own, duty):  # type: ignore[no-untyped-def]
+    """Where the last print is ahead of mid-stance [strides], and how far the foot has swung from it
+    to the next, which is one stride on: 0 while it stands. ``own``: phase after landing, 0 to 1.
+    """
+    u = (own - duty) / (1.0 - duty) if own > duty else 0.0
+    return duty / 2 - own, u * u * (3.0 - 2.0 * u)
