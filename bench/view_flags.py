@@ -18,6 +18,7 @@ VIEW_KEYS = {
     "visibility": "air.visibility",
     "haze_aware": "view.haze_aware",
     "display_ppd": "display.pixels_per_degree",
+    "fade": "view.fade",
 }
 QUALITY_KEYS = {"spp": "render.spp", "variant": "render.variant", "haze": "render.haze"}
 FILE_KEYS = {
@@ -39,6 +40,7 @@ def view_flags(command: Command) -> Command:
         click.option("--metric", metavar="NAME", help="Member of the metric family."),
         click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
         click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
+        click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
         click.option(
             "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."
         ),

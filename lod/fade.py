@@ -13,6 +13,10 @@ from lod.parts import Look
 from lod.prune import Cut
 from lod.view import View, distance, in_view
 
+_FIRM = 4.0
+"""An inner appearance thins only while less than a quarter of what hangs on it is left: it and the
+leaf appearance mostly lie in one another, and halves of both would not make a whole."""
+
 _ROUNDING = 1e-9
 """Hidden shares below this are what sums of shares leave over."""
 
@@ -52,6 +56,6 @@ def _blended(whole, share, shown):  # type: ignore[no-untyped-def]
     for i in range(n):
         if whole[i] >= 0:
             shown[i] *= shown[whole[i]]
-        inner[i] *= shown[i]
+        inner[i] = min(1.0, _FIRM * inner[i]) * shown[i]
         leaf[i] = leaf[i] * shown[i] if leaf[i] > _ROUNDING else 0.0
     return inner, leaf

@@ -181,6 +181,10 @@ class ViewPreset(Table):
     ] = 0.25
     look_around: Annotated[bool, key("count every direction as in view")] = False
     haze_aware: Annotated[bool, key("leave out what the air hides at any size")] = True
+    fade: Annotated[
+        float,
+        key("share of its limit distance over which a part shrinks away", least=0, below=1),
+    ] = 0.2
 
 
 class AirPreset(Table):

@@ -91,7 +91,8 @@ class Relief:
         most = np.minimum(highest, steepest * radius[:, None]).sum(axis=1)
         if self.amplitude == 0:
             return -most, most
-        shortest = STEEPEST / BOUND * radius
+        # Sides are powers of two: rounded up, it leaves out just the octaves shorter than it.
+        shortest = 2.0 ** np.ceil(np.log2(STEEPEST / BOUND * radius))
         height = octave_sums(_octaves(self, corner), xy, shortest, limit_value=True)[:, 0]
         return height - most, height + most
 

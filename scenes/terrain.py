@@ -27,11 +27,12 @@ from lod.errors import InputError
 from lod.metric import blake
 from lod.parts import Look, Parts, Triangles
 from lod.sight import seen_limits
-from lod.view import View
+from lod.view import View, distance
 from scenes.part_contrast import GROUND_CONTRAST
 from scenes.relief import Relief
 from scenes.terrain_colour import ground_colours
 from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh, vertex_normals
+from scenes.terrain_morph import Places, blended, blended_normals, lineage
 from scenes.terrain_patches import Squares, balanced, quarters_of, uncovered_quarters
 
 FULL_DETAIL_PX = 0.5
@@ -51,9 +52,9 @@ SLOPE_M = 8.0
 
 @dataclass(frozen=True)
 class TileGrid:
-    """Where a frame's tiles are: root (0, 0) has its south-west corner at (west, south) [m]."""
+    """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m]."""
 
-    corner: Corner
+    view: View
     root_side: float
     west: float
     south: float
@@ -123,7 +124,7 @@ class Terrain:
         away = np.clip(eye[:2], corners, corners + side) - eye[:2]
         near = np.hypot(away[:, 0], away[:, 1]) <= self.reach
         x, y, zero = x[near], y[near], np.zeros(np.count_nonzero(near), np.int64)
-        grid = TileGrid(corner, side, *southwest)
+        grid = TileGrid(view, side, *southwest)
         low, high = (np.full(len(x), bound) for bound in self.bounds())
         return self._tiles(view, grid, (zero, x, y), np.arange(len(x)), zero - 1, low, high)
 
@@ -178,7 +179,7 @@ class Terrain:
         level, x, y = tiles
         side = grid.root_side / 2.0**level
         west, south = grid.west + side * x, grid.south + side * y
-        low, high = self.relief.within(grid.corner, *samples_of(west, south, side))
+        low, high = self.relief.within(grid.view.camera.corner, *samples_of(west, south, side))
         low = np.maximum(lowest, low.reshape(-1, SAMPLES**2).min(axis=1))
         high = np.minimum(highest, high.reshape(-1, SAMPLES**2).max(axis=1))
         east, north = west + side, south + side
@@ -215,27 +216,59 @@ class Terrain:
     def appearance(self, parts: Parts, look: Look) -> Triangles:
         """One watertight mesh of all tiles, each at its own spacing.
 
-        Where only some quarters of a tile are displayed, the tile itself draws the others. Heights
-        are the full relief's at every vertex; colours leave out patches smaller than the spacing.
+        Where only some quarters of a tile are displayed, the tile itself draws the others. Ground
+        has no leaf appearance to share with: over the view's band of fading, vertices move from the
+        surface of the coarser tile to the relief (``terrain_morph``), and patches of colour smaller
+        than the spacing fade in.
         """
-        x, y = unpacked(parts.part)
         grid: TileGrid = parts.state
-        patches, coarser = balanced(uncovered_quarters(parts.level, x, y), MOST_COARSER)
-        where, coarse, faces, owner = lattice_mesh(patches, coarser)
+        patches, coarser = balanced(
+            uncovered_quarters(parts.level, *unpacked(parts.part)), MOST_COARSER
+        )
+        where, faces, owner = lattice_mesh(patches, coarser)
         unit = grid.root_side / 2.0**patches.deepest / QUADS
-        xy = np.array((grid.west, grid.south)) + unit * where
-        spacing = unit * 2.0**coarse
-        sums = self.relief.sums(grid.corner, xy, np.maximum(2 * spacing, SLOPE_M))
-        rise = sums[:, 0] / (self.amplitude or 1.0)
-        slope = np.hypot(sums[:, 1], sums[:, 2])
-        vertices = np.column_stack((xy, sums[:, 0]))
+
+        def placed(where: Places) -> Points:
+            xy = np.array((grid.west, grid.south)) + unit * where
+            return np.column_stack((xy, self.height(grid.view.camera.corner, xy)))
+
+        def arrived(points: Points, level: Ints) -> Reals:
+            return self._arrived(grid.view, points, level)
+
+        lines = lineage(where, patches.deepest, placed, arrived)
+        vertices = blended(lines, lines.points)
         return Triangles(
             vertices=vertices,
-            normals=vertex_normals(vertices, faces),
-            colours=ground_colours(self.seed, grid.corner, xy, rise, slope, spacing),
+            normals=blended_normals(lines, vertex_normals(vertices, faces)),
+            colours=blended(lines, self._colours(grid.view, lines.points)),
             faces=faces,
             owner=owner,
         )
+
+    def _arrived(self, view: View, points: Points, level: Ints) -> Reals:
+        """How far points that tiles of a level add have come from the coarser surface, 0 to 1."""
+        limit = self.limits(view)[0][level]
+        arrived, near = np.ones(len(points)), np.flatnonzero(np.isfinite(limit) & (limit > 0))
+        if view.fade and len(near):
+            limit = limit[near]
+            before = limit - distance(view, points[near])
+            arrived[near] = np.clip(before / (view.fade * limit), 0.0, 1.0)
+        return arrived
+
+    def _colours(self, view: View, points: Points) -> Points:
+        """Albedo of the ground at points of the relief, as smooth as the spacing there is wide."""
+        spacing = self._spacing_at(view, points)
+        corner, xy = view.camera.corner, points[:, :2]
+        sums = self.relief.sums(corner, xy, np.maximum(2 * spacing, SLOPE_M))
+        rise, slope = sums[:, 0] / (self.amplitude or 1.0), np.hypot(sums[:, 1], sums[:, 2])
+        return ground_colours(self.seed, corner, xy, rise, slope, spacing)
+
+    def _spacing_at(self, view: View, points: Points) -> Reals:
+        """Spacing of the tiles in view that far away, running smoothly over each band [m]."""
+        limit, d = self.limits(view)[0], distance(view, points)
+        level = np.searchsorted(-limit, -d) - 1
+        arrived = self._arrived(view, points, level)
+        return self.spacings[np.maximum(level - 1, 0)] * 0.5 ** np.where(level > 0, arrived, 0.0)
 
 
 def _flat_bound(grid: TileGrid, level: Ints) -> Reals:

@@ -23,21 +23,19 @@ def lattice_mesh(
     patches: Patches, coarser: Int64[np.ndarray, "n 4"]
 ) -> tuple[
     Int64[np.ndarray, "v 2"],
-    Int64[np.ndarray, " v"],
     Int64[np.ndarray, "f 3"],
     Int64[np.ndarray, " f"],
 ]:
-    """Vertices, how coarse each is, faces, and the owner of each face.
+    """Vertices, faces, and the owner of each face.
 
-    Vertices count quads of the deepest patches; a vertex is as coarse as the coarsest patch that it
-    belongs to (log₂ of its quads in those of the deepest). Faces are counter-clockwise from above.
+    Vertices count quads of the deepest patches. Faces are counter-clockwise from above.
     """
     fine = patches.deepest - patches.depth
     keys = _vertex_keys(patches.x << fine, patches.y << fine, fine, coarser)
     unique, row = np.unique(keys.ravel(), return_inverse=True)
     rows = row.reshape(len(patches), QUADS + 1, QUADS + 1)
-    coarse, faces, owner = _faces(rows, fine, patches.owner, len(unique))
-    return np.stack((unique >> 32, unique & 0xFFFFFFFF), axis=1), coarse, faces, owner
+    faces, owner = _faces(rows, patches.owner)
+    return np.stack((unique >> 32, unique & 0xFFFFFFFF), axis=1), faces, owner
 
 
 @njit(cache=True)
@@ -62,21 +60,16 @@ def _vertex_keys(x: np.ndarray, y: np.ndarray, fine: np.ndarray, coarser: np.nda
 
 
 @njit(cache=True)
-def _faces(
-    rows: np.ndarray, fine: np.ndarray, owner: np.ndarray, vertices: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _faces(rows: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two triangles for each quad, diagonals in turns so that no direction is preferred."""
-    coarse = np.zeros(vertices, np.int64)
-    faces = np.empty((len(fine) * QUADS * QUADS * 2, 3), np.int64)
+    faces = np.empty((len(owner) * QUADS * QUADS * 2, 3), np.int64)
     owners = np.empty(len(faces), np.int64)
     n = 0
-    for p in range(len(fine)):
+    for p in range(len(owner)):
         for j in range(QUADS):
             for i in range(QUADS):
                 a, b = rows[p, j, i], rows[p, j, i + 1]
                 d, c = rows[p, j + 1, i], rows[p, j + 1, i + 1]
-                for v in (a, b, c, d):
-                    coarse[v] = max(coarse[v], fine[p])
                 if (i + j) % 2 == 0:
                     pair = ((a, b, c), (a, c, d))
                 else:
@@ -86,26 +79,32 @@ def _faces(
                         faces[n, 0], faces[n, 1], faces[n, 2] = u, v, w
                         owners[n] = owner[p]
                         n += 1
-    return coarse, faces[:n].copy(), owners[:n].copy()
+    return faces[:n].copy(), owners[:n].copy()
 
 
 @njit(cache=True)
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Unit normals of the faces about each vertex, weighted by their area (Gouraud 1971).
+    """Unit normals of the faces about each vertex, weighted by their angle there.
+
+    Angles (Thürmer & Wüthrich 1998, "Computing vertex normals from polygonal facets") depend on the
+    surface alone: cutting a face into finer ones of the same plane changes no normal.
 
     Not the relief's own: where the ground is seen at a grazing angle, as on every ridge, a normal
     that differs from the facets' turns away from the eye and shades it black.
     """
     normals = np.zeros_like(vertices)
     for f in range(len(faces)):
-        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         for k in range(3):
-            normals[faces[f, k], 0] += nx
-            normals[faces[f, k], 1] += ny
-            normals[faces[f, k], 2] += nz
+            i, j, m = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+            ax, ay, az = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+            ux, uy, uz = vertices[j, 0] - ax, vertices[j, 1] - ay, vertices[j, 2] - az
+            vx, vy, vz = vertices[m, 0] - ax, vertices[m, 1] - ay, vertices[m, 2] - az
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            double = np.sqrt(nx * nx + ny * ny + nz * nz)
+            weight = np.arctan2(double, ux * vx + uy * vy + uz * vz) / double
+            normals[i, 0] += weight * nx
+            normals[i, 1] += weight * ny
+            normals[i, 2] += weight * nz
     for i in range(len(normals)):
         n = normals[i]
         n /= np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)

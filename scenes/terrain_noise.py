@@ -118,17 +118,17 @@ def _sums(
     for i in range(len(xy)):
         for k in range(len(keys)):
             side, weight = scales[k, 0], scales[k, 1]
-            limited = side < shortest[i]
-            if limited and limit_value:
+            # An octave up to twice too short fades; of shorter ones there is nothing.
+            kept = 1.0 if side >= shortest[i] else max(0.0, 1.0 + math.log2(side / shortest[i]))
+            if kept == 0.0 and limit_value:
                 break
             u, v = (offsets[k, 0] + xy[i, 0]) / side, (offsets[k, 1] + xy[i, 1]) / side
             fu, fv = math.floor(u), math.floor(v)
             ix, iy = squares[k, 0] + np.int64(fu), squares[k, 1] + np.int64(fv)
             value, slope_x, slope_y = unit_noise(keys[k], ix, iy, u - fu, v - fv)
-            out[i, 0] += weight * value
-            if not limited:
-                out[i, 1] += weight / side * slope_x
-                out[i, 2] += weight / side * slope_y
+            out[i, 0] += (kept if limit_value else 1.0) * weight * value
+            out[i, 1] += kept * weight / side * slope_x
+            out[i, 2] += kept * weight / side * slope_y
     return out
 
 
@@ -140,8 +140,8 @@ def octave_sums(
 ) -> Float64[np.ndarray, "n 3"]:
     """Weighted sum of the octaves and its two slopes at each point, (n, 3).
 
-    Slopes leave out octaves shorter than ``shortest`` [m] at each point; so does the value where
-    ``limit_value``. Octaves stand longest first.
+    Slopes leave out octaves of half of ``shortest`` [m] and less at each point, and fade those in
+    between; so does the value where ``limit_value``. Octaves stand longest first.
     """
     points = np.ascontiguousarray(xy, np.float64)
     return _sums(*octaves, points, np.ascontiguousarray(shortest), limit_value)

@@ -71,6 +71,7 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
         detail=settings.detail,
         offscreen_detail=settings.offscreen_detail,
         look_around=settings.look_around,
+        fade=settings.fade,
         time_s=(frame - 1) / preset.camera.fps,
         sight=sight_of(preset, camera, max(world.top_m, float(camera.eye[2]))),
     )

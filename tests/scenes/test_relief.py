@@ -116,13 +116,23 @@ def test_slopes_are_those_of_the_heights(corner):
     np.testing.assert_array_equal(ground.normal(corner, xy), normals(sums))
 
 
-def test_shortest_leaves_out_the_octaves_below_it():
+def test_shortest_leaves_out_the_octaves_below_half_of_it():
     ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
     xy = spread(np.random.default_rng(5), 200, 1e3)
-    limited = ground.normal(HOME, xy, np.full(len(xy), 600.0))
+    limited = ground.normal(HOME, xy, np.full(len(xy), 1024.0))
     np.testing.assert_array_equal(limited, np.tile((0.0, 0.0, 1.0), (len(xy), 1)))
     all_of_it = ground.normal(HOME, xy, np.full(len(xy), SHORTEST_M))
     np.testing.assert_array_equal(all_of_it, ground.normal(HOME, xy))
+
+
+def test_octaves_up_to_twice_too_short_fade():
+    """Half an octave in, half of the octave's slope is there."""
+    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
+    xy = spread(np.random.default_rng(5), 200, 1e3)
+    none, half, whole = (
+        ground.sums(HOME, xy, np.full(len(xy), s))[:, 1:] for s in (64.0, 64.0 / 2**0.5, 32.0)
+    )
+    np.testing.assert_allclose(half, (none + whole) / 2, atol=1e-12)
 
 
 def test_unit_noise_keeps_its_bounds_and_its_size():

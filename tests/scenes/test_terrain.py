@@ -346,7 +346,7 @@ def test_neighbours_differ_by_no_more_than_a_side_allows(seed):
 @pytest.mark.parametrize("seed", range(5))
 def test_any_quadtree_makes_one_watertight_mesh(seed):
     patches, coarser = balanced(random_patches(seed), MOST_COARSER)
-    xy, _, faces, _ = lattice_mesh(patches, coarser)
+    xy, faces, _ = lattice_mesh(patches, coarser)
     unit = QUADS << patches.deepest  # of a root's side; the roots fill 3 x 2 of them
     rim = xy[rim_edges(faces)].transpose(0, 2, 1)
     on_rim = (rim == 0) | (rim == np.array((3 * unit, 2 * unit))[:, None])

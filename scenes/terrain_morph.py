@@ -1,0 +1,142 @@
+"""Ground that never jumps: a vertex arrives on the surface that was there, and moves from it.
+
+A vertex that refining adds lies on an edge of the coarser mesh, midway between two of its vertices
+(its forebears). While it arrives it is a blend of their mean and of itself (geomorphing: Hoppe
+1996, "Progressive meshes"; by distance as Strugar 2009, "Continuous distance-dependent level of
+detail for rendering heightmaps"). Forebears may themselves still be arriving.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from numba import njit
+
+from lod.arrays import Ints, Points, Reals, freeze
+
+Places = Int64[np.ndarray, "n 2"]
+"""Places on the lattice of the deepest patches, in its quads."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lineage:
+    """The vertices of a mesh, then those forebears that the mesh lacks.
+
+    points (n, 3) on the relief [m]; count: how many are the mesh's
+    arrived (n,) 0 = on the coarser surface, 1 = on the relief
+    heirs (k,)   rows of the vertices that need forebears, coarsest first; forebears (k, 2) theirs
+    """
+
+    points: np.ndarray
+    count: int
+    arrived: np.ndarray
+    heirs: np.ndarray
+    forebears: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, points=np.float64, arrived=np.float64, heirs=np.int64, forebears=np.int64)
+
+
+def level_of(where: Places, deepest: int) -> Ints:
+    """Level of the coarsest tiles that have a vertex there; ``deepest``: depth of the patches."""
+    step = _steps(where, deepest)
+    return deepest - 1 - np.rint(np.log2(step)).astype(np.int64)
+
+
+def lineage(
+    where: Places,
+    deepest: int,
+    point_at: Callable[[Places], Points],
+    arrived_at: Callable[[Points, Ints], Reals],
+) -> Lineage:
+    """The mesh's vertices, in order of their places, with all forebears that blending asks for.
+
+    ``arrived_at`` is told points and their levels. A forebear is not the mesh's where a side was
+    simplified to meet a coarser patch.
+    """
+    points, level = point_at(where), level_of(where, deepest)
+    arrived = arrived_at(points, level)
+    count, names = len(where), _name(where)
+    heirs = np.flatnonzero(arrived < 1)
+    levels = [level[heirs]]
+    pairs = [forebears_of(where[heirs], deepest)]
+    seeking = heirs
+    while len(seeking):
+        new = _lacking(names, pairs[-1])
+        seeking = len(names) + np.arange(len(new))
+        names, level = np.append(names, _name(new)), level_of(new, deepest)
+        points = np.concatenate((points, point_at(new)))
+        arrived = np.append(arrived, arrived_at(points[seeking], level))
+        seeking, new, level = seeking[level > 0], new[level > 0], level[level > 0]
+        heirs = np.append(heirs, seeking)
+        levels.append(level)
+        pairs.append(forebears_of(new, deepest))
+    order = np.argsort(np.concatenate(levels), kind="stable")
+    by_name = np.argsort(names, kind="stable")
+    pair = _name(np.concatenate(pairs)[order].reshape(-1, 2))
+    rows = by_name[np.searchsorted(names, pair, sorter=by_name)].reshape(-1, 2)
+    return Lineage(points, count, arrived, heirs[order], rows)
+
+
+def _lacking(names: Ints, pairs: Int64[np.ndarray, "h 2 2"]) -> Int64[np.ndarray, "w 2"]:
+    """Which of those places are not named, each once."""
+    wanted = pairs.reshape(-1, 2)
+    name = _name(wanted)
+    known = np.sort(names, kind="stable")
+    found = known[np.minimum(np.searchsorted(known, name), len(known) - 1)]
+    missing = np.flatnonzero(found != name)
+    return wanted[missing[np.unique(name[missing], return_index=True)[1]]]
+
+
+def forebears_of(where: Places, deepest: int) -> Int64[np.ndarray, "n 2 2"]:
+    """The two ends of the coarser edge that each vertex halves."""
+    step = _steps(where, deepest)
+    x, y = (where // step[:, None]).T
+    odd_x, odd_y = x & 1, y & 1
+    # In the middle of a coarser quad it is the diagonal, and those take turns (``terrain_mesh``).
+    turn = np.where(odd_x & odd_y & (((x >> 1) + (y >> 1)) & 1), -1, 1)
+    along = step[:, None] * np.stack((odd_x, turn * odd_y), axis=1)
+    return np.stack((where - along, where + along), axis=1)
+
+
+def blended(lines: Lineage, values: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "m k"]:
+    """Values of the mesh's vertices, as far as these have arrived."""
+    values = _blended(values.copy(), lines.arrived, lines.heirs, lines.forebears)
+    return values[: lines.count]
+
+
+def blended_normals(lines: Lineage, normals: Points) -> Points:
+    """Unit normals of the mesh's vertices, as far as these have arrived.
+
+    Vertices that the mesh lacks have none of their own, and take the mean of their forebears'.
+    """
+    if not len(lines.heirs):
+        return normals
+    lacking = len(lines.points) - lines.count
+    arrived = np.append(lines.arrived[: lines.count], np.zeros(lacking))
+    values = np.concatenate((normals, np.zeros((lacking, 3))))
+    values = _blended(values, arrived, lines.heirs, lines.forebears)[: lines.count]
+    return values / np.sqrt((values * values).sum(axis=1))[:, None]
+
+
+@njit(cache=True)
+def _blended(values, arrived, heirs, forebears):  # type: ignore[no-untyped-def]
+    for j in range(len(heirs)):
+        i, a, b = heirs[j], forebears[j, 0], forebears[j, 1]
+        for k in range(values.shape[1]):
+            mean = (values[a, k] + values[b, k]) / 2
+            values[i, k] = mean + arrived[i] * (values[i, k] - mean)
+    return values
+
+
+def _steps(where: Places, deepest: int) -> Ints:
+    """Spacing of the coarsest lattice that has a vertex there, in quads of the finest."""
+    both = where[:, 0] | where[:, 1]
+    coarsest = 1 << (deepest - 1)
+    lowest_bit = both & -both
+    return np.where(lowest_bit == 0, coarsest, np.minimum(lowest_bit, coarsest))
+
+
+def _name(where: Places) -> Ints:
+    return (where[:, 0] << 32) | where[:, 1]
