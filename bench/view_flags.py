@@ -20,7 +20,12 @@ VIEW_KEYS = {
     "display_ppd": "display.pixels_per_degree",
     "fade": "view.fade",
 }
-QUALITY_KEYS = {"spp": "render.spp", "variant": "render.variant", "haze": "render.haze"}
+QUALITY_KEYS = {
+    "spp": "render.spp",
+    "variant": "render.variant",
+    "haze": "render.haze",
+    "spectral": "render.spectral",
+}
 FILE_KEYS = {
     "compression": "output.compression",
     "multipart": "output.multipart",

@@ -299,6 +299,7 @@ class RenderPreset(Table):
         Literal["analytic", "scattered", "medium"],
         key("airlight of the horizon's sky or as the air scatters it, or a medium (reference)"),
     ] = "analytic"
+    spectral: Annotated[bool, key("light of 16 bands, not of three colours (reference)")] = False
 
 
 class OutputPreset(Table):

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 @click.option("--spp", metavar="N", help="Samples per pixel.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
 @click.option("--haze", metavar="NAME", help="analytic, scattered or medium.")
+@click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
 @file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
@@ -52,7 +53,7 @@ def command(
     from scenes.render.sequence import open_job
     from scenes.render.variants import choose
 
-    settings = settings_of(chosen, choose(chosen.render.variant))
+    settings = settings_of(chosen, choose(chosen.render.variant, chosen.render.spectral))
     make_folder(Path(pattern).parent)
     with output(as_json) as out:
         records = _render(out, lambda: open_job(pattern, numbers, settings, overwrite), threads)

@@ -14,7 +14,7 @@ AZIMUTHS = 1440
 
 
 def horizon(light: Description) -> np.ndarray:
-    """Radiance at the horizon by azimuth, (n + 1, 3); never negative."""
+    """Radiance at the horizon by azimuth, (n + 1, bands); never negative."""
     angles, up = np.arange(AZIMUTHS) / AZIMUTHS * 2 * np.pi, np.radians(HORIZON_DEG)
     east, north = np.cos(up) * np.sin(angles), np.cos(up) * np.cos(angles)
     rows = sky_radiance(light, np.stack((east, north, np.full(AZIMUTHS, np.sin(up))), axis=1))
@@ -22,5 +22,6 @@ def horizon(light: Description) -> np.ndarray:
 
 
 def sky_radiance(light: Description, directions: np.ndarray) -> np.ndarray:
-    """Of the sky without its sun, (n, 3) → (n, 3); small negatives of the sky model become 0."""
+    """Of the sky without its sun, (n, 3) → (n, bands); never negative, as the model
+    is in places."""
     return np.maximum(radiance(mi.load_dict(sky(light, sun_scale=0.0)), directions), 0.0)

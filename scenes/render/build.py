@@ -8,6 +8,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from scenes.render.bands import Bands, bands_of
 from scenes.render.describe import MEDIUM, Description
 
 GUIDES = {
@@ -83,10 +84,11 @@ def sensor(
     rows: tuple[int, int] | None = None,
     spp: int = 1,
     medium: Any = None,
+    spectrum: bool = False,
 ) -> Any:
     """The camera, ``side`` film pixels a side to each pixel; only ``rows``, from the top.
 
-    ``medium``: what the eye is in.
+    ``medium``: what the eye is in; ``spectrum``: a channel for each band of a spectral variant.
     """
     width, height = (side * pixels for pixels in camera["size"])
     top, bottom = rows or (0, height)
@@ -101,19 +103,30 @@ def sensor(
             "far_clip": camera["clip"][1],
             "to_world": mi.ScalarTransform4f().look_at(eye, target, up),
             "film": {
-                "type": "hdrfilm",
                 "width": width,
                 "height": height,
                 "crop_offset_y": top,
                 "crop_height": bottom - top,
                 "rfilter": {"type": "box"},  # the only filter with the same bytes every time
-                "pixel_format": "rgb",
                 "component_format": "float32",
+                **(_responses() if spectrum else {"type": "hdrfilm", "pixel_format": "rgb"}),
             },
             "sampler": {"type": "multijitter", "sample_count": spp},
             **({"medium": medium} if medium else {}),
         }
     )
+
+
+def _responses() -> Description:
+    """A film that holds the integral of radiance over each band; it sorts channels by name."""
+    made = bands()
+    edges = [(nm - made.width / 2, nm + made.width / 2) for nm in made.wavelengths.tolist()]
+    flat = {"type": "regular", "values": "1,1"}
+    responses = {
+        f"band{number:02d}": {**flat, "wavelength_min": low, "wavelength_max": high}
+        for number, (low, high) in enumerate(edges)
+    }
+    return {"type": "specfilm", **responses}
 
 
 def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> Description:
@@ -128,24 +141,40 @@ def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> D
 
 
 def sun_disc(light: Description) -> tuple[np.ndarray, float]:
-    """Radiance of the sun's disc, (3,), never negative, and the cosine of its angular radius."""
+    """Radiance of the sun's disc, (bands,), never negative, and the cosine of its angular
+    radius."""
     emitter = mi.load_dict(sky(light, sky_scale=0.0))
     radius = np.radians(_SUN_APERTURE_DEG / 2)
     return np.maximum(radiance(emitter, light["to_sun"][None])[0], 0.0), float(np.cos(radius))
 
 
+def bands() -> Bands:
+    """Of the variant that is set."""
+    return bands_of(str(mi.variant()).endswith("_spectral"))
+
+
 def radiance(emitter: Any, directions: np.ndarray) -> np.ndarray:
-    """What an environment sends from each direction, (n, 3) → (n, 3)."""
-    if not str(mi.variant()).startswith("scalar_"):
-        return _radiance(emitter, np.float32(-directions.T)).T
-    rows = [_radiance(emitter, [-float(x) for x in direction]) for direction in directions]
-    return np.array(rows).reshape(-1, 3)
+    """What an environment sends from each direction in each band, (n, 3) → (n, bands)."""
+    made = bands()
+    if not made.is_spectral:
+        return _radiance(emitter, directions)
+    columns = [_radiance(emitter, directions, float(nm))[:, 0] for nm in made.wavelengths]
+    return made.width * np.stack(columns, axis=1)
 
 
-def _radiance(emitter: Any, wi: Any) -> np.ndarray:
+def _radiance(emitter: Any, directions: np.ndarray, nm: float = 0.0) -> np.ndarray:
+    """(n, 3) → (n, 3), or (n, 4) alike, at one wavelength, in a spectral variant."""
     hit = mi.SurfaceInteraction3f()
-    hit.wi = mi.Vector3f(wi)
-    return np.array(emitter.eval(hit), np.float64)
+    if nm:
+        hit.wavelengths = type(hit.wavelengths)(nm)
+    if not str(mi.variant()).startswith("scalar_"):
+        hit.wi = mi.Vector3f(np.float32(-directions.T))
+        return np.array(emitter.eval(hit), np.float64).T
+    rows = []
+    for direction in directions:
+        hit.wi = mi.Vector3f([-float(x) for x in direction])
+        rows.append(np.array(emitter.eval(hit), np.float64))
+    return np.array(rows)
 
 
 _SUN_APERTURE_DEG = 0.5358
@@ -153,17 +182,24 @@ _SUN_APERTURE_DEG = 0.5358
 
 
 def sun_irradiance(light: Description) -> np.ndarray:
-    """Of a surface that faces the sun: E = L·2π(1 − cos r), (3,)."""
+    """Of a surface that faces the sun: E = L·2π(1 − cos r), (bands,)."""
     disc, cosine = sun_disc(light)
     return disc * 2 * np.pi * (1 - cosine)
 
 
 def _sun(light: Description) -> Description:
     """The sun as a direction of the same irradiance. It has no penumbra."""
+    made, irradiance = bands(), sun_irradiance(light)
+    colour: Description = {"type": "rgb", "value": irradiance.tolist()}
+    if made.is_spectral:
+        low, high = made.wavelengths[[0, -1]].tolist()
+        values = ",".join(repr(each) for each in (irradiance / made.width).tolist())
+        ends = {"wavelength_min": low, "wavelength_max": high}
+        colour = {"type": "regular", "values": values, **ends}
     return {
         "type": "directional",
         "direction": (-light["to_sun"]).tolist(),
-        "irradiance": {"type": "rgb", "value": sun_irradiance(light).tolist()},
+        "irradiance": colour,
         "sampling_weight": light["weight"],
     }
 
@@ -177,7 +213,9 @@ def _integrators(description: Description) -> dict[str, Any]:
     guides = {"type": "aov", "aovs": aovs, "block_size": BLOCK_SIZE}
     plans = {
         "image": image,
-        "distance": {"type": "depth", "block_size": BLOCK_SIZE},
+        "distance": {"type": "aov", "aovs": "depth:depth", "block_size": BLOCK_SIZE}
+        if bands().is_spectral  # whose film would take a distance for a radiance
+        else {"type": "depth", "block_size": BLOCK_SIZE},
         "guides": guides,
         "all": {**guides, "image": image},
         "medium": {**image, "type": "volpath", "max_depth": ORDERS, "rr_depth": ORDERS // 4},

@@ -85,6 +85,14 @@ class Quality:
             raise InputError("max_depth", self.max_depth, "from 1 to 64", "try 4")
         if self.haze not in HAZES:
             raise InputError("haze", self.haze, f"one of {', '.join(HAZES)}", "try analytic")
+        if self.is_spectral and self.haze != "analytic":
+            rule = "analytic where pictures are spectral"
+            raise InputError("--haze", self.haze, rule, "leave out --spectral")
+
+    @property
+    def is_spectral(self) -> bool:
+        """Whether light has wavelengths, and not just three colours."""
+        return self.variant.endswith("_spectral")
 
 
 @dataclass(frozen=True, eq=False)

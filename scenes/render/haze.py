@@ -12,9 +12,9 @@ import numpy as np
 from lod.air import Air, PathBands, extinction, mist_extinction, optical_depth
 from lod.arrays import Reals
 from lod.mist import depth_beyond
-from lod.rgb_bands import rgb_wavelengths
 from scenes.render.airlight import HORIZON_DEG, horizon
-from scenes.render.build import Built, sun_disc
+from scenes.render.bands import Bands
+from scenes.render.build import Built, bands, sun_disc
 from scenes.render.describe import Description
 from scenes.render.scattered import scattered
 
@@ -23,7 +23,7 @@ from scenes.render.scattered import scattered
 class Haze:
     """What the drivers need to finish a sample.
 
-    air       what lies in between; wavelengths (bands,) of the picture's bands [nm]
+    air       what lies in between; bands of the picture, wavelengths of which are (bands,) [nm]
     eye_m     height of the eye above the datum
     airlight  (n + 1, bands) radiance at the horizon, by azimuth, evenly spaced; last row = first
     lowest    sine of the elevation below which a ray that meets nothing gets the airlight
@@ -31,13 +31,18 @@ class Haze:
     """
 
     air: Air
-    wavelengths: np.ndarray
+    bands: Bands
     eye_m: float
     airlight: np.ndarray
     lowest: float
     to_sun: np.ndarray
     sun: np.ndarray
     sun_cosine: float
+
+    @property
+    def wavelengths(self) -> np.ndarray:
+        """Of the bands [nm]."""
+        return self.bands.wavelengths
 
 
 def haze_of(built: Built, air: Air, kind: str = "analytic") -> Haze:
@@ -46,7 +51,7 @@ def haze_of(built: Built, air: Air, kind: str = "analytic") -> Haze:
     sun, cosine = sun_disc(light)
     return Haze(
         air=air,
-        wavelengths=rgb_wavelengths(),
+        bands=bands(),
         eye_m=float(built.description["camera"]["eye"][2]),
         airlight=_airlight(built.description, air, kind),
         lowest=float(np.sin(np.radians(HORIZON_DEG))),
@@ -59,7 +64,7 @@ def haze_of(built: Built, air: Air, kind: str = "analytic") -> Haze:
 def _airlight(description: Description, air: Air, kind: str) -> np.ndarray:
     if kind != "scattered":
         return horizon(description["light"])
-    beta = extinction(air, description["camera"]["eye"][2:], rgb_wavelengths())[0]
+    beta = extinction(air, description["camera"]["eye"][2:], bands().wavelengths)[0]
     return scattered(description, beta)
 
 

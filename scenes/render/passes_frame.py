@@ -1,4 +1,4 @@
-"""A frame in a scalar variant: passes of whole films, with exact haze.
+"""A frame in a scalar or spectral variant: passes of whole films, with exact haze.
 
 The renderer hands back means over a pixel, and the mean of L·T(d) is not the mean of L times T of
 the mean d. With T̄ the pixel's mean transmittance and A the airlight, it is
@@ -77,21 +77,23 @@ class _Band:
         return self.built.description["camera"]
 
     def colour(self) -> tuple[np.ndarray, int]:
-        """The picture in its air, (h, w, 3), and how many pixels were not finite."""
+        """The picture in its air, linear Rec.709, (h, w, 3), and how many pixels were not
+        finite."""
         image = self._image()
         bad = ~np.isfinite(image)
         directions = pixel_directions(self.camera, 1, self.rows)
         air = airlight_towards(self.haze, directions)
         low = directions[..., 2] < max(self.haze.lowest, self._slack)
         through, sun = self._through(low)
-        rgb = through * np.where(bad, 0.0, image) + air * (1 - through) + sun
+        seen = through * np.where(bad, 0.0, image) + air * (1 - through) + sun
         if self.spp > 1:
-            rgb += self._correction(low, through)
-        return rgb, int(np.count_nonzero(bad.any(axis=-1)))
+            seen += self._correction(low, through)
+        return seen @ self.haze.bands.to_rgb, int(np.count_nonzero(bad.any(axis=-1)))
 
     def _image(self) -> np.ndarray:
-        """Mean radiance without air, of stratified samples, (h, w, 3)."""
-        total = np.zeros((self.rows[1] - self.rows[0], self.camera["size"][0], 3))
+        """Mean radiance without air, of stratified samples, (h, w, bands)."""
+        count = len(self.haze.wavelengths)
+        total = np.zeros((self.rows[1] - self.rows[0], self.camera["size"][0], count))
         for number, spp in enumerate(sample_groups(self.spp)):
             total += spp * self._trace("image", 1, spp, _IMAGE, number)
         return total / self.spp
@@ -103,8 +105,8 @@ class _Band:
         return math.sqrt(2) * tan_x / self.camera["size"][0]
 
     def _through(self, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean transmittance, and what is seen of the sun's disc, (h, w, 3) each."""
-        through = sun = np.zeros((*low.shape, 3))
+        """Mean transmittance, and what is seen of the sun's disc, (h, w, bands) each."""
+        through = sun = np.zeros((*low.shape, len(self.haze.wavelengths)))
         for number, side in enumerate(square_sides(self.spp)):
             distance = self._trace("distance", side, 1, _THROUGH, number)[..., :1]
             directions = pixel_directions(self.camera, side, self.rows)
@@ -116,9 +118,9 @@ class _Band:
         return through / self.spp, sun / self.spp
 
     def _correction(self, low: np.ndarray, through: np.ndarray) -> np.ndarray:
-        """Mean of (T − T̄)·L over a quarter of the samples, (h, w, 3)."""
+        """Mean of (T − T̄)·L over a quarter of the samples, (h, w, bands)."""
         count = max(1, self.spp // 4)
-        total = np.zeros((*low.shape, 3))
+        total = np.zeros_like(through)
         for number, side in enumerate(square_sides(count)):
             radiance = self._trace("image", side, 1, _CORRECTION, number)
             distance = self._trace("distance", side, 1, _CORRECTION, number)[..., :1]
@@ -146,7 +148,8 @@ class _Band:
     def add_guides(self, total: Samples, side: int) -> None:
         """Albedo, and what one sample of each pixel meets."""
         guides = self._trace("guides", side, 1, _GUIDES, 0)
-        total.albedo[slice(*self.rows)] = _pixel_sum(guides[..., GUIDES["albedo"]], side) / side**2
+        albedo = _pixel_sum(guides[..., GUIDES["albedo"]], side) / side**2
+        total.albedo[slice(*self.rows)] = albedo / self.haze.bands.even
         total.keep(slice(*self.rows), guides[side - 1 :: side, side - 1 :: side])
 
     def _trace(self, name: str, side: int, spp: int, stage: int, number: int) -> np.ndarray:
@@ -154,7 +157,9 @@ class _Band:
 
         A single sample is the same one in every stage, and its haze exact without a correction.
         """
-        view = sensor(self.camera, side, (self.rows[0] * side, self.rows[1] * side), spp)
+        rows = (self.rows[0] * side, self.rows[1] * side)
+        spectrum = name == "image" and self.haze.bands.is_spectral
+        view = sensor(self.camera, side, rows, spp, spectrum=spectrum)
         seed = sampler_seed(*self.seed, 0 if self.spp == 1 else stage, number)
         chosen = self.built.integrators[name]
         image = mi.render(self.built.scene, sensor=view, integrator=chosen, spp=spp, seed=seed)

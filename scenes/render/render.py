@@ -32,7 +32,7 @@ def render_frame(
     if quality.haze == "medium":
         description = with_medium(description, air)
     described = time.perf_counter()
-    name = variants.choose(quality.variant)
+    name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
     from scenes.render.build import build
     from scenes.render.haze import haze_of
@@ -53,7 +53,7 @@ def _driver(variant: str, haze: str) -> Callable[..., Any]:
         from scenes.render.medium_frame import render_medium
 
         return render_medium
-    if variant.startswith("scalar_"):
+    if variant.startswith("scalar_") or variant.endswith("_spectral"):
         from scenes.render.passes_frame import render_passes
 
         return render_passes

@@ -59,15 +59,18 @@ def probe() -> Probe:
     return Probe(variants, libllvm(), _libraries())
 
 
-def choose(name: str = "auto") -> str:
-    """The variant to render with: llvm_ad_rgb for "auto" where it works, else scalar_rgb.
+def choose(name: str = "auto", spectral: bool = False) -> str:
+    """The variant to render with: for "auto" llvm_ad_rgb where it works, else scalar_rgb, or their
+    ``spectral`` sisters.
 
     Raises InputError for a variant that is asked for by name and unknown, or does not work.
     """
     if name == "auto" or name.startswith("llvm_"):
         _point_to_library()
+    colours = "_spectral" if spectral else "_rgb"
     if name == "auto":
-        return JIT_VARIANT if works(JIT_VARIANT) is True else SCALAR_VARIANT
+        fast, sure = (each.replace("_rgb", colours) for each in (JIT_VARIANT, SCALAR_VARIANT))
+        return fast if works(fast) is True else sure
     if (answer := works(name)) is not True:
         import mitsuba
 
@@ -76,10 +79,10 @@ def choose(name: str = "auto") -> str:
             rule = f"auto or one of {', '.join(known)}"
             raise InputError("variant", name, rule, "try --variant auto")
         raise InputError("variant", name, f"does not work here ({answer})", _cure(name))
-    if not name.endswith("_rgb"):
-        raise InputError(
-            "variant", name, "frames are made in an _rgb variant", "try --variant auto"
-        )
+    if not name.endswith(colours):
+        how = "with" if spectral else "without"
+        rule = f"{how} --spectral frames are made in an {colours} variant"
+        raise InputError("variant", name, rule, "try --variant auto")
     return name
 
 
