@@ -143,6 +143,18 @@ def _settle(path: Path) -> str:
 
 def read_exr(path: str | Path) -> tuple[Layers, dict[str, Any]]:
     """A frame's layers and header. Raises InputError for a file that is not one of ours."""
+    pixels, header = read_pixels(path)
+    missing = sorted(set(_CHANNELS) - set(pixels))
+    if missing:
+        raise InputError("frame", str(path), f"every layer of lodbench; missing {missing[0]}")
+    return Layers(**_fields(pixels)), header
+
+
+def read_pixels(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """A file's channels by name, of all its parts, (h, w) each, and the first part's header.
+
+    Raises InputError for what is no whole OpenEXR file.
+    """
     if not Path(path).is_file():
         raise InputError("frame", str(path), "an EXR file that exists")
     try:
@@ -153,10 +165,18 @@ def read_exr(path: str | Path) -> tuple[Layers, dict[str, Any]]:
             header = dict(file.header())
     except (RuntimeError, ValueError) as error:
         raise InputError("frame", str(path), f"readable OpenEXR ({error})") from error
-    missing = sorted(set(_CHANNELS) - set(pixels))
-    if missing:
-        raise InputError("frame", str(path), f"every layer of lodbench; missing {missing[0]}")
-    return Layers(**_fields(pixels)), header
+    return pixels, header
+
+
+def channel_types(form: FileForm) -> tuple[dict[str, np.dtype], dict[str, np.dtype]]:
+    """Pixel types by channel in a file of that form: what is always there, what may be."""
+    colour = np.float32 if form.colour == "float" else np.float16
+
+    def types(table: Mapping[str, _Channel]) -> dict[str, np.dtype]:
+        found = {name: each.dtype for name, each in table.items()}
+        return {name: np.dtype(colour if t is _COLOUR else t) for name, t in found.items()}
+
+    return {**types(_CHANNELS), "A": np.dtype(np.float32)}, types(_ASKED_FOR)
 
 
 def _fields(pixels: Mapping[str, np.ndarray]) -> dict[str, Any]:

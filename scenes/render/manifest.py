@@ -103,7 +103,7 @@ def _read(path: Path, data: Any) -> tuple[dict[str, dict[str, Any]], dict[str, d
 
     need(isinstance(data, dict), "the whole", data, "a table of version, settings and frames")
     version = data.get("version")
-    need(type(version) is int and version == VERSION, "version", version, f"{VERSION}")
+    need(type(version) is int and version == VERSION, "version", version, f"it is {VERSION}")
     frames, settings = data.get("frames"), data.get("settings")
     need(isinstance(settings, dict), "settings", settings, "a table of settings by their hash")
     need(isinstance(frames, dict), "frames", frames, "a table of frames by file name")

@@ -17,10 +17,9 @@ TINY = """
 speed = 20
 [terrain]
 reach = 100
-[species.figure]
-model = "figure"
-density = 0.01
-prototypes = 1
+[placed.insect]
+model = "insect"
+position = [0, 8]
 [render]
 size = "16x9"
 spp = 1

@@ -1,0 +1,115 @@
+"""`lodbench verify`, and `render` with a frame that cannot be: with a renderer of no cost."""
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.cli import main
+from scenes.render import worker as worker_module
+
+CHILD = """
+import os
+import signal
+
+import numpy as np
+
+from scenes.render.exr import write_exr
+from scenes.render.frame import Layers
+from scenes.render.manifest import flatten
+from scenes.render.worker_child import serve
+
+
+def render(settings, frame, target, watch):
+    with open("tries", "a") as file:
+        file.write(f"{frame} ")
+    if frame == 7:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    width, height = settings["render"]["size"]
+    ids, colour = np.full((height, width), frame), np.full((height, width, 3), 0.5)
+    header = {f"lod:{key}": str(value) for key, value in flatten(settings)}
+    layers = Layers(colour, ids, colour, colour, ids, ids, ids)
+    digest = write_exr(target, layers, {**header, "lod:frame": str(frame)})
+    return {"frame": frame, "sha256": digest, "seconds": {}, "peak_rss_bytes": 1, "statistics": {}}
+
+
+serve(render)
+"""
+
+Lines = list[dict[str, Any]]
+Lodbench = Callable[..., tuple[int, Lines, str]]
+
+
+@pytest.fixture
+def lodbench(
+    capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Lodbench:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "child.py").write_text(CHILD)
+    child = (sys.executable, "-P", str(tmp_path / "child.py"))
+    monkeypatch.setattr(worker_module, "CHILD", child)
+
+    def runner(*arguments: str) -> tuple[int, Lines, str]:
+        with pytest.raises(SystemExit) as left:
+            main([*arguments, "--json"])
+        out, err = capfd.readouterr()
+        return left.value.code, [json.loads(line) for line in out.splitlines()], err
+
+    return runner
+
+
+def render(lodbench: Lodbench, frames: str) -> tuple[int, Lines, str]:
+    flags = "--frames", frames, "--size", "8x4", "--variant", "scalar_rgb"
+    return lodbench("render", "meadow", "-o", "out/a.####.exr", *flags)
+
+
+def test_one_poisonous_frame_in_twenty_costs_that_frame(lodbench: Lodbench, tmp_path: Path) -> None:
+    code, (*lines, end), err = render(lodbench, "1-20")
+    assert code == 1
+    assert [line["frame"] for line in lines] == [n for n in range(1, 21) if n != 7]
+    (failure,) = end["failures"]
+    assert (end["done"], end["failed"], failure["frame"], failure["tries"]) == (19, 1, 7, 3)
+    assert "1 of 20 frames failed: frame 7: it ended its worker 3 times (SIGSEGV)" in err
+    assert (tmp_path / "tries").read_text().split().count("7") == 3
+    code, (found, counts), err = lodbench("verify", "out")
+    assert code == 1 and found["frame"] == 7
+    assert "failed: it ended its worker 3 times" in found["wrong"][0]
+    assert counts == {"frames": 20, "wrong": 1, "repaired": 0}
+
+
+def test_verify_finds_and_repairs(lodbench: Lodbench, tmp_path: Path) -> None:
+    render(lodbench, "1-3")
+    assert lodbench("verify", "out") == (0, [{"frames": 3, "wrong": 0, "repaired": 0}], "")
+    (tmp_path / "out" / "a.0002.exr").write_text("spoilt")
+    (tmp_path / "out" / ".a.0003.exr.gone-1.part").write_text("half")
+    (tmp_path / "tries").unlink()
+    code, (first, second, counts), err = lodbench("verify", "out")
+    assert (code, first["path"], counts["wrong"]) == (1, "out/a.0002.exr", 2)
+    assert second["path"].endswith(".part") and "--repair" in err
+    code, (*_, mended, removed, counts), err = lodbench("verify", "out", "--repair")
+    assert (code, err) == (0, "")
+    assert mended == {"frame": 2, "path": "out/a.0002.exr", "repaired": "rendered again"}
+    assert removed["repaired"] == "removed" and counts["repaired"] == 2
+    assert (tmp_path / "tries").read_text().split() == ["2"]
+    assert lodbench("verify", "out")[0] == 0
+
+
+def test_people_read_what_is_wrong(
+    lodbench: Lodbench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    render(lodbench, "1-2")
+    (tmp_path / "out" / "a.0001.exr").unlink()
+    with pytest.raises(SystemExit):
+        main(["verify", "out"])
+    out, _ = capfd.readouterr()
+    assert out == "out/a.0001.exr: there is no such file\n2 frames: 1 right, 1 wrong\n"
+
+
+@pytest.mark.parametrize("folder", ["none", "child.py", "."])
+def test_a_folder_without_frames_is_bad_input(lodbench: Lodbench, folder: str) -> None:
+    code, lines, err = lodbench("verify", folder)
+    assert (code, lines) == (2, [])
+    assert f"DIR: {folder!r}: a folder of frames with their manifest.json" in err

@@ -1,0 +1,126 @@
+"""The process that renders: what it says, what its death costs, and that it never stays."""
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from lod.errors import InputError
+from scenes.render import worker as worker_module
+from scenes.render.sequence import FrameFailed
+from scenes.render.worker import MOST_TRIES, Worker
+
+SETTINGS = {"render": {"variant": "scalar_rgb"}}
+
+CHILD = '''
+"""Renders nothing, and does what the number of a frame says."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+from lod.errors import InputError
+from scenes.render.worker_child import serve
+
+
+def render(settings, frame, target, watch):
+    with Path(target).with_name("tries").open("a") as file:
+        file.write(f"{frame} {os.getpid()} {os.environ['LODBENCH_TRUSTED_VARIANT']}\\n")
+    if frame == 7:
+        Path(target).write_text("half")
+        os.kill(os.getpid(), signal.SIGKILL)
+    if frame == 101:
+        raise InputError("camera.height", -1.5, "above 0", "try 2")
+    if frame == 102:
+        raise OSError(28, "No space left on device", target)
+    if frame == 103:
+        raise ZeroDivisionError("of  all\\nthings")
+    if frame == 104:
+        time.sleep(1000)
+    print("a library's chatter")
+    watch(1, 2)
+    watch(2, 2)
+    Path(target).write_text(f"frame {frame}")
+    return {"frame": frame, "sha256": "0" * 64, "seconds": {}, "statistics": {}}
+
+
+serve(render)
+'''
+
+
+@pytest.fixture(autouse=True)
+def stand_in(tmp_path, monkeypatch):
+    path = tmp_path / "child.py"
+    path.write_text(CHILD)
+    monkeypatch.setattr(worker_module, "CHILD", (sys.executable, "-P", str(path)))
+
+
+def tries(folder):
+    lines = [line.split() for line in (folder / "tries").read_text().splitlines()]
+    return [(int(frame), int(process)) for frame, process, _ in lines]
+
+
+def gone(process):
+    """Whether it has ended; a zombie that nobody collects has."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().split(") ")[1].startswith("Z")
+    except FileNotFoundError:
+        return True
+
+
+def test_one_process_renders_frame_after_frame(tmp_path, capfd):
+    seen = []
+    with Worker(watch=lambda *each: seen.append(each)) as worker:
+        for frame in (1, 2, 3):
+            record = worker(SETTINGS, frame, tmp_path / f"{frame}")
+            assert record["frame"] == frame
+            assert (tmp_path / f"{frame}").read_text() == f"frame {frame}"
+    (process,) = {process for _, process in tries(tmp_path)}
+    assert process != os.getpid() and gone(process)
+    assert [each for each in seen if each[2]] == [(process, 1, 2), (process, 2, 2)] * 3
+    assert capfd.readouterr().out == ""
+
+
+def test_a_frame_that_kills_it_is_tried_three_times_and_costs_itself(tmp_path):
+    with Worker() as worker:
+        worker(SETTINGS, 6, tmp_path / "6")
+        with pytest.raises(FrameFailed, match=r"3 times \(SIGKILL") as failed:
+            worker(SETTINGS, 7, tmp_path / "7")
+        worker(SETTINGS, 8, tmp_path / "8")
+    assert failed.value.tries == MOST_TRIES == 3
+    assert [frame for frame, _ in tries(tmp_path)] == [6, 7, 7, 7, 8]
+    assert not (tmp_path / "7").exists()
+    assert all(gone(process) for _, process in tries(tmp_path))
+
+
+def test_errors_come_through_and_the_process_stays(tmp_path):
+    with Worker() as worker:
+        with pytest.raises(InputError, match=r"^camera\.height: -1\.5: above 0; try 2$"):
+            worker(SETTINGS, 101, tmp_path / "a")
+        with pytest.raises(OSError, match="No space left") as refused:
+            worker(SETTINGS, 102, tmp_path / "a")
+        with pytest.raises(FrameFailed, match=r"^ZeroDivisionError: of all things$") as failed:
+            worker(SETTINGS, 103, tmp_path / "a")
+    assert refused.value.errno == 28 and failed.value.tries == 1
+    assert len({process for _, process in tries(tmp_path)}) == 1
+
+
+def test_an_interrupt_ends_it_at_once(tmp_path):
+    def interrupt(*_):
+        if (tmp_path / "tries").exists():
+            raise KeyboardInterrupt
+
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), Worker(watch=interrupt) as worker:
+        worker(SETTINGS, 104, tmp_path / "a")
+    assert time.monotonic() - start < 30
+    assert all(gone(process) for _, process in tries(tmp_path))
+
+
+def test_one_that_does_not_start_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(worker_module, "CHILD", (sys.executable, "-c", "raise SystemExit(3)"))
+    with pytest.raises(RuntimeError, match=r"does not start .exit code 3"), Worker() as worker:
+        worker(SETTINGS, 1, tmp_path / "a")
