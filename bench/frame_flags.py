@@ -11,6 +11,8 @@ from lod.errors import InputError
 LAST_FRAME = 999_999
 MOST_FRAMES = 100_000
 _SPAN = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
+_MEMORY = re.compile(r"(\d{1,9}(?:\.\d{1,9})?) ?(MB|GB|MiB|GiB)", re.ASCII | re.IGNORECASE)
+_UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
 _HASHES = "####"
 
 
@@ -30,6 +32,14 @@ def frame_numbers(text: str) -> tuple[int, ...]:
     if len(frames) > MOST_FRAMES:
         raise InputError("--frames", text, f"at most {MOST_FRAMES} frames", "render in parts")
     return tuple(sorted(frames))
+
+
+def memory_size(text: str) -> int:
+    """Bytes of ``4GB``, ``500 MB`` or ``2.5GiB``."""
+    match = _MEMORY.fullmatch(text.strip())
+    if match is None or not float(match[1]):
+        raise InputError("--max-memory", text, "above 0, in MB, GB, MiB or GiB", "try 4GB")
+    return round(float(match[1]) * _UNITS[match[2].lower()])
 
 
 def frame_pattern(text: str) -> str:

@@ -32,7 +32,7 @@ _SMALL, _LARGE = 'render.size="320x180"', 'render.size="1280x720"'
 _LLVM, _SCALAR = "llvm_ad_rgb", "scalar_rgb"
 SCENES = (
     Scene("meadow", _LLVM, ('render.size="64x36"', "render.spp=1", "species={}")),
-    Scene("meadow", _LLVM, (_SMALL, "render.spp=4")),
+    Scene("zoo", _LLVM, (_LARGE, "render.spp=16")),
     Scene("meadow", _LLVM, (_LARGE, "render.spp=1", "view.detail=2")),
     Scene("crowd", _LLVM, (_SMALL, "render.spp=16", "view.detail=0.4")),
     Scene("crowd", _LLVM, (_SMALL, "render.spp=4", "view.detail=2")),
@@ -40,7 +40,7 @@ SCENES = (
     Scene("fly_in", _LLVM, ('render.size="1920x1080"', "render.spp=1")),
     Scene("meadow", _SCALAR, (_SMALL, "render.spp=1", "species={}", "view.detail=0.25")),
     Scene("meadow", _SCALAR, (_SMALL, "render.spp=1", "view.detail=0.5")),
-    Scene("crowd", _SCALAR, (_LARGE, "render.spp=1", "view.detail=3")),
+    Scene("crowd", _SCALAR, ('render.size="640x360"', "render.spp=4", "view.detail=2")),
 )
 """Ten scenes that differ in everything that the model knows."""
 

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.frame_flags import check_targets, frame_numbers, frame_path, frame_pattern, make_folder
+from bench.frame_flags import (
+    check_targets,
+    frame_numbers,
+    frame_path,
+    frame_pattern,
+    make_folder,
+    memory_size,
+)
 from bench.frame_progress import frame_progress
 from bench.output import Output, output
 from bench.view_flags import file_flags, preset_of, view_flags
@@ -15,6 +22,7 @@ from scenes.preset import Preset
 
 if TYPE_CHECKING:
     from scenes.render.sequence import Job
+    from scenes.render.worker import Watch, Worker
 
 
 @click.command("render")
@@ -30,6 +38,7 @@ if TYPE_CHECKING:
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
+@click.option("--max-memory", metavar="SIZE", help="Refuse frames that need more, as 4GB.")
 @click.option("--json", "as_json", is_flag=True, help="A JSON object per frame on stdout.")
 def command(
     preset: str,
@@ -39,6 +48,7 @@ def command(
     resume: bool,
     overwrite: bool,
     threads: int,
+    max_memory: str | None,
     as_json: bool,
     **flags: Any,
 ) -> None:
@@ -47,16 +57,22 @@ def command(
     numbers = frame_numbers(frames)
     if resume and overwrite:
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
+    most_bytes = None if max_memory is None else memory_size(max_memory)
     chosen = preset_of(preset, **flags)
     check_targets([frame_path(pattern, number) for number in numbers])
     from scenes.render.one_frame import settings_of
     from scenes.render.sequence import open_job
     from scenes.render.variants import choose
+    from scenes.render.worker import Worker
 
     settings = settings_of(chosen, choose(chosen.render.variant, chosen.render.spectral))
     make_folder(Path(pattern).parent)
     with output(as_json) as out:
-        records = _render(out, lambda: open_job(pattern, numbers, settings, overwrite), threads)
+        records = _render(
+            out,
+            lambda: open_job(pattern, numbers, settings, overwrite),
+            lambda watch: Worker(threads, watch, most_bytes),
+        )
         done = [Path(record["path"]) for record in records if "error" not in record]
         failed = [record for record in records if "error" in record]
         pictures = _preview(out, chosen, pattern, done) if preview and done else []
@@ -66,17 +82,18 @@ def command(
         raise click.ClickException(_failures(failed, len(numbers)))
 
 
-def _render(out: Output, begin: Callable[[], "Job"], threads: int) -> list[dict[str, Any]]:
+def _render(
+    out: Output, begin: Callable[[], "Job"], workers: "Callable[[Watch], Worker]"
+) -> list[dict[str, Any]]:
     """A line for each finished frame; what ends the sequence before its end is counted, too."""
     from scenes.render.sequence import render_sequence
-    from scenes.render.worker import Worker
 
     records: list[dict[str, Any]] = []
     try:
         job = begin()
         with (
             frame_progress(len(job.paths)) as progress,
-            Worker(threads, progress.watch) as worker,
+            workers(progress.watch) as worker,
         ):
             for record in render_sequence(job, worker):
                 records.append(record)

@@ -168,15 +168,14 @@ def read_pixels(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]
     return pixels, header
 
 
-def channel_types(form: FileForm) -> tuple[dict[str, np.dtype], dict[str, np.dtype]]:
-    """Pixel types by channel in a file of that form: what is always there, what may be."""
+def channel_types(form: FileForm, motion: bool, denoised: bool) -> dict[str, np.dtype]:
+    """Pixel types by channel in a file of that form, with the layers that were asked for."""
+    asked = {"motion": motion, "denoised": denoised}
+    extra = {name: each for name, each in _ASKED_FOR.items() if asked[each.part]}
     colour = np.float32 if form.colour == "float" else np.float16
-
-    def types(table: Mapping[str, _Channel]) -> dict[str, np.dtype]:
-        found = {name: each.dtype for name, each in table.items()}
-        return {name: np.dtype(colour if t is _COLOUR else t) for name, t in found.items()}
-
-    return {**types(_CHANNELS), "A": np.dtype(np.float32)}, types(_ASKED_FOR)
+    types = {name: each.dtype for name, each in {**_CHANNELS, **extra}.items()}
+    types = {name: colour if each is _COLOUR else each for name, each in types.items()}
+    return {name: np.dtype(each) for name, each in {**types, "A": np.float32}.items()}
 
 
 def _fields(pixels: Mapping[str, np.ndarray]) -> dict[str, Any]:

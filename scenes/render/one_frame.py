@@ -12,11 +12,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from lod.parts import Sticks, Triangles
 from scenes.preset import Preset, preset_from
 from scenes.render.frame import FrameInput
 from scenes.render.header import frame_header, software
 from scenes.render.manifest import flatten
-from scenes.render.memory import peak_rss_bytes
+from scenes.render.memory import check_memory, foretell, peak_rss_bytes
 
 Settings = Mapping[str, Any]
 Record = dict[str, Any]
@@ -40,18 +41,21 @@ def render_one(
     frame: int,
     target: str | Path,
     watch: Callable[[int, int], object] = lambda taken, of: None,
+    most_bytes: int | None = None,
 ) -> Record:
     """Render a frame into ``target``, a file that does not exist yet.
 
     Record: frame, sha256 of the file, seconds {stage: s}, peak_rss_bytes, statistics. The world of
     the last settings is kept for the next frame; building it counts as that first frame's time.
     ``watch`` is told how many samples are taken, of how many.
-    Raises InputError for a frame that cannot be, OSError where the disk refuses.
+    Raises InputError for a frame that cannot be or would need more than ``most_bytes`` of memory,
+    OSError where the disk refuses.
     """
     from scenes.render.exr import write_exr
     from scenes.render.render import render_frame
 
     made = _made(settings, frame)
+    _check_memory(made, most_bytes, f"frame {frame}")
     seen = made.camera, made.visible, made.air, made.light, made.quality
     layers = render_frame(*seen, frame, _counted(made, watch), made.extras)
     rendered = time.perf_counter()
@@ -65,6 +69,17 @@ def render_one(
         "peak_rss_bytes": peak_rss_bytes(),
         "statistics": layers.statistics,
     }
+
+
+def _check_memory(made: FrameInput, most_bytes: int | None, what: str) -> None:
+    """Foretell what the frame needs from what its cut displays, before any scene is built."""
+    shapes = [each.shape for each in made.visible]
+    sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
+    triangles = sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
+    size, quality = (made.camera.width, made.camera.height), made.quality
+    needed = foretell(sticks, triangles, size, quality.spp, quality.variant)
+    counts = f"{what}, with {sticks:,} sticks and {triangles:,} triangles,"
+    check_memory(needed, most_bytes, counts)
 
 
 def _counted(made: FrameInput, watch: Callable[[int, int], object]) -> Callable[[int], object]:

@@ -91,11 +91,12 @@ def _layers(pixels: Mapping[str, np.ndarray], preset: Preset) -> list[str]:
     """What is wrong with channels, size and pixels."""
     wrong = []
     width, height = preset.render.size
-    required, possible = channel_types(form_of(preset))
-    for name in sorted(required.keys() - pixels.keys()):
+    output = preset.output
+    types = channel_types(form_of(preset), output.motion, output.denoise)
+    for name in sorted(types.keys() - pixels.keys()):
         wrong.append(f"channel {name} is missing")
     for name, values in sorted(pixels.items()):
-        expected = {**required, **possible}.get(name)
+        expected = types.get(name)
         if expected is None:
             wrong.append(f"channel {name} is none of ours")
         elif values.dtype != expected:

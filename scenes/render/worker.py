@@ -34,11 +34,17 @@ Watch = Callable[[int, int, int], object]
 class Worker:
     """Renders frames in a process of its own; a context manager, at whose end that is gone.
 
-    threads  for the renderer; 0 = one for each core
+    threads     for the renderer; 0 = one for each core
+    most_bytes  that a frame may need of memory
     """
 
-    def __init__(self, threads: int = 0, watch: Watch = lambda process, taken, of: None) -> None:
-        self._threads, self._watch = threads, watch
+    def __init__(
+        self,
+        threads: int = 0,
+        watch: Watch = lambda process, taken, of: None,
+        most_bytes: int | None = None,
+    ) -> None:
+        self._threads, self._watch, self._most_bytes = threads, watch, most_bytes
         self._process: subprocess.Popen[bytes] | None = None
         self._unread = b""
 
@@ -60,6 +66,7 @@ class Worker:
         killed MOST_TRIES workers.
         """
         request = {"settings": settings, "frame": frame, "target": str(target)}
+        request["most_bytes"] = self._most_bytes
         for _ in range(MOST_TRIES):
             if self._process is None:
                 self._start(settings["render"]["variant"])

@@ -1,8 +1,8 @@
 """The process that renders frames for scenes/render/worker.py: a JSON object a line, both ways.
 
-In: {settings, frame, target}. Out: {ready} once; then, of each frame, {samples: [taken, of]} some
-times and one of {record}, {input: [where, arrived, rule, cure]}, {disk: [errno, strerror, file]},
-{failed: text}.
+In: {settings, frame, target, most_bytes}. Out: {ready} once; then, of each frame, {samples: [taken,
+of]} some times and one of {record}, {input: [where, arrived, rule, cure]}, {disk: [errno, strerror,
+file]}, {failed: text}.
 """
 
 import ctypes

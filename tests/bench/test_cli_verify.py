@@ -23,7 +23,7 @@ from scenes.render.manifest import flatten
 from scenes.render.worker_child import serve
 
 
-def render(settings, frame, target, watch):
+def render(settings, frame, target, watch, most_bytes):
     with open("tries", "a") as file:
         file.write(f"{frame} ")
     if frame == 7:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.frame_flags import frame_numbers, frame_path, frame_pattern, make_folder
+from bench.frame_flags import frame_numbers, frame_path, frame_pattern, make_folder, memory_size
 from lod.errors import InputError
 
 
@@ -62,3 +62,10 @@ def test_a_folder_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="-o"):
         make_folder(tmp_path / "a" / ("n" * 300))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_memory_sizes():
+    assert memory_size("4GB") == 4_000_000_000 and memory_size("1.5 gib") == 3 * 2**29
+    for text in ("4", "GB", "0GB", "-1GB", "4TB", "nanGB", ""):
+        with pytest.raises(InputError, match="--max-memory"):
+            memory_size(text)

@@ -26,7 +26,7 @@ from lod.errors import InputError
 from scenes.render.worker_child import serve
 
 
-def render(settings, frame, target, watch):
+def render(settings, frame, target, watch, most_bytes):
     with Path(target).with_name("tries").open("a") as file:
         file.write(f"{frame} {os.getpid()} {os.environ['LODBENCH_TRUSTED_VARIANT']}\\n")
     if frame == 7:

@@ -1,0 +1,24 @@
+"""What a frame needs is foretold from counts alone, and refused with both figures."""
+
+import pytest
+
+from lod.errors import InputError
+from scenes.render.memory import check_memory, foretell
+
+SIZE = 640, 360
+
+
+def test_more_of_anything_needs_more_until_the_samples_go_in_groups():
+    least = foretell(0, 0, (16, 9), 1, "llvm_ad_rgb")
+    assert 300e6 < least < 600e6
+    assert foretell(10**6, 0, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(277e6, rel=0.01)
+    assert foretell(0, 10**6, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(204e6, rel=0.01)
+    few, many, more = (foretell(0, 0, SIZE, spp, "scalar_rgb") for spp in (1, 16, 4096))
+    assert few < many == more
+
+
+def test_over_the_limit_is_refused_with_both_figures():
+    check_memory(10**9, None, "frame 3")
+    check_memory(10**9, 10**9, "frame 3")
+    with pytest.raises(InputError, match=r"'1\.00 GB': frame 3 needs about 2\.50 GB; allow more"):
+        check_memory(2_500_000_000, 10**9, "frame 3")
