@@ -24,7 +24,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Reals
+from lod.arrays import Flags, Reals
 from scenes.stick_raster import FINE, areas_of_parts, largest_of_parts
 from scenes.stick_table import StickTable
 
@@ -92,23 +92,40 @@ def largest_area(table: StickTable, spread: Directions | None = None) -> Reals:
 
     In closed form for a part of one stick; else searched from the best of ``spread`` (SEARCHED).
     """
-    areas = largest_of_parts(table, directions(SEARCHED) if spread is None else spread)
-    return _exact_where_single(table, areas, largest_outline_areas)
+    spread = directions(SEARCHED) if spread is None else spread
+    return _exact_where_single(
+        table, lambda some: largest_of_parts(some, spread), largest_outline_areas
+    )
 
 
 def mean_area(table: StickTable, spread: Directions | None = None, fineness: float = FINE) -> Reals:
     """Mean over directions of the area that each part's sticks cover together, (n,) [m²]."""
-    areas = areas_of_parts(table, directions() if spread is None else spread, fineness)
-    return _exact_where_single(table, areas.mean(axis=1), mean_outline_areas)
+    spread = directions() if spread is None else spread
+    return _exact_where_single(
+        table, lambda some: areas_of_parts(some, spread, fineness).mean(axis=1), mean_outline_areas
+    )
 
 
 def _exact_where_single(
-    table: StickTable, areas: Reals, closed_form: Callable[[StickTable], Reals]
+    table: StickTable,
+    measured: Callable[[StickTable], Reals],
+    closed_form: Callable[[StickTable], Reals],
 ) -> Reals:
-    single = np.flatnonzero(table.count == 1)
-    areas = areas.copy()
+    """Parts of one stick in closed form, composite ones measured."""
+    areas, count = np.zeros(len(table.count)), table.count
+    single, several = np.flatnonzero(count == 1), np.flatnonzero(count > 1)
     areas[single] = closed_form(table)[table.first[single]]
+    if len(several):
+        areas[several] = measured(_parts_alone(table, count > 1))
     return areas
+
+
+def _parts_alone(table: StickTable, parts: Flags) -> StickTable:
+    """The flagged parts (n,) with their sticks, and no others."""
+    keep = parts[table.owner]
+    names = ("start", "end", "start_radius", "end_radius", "tint")
+    first = np.concatenate(([0], np.cumsum(table.count[parts])))
+    return StickTable(first, *(getattr(table, name)[keep] for name in names))
 
 
 def _lengths(table: StickTable) -> Reals:

@@ -1,10 +1,10 @@
-"""What foliage looks like from further off: a few larger blobs that cover as much.
+"""What branches look like from further off: a few larger shapes that cover as much.
 
 Stochastic simplification after R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic
 simplification of aggregate detail", SIGGRAPH 2007: of many like elements keep few, enlarged so
-that the area they cover is kept. Here the few are drawn evenly: the leaves are halved again and
-again along their longest extent (a k-d tree), and each group becomes one stick along its longest
-spread. They stay apart, so that the crown keeps its gaps.
+that the area they cover is kept. Here the few are drawn evenly: what is hidden is halved by area
+again and again along its longest extent (a k-d tree), and each group becomes one stick along its
+longest spread, as thick as it must be. They stay apart, so that the crown keeps its gaps.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from jaxtyping import Float64, Int64
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
-from scenes.stick_area import directions, mean_area
+from scenes.stick_area import directions, mean_area, mean_outline_areas
 from scenes.stick_raster import COARSE
 from scenes.stick_table import StickTable
 
@@ -23,56 +23,69 @@ FITTING_DIRECTIONS = 16
 _FULLEST = 2.236
 """√5: half an axis of an even ellipsoid, as a share of its standard deviation along it."""
 
+_STEP = 0.7
+"""Power of the missing area by which radii grow: converges for thin sticks and for round blobs."""
+
 
 @dataclass(frozen=True, eq=False)
 class Blobs:
-    """Sticks by their middle: part (g,), centre and half-axis (g, 3), radius (g,) [m]."""
+    """Sticks by their middle.
+
+    part (g,); centre (g, 3); axis (g, 3) unit; reach (g,) of the group along it, radius (g,) across
+    it [m]
+    """
 
     part: np.ndarray
     centre: np.ndarray
-    half: np.ndarray
+    axis: np.ndarray
+    reach: np.ndarray
     radius: np.ndarray
 
-    def sticks(self, factor: Reals) -> tuple[np.ndarray, ...]:
-        """Owner, start, end and both radii, each part's blobs enlarged by its factor (n,)."""
-        f = factor[self.part]
-        half, radius = self.half * f[:, None], self.radius * f
+    def table(self, parts: int, factor: Reals, tint: Ints | None = None) -> StickTable:
+        """As sticks, each part's radii times its factor (n,); as long over all as the group is."""
+        radius = self.radius * factor[self.part]
+        half = np.maximum(self.reach - radius, 0.25 * radius)[:, None] * self.axis
         # One end plumper than the other, as a bough of leaves is.
-        return self.part, self.centre - half, self.centre + half, 1.1 * radius, 0.85 * radius
+        radii = 1.1 * radius, 0.85 * radius
+        tint = np.zeros(len(self.part), np.int64) if tint is None else tint
+        return StickTable.of(
+            parts, self.part, self.centre - half, self.centre + half, *radii, tint
+        )
 
 
-def gather(
-    first: Int64[np.ndarray, " parts"], start: Points, end: Points, most: int
-) -> tuple[Blobs, Ints]:
-    """At most ``most`` blobs for each part's leaves, and the blob that each leaf falls to (k,).
-
-    Leaves of part i are rows first[i]:first[i + 1].
-    """
-    group, part = _strata(first, (start + end) / 2, most)
-    points, groups = np.concatenate((start, end)), np.concatenate((group, group))
-    count = np.bincount(groups, minlength=len(part))
-    centre = _sums(groups, points, len(part)) / count[:, None]
+def gather(hidden: StickTable, most: int) -> tuple[Blobs, Ints]:
+    """At most ``most`` blobs for what is hidden of each part, and the blob of each stick (k,)."""
+    weight = mean_outline_areas(hidden)
+    middle = (hidden.start + hidden.end) / 2
+    group, part = _strata(hidden.first, middle, weight, most)
+    points = np.concatenate((hidden.start, hidden.end))
+    groups, weights = np.concatenate((group, group)), np.concatenate((weight, weight))
+    total = np.bincount(groups, weights, len(part))
+    centre = _sums(groups, points * weights[:, None], len(part)) / total[:, None]
     offset = points - centre[groups]
-    spread = _sums(groups, (offset[:, :, None] * offset[:, None, :]).reshape(-1, 9), len(part))
-    values, axes = np.linalg.eigh(spread.reshape(-1, 3, 3) / count[:, None, None])
+    products = (offset[:, :, None] * offset[:, None, :]).reshape(-1, 9) * weights[:, None]
+    spread = _sums(groups, products, len(part)).reshape(-1, 3, 3) / total[:, None, None]
+    values, axes = np.linalg.eigh(spread)
     extent = _FULLEST * np.sqrt(np.maximum(values, 1e-8))
     radius = np.sqrt(extent[:, 0] * extent[:, 1])
-    half = np.maximum(extent[:, 2] - radius, 0.25 * radius)
-    return Blobs(part, centre, axes[:, :, 2] * half[:, None], radius), group
+    return Blobs(part, centre, axes[:, :, 2], extent[:, 2], radius), group
 
 
-def fitted(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 4) -> Reals:
-    """Factor on each part's blobs so that they and its own wood cover the target on average (n,).
-
-    A fixed-point step: what blobs cover beyond the wood grows about as the square of their size.
+def fitted(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 6) -> Reals:
+    """Factor on each part's radii so that its blobs and its own wood cover the target on average
+    (n,).
     """
-    bare = fitting_area(wood)
     factor = np.full(len(target), 0.7)
+    bare = fitting_area(wood)
     for _ in range(rounds):
-        covered = fitting_area(joined(wood, blobs, factor))
-        ratio = (target - bare) / np.maximum(covered - bare, 1e-12)
-        factor *= np.sqrt(np.clip(ratio, 0.25, 4.0))
+        covered = fitting_area(joined((wood, blobs.table(len(target), factor))))
+        factor *= radius_step(target - bare, covered - bare)
     return factor
+
+
+def radius_step(target: Reals | float, covered: Reals | float) -> Reals:
+    """How much radii must grow for what they cover to come nearer to the target."""
+    return np.asarray(np.clip(target / np.maximum(covered, 1e-12), 0.1, 4.0) ** _STEP)
 
 
 def fitting_area(table: StickTable) -> Reals:
@@ -80,33 +93,24 @@ def fitting_area(table: StickTable) -> Reals:
     return mean_area(table, directions(FITTING_DIRECTIONS), COARSE)
 
 
-def joined(
-    wood: StickTable, blobs: Blobs, factor: Reals, tint: np.ndarray | None = None
-) -> StickTable:
-    """Wood and blobs of each part in one table; blobs have the given tints, or 0."""
-    owner, *lengths = blobs.sticks(factor)
-    tint = np.zeros(len(owner), np.int64) if tint is None else tint
-    names = ("start", "end", "start_radius", "end_radius", "tint")
-    columns = [
-        np.concatenate((getattr(wood, name), column))
-        for name, column in zip(names, (*lengths, tint), strict=True)
-    ]
-    return StickTable.of(len(wood.first) - 1, np.concatenate((wood.owner, owner)), *columns)
+def joined(tables: tuple[StickTable, ...]) -> StickTable:
+    """Several tables of the same parts as one."""
+    names = ("owner", "start", "end", "start_radius", "end_radius", "tint")
+    columns = [np.concatenate([getattr(table, name) for table in tables]) for name in names]
+    return StickTable.of(len(tables[0].first) - 1, *columns)
 
 
 def blended_tints(
-    part: Ints,
     weight: Reals,
     wanted: Points,
     palette: Float64[np.ndarray, "t 3"],
     allowed: Int64[np.ndarray, " a"],
 ) -> Ints:
-    """A tint of the palette for each blob, so that the weighted mean of a part's blobs is as
-        wanted.
+    """A tint of the palette for each blob, so that their weighted mean is as wanted.
 
-    Error diffusion from blob to blob of one part (after Floyd & Steinberg 1976).
+    Error diffusion from blob to blob (after Floyd & Steinberg 1976).
     """
-    return allowed[_diffuse(part, weight, wanted, palette[allowed])]
+    return allowed[_diffuse(weight, wanted, palette[allowed])]
 
 
 def _sums(group: Ints, values: np.ndarray, groups: int) -> np.ndarray:
@@ -115,22 +119,27 @@ def _sums(group: Ints, values: np.ndarray, groups: int) -> np.ndarray:
 
 
 @njit(cache=True)
-def _strata(first, centre, most):  # type: ignore[no-untyped-def]
-    """Group of each leaf, part of each group: the largest group is halved until ``most``."""
+def _strata(first, centre, weight, most):  # type: ignore[no-untyped-def]
+    """Group of each stick, part of each group: the heaviest group is halved until ``most``."""
     group = np.empty(len(centre), np.int64)
     part = np.empty((len(first) - 1) * most, np.int64)
     order = np.arange(len(centre))
     groups = 0
-    low, high = np.empty(most, np.int64), np.empty(most, np.int64)
+    low, high, heavy = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most)
     for i in range(len(first) - 1):
         low[0], high[0], n = first[i], first[i + 1], 1
+        heavy[0] = weight[first[i] : first[i + 1]].sum()
         while n < most:
-            widest = np.argmax(high[:n] - low[:n])
+            widest = np.argmax(heavy[:n])
             a, b = low[widest], high[widest]
             if b - a < 2:
                 break
             _sort_along_longest(order, centre, a, b)
-            middle = (a + b) // 2
+            middle, half = a, 0.0
+            while middle < b - 1 and (middle == a or half < heavy[widest] / 2):
+                half += weight[order[middle]]
+                middle += 1
+            heavy[n], heavy[widest] = heavy[widest] - half, half
             high[widest], low[n], high[n] = middle, middle, b
             n += 1
         for k in range(n):
@@ -162,17 +171,16 @@ def _sort_along_longest(order, centre, a, b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _diffuse(part, weight, wanted, palette):  # type: ignore[no-untyped-def]
-    chosen = np.empty(len(part), np.int64)
+def _diffuse(weight, wanted, palette):  # type: ignore[no-untyped-def]
+    chosen = np.empty(len(weight), np.int64)
     owed = np.zeros(3)
-    for g in range(len(part)):
-        if g == 0 or part[g] != part[g - 1]:
-            owed[:] = 0.0
+    least = 0.1 * weight.mean()  # what is hardly seen cannot make up for the rest
+    for g in range(len(weight)):
         best, smallest = 0, np.inf
         for t in range(len(palette)):
             error = 0.0
             for k in range(3):
-                error += (wanted[g, k] + owed[k] / weight[g] - palette[t, k]) ** 2
+                error += (wanted[g, k] + owed[k] / max(weight[g], least) - palette[t, k]) ** 2
             if error < smallest:
                 best, smallest = t, error
         chosen[g] = best

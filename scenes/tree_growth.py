@@ -1,4 +1,4 @@
-"""How a tree grows: trunk, limbs, branches, branchlets, twigs and leaves, level by level.
+"""How a tree grows: trunk, limbs, branches, twigs and leaves, level by level.
 
 After Weber & Penn (SIGGRAPH 1995): equations for lengths, radii, flare and placement are theirs,
 cited by section; tropism and random bending are simplified to a turn per segment. All branches of
@@ -10,10 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals
-from scenes.tree_species import BranchLevel, TreeSpecies
-
-THINNEST = 0.006
-"""Radius of the thinnest twig [m]."""
+from scenes.tree_species import BranchLevel, Foliage, TreeSpecies
 
 STEEPEST = -0.3
 """How far down a branch may set out, as the z of its direction: what hangs lower finds no light."""
@@ -38,7 +35,9 @@ class Branches:
 
 @dataclass(frozen=True, eq=False)
 class Leaves:
-    """Leaves of all twigs: each one's twig (k,), its two ends (k, 3) and radii (k,) [m]."""
+    """Leaves of all twigs: each one's twig (k,), which rises, its two ends (k, 3) and radii (k,)
+    [m].
+    """
 
     twig: np.ndarray
     start: np.ndarray
@@ -48,18 +47,21 @@ class Leaves:
 
 
 def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches], Leaves]:
-    """A tree standing at the origin: trunk and four levels of branches, and its leaves."""
+    """A tree standing at the origin: trunk and levels of branches, and its leaves, if any."""
     levels = [_trunk(species, rng)]
     for number, level in enumerate(species.levels):
         shape = species.shape if number == 0 else None
-        levels.append(_children(levels[-1], level, shape, rng))
-    return levels, _leaves(levels[-1], species, rng)
+        levels.append(_children(levels[-1], level, shape, species, rng))
+    if species.foliage is None:
+        nothing = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
+        return levels, Leaves(np.zeros(0, np.int64), *nothing)
+    return levels, _leaves(levels[-1], species.foliage, rng)
 
 
 def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
     mean, spread = species.height
     height = mean + spread * float(np.clip(rng.normal(), -2, 2))
-    length, segments = species.trunk * height, 10
+    length, segments = species.trunk * height, 7
     up = np.array([[0.0, 0.0, 1.0]])
     nodes = _chain(
         np.zeros((1, 3)), up, np.array([length]), segments, 0.15, species.trunk_wander, rng
@@ -67,7 +69,7 @@ def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
     z = np.linspace(0, 1, segments + 1)
     # §4.4: a linear taper, and near the ground a flare that falls off exponentially.
     flare = 1 + species.flare * (100.0 ** np.maximum(0, 1 - 8 * z) - 1) / 100
-    radii = species.radius * height * (1 - 0.80 * z) * flare
+    radii = species.radius * height * (1 - species.taper * z) * flare
     foot = nodes[:, :1] - (0.0, 0.0, species.below)
     nodes = np.concatenate((foot, nodes), axis=1)
     radii = np.concatenate(([radii[0] * 1.08], radii))[None]
@@ -78,6 +80,7 @@ def _children(
     parents: Branches,
     level: BranchLevel,
     shape: tuple[tuple[float, float], ...] | None,
+    species: TreeSpecies,
     rng: np.random.Generator,
 ) -> Branches:
     """§4.3: the branches of one level, spread along and around their parents."""
@@ -97,14 +100,17 @@ def _children(
         height, limb = np.array(shape).T
         share = np.interp(crown, height, limb)
     length = level.length * share * parents.length[parent] * rng.uniform(0.94, 1.06, len(parent))
+    snapped = rng.random(len(parent)) < species.broken
+    length *= np.where(snapped, rng.uniform(0.25, 0.7, len(parent)), 1.0)
     nodes = _chain(base, start, length, level.segments, level.lift, level.wander, rng)
     # §4.4: radius by the ratio of lengths, never thicker than what bears it.
     thick = (length / parents.length[parent]) ** level.slender * parents.radii[
         parent, _skip(parents)
     ]
-    thick = np.maximum(np.minimum(thick, 0.85 * radius), THINNEST)
-    taper = np.linspace(1, 0.35, level.segments + 1)
-    radii = np.maximum(thick[:, None] * taper, THINNEST)
+    thick = np.maximum(np.minimum(thick, 0.85 * radius), species.thinnest)
+    tip = np.where(snapped, 0.75, 0.35)[:, None]
+    taper = 1 - (1 - tip) * np.linspace(0, 1, level.segments + 1)
+    radii = np.maximum(thick[:, None] * taper, species.thinnest)
     return Branches(parent, nodes, radii, length)
 
 
@@ -119,9 +125,11 @@ def _places(
     number = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
     step = (number + 0.5 + 0.35 * rng.uniform(-1, 1, len(parent))) / count[parent]
     along = level.first + (0.99 - level.first) * step
-    first = rng.uniform(0, 360, len(parents))
-    around = first[parent] + level.turn * number + level.spread * rng.normal(size=len(parent))
-    return parent, along, np.radians(around)
+    if level.turn < 0:  # on either side in turn, level
+        around = 180.0 * (number % 2)
+    else:
+        around = rng.uniform(0, 360, len(parents))[parent] + level.turn * number
+    return parent, along, np.radians(around + level.spread * rng.normal(size=len(parent)))
 
 
 def _at(parents: Branches, parent: Ints, along: Reals) -> tuple[Points, Points, Reals]:
@@ -160,18 +168,21 @@ def _chain(
     return nodes
 
 
-def _leaves(twigs: Branches, species: TreeSpecies, rng: np.random.Generator) -> Leaves:
-    """Leaves along the outer part of each twig, standing off to all sides, turned to the light."""
-    f = species.foliage
-    n = len(twigs) * f.leaves
-    twig = np.repeat(np.arange(len(twigs)), f.leaves)
-    step = np.tile((np.arange(f.leaves) + 0.5) / f.leaves, len(twigs))
-    along = np.clip(0.15 + 0.95 * step + 0.06 * rng.normal(size=n), 0, 1)
+def _leaves(twigs: Branches, f: Foliage, rng: np.random.Generator) -> Leaves:
+    """Leaves along the outer part of each twig, standing off it, turned to the light."""
+    share = twigs.length / twigs.length.max()
+    count = np.maximum(3, np.rint(f.leaves * np.sqrt(share))).astype(np.int64)
+    twig = np.repeat(np.arange(len(twigs)), count)
+    n = len(twig)
+    number = np.arange(n) - np.repeat(np.cumsum(count) - count, count)
+    step = (number + 0.5) / count[twig]
+    along = np.clip(0.10 + 0.95 * step + 0.06 * rng.normal(size=n), 0, 1)
     point, heading, _ = _at(twigs, twig, along)
     side, other = _across(heading)
-    around = np.radians(137.5 * np.tile(np.arange(f.leaves), len(twigs)) + 40 * rng.normal(size=n))
+    turn, loose = (180.0, 12.0) if f.flat else (137.5, 40.0)
+    around = np.radians(turn * number + loose * rng.normal(size=n))
     outward = np.cos(around)[:, None] * side + np.sin(around)[:, None] * other
-    pointing = outward + 0.5 * heading + 0.35 * rng.normal(size=(n, 3))
+    pointing = outward + f.ahead * heading + (0.15 if f.flat else 0.35) * rng.normal(size=(n, 3))
     pointing[:, 2] += f.upturn
     pointing = _unit(pointing)
     size = rng.uniform(0.75, 1.25, n)

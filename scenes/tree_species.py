@@ -1,12 +1,18 @@
 """Kinds of tree in tables, in the terms of Weber & Penn (1995).
 
 J. Weber & J. Penn, "Creation and rendering of realistic trees", SIGGRAPH 1995: a trunk and levels
-of branches, each level with its own number, angles, length and curvature. The values are our own.
+of branches, each level with its own number, angles, length and curvature. Kinds of branches and
+crowns follow their tables (birch: quaking aspen; broadleaf: California black oak and black
+tupelo); the values are our own, with far fewer branches, each of which bears a larger leaf.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field, replace
 
 Colour = tuple[float, float, float]
+Season = str
+
+SEASONS = ("spring", "summer", "autumn", "winter")
 
 
 @dataclass(frozen=True)
@@ -18,7 +24,9 @@ class BranchLevel:
     length    greatest length, as a share of the parent's (of the trunk's for limbs)
     fade      how much shorter the last child is than the first, 0 to 1 (0.6 in §4.3); not for limbs
     down_base, down_tip   angle away from the parent at its base and at its tip ("DownAngle")
-    turn      angle around the parent from one child to the next ("Rotate"); spread: of all angles
+    turn      angle around the parent from one child to the next; below 0: the children stand level
+        on either side in turn ("Rotate")
+    spread    of all angles
     lift      tropism: how far the tip turns up (above 0) or hangs (below 0)
     wander    random bend from segment to segment
     segments  sticks in the chain ("CurveRes")
@@ -41,10 +49,12 @@ class BranchLevel:
 
 @dataclass(frozen=True)
 class Foliage:
-    """Leaves as short plump sticks, several on each twig [m].
+    """Leaves as short cones, several on each twig [m]; of a conifer shoots with their needles.
 
-    leaves: per twig; length between the two centres; wide, narrow: the two radii
+    leaves: on the longest twig; length between the two centres; wide, narrow: the two radii
     scatter: how far leaves stand off the twig; upturn: how far they turn up to the light
+    flat: they stand level on either side of the twig, as in a comb; ahead: how far they lean to
+        its tip
     """
 
     leaves: int
@@ -53,6 +63,8 @@ class Foliage:
     narrow: float
     scatter: float
     upturn: float
+    flat: bool = False
+    ahead: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -61,10 +73,16 @@ class TreeSpecies:
 
     height: mean and spread [m]; trunk: its length, as a share of the height; radius: of the trunk,
         as a share of the height ("Ratio")
+    taper: how much thinner the trunk's top is than its foot, 0 to 1 ("Taper")
     flare: widening at the foot ("Flare"); below: how far the foot reaches under the ground [m]
     shape: length of limbs along the crown, from its base 0 to its top 1, as a share of the longest
         ("Shape")
-    levels: limbs, branches, branchlets, twigs
+    levels: limbs, branches, …, twigs; foliage: None where it has none in any season
+    porous: shapes in the leaf appearance of the tree, a limb, a branch, …; wood: sticks kept there
+        of the branch itself
+    leafy: colours of leaves in each season, () where it stands bare
+    broken: share of branches that have snapped; thinnest: radius of the thinnest twig [m]
+    clear: how many of the trunk's 8 sticks, from the foot up, are seen from afar
     """
 
     name: str
@@ -75,15 +93,40 @@ class TreeSpecies:
     below: float
     trunk_wander: float
     shape: tuple[tuple[float, float], ...]
-    levels: tuple[BranchLevel, BranchLevel, BranchLevel, BranchLevel]
-    foliage: Foliage
+    levels: tuple[BranchLevel, ...]
+    foliage: Foliage | None
+    porous: tuple[int, ...]
+    wood: tuple[int, ...]
     bark: tuple[Colour, Colour]
-    greens: tuple[Colour, ...]
+    leafy: dict[Season, tuple[Colour, ...]] = field(hash=False)
+    taper: float = 0.8
+    broken: float = 0.0
+    thinnest: float = 0.006
+    clear: int = 4
+
+    def bare(self) -> "TreeSpecies":
+        """The same tree without its leaves; its looks are then all of wood."""
+        keep = (self.wood[0], *(max(1, each) for each in self.wood[1:]))
+        more = tuple(2 * each for each in self.porous)
+        return replace(self, foliage=None, porous=more, wood=keep, clear=8)
+
+
+def _shades(dark: Colour, light: Colour, count: int = 5) -> tuple[Colour, ...]:
+    """Colours from dark to light, evenly spaced in their logarithms."""
+    steps = [k / (count - 1) for k in range(count)]
+    pairs = list(zip(dark, light, strict=True))
+    return tuple(
+        (_mixed(*pairs[0], s), _mixed(*pairs[1], s), _mixed(*pairs[2], s)) for s in steps
+    )
+
+
+def _mixed(a: float, b: float, share: float) -> float:
+    return round(math.exp((1 - share) * math.log(a) + share * math.log(b)), 4)
 
 
 BROADLEAF = TreeSpecies(
     name="broadleaf",
-    height=(10.0, 0.9),
+    height=(9.5, 0.8),
     trunk=0.68,
     radius=0.020,
     flare=0.55,
@@ -91,20 +134,130 @@ BROADLEAF = TreeSpecies(
     trunk_wander=5.0,
     shape=((0.0, 0.88), (0.3, 1.0), (0.7, 0.97), (1.0, 0.82)),
     levels=(
-        BranchLevel(20, 0.28, 0.62, 0.0, 68, 16, 137.5, 7, 0.40, 8, 6, 1.55),
-        BranchLevel(6.8, 0.18, 0.54, 0.25, 58, 38, 140, 12, 0.20, 10, 4, 1.25),
-        BranchLevel(4.3, 0.15, 0.56, 0.25, 54, 40, 140, 16, 0.10, 12, 3, 1.15),
-        BranchLevel(2.9, 0.25, 0.70, 0.25, 50, 38, 140, 20, -0.10, 12, 2, 1.10),
+        BranchLevel(11, 0.28, 0.62, 0.0, 68, 16, 137.5, 7, 0.40, 8, 3, 1.55),
+        BranchLevel(7.0, 0.18, 0.56, 0.25, 58, 38, 140, 12, 0.20, 10, 2, 1.25),
+        BranchLevel(7.0, 0.12, 0.52, 0.25, 54, 40, 140, 16, 0.05, 12, 2, 1.15),
     ),
-    foliage=Foliage(leaves=8, length=0.15, wide=0.068, narrow=0.034, scatter=0.22, upturn=0.35),
+    foliage=Foliage(leaves=14, length=0.13, wide=0.062, narrow=0.022, scatter=0.20, upturn=0.30),
+    porous=(3, 3, 2, 1),
+    wood=(1, 0, 0, 0),
     bark=((0.105, 0.080, 0.060), (0.135, 0.105, 0.075)),
-    greens=(
-        (0.050, 0.100, 0.022),
-        (0.066, 0.124, 0.026),
-        (0.084, 0.150, 0.030),
-        (0.106, 0.178, 0.036),
-        (0.132, 0.208, 0.044),
-    ),
+    leafy={
+        "spring": _shades((0.090, 0.170, 0.028), (0.190, 0.290, 0.060)),
+        "summer": _shades((0.050, 0.100, 0.022), (0.132, 0.208, 0.044)),
+        "autumn": _shades((0.190, 0.070, 0.015), (0.480, 0.300, 0.050)),
+        "winter": (),
+    },
 )
 
-SPECIES = {species.name: species for species in (BROADLEAF,)}
+BIRCH = TreeSpecies(
+    name="birch",
+    height=(11.0, 1.0),
+    trunk=0.88,
+    radius=0.0105,
+    flare=0.35,
+    below=0.35,
+    trunk_wander=3.5,
+    shape=((0.0, 0.75), (0.25, 1.0), (0.6, 0.75), (1.0, 0.25)),
+    levels=(
+        BranchLevel(16, 0.22, 0.30, 0.0, 50, 28, 140, 8, 0.15, 7, 4, 1.35),
+        BranchLevel(7.0, 0.15, 0.55, 0.30, 48, 36, 140, 12, -0.55, 9, 3, 1.15),
+        BranchLevel(6.0, 0.10, 0.62, 0.30, 46, 34, 140, 16, -1.00, 10, 2, 1.05),
+    ),
+    foliage=Foliage(leaves=11, length=0.085, wide=0.046, narrow=0.016, scatter=0.13, upturn=-0.35),
+    porous=(4, 3, 2, 1),
+    wood=(2, 0, 0, 1),
+    bark=((0.560, 0.545, 0.510), (0.150, 0.105, 0.085)),
+    leafy={
+        "spring": _shades((0.110, 0.190, 0.035), (0.220, 0.310, 0.075)),
+        "summer": _shades((0.070, 0.125, 0.030), (0.165, 0.230, 0.055)),
+        "autumn": _shades((0.330, 0.210, 0.020), (0.620, 0.450, 0.060)),
+        "winter": (),
+    },
+    thinnest=0.004,
+)
+
+CONIFER = TreeSpecies(
+    name="conifer",
+    height=(13.0, 1.2),
+    trunk=0.97,
+    radius=0.0135,
+    flare=0.40,
+    below=0.35,
+    trunk_wander=1.0,
+    shape=((0.0, 0.92), (0.12, 1.0), (0.5, 0.60), (0.85, 0.24), (1.0, 0.09)),
+    levels=(
+        BranchLevel(46, 0.07, 0.215, 0.0, 98, 48, 137.5, 6, 0.10, 3, 4, 1.25),
+        BranchLevel(11, 0.12, 0.48, 0.72, 58, 46, -1, 8, -0.18, 5, 2, 1.00),
+    ),
+    foliage=Foliage(
+        leaves=15, length=0.24, wide=0.030, narrow=0.016, scatter=0.02, upturn=-0.10,
+        flat=True, ahead=0.9,
+    ),
+    porous=(5, 3, 3),
+    wood=(1, 0, 0),
+    bark=((0.120, 0.085, 0.065), (0.110, 0.075, 0.050)),
+    leafy={
+        "spring": _shades((0.028, 0.062, 0.024), (0.105, 0.165, 0.045)),
+        "summer": _shades((0.026, 0.056, 0.024), (0.070, 0.118, 0.046)),
+        "autumn": _shades((0.026, 0.054, 0.024), (0.068, 0.108, 0.042)),
+        "winter": _shades((0.024, 0.048, 0.026), (0.060, 0.094, 0.046)),
+    },
+    taper=0.93,
+    clear=1,
+    thinnest=0.004,
+)
+
+SHRUB = TreeSpecies(
+    name="shrub",
+    height=(2.2, 0.25),
+    trunk=0.10,
+    radius=0.020,
+    flare=0.0,
+    below=0.15,
+    trunk_wander=4.0,
+    shape=((0.0, 0.85), (1.0, 1.0)),
+    levels=(
+        BranchLevel(10, 0.05, 7.0, 0.0, 52, 10, 137.5, 9, 0.35, 10, 4, 0.22),
+        BranchLevel(8.0, 0.10, 0.42, 0.35, 52, 34, 140, 14, 0.25, 12, 2, 0.90),
+        BranchLevel(3.4, 0.10, 0.60, 0.30, 50, 36, 140, 16, 0.10, 12, 2, 0.90),
+    ),
+    foliage=Foliage(leaves=9, length=0.062, wide=0.026, narrow=0.009, scatter=0.05, upturn=0.35),
+    porous=(5, 4, 3, 1),
+    wood=(0, 0, 0, 1),
+    bark=((0.130, 0.100, 0.075), (0.150, 0.110, 0.080)),
+    leafy={
+        "spring": _shades((0.100, 0.180, 0.035), (0.210, 0.300, 0.070)),
+        "summer": _shades((0.045, 0.095, 0.025), (0.120, 0.195, 0.050)),
+        "autumn": _shades((0.210, 0.055, 0.018), (0.420, 0.200, 0.040)),
+        "winter": (),
+    },
+    thinnest=0.003,
+)
+
+DEAD_TREE = TreeSpecies(
+    name="dead tree",
+    height=(8.5, 1.2),
+    trunk=0.80,
+    radius=0.024,
+    flare=0.60,
+    below=0.35,
+    trunk_wander=7.0,
+    shape=((0.0, 0.70), (0.3, 1.0), (0.7, 0.75), (1.0, 0.45)),
+    levels=(
+        BranchLevel(11, 0.30, 0.52, 0.0, 72, 24, 137.5, 10, 0.35, 13, 5, 1.30),
+        BranchLevel(6.0, 0.20, 0.50, 0.30, 58, 40, 140, 16, 0.25, 16, 3, 1.25),
+        BranchLevel(4.0, 0.20, 0.50, 0.30, 52, 40, 140, 18, 0.10, 18, 2, 1.15),
+    ),
+    foliage=None,
+    porous=(8, 5, 3, 1),
+    wood=(2, 2, 1, 1),
+    bark=((0.270, 0.250, 0.225), (0.330, 0.310, 0.285)),
+    leafy={},
+    taper=0.70,
+    clear=8,
+    broken=0.45,
+    thinnest=0.007,
+)
+
+SPECIES = {each.name: each for each in (BROADLEAF, BIRCH, CONIFER, SHRUB, DEAD_TREE)}

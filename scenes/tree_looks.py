@@ -1,0 +1,182 @@
+"""Leaf appearances of a tree: few shapes that keep its silhouette, its gaps and its colour.
+
+Level by level: blobs for every branch (``tree_blobs``), as thick as makes each cover on average
+what it hides; then all of a level thicker or thinner by one factor, so that the tree displayed to
+that level covers what the whole tree does, for neighbours overlap otherwise than what they stand
+for; and tinted so that its mean colour, of what is seen, is that of the whole tree.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import Ints, Reals
+from scenes.stick_area import directions, mean_outline_areas
+from scenes.stick_table import StickTable
+from scenes.stick_view import visible_areas
+from scenes.tree_blobs import (
+    Blobs,
+    blended_tints,
+    fitted,
+    fitting_area,
+    gather,
+    joined,
+    radius_step,
+)
+from scenes.tree_growth import Branches, Leaves
+from scenes.tree_species import TreeSpecies
+
+VIEWS = 12
+"""Directions from which the tree as a whole is compared, half of them from below."""
+
+RAYS = 300
+"""Rays across the tree's largest extent there."""
+
+MARGIN = 1.015
+"""Cover of each level over the tree's: halfway to the next, where leaf appearances and what is left
+of their parts hide one another, it falls short by 3 to 5 %.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Grown:
+    """A grown tree: branches of levels 0 (trunk) to twigs, leaves, and the tint of each leaf."""
+
+    species: TreeSpecies
+    levels: list[Branches]
+    leaves: Leaves
+    leaf_tint: np.ndarray
+    palette: np.ndarray
+
+    def ancestor(self, level: int, depth: int) -> Ints:
+        """For each branch of a level, the branch of level ``depth`` that it has grown from."""
+        rows = np.arange(len(self.levels[level]))
+        for k in range(level, depth, -1):
+            rows = self.levels[k].parent[rows]
+        return rows
+
+    def chains(self, level: int, keep: int | None = None) -> StickTable:
+        """The chains of one level of branches as sticks, all of them or ``keep`` for each: of the
+        trunk those below the crown.
+        """
+        branches = self.levels[level]
+        segments = branches.nodes.shape[1] - 1
+        keep = segments if keep is None else min(keep, segments)
+        reach = segments if level or keep == segments else self.species.clear
+        stops = np.rint(np.linspace(0, reach, keep + 1)).astype(np.int64)
+        nodes, radii = branches.nodes[:, stops], branches.radii[:, stops]
+        owner = np.repeat(np.arange(len(branches)), keep)
+        ends = nodes[:, :-1].reshape(-1, 3), nodes[:, 1:].reshape(-1, 3)
+        radii_of_ends = radii[:, :-1].ravel(), radii[:, 1:].ravel()
+        tint = np.full(len(owner), min(level, 1))
+        return StickTable.of(len(branches), owner, *ends, *radii_of_ends, tint)
+
+    def foliage(self) -> StickTable:
+        """Leaves, each a part of its own."""
+        leaves, n = self.leaves, len(self.leaves.twig)
+        ends = leaves.start, leaves.end, leaves.start_radius, leaves.end_radius
+        return StickTable.of(n, np.arange(n), *ends, self.leaf_tint)
+
+    def grown_from(self, depth: int, own: bool = True) -> StickTable:
+        """All sticks of each branch of one depth: its own, if asked, those of all that grow from
+        it, leaves.
+        """
+        n, twigs = len(self.levels[depth]), len(self.levels) - 1
+        tables = []
+        for level in range(depth if own else depth + 1, twigs + 1):
+            chains = self.chains(level)
+            tables.append(owned(chains, self.ancestor(level, depth)[chains.owner], n))
+        twig_owner = self.ancestor(twigs, depth)
+        tables.append(owned(self.foliage(), twig_owner[self.leaves.twig], n))
+        return joined(tuple(tables))
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A tree from afar: rays that see it from all sides, its mean cover [m²] and colour (3,)."""
+
+    views: np.ndarray
+    spacing: float
+    cover: float
+    colour: np.ndarray
+
+
+def leaf_appearances(tree: Grown) -> list[StickTable]:
+    """Of the parts of every level, the finest last; those of one level in one table."""
+    all_levels = [tree.chains(k) for k in range(len(tree.levels))]
+    if len(tree.leaves.twig):
+        all_levels.append(tree.foliage())
+    seen = _seen(_as_one(tuple(all_levels)), tree.palette)
+    looks = []
+    for depth in range(len(all_levels) - 1):
+        above = _as_one((_nothing(), *all_levels[:depth]))
+        looks.append(_of_level(tree, depth, above, seen))
+    return [*looks, all_levels[-1]]
+
+
+def _of_level(tree: Grown, depth: int, above: StickTable, seen: Seen) -> StickTable:
+    """What every branch of one depth looks like when nothing of it is displayed but itself."""
+    hidden, n = tree.grown_from(depth), len(tree.levels[depth])
+    wood = tree.chains(depth, tree.species.wood[depth])
+    lost = tree.grown_from(depth, own=not len(wood))
+    blobs, group = gather(lost, tree.species.porous[depth])
+    factor = fitted(blobs, wood, fitting_area(hidden))
+    standing = joined((above, _as_one((wood,))))
+    factor = factor * _in_place(blobs, factor, standing, seen)
+    own = _mean_colours(lost, group, len(blobs.part), tree.palette)
+    tint = _tints(blobs.table(n, factor), own, standing, seen, tree.palette)
+    return joined((wood, blobs.table(n, factor, tint)))
+
+
+def _in_place(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen) -> float:
+    """One factor for all blobs so that the tree covers as much as it should."""
+    scale = 1.0
+    for _ in range(4):
+        table = joined((standing, _as_one((blobs.table(len(factor), scale * factor),))))
+        cover = visible_areas(table, seen.views, seen.spacing).sum() / len(seen.views)
+        scale *= float(radius_step(MARGIN * seen.cover, cover))
+    return scale
+
+
+def _tints(
+    blobs: StickTable, own: np.ndarray, standing: StickTable, seen: Seen, palette: np.ndarray
+) -> Ints:
+    """Tints of blobs about their own colours (g, 3), so that all that is seen has the tree's."""
+    table = joined((standing, _as_one((blobs,))))
+    area = visible_areas(table, seen.views, seen.spacing).mean(axis=0)
+    wooden, weight = area[: len(standing)], area[len(standing) :]
+    left = area.sum() * seen.colour - wooden @ palette[standing.tint]
+    wanted = own + (left - weight @ own) / weight.sum()
+    return blended_tints(weight, np.clip(wanted, 0, 1), palette, np.arange(1, len(palette)))
+
+
+def _mean_colours(hidden: StickTable, group: Ints, groups: int, palette: np.ndarray) -> np.ndarray:
+    """Mean colour of the sticks that each blob stands for, by their area, (g, 3)."""
+    area, colour = mean_outline_areas(hidden), palette[hidden.tint]
+    sums = [np.bincount(group, area * c, groups) for c in colour.T]
+    return np.stack(sums, axis=1) / np.bincount(group, area, groups)[:, None]
+
+
+def _seen(everything: StickTable, palette: np.ndarray) -> Seen:
+    half = directions(VIEWS)
+    views = half * np.where(np.arange(VIEWS) % 2, -1.0, 1.0)[:, None]
+    ends = np.concatenate((everything.start, everything.end))
+    spacing = float((ends.max(axis=0) - ends.min(axis=0)).max()) / RAYS
+    area = visible_areas(everything, views, spacing).mean(axis=0)
+    return Seen(views, spacing, float(area.sum()), area @ palette[everything.tint] / area.sum())
+
+
+def owned(table: StickTable, owner: Ints, n: int) -> StickTable:
+    """The same sticks with other owners, among n parts."""
+    columns = (table.start, table.end, table.start_radius, table.end_radius, table.tint)
+    return StickTable.of(n, owner, *columns)
+
+
+def _as_one(tables: tuple[StickTable, ...]) -> StickTable:
+    """The sticks of all parts as one part."""
+    return joined(tuple(owned(table, np.zeros(len(table), np.int64), 1) for table in tables))
+
+
+def _nothing() -> StickTable:
+    points, none = np.zeros((0, 3)), np.zeros(0)
+    return StickTable(np.zeros(2, np.int64), points, points, none, none, none.astype(np.int64))
