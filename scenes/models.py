@@ -13,8 +13,11 @@ from scenes.rig_figure import rigged_people
 from scenes.rig_motion import still
 from scenes.rig_prototype import RiggedPrototype
 from scenes.tree import tree_prototypes
+from scenes.tree_species import BIRCH, BROADLEAF, CONIFER, DEAD_TREE, SHRUB, TreeSpecies
+from scenes.weather import CALM_SUMMER, Weather
 
-Model = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
+Made = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
+Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]
 
 
 def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
@@ -22,7 +25,7 @@ def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
     return walkers(rigged_people(seed, count), seed)
 
 
-def one_animal(name: str) -> Model:
+def one_animal(name: str) -> Made:
     """The model of a kind of animal, which comes in one build."""
 
     def made(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
@@ -35,11 +38,29 @@ def one_animal(name: str) -> Model:
     return made
 
 
+def in_any_weather(made: Made) -> Model:
+    """The model of what the weather does not change."""
+    return lambda seed, count, _: made(seed, count)
+
+
+def trees_of(species: TreeSpecies) -> Model:
+    """The model of a kind of tree, as the season has it."""
+
+    def made(seed: int, count: int, weather: Weather) -> tuple[Prototype, ...]:
+        return tree_prototypes(seed, count, species, weather.season)
+
+    return made
+
+
 MODELS: dict[str, Model] = {
-    "figure": people,
-    "tree": tree_prototypes,
-    "boulder": boulder_prototypes,
-    **{name: one_animal(name) for name in KINDS},
+    "figure": in_any_weather(people),
+    "tree": trees_of(BROADLEAF),
+    "birch": trees_of(BIRCH),
+    "conifer": trees_of(CONIFER),
+    "shrub": trees_of(SHRUB),
+    "dead_tree": trees_of(DEAD_TREE),
+    "boulder": in_any_weather(boulder_prototypes),
+    **{name: in_any_weather(one_animal(name)) for name in KINDS},
 }
 
 
@@ -57,10 +78,14 @@ def standing(prototype: RiggedPrototype) -> RiggedPrototype:
 
 
 def made(
-    model: str, count: int, sizes: tuple[float, ...], walks: bool
+    model: str,
+    count: int,
+    sizes: tuple[float, ...],
+    walks: bool,
+    weather: Weather = CALM_SUMMER,
 ) -> tuple[Prototype | RiggedPrototype, ...]:
     """Every prototype of a model in every size, walking or standing."""
-    prototypes = MODELS[model](0, count)
+    prototypes = MODELS[model](0, count, weather)
     if not walks:
         prototypes = tuple(standing(p) if isinstance(p, RiggedPrototype) else p for p in prototypes)
     return tuple(p.scaled(size) for p in prototypes for size in sizes)

@@ -234,9 +234,12 @@ class LightPreset(Table):
 
 
 class WorldPreset(Table):
-    """How far the field goes."""
+    """How far the field goes, and the time of year."""
 
     extent: Extent = None
+    season: Annotated[
+        Literal["spring", "summer", "autumn", "winter"], key("what trees and shrubs look like")
+    ] = "summer"
 
 
 class TerrainPreset(Table):
@@ -256,7 +259,20 @@ class TerrainPreset(Table):
 
 
 Model = Annotated[
-    Literal["figure", "tree", "boulder", "rabbit", "giraffe", "ostrich", "insect", "windmill"],
+    Literal[
+        "figure",
+        "tree",
+        "birch",
+        "conifer",
+        "shrub",
+        "dead_tree",
+        "boulder",
+        "rabbit",
+        "giraffe",
+        "ostrich",
+        "insect",
+        "windmill",
+    ],
     key("what each object is"),
 ]
 

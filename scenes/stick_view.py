@@ -11,10 +11,9 @@ as many points as the stick covers.
 import math
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int64
 from numba import njit
 
-from lod.arrays import Ints
 from scenes.stick_raster import _along, _frame
 from scenes.stick_table import StickTable
 
@@ -26,30 +25,37 @@ def visible_areas(
 
     The eye is far off, towards the direction. ``spacing``: of the rays [m].
     """
-    columns = (table.start, table.end, table.start_radius, table.end_radius)
     areas = np.empty((len(directions), len(table)))
     for row, direction in enumerate(directions):
-        seen = _first_met(*columns, np.ascontiguousarray(direction), spacing)
+        seen = _first_met(*_columns(table), np.ascontiguousarray(direction), spacing, -1)
         areas[row] = np.bincount(seen[seen >= 0], minlength=len(table)) * spacing**2
     return areas
 
 
-def first_met(table: StickTable, direction: Float64[np.ndarray, "3"], spacing: float) -> Ints:
-    """The stick that each ray of a grid meets first, (rows, columns); −1 where it passes all."""
-    columns = (table.start, table.end, table.start_radius, table.end_radius)
-    return _first_met(*columns, np.ascontiguousarray(direction), spacing)
+def first_met(
+    table: StickTable, direction: Float64[np.ndarray, "3"], spacing: float, reach: int
+) -> Int64[np.ndarray, "rows columns"]:
+    """The stick that each ray of a grid meets first, −1 where it passes all: ``reach`` rays to
+    each side of the frame's origin.
+    """
+    return _first_met(*_columns(table), np.ascontiguousarray(direction), spacing, reach)
+
+
+def _columns(table: StickTable) -> tuple[np.ndarray, ...]:
+    return table.start, table.end, table.start_radius, table.end_radius
 
 
 @njit(cache=True)
-def _first_met(start, end, r0, r1, direction, spacing):  # type: ignore[no-untyped-def]
+def _first_met(start, end, r0, r1, direction, spacing, reach):  # type: ignore[no-untyped-def]
     across, up = _frame(direction)
     x0, y0, z0 = _along(start, across), _along(start, up), _along(start, direction)
     x1, y1, z1 = _along(end, across), _along(end, up), _along(end, direction)
-    # The grid hangs on the frame's origin, whatever the sticks: cuts of one object compare.
-    low_x = math.floor(min((x0 - r0).min(), (x1 - r1).min()) / spacing)
-    low_y = math.floor(min((y0 - r0).min(), (y1 - r1).min()) / spacing)
-    wide = math.ceil(max((x0 + r0).max(), (x1 + r1).max()) / spacing) - low_x + 1
-    high = math.ceil(max((y0 + r0).max(), (y1 + r1).max()) / spacing) - low_y + 1
+    low_x, low_y, wide, high = -reach, -reach, 2 * reach, 2 * reach
+    if reach < 0:  # as far as the sticks reach
+        low_x = math.floor(min((x0 - r0).min(), (x1 - r1).min()) / spacing)
+        low_y = math.floor(min((y0 - r0).min(), (y1 - r1).min()) / spacing)
+        wide = math.ceil(max((x0 + r0).max(), (x1 + r1).max()) / spacing) - low_x
+        high = math.ceil(max((y0 + r0).max(), (y1 + r1).max()) / spacing) - low_y
     nearest, seen = np.full((high, wide), -np.inf), np.full((high, wide), -1)
     for k in range(len(r0)):
         disc0 = x0[k] / spacing - low_x, y0[k] / spacing - low_y, z0[k], r0[k] / spacing
@@ -72,8 +78,9 @@ def _draw(k, disc0, disc1, spacing, nearest, seen):  # type: ignore[no-untyped-d
         tangent = (rb - ra) / math.sqrt(apart * apart - (rb - ra) ** 2)
     low_x, high_x = min(ax - ra, bx - rb), max(ax + ra, bx + rb)
     low_y, high_y = min(ay - ra, by - rb), max(ay + ra, by + rb)
-    for row in range(math.ceil(low_y - 0.5), math.floor(high_y - 0.5) + 1):
-        for column in range(math.ceil(low_x - 0.5), math.floor(high_x - 0.5) + 1):
+    rows, columns = seen.shape
+    for row in range(max(math.ceil(low_y - 0.5), 0), min(math.floor(high_y + 0.5), rows)):
+        for column in range(max(math.ceil(low_x - 0.5), 0), min(math.floor(high_x + 0.5), columns)):
             px, py = column + 0.5 - ax, row + 0.5 - ay
             if slim:
                 x, h = px * ux + py * uy, abs(py * ux - px * uy)

@@ -15,16 +15,18 @@ from lod.arrays import Ints
 from lod.errors import InputError
 from scenes.prototype import Prototype, assemble
 from scenes.stick_table import StickTable
+from scenes.tree_blobs import joined
 from scenes.tree_growth import grow
-from scenes.tree_looks import Grown, joined, leaf_appearances, owned
-from scenes.tree_species import BROADLEAF, SEASONS, Season, TreeSpecies
+from scenes.tree_looks import Grown, leaf_appearances, owned
+from scenes.tree_species import BROADLEAF, TreeSpecies
+from scenes.weather import SEASONS
 
 _STREAM = 0x7EE
 
 
 @lru_cache(maxsize=32)
 def tree_prototypes(
-    seed: int, count: int, species: TreeSpecies = BROADLEAF, season: Season = "summer"
+    seed: int, count: int, species: TreeSpecies = BROADLEAF, season: str = "summer"
 ) -> tuple[Prototype, ...]:
     """``count`` trees of a species; the k-th depends on the seed, season and k only."""
     if count < 1:
@@ -36,11 +38,11 @@ def tree_prototypes(
     )
 
 
-def grown(species: TreeSpecies, seed: int, k: int, season: Season = "summer") -> Grown:
+def grown(species: TreeSpecies, seed: int, k: int, season: str = "summer") -> Grown:
     """The k-th tree of that seed: the same wood in every season."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, _STREAM, k))))
     greens = species.leafy.get(season, ())
-    if not greens:
+    if species.foliage and not greens:
         species = species.bare()
     levels, leaves = grow(species, rng)
     bark = np.array(species.bark)

@@ -41,16 +41,14 @@ class Blobs:
     reach: np.ndarray
     radius: np.ndarray
 
-    def table(self, parts: int, factor: Reals, tint: Ints | None = None) -> StickTable:
+    def table(self, parts: int, factor: Reals, tint: np.ndarray | None = None) -> StickTable:
         """As sticks, each part's radii times its factor (n,); as long over all as the group is."""
         radius = self.radius * factor[self.part]
         half = np.maximum(self.reach - radius, 0.25 * radius)[:, None] * self.axis
         # One end plumper than the other, as a bough of leaves is.
         radii = 1.1 * radius, 0.85 * radius
         tint = np.zeros(len(self.part), np.int64) if tint is None else tint
-        return StickTable.of(
-            parts, self.part, self.centre - half, self.centre + half, *radii, tint
-        )
+        return StickTable.of(parts, self.part, self.centre - half, self.centre + half, *radii, tint)
 
 
 def gather(hidden: StickTable, most: int) -> tuple[Blobs, Ints]:
@@ -83,9 +81,9 @@ def fitted(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 6) -> Re
     return factor
 
 
-def radius_step(target: Reals | float, covered: Reals | float) -> Reals:
-    """How much radii must grow for what they cover to come nearer to the target."""
-    return np.asarray(np.clip(target / np.maximum(covered, 1e-12), 0.1, 4.0) ** _STEP)
+def radius_step(target: Reals, covered: Reals) -> Reals:
+    """How much radii must grow for what they cover to come nearer to the target, (n,)."""
+    return np.clip(target / np.maximum(covered, 1e-12), 0.1, 4.0) ** _STEP
 
 
 def fitting_area(table: StickTable) -> Reals:

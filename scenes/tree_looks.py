@@ -32,11 +32,6 @@ VIEWS = 12
 RAYS = 300
 """Rays across the tree's largest extent there."""
 
-MARGIN = 1.015
-"""Cover of each level over the tree's: halfway to the next, where leaf appearances and what is left
-of their parts hide one another, it falls short by 3 to 5 %.
-"""
-
 
 @dataclass(frozen=True, eq=False)
 class Grown:
@@ -55,6 +50,11 @@ class Grown:
             rows = self.levels[k].parent[rows]
         return rows
 
+    def wood_tint(self, level: int) -> int:
+        """Bark of the trunk, bark of branches; young twigs among leaves are half green."""
+        young = 0 < level == len(self.levels) - 1 and len(self.leaves.twig) > 0
+        return len(self.palette) - 1 if young else min(level, 1)
+
     def chains(self, level: int, keep: int | None = None) -> StickTable:
         """The chains of one level of branches as sticks, all of them or ``keep`` for each: of the
         trunk those below the crown.
@@ -68,7 +68,7 @@ class Grown:
         owner = np.repeat(np.arange(len(branches)), keep)
         ends = nodes[:, :-1].reshape(-1, 3), nodes[:, 1:].reshape(-1, 3)
         radii_of_ends = radii[:, :-1].ravel(), radii[:, 1:].ravel()
-        tint = np.full(len(owner), min(level, 1))
+        tint = np.full(len(owner), self.wood_tint(level))
         return StickTable.of(len(branches), owner, *ends, *radii_of_ends, tint)
 
     def foliage(self) -> StickTable:
@@ -122,19 +122,19 @@ def _of_level(tree: Grown, depth: int, above: StickTable, seen: Seen) -> StickTa
     blobs, group = gather(lost, tree.species.porous[depth])
     factor = fitted(blobs, wood, fitting_area(hidden))
     standing = joined((above, _as_one((wood,))))
-    factor = factor * _in_place(blobs, factor, standing, seen)
+    factor = factor * _in_place(blobs, factor, standing, seen, tree.species.margin * seen.cover)
     own = _mean_colours(lost, group, len(blobs.part), tree.palette)
     tint = _tints(blobs.table(n, factor), own, standing, seen, tree.palette)
     return joined((wood, blobs.table(n, factor, tint)))
 
 
-def _in_place(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen) -> float:
+def _in_place(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen, cover: float) -> float:
     """One factor for all blobs so that the tree covers as much as it should."""
     scale = 1.0
     for _ in range(4):
         table = joined((standing, _as_one((blobs.table(len(factor), scale * factor),))))
-        cover = visible_areas(table, seen.views, seen.spacing).sum() / len(seen.views)
-        scale *= float(radius_step(MARGIN * seen.cover, cover))
+        covered = visible_areas(table, seen.views, seen.spacing).sum(axis=1).mean()
+        scale *= float(radius_step(np.array([cover]), np.array([covered]))[0])
     return scale
 
 

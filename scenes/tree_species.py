@@ -10,9 +10,6 @@ import math
 from dataclasses import dataclass, field, replace
 
 Colour = tuple[float, float, float]
-Season = str
-
-SEASONS = ("spring", "summer", "autumn", "winter")
 
 
 @dataclass(frozen=True)
@@ -83,6 +80,8 @@ class TreeSpecies:
     leafy: colours of leaves in each season, () where it stands bare
     broken: share of branches that have snapped; thinnest: radius of the thinnest twig [m]
     clear: how many of the trunk's 8 sticks, from the foot up, are seen from afar
+    margin: cover of leaf appearances over what they hide: between two levels, where they and what
+        is left of their parts hide one another, a leafy tree falls short by 3 to 6 %
     """
 
     name: str
@@ -98,26 +97,25 @@ class TreeSpecies:
     porous: tuple[int, ...]
     wood: tuple[int, ...]
     bark: tuple[Colour, Colour]
-    leafy: dict[Season, tuple[Colour, ...]] = field(hash=False)
+    leafy: dict[str, tuple[Colour, ...]] = field(hash=False)
     taper: float = 0.8
     broken: float = 0.0
     thinnest: float = 0.006
     clear: int = 4
+    margin: float = 1.015
 
     def bare(self) -> "TreeSpecies":
         """The same tree without its leaves; its looks are then all of wood."""
         keep = (self.wood[0], *(max(1, each) for each in self.wood[1:]))
-        more = tuple(2 * each for each in self.porous)
-        return replace(self, foliage=None, porous=more, wood=keep, clear=8)
+        more = tuple(each + 1 for each in self.porous)
+        return replace(self, foliage=None, porous=more, wood=keep, clear=8, margin=0.985)
 
 
 def _shades(dark: Colour, light: Colour, count: int = 5) -> tuple[Colour, ...]:
     """Colours from dark to light, evenly spaced in their logarithms."""
     steps = [k / (count - 1) for k in range(count)]
     pairs = list(zip(dark, light, strict=True))
-    return tuple(
-        (_mixed(*pairs[0], s), _mixed(*pairs[1], s), _mixed(*pairs[2], s)) for s in steps
-    )
+    return tuple((_mixed(*pairs[0], s), _mixed(*pairs[1], s), _mixed(*pairs[2], s)) for s in steps)
 
 
 def _mixed(a: float, b: float, share: float) -> float:
@@ -138,7 +136,7 @@ BROADLEAF = TreeSpecies(
         BranchLevel(7.0, 0.18, 0.56, 0.25, 58, 38, 140, 12, 0.20, 10, 2, 1.25),
         BranchLevel(7.0, 0.12, 0.52, 0.25, 54, 40, 140, 16, 0.05, 12, 2, 1.15),
     ),
-    foliage=Foliage(leaves=14, length=0.13, wide=0.062, narrow=0.022, scatter=0.20, upturn=0.30),
+    foliage=Foliage(leaves=14, length=0.15, wide=0.058, narrow=0.014, scatter=0.16, upturn=0.30),
     porous=(3, 3, 2, 1),
     wood=(1, 0, 0, 0),
     bark=((0.105, 0.080, 0.060), (0.135, 0.105, 0.075)),
@@ -165,7 +163,7 @@ BIRCH = TreeSpecies(
         BranchLevel(6.0, 0.10, 0.62, 0.30, 46, 34, 140, 16, -1.00, 10, 2, 1.05),
     ),
     foliage=Foliage(leaves=11, length=0.085, wide=0.046, narrow=0.016, scatter=0.13, upturn=-0.35),
-    porous=(4, 3, 2, 1),
+    porous=(4, 3, 2, 2),
     wood=(2, 0, 0, 1),
     bark=((0.560, 0.545, 0.510), (0.150, 0.105, 0.085)),
     leafy={
@@ -175,6 +173,7 @@ BIRCH = TreeSpecies(
         "winter": (),
     },
     thinnest=0.004,
+    margin=1.025,
 )
 
 CONIFER = TreeSpecies(
@@ -187,16 +186,22 @@ CONIFER = TreeSpecies(
     trunk_wander=1.0,
     shape=((0.0, 0.92), (0.12, 1.0), (0.5, 0.60), (0.85, 0.24), (1.0, 0.09)),
     levels=(
-        BranchLevel(46, 0.07, 0.215, 0.0, 98, 48, 137.5, 6, 0.10, 3, 4, 1.25),
-        BranchLevel(11, 0.12, 0.48, 0.72, 58, 46, -1, 8, -0.18, 5, 2, 1.00),
+        BranchLevel(58, 0.06, 0.225, 0.0, 98, 48, 137.5, 6, 0.10, 3, 3, 1.25),
+        BranchLevel(11.5, 0.10, 0.50, 0.68, 58, 46, -1, 9, -0.22, 5, 2, 1.00),
     ),
     foliage=Foliage(
-        leaves=15, length=0.24, wide=0.030, narrow=0.016, scatter=0.02, upturn=-0.10,
-        flat=True, ahead=0.9,
+        leaves=15,
+        length=0.29,
+        wide=0.038,
+        narrow=0.016,
+        scatter=0.02,
+        upturn=-0.10,
+        flat=True,
+        ahead=0.9,
     ),
     porous=(5, 3, 3),
     wood=(1, 0, 0),
-    bark=((0.120, 0.085, 0.065), (0.110, 0.075, 0.050)),
+    bark=((0.105, 0.085, 0.072), (0.100, 0.075, 0.055)),
     leafy={
         "spring": _shades((0.028, 0.062, 0.024), (0.105, 0.165, 0.045)),
         "summer": _shades((0.026, 0.056, 0.024), (0.070, 0.118, 0.046)),
@@ -205,6 +210,7 @@ CONIFER = TreeSpecies(
     },
     taper=0.93,
     clear=1,
+    margin=1.025,
     thinnest=0.004,
 )
 
@@ -218,12 +224,12 @@ SHRUB = TreeSpecies(
     trunk_wander=4.0,
     shape=((0.0, 0.85), (1.0, 1.0)),
     levels=(
-        BranchLevel(10, 0.05, 7.0, 0.0, 52, 10, 137.5, 9, 0.35, 10, 4, 0.22),
-        BranchLevel(8.0, 0.10, 0.42, 0.35, 52, 34, 140, 14, 0.25, 12, 2, 0.90),
+        BranchLevel(10, 0.05, 7.0, 0.0, 46, 8, 137.5, 9, 0.35, 10, 4, 0.22),
+        BranchLevel(8.0, 0.22, 0.42, 0.35, 50, 34, 140, 14, 0.35, 12, 2, 0.90),
         BranchLevel(3.4, 0.10, 0.60, 0.30, 50, 36, 140, 16, 0.10, 12, 2, 0.90),
     ),
     foliage=Foliage(leaves=9, length=0.062, wide=0.026, narrow=0.009, scatter=0.05, upturn=0.35),
-    porous=(5, 4, 3, 1),
+    porous=(5, 4, 3, 2),
     wood=(0, 0, 0, 1),
     bark=((0.130, 0.100, 0.075), (0.150, 0.110, 0.080)),
     leafy={
@@ -233,6 +239,7 @@ SHRUB = TreeSpecies(
         "winter": (),
     },
     thinnest=0.003,
+    margin=1.03,
 )
 
 DEAD_TREE = TreeSpecies(
@@ -250,12 +257,13 @@ DEAD_TREE = TreeSpecies(
         BranchLevel(4.0, 0.20, 0.50, 0.30, 52, 40, 140, 18, 0.10, 18, 2, 1.15),
     ),
     foliage=None,
-    porous=(8, 5, 3, 1),
+    porous=(7, 5, 4, 1),
     wood=(2, 2, 1, 1),
     bark=((0.270, 0.250, 0.225), (0.330, 0.310, 0.285)),
     leafy={},
     taper=0.70,
     clear=8,
+    margin=0.99,
     broken=0.45,
     thinnest=0.007,
 )

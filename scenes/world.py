@@ -13,6 +13,7 @@ from scenes.placed import Placed
 from scenes.preset import PlacedPreset, Preset, SpeciesPreset
 from scenes.sight import sight_of
 from scenes.terrain import Terrain
+from scenes.weather import Weather
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,24 +41,28 @@ class World:
 def build_world(preset: Preset) -> World:
     """The preset's world; no part of it exists before a view asks for it."""
     terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
+    weather = Weather(preset.world.season)
     fields = tuple(
-        SpeciesField(species_of(name, table), preset.seed, terrain, preset.world.extent)
+        SpeciesField(species_of(name, table, weather), preset.seed, terrain, preset.world.extent)
         for name, table in preset.species.items()
         if table.density > 0
     )
-    placed = tuple(placed_of(name, table, terrain) for name, table in preset.placed.items())
+    placed = tuple(
+        placed_of(name, table, terrain, weather) for name, table in preset.placed.items()
+    )
     return World(terrain, fields, placed)
 
 
-def species_of(name: str, table: SpeciesPreset) -> Species:
+def species_of(name: str, table: SpeciesPreset, weather: Weather) -> Species:
     """Every prototype in every size, all equally likely."""
-    prototypes = made(table.model, table.prototypes, table.sizes, walks=table.patrol > 0)
+    walks = table.patrol > 0
+    prototypes = made(table.model, table.prototypes, table.sizes, walks, weather)
     return Species(name, prototypes, table.density, table.patrol)
 
 
-def placed_of(name: str, table: PlacedPreset, terrain: Terrain) -> Placed:
+def placed_of(name: str, table: PlacedPreset, terrain: Terrain, weather: Weather) -> Placed:
     """One object as a preset places it, on the spot even where it walks."""
-    prototype = made(table.model, table.prototype, (table.size,), table.walks)[-1]
+    prototype = made(table.model, table.prototype, (table.size,), table.walks, weather)[-1]
     return Placed(name, prototype, *table.position, table.heading, terrain)
 
 

@@ -1,0 +1,16 @@
+"""What the world does to what grows in it: the season, and the wind."""
+
+from dataclasses import dataclass
+
+SEASONS = ("spring", "summer", "autumn", "winter")
+
+
+@dataclass(frozen=True)
+class Weather:
+    """season: one of SEASONS; wind: mean speed at the height of crowns [m/s], 0 = calm."""
+
+    season: str = "summer"
+    wind: float = 0.0
+
+
+CALM_SUMMER = Weather()

@@ -1,0 +1,139 @@
+"""A tree keeps its silhouette, its gaps and its colour when its parts go (issue 4).
+
+Cuts are the pruner's own: a tree on flat ground, seen from farther and farther away. As long as all
+its branches (level 2) are displayed, and none, some or all of what they bear, the mean cover over
+64 directions stays within 5 % of the whole tree's, each direction within 15 %, mean albedo 3 %.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from lod.camera import Corner, look
+from lod.fade import looks
+from lod.metric import METRICS, limit_distances
+from lod.prune import prune
+from lod.view import View
+from scenes.placed import Placed
+from scenes.stick_area import directions
+from scenes.stick_table import StickTable
+from scenes.stick_view import first_met, visible_areas
+from scenes.tree import tree_prototypes
+from scenes.tree_species import SPECIES
+
+TREES = [(name, "summer") for name in SPECIES] + [("broadleaf", "winter"), ("birch", "winter")]
+TREES += [("shrub", "winter"), ("broadleaf", "autumn")]
+AROUND = directions(64) * np.where(np.arange(64) % 2, -1.0, 1.0)[:, None]
+RAYS = 220
+
+
+class Plain:
+    """Flat ground."""
+
+    def height(self, corner, xy):
+        return np.zeros(len(xy))
+
+    def bounds(self):
+        return 0.0, 0.0
+
+
+@lru_cache(maxsize=16)
+def one(name, season):
+    return tree_prototypes(2, 1, SPECIES[name], season)[0]
+
+
+def view_from(away, fade=0.0):
+    """From ``away`` metres off, at the height of the crown."""
+    camera = look(Corner(0, 0), np.array((0.8 * away, 0.6 * away, 5.0)), 0, 0, 60.0, (1000, 1000))
+    return View(camera, METRICS["blake"], look_around=True, fade=fade)
+
+
+def displayed(p, view):
+    """What is displayed of the tree, as one table of sticks; and which of its parts."""
+    tree = Placed(p.name, p, 0.0, 0.0, 0.0, Plain())
+    cut = prune(tree, view)
+    s = tree.appearance(cut.parts, looks(cut, view))
+    columns = (s.start, s.end, s.start_radius, s.end_radius)
+    table = StickTable(np.array([0, len(s)]), *columns, np.arange(len(s)))
+    return table, s.tints[s.tint], np.sort(cut.parts.part)
+
+
+def measured(p, view):
+    """Cover in each direction [m²], and mean colour of what is seen."""
+    table, colour, _ = displayed(p, view)
+    area = visible_areas(table, AROUND, p.hierarchy.R[0] / RAYS)
+    return area.sum(axis=1), area.sum(axis=0) @ colour / area.sum()
+
+
+def limits(p, level):
+    """Limit distances of the parts of a level."""
+    return limit_distances(p.hierarchy, METRICS["blake"], view_from(1.0).m)[
+        p.hierarchy.level == level
+    ]
+
+
+def distances(p):
+    """Where a quarter, half and three quarters of every level are gone, and all of it; while every
+    branch is there.
+    """
+    last = limits(p, 2).min() - p.hierarchy.B[0]
+    finest = int(p.hierarchy.level.max())
+    found = [
+        np.quantile(limits(p, level), share)
+        for level in range(3, finest + 1)
+        for share in (0.3, 0.5, 0.7, 1.0)
+    ]
+    return sorted({round(min(1.01 * d, last), 1) for d in found})
+
+
+@pytest.mark.parametrize(("name", "season"), TREES)
+def test_silhouette_and_colour_hold_while_every_branch_is_there(name, season):
+    p = one(name, season)
+    cover, colour = measured(p, view_from(0.1))
+    assert len(displayed(p, view_from(0.1))[2]) == len(p.hierarchy)
+    for number, away in enumerate(distances(p)):
+        view = view_from(away, 0.2 * (number % 2))
+        parts = displayed(p, view)[2]
+        assert np.isin(np.flatnonzero(p.hierarchy.level <= 2), parts).all()
+        there, its_colour = measured(p, view)
+        where = (away, view.fade, len(parts))
+        assert there.mean() == pytest.approx(cover.mean(), rel=0.05), where
+        assert np.abs(there / cover - 1).max() < 0.15, where
+        assert np.linalg.norm(its_colour - colour) < 0.03 * np.linalg.norm(colour), where
+
+
+@pytest.mark.parametrize(("name", "season"), TREES)
+def test_no_distance_erodes_it(name, season):
+    """Down to the last shapes, where branches and limbs go too, the mean cover stays near."""
+    p = one(name, season)
+    cover, _ = measured(p, view_from(0.1))
+    for away in np.geomspace(limits(p, 2).min(), 0.99 * limits(p, 0).max(), 7):
+        there, _ = measured(p, view_from(away))
+        assert there.mean() == pytest.approx(cover.mean(), rel=0.15), away
+
+
+@pytest.mark.parametrize(("name", "season"), TREES)
+def test_crowns_let_as_much_light_through_and_in_as_many_places(name, season):
+    """The gap fraction in squares a tenth of the crown wide, branches against the whole tree: a
+    lump would have none, and neither may gaps gather in one place.
+    """
+    p = one(name, season)
+    spacing = p.hierarchy.R[0] / 300
+    near, _, _ = displayed(p, view_from(0.1))
+    far, _, parts = displayed(p, view_from(limits(p, 2).min() - p.hierarchy.B[0]))
+    assert p.hierarchy.level[parts].max() <= 3
+    for direction in AROUND[::8]:
+        fine, coarse = (_gaps(first_met(t, direction, spacing, 300)) for t in (near, far))
+        crown = (fine < 0.9) & (coarse < 1)
+        weight = crown.sum()
+        assert weight > 8
+        assert fine[crown].mean() == pytest.approx(coarse[crown].mean(), abs=0.06)
+        # Squares with a lump would be shut where the whole tree's are open.
+        shut = (coarse < 0.02) & (fine > 0.35)
+        assert shut.sum() < 0.05 * weight
+
+
+def _gaps(seen):
+    """Share of rays that pass in each square of 30 by 30."""
+    return (seen < 0).reshape(20, 30, 20, 30).mean(axis=(1, 3))
