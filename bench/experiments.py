@@ -81,6 +81,46 @@ def _figure_table(record: "bench.records.Record") -> Table:
     return figure_plots.table(record)
 
 
+def _run_haze(
+    quick: bool = False, progress: Progress = silent, seed: int = 0
+) -> "bench.records.Record":
+    from bench import haze_experiment
+
+    return haze_experiment.run(quick, progress, seed)
+
+
+def _haze_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
+    from bench import haze_plots
+
+    return haze_plots.figures(record)
+
+
+def _haze_table(record: "bench.records.Record") -> Table:
+    from bench import haze_plots
+
+    return haze_plots.table(record)
+
+
+def _run_eye(
+    quick: bool = False, progress: Progress = silent, seed: int = 0
+) -> "bench.records.Record":
+    from bench import eye_experiment
+
+    return eye_experiment.run(quick, progress, seed)
+
+
+def _eye_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
+    from bench import eye_plots
+
+    return eye_plots.figures(record)
+
+
+def _eye_table(record: "bench.records.Record") -> Table:
+    from bench import eye_plots
+
+    return eye_plots.table(record)
+
+
 EXPERIMENTS: dict[str, Experiment] = {
     "scaling": Experiment(
         about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
@@ -109,6 +149,33 @@ EXPERIMENTS: dict[str, Experiment] = {
             "its nearer and farther halves stand in the table of points.",
             "Times are those of one machine, its compiler and these two kernels; they say which "
             "is cheaper here.",
+        ),
+    ),
+    "haze": Experiment(
+        about="what haze takes of each size of part, from V = 0.5 to 50 km, measured and predicted",
+        question="Which parts does haze hide, and does the law know how many?",
+        run=_run_haze,
+        figures=_haze_figures,
+        table=_haze_table,
+        limits=(
+            "Flat ground and an eye 1.6 m up that looks all round; nothing hides anything.",
+            "What is gone is what Barten's standard observer could not see on a display of 100 "
+            "cd/m²; a tone curve that steepens contrast shows more.",
+            "Shares depend on m·V alone, as long as contrast classes are the same: a finer picture "
+            "shows more far parts for haze to take.",
+        ),
+    ),
+    "eye": Experiment(
+        about="what display and eye leave out, from 20 to 120 pixels per degree",
+        question="How much detail is lost on the eye, by blur and by contrast?",
+        run=_run_eye,
+        figures=_eye_figures,
+        table=_eye_table,
+        limits=(
+            "Clear air, flat ground, a picture that stays 640 pixels wide.",
+            "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",
+            "A part is a half-period of a grating of its own size; what eyes make of edges, colour "
+            "and movement is not in it.",
         ),
     ),
 }

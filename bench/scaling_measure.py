@@ -18,13 +18,13 @@ from scenes.terrain import Terrain
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
 """What is counted in a field: displayed and examined, in the order of a row."""
 
-_FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)
+FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)
 
 
 def count_field(case: Case, seed: int) -> Row:
     """The counts of one field, in the order of COLUMNS."""
     species = Species(case.species, prototypes_of(case.species, case.size), case.density)
-    cut = prune(SpeciesField(species, seed, _FLAT, case.extent), view_of(case))
+    cut = prune(SpeciesField(species, seed, FLAT, case.extent), view_of(case))
     return cut.displayed_objects, cut.displayed_parts, cut.examined_objects, cut.examined_parts
 
 

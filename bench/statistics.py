@@ -62,6 +62,27 @@ def ratio(counts: Reals, predicted: Reals, dispersion: Reals | None = None) -> E
     return Estimate(value, low, high, value * fit.standard_error, fit.scale, fit.rows)
 
 
+def share(counts: Reals, out_of: Reals) -> Estimate:
+    """Σcounts ÷ Σout_of over fields, each field's counts being among its ``out_of``.
+
+    The standard error of a ratio of means, by linearisation (Cochran, "Sampling Techniques", 3rd
+    ed., §6.3), with Student's t; the interval is kept within 0 to 1.
+    """
+    counts, out_of = np.asarray(counts, np.float64), np.asarray(out_of, np.float64)
+    if len(counts) != len(out_of) or len(counts) < 2:
+        raise InputError("share", (len(counts), len(out_of)), "2 fields or more, the same")
+    if not (np.isfinite(out_of).all() and (0 <= counts).all() and (counts <= out_of).all()):
+        raise InputError("share", "a count outside 0 to what it is out of", "a share of each field")
+    if not out_of.any():
+        return Estimate(0.0, 0.0, 0.0, 0.0, 1.0, len(counts))
+    value = float(counts.sum() / out_of.sum())
+    spread = float(np.std(counts - value * out_of, ddof=1)) / math.sqrt(len(counts))
+    error = spread / float(out_of.mean())
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(counts) - 1)) * error
+    low, high = max(0.0, value - reach), min(1.0, value + reach)
+    return Estimate(value, low, high, error, 1.0, len(counts))
+
+
 def standard_error(counts: Reals) -> float:
     """Standard error of the mean, as a share of the mean; infinite where nothing was counted."""
     mean = float(np.mean(counts))

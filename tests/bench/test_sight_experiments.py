@@ -1,0 +1,140 @@
+"""The experiments haze and eye: one m on both sides, a law apart from the pruner, honest shares."""
+
+import numpy as np
+import pytest
+
+from bench import eye_experiment, haze_experiment, sight_measure
+from bench.experiments import EXPERIMENTS
+from bench.sight_measure import SIZES, prototypes_with, size_class, total
+from bench.statistics import share
+from lod.contrast import CONTRAST_CLASSES
+from lod.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def haze():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(haze_experiment, "CASES", (("figure", "nobody", 640), ("tree", "eye", 1280)))
+        patch.setattr(haze_experiment, "VISIBILITIES_M", (500.0, 2e3, 5e4))
+        patch.setattr(haze_experiment, "QUICK_FIELDS", 4)
+        return EXPERIMENTS["haze"].run(quick=True, seed=5)
+
+
+@pytest.fixture(scope="module")
+def eye():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(eye_experiment, "DENSITY", {"figure": 2e-3})
+        patch.setattr(eye_experiment, "PIXELS_PER_DEGREE", (30.0, 67.0, 120.0))
+        patch.setattr(eye_experiment, "QUICK_FIELDS", 4)
+        return EXPERIMENTS["eye"].run(quick=True, seed=5)
+
+
+def verdicts(record):
+    return {claim.name: claim.verdict for claim in record.claims}
+
+
+def test_a_share_by_hand():
+    found = share(np.array([1.0, 3.0]), np.array([4.0, 4.0]))
+    assert found.value == 0.5
+    assert found.standard_error == pytest.approx(np.std([1 - 2, 3 - 2], ddof=1) / 2**0.5 / 4)
+    assert (found.low, found.high) == (0.0, 1.0)
+    assert share(np.zeros(3), np.zeros(3)).value == 0.0
+
+
+def test_the_interval_of_a_share_covers_it_as_often_as_it_says():
+    """Clumped fields, 12 of them: 92 to 98 of 100 intervals hold the truth."""
+    rng = np.random.default_rng(1)
+    hits = 0
+    for _ in range(1000):
+        out_of = rng.poisson(3.0, (12, 40)) * 30.0
+        kept = rng.binomial(30, 0.3, (12, 40)) / 30.0
+        found = share((out_of * kept).sum(axis=1), out_of.sum(axis=1))
+        hits += found.low <= 0.3 <= found.high
+    assert 920 <= hits <= 980
+
+
+@pytest.mark.parametrize(
+    ("counts", "out_of"), [([1.0], [2.0]), ([3.0, 1.0], [2.0, 2.0]), ([-1.0, 1.0], [2.0, 2.0])]
+)
+def test_what_is_no_share_is_refused(counts, out_of):
+    with pytest.raises(InputError, match="share"):
+        share(np.array(counts), np.array(out_of))
+
+
+def test_size_classes_begin_at_their_bounds():
+    assert size_class(np.array([0.05, 0.1, 0.29, 1.0, 2.9, 3.0])).tolist() == [0, 1, 1, 3, 3, 4]
+    assert len(SIZES) == len(sight_measure.BOUNDS_M) + 1
+
+
+@pytest.mark.parametrize("viewer", ["nobody", "eye"])
+def test_haze_is_compared_at_one_detail_angle(viewer):
+    hazy, clear = haze_experiment.views_of(viewer, 1920, 2e3)
+    assert hazy.m == clear.m
+    assert (clear.m > 2 * clear.camera.pixel_angle) == (viewer == "eye")
+    assert clear.sight.extinction == 0 < hazy.sight.extinction
+    assert clear.camera.width == 1920
+
+
+def test_haze_only_takes_and_takes_what_is_predicted(haze):
+    assert verdicts(haze)["figure/nobody/640/kept"] == "holds"
+    for point in haze.points:
+        for size in SIZES:
+            clear, hazy = (total(point, air, [size]) for air in ("clear", "hazy"))
+            assert (hazy <= clear).all()
+            for air, counts in (("clear", clear), ("hazy", hazy)):
+                mean = point.predicted[f"{air}, {size}"]
+                assert abs(counts.mean() - mean) < 0.35 * mean + 5
+    thick, _, thin = (total(p, "hazy").sum() for p in haze.points[3:])
+    assert thick < 0.9 * thin
+
+
+def test_a_law_that_knows_no_haze_is_refuted(haze, monkeypatch):
+    def blind(hierarchy, name, m, sight=None):
+        return sight_measure_limits(hierarchy, name, m)
+
+    sight_measure_limits = sight_measure.chained_limits
+    monkeypatch.setattr(sight_measure, "chained_limits", blind)
+    monkeypatch.setattr(haze_experiment, "VISIBILITIES_M", (500.0, 2e3))
+    monkeypatch.setattr(haze_experiment, "CASES", (("figure", "nobody", 640),))
+    monkeypatch.setattr(haze_experiment, "QUICK_FIELDS", 4)
+    assert verdicts(haze_experiment.run(quick=True))["figure/nobody/640/kept"] == "refuted"
+
+
+def test_every_part_can_be_given_one_contrast():
+    usual = prototypes_with("figure", None)
+    faint = prototypes_with("figure", 0.1)
+    for one, other in zip(usual, faint, strict=True):
+        assert (other.hierarchy.contrast == CONTRAST_CLASSES.index(0.1)).all()
+        assert (other.hierarchy.P == one.hierarchy.P).all()
+
+
+def test_blur_leaves_one_part_in_its_square_and_a_fine_display_more_than_contrast_does(eye):
+    names = verdicts(eye)
+    assert names["figure/blur/square"] != "refuted"
+    assert names["figure/both/beyond_blur"] == "holds"
+    assert {names[f"figure/{v}/kept"] for v in ("blur", "contrast", "faint", "both")} == {"holds"}
+    fine = eye.points[-1]
+    counts = {v: total(fine, v).sum() for v in ("ideal", "contrast", "faint", "blur")}
+    assert counts["ideal"] > counts["contrast"] > counts["faint"] > counts["blur"]
+
+
+@pytest.mark.parametrize("name", ["haze", "eye"])
+def test_records_are_drawn_and_told(name, request):
+    record = request.getfixturevalue(name)
+    experiment = EXPERIMENTS[name]
+    figures = experiment.figures(record)
+    assert len(figures) == (2 if name == "haze" else 1)
+    for figure in figures:
+        assert figure.svg.startswith("<svg")
+        assert "claimed" in figure.caption
+        assert "nan" not in figure.alt
+    heads, rows = experiment.table(record)
+    assert all(len(row) == len(heads) for row in rows)
+    assert record.provenance.scene
+
+
+def test_the_same_seed_counts_the_same(eye):
+    point = eye.points[0]
+    again = eye_experiment.measure("figure", 30.0, 4, 5)
+    assert again == point
+    assert eye_experiment.measure("figure", 30.0, 4, 6).samples != point.samples
