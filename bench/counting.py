@@ -163,7 +163,7 @@ def _corner_m(view: View) -> np.ndarray:
 
 
 def _species_count(cut: Cut, predicted: Moments | None, density: float) -> SpeciesCount:
-    levels = int(cut.parts.level.max(initial=0)) + 1
+    levels = int(cut.level.max(initial=0)) + 1
     if predicted is not None:
         levels = max(levels, len(predicted.parts_by_level))
     means: tuple[float | None, float | None] = (None, None)
@@ -172,7 +172,7 @@ def _species_count(cut: Cut, predicted: Moments | None, density: float) -> Speci
         means = density * predicted.objects, density * predicted.parts
         variances = predicted.objects_variance, predicted.parts_variance
         spreads = math.sqrt(density * variances[0]), math.sqrt(density * variances[1])
-    by_level = np.bincount(cut.parts.level, minlength=levels)
+    by_level = np.bincount(cut.level, minlength=levels)
     return SpeciesCount(
         objects=Tally(cut.examined_objects, cut.displayed_objects, means[0], spreads[0]),
         parts=Tally(cut.examined_parts, cut.displayed_parts, means[1], spreads[1]),

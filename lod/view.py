@@ -66,6 +66,13 @@ class View:
         return inside, limit_distances(hierarchy, self.metric, self.m_offscreen, self.sight)
 
 
+def along(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Products of vectors (n, 3) with one, summed from x to z whatever n is: same point, same bits,
+    and the bits of ``comparison``. (n,)
+    """
+    return offset[:, 0] * axis[0] + offset[:, 1] * axis[1] + offset[:, 2] * axis[2]
+
+
 def distance(view: View, position: np.ndarray) -> np.ndarray:
     """d of each point, (n, 3) → (n,) [m]: from the eye, or along the axis where the metric says so.
 
@@ -73,7 +80,7 @@ def distance(view: View, position: np.ndarray) -> np.ndarray:
     """
     offset = position - view.camera.eye
     if view.metric.along_axis:
-        return np.maximum(offset @ view.camera.forward, 0.0)
+        return np.maximum(along(offset, view.camera.forward), 0.0)
     return np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2)
 
 
@@ -100,9 +107,9 @@ def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
         return np.ones(len(centre), bool)
     camera, offset = view.camera, centre - view.camera.eye
     tan_x, tan_y = camera.tan_half
-    ahead = offset @ camera.forward
+    ahead = along(offset, camera.forward)
     seen = ahead > -radius
     for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):
-        aside, length = offset @ axis, math.hypot(1.0, tangent)
+        aside, length = along(offset, axis), math.hypot(1.0, tangent)
         seen &= (ahead * tangent - np.abs(aside)) / length > -radius
     return seen

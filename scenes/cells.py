@@ -2,12 +2,15 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from scipy.stats import poisson
 
 from lod.arrays import freeze
+from lod.camera import Corner
+from lod.comparison import Vantage, sees
 from scenes.random import philox, unit, word_of
 
 _MEAN_PER_CELL = 2.0
@@ -40,6 +43,25 @@ class Draws:
         return Draws(self.cell_x[rows], self.cell_y[rows], self.index[rows], self.u[rows])
 
 
+class Near(NamedTuple):
+    """Where objects can be displayed at all.
+
+    farthest, farthest_offscreen  (v,) limit of the distance from the eye to the origin of each
+            prototype's whole, in view and out of it [m]; bound (v,) its B [m]
+    lean    how far in plan that origin can be from the object's place in its cell [m]
+    low, high   heights that it cannot be beyond [m]
+    window  half the side of the world; inf = no edge [m]
+    """
+
+    farthest: np.ndarray
+    farthest_offscreen: np.ndarray
+    bound: np.ndarray
+    lean: float
+    low: float
+    high: float
+    window: float
+
+
 @dataclass(frozen=True)
 class PoissonCells:
     """One species' homogeneous Poisson process of density K [1/m²]."""
@@ -61,14 +83,67 @@ class PoissonCells:
 
     def draw(self, cell_x: np.ndarray, cell_y: np.ndarray) -> Draws:
         """Every object of the given cells: the same cell always holds the same objects."""
-        mean = self.density * self.side_m**2
-        cumulative = poisson.cdf(np.arange(math.ceil(mean + 12 * math.sqrt(mean) + 30)), mean)
         key = np.uint64(self.seed), word_of(self.name)
-        count = _counts(cell_x, cell_y, *key, cumulative)
+        count = _counts(cell_x, cell_y, *key, self._cumulative)
         row = np.repeat(np.arange(len(count)), count)
         index = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
         x, y = cell_x[row], cell_y[row]
         return Draws(x, y, index, _uniforms(x, y, index, *key))
+
+    def near(
+        self, cell_x: np.ndarray, cell_y: np.ndarray, corner: Corner, vantage: Vantage, near: Near
+    ) -> tuple[Draws, int]:
+        """The objects of the given cells that could be displayed, and how many are in the window.
+
+        What is beyond every limit is turned away by its place and prototype alone.
+        """
+        key = np.uint64(self.seed), word_of(self.name)
+        count = _counts(cell_x, cell_y, *key, self._cumulative)
+        lattice = (*corner.lattice(self.exponent), self.side_m)
+        room = int(count.sum())
+        name, u = np.empty((3, room), np.int64), np.empty((room, 8))
+        kept, examined = _near(cell_x, cell_y, count, *key, lattice, vantage, near, name, u)
+        return Draws(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
+
+    @property
+    def _cumulative(self) -> np.ndarray:
+        """The Poisson distribution function of a cell's count, as far as it matters."""
+        mean = self.density * self.side_m**2
+        return poisson.cdf(np.arange(math.ceil(mean + 12 * math.sqrt(mean) + 30)), mean)
+
+
+@njit(cache=True)
+def cells_near(spans, lattice, vantage, rules):  # type: ignore[no-untyped-def]
+    """Cells near enough, in view or out of it, to hold a displayed whole, row by row: x, y (n,).
+
+    spans    first x and the one after the last, then y: cells that may be near enough
+    lattice  the frame's corner in cells, how far into its cell it is [m], and their side [m]
+    rules    limits in plan, in view and out of it; lean, height of the eye above all wholes;
+             middle of their heights, and radius of all that a cell holds [m]
+    """
+    x0, x1, y0, y1 = spans
+    ix, iy, rest_x, rest_y, side = lattice
+    in_plan, inside, outside, lean, above, middle, radius = rules
+    room = max(x1 - x0, 0) * max(y1 - y0, 0)
+    cell_x, cell_y, n = np.empty(room, np.int64), np.empty(room, np.int64), 0
+    for y in range(y0, y1):
+        north = (y - iy + 0.5) * side - rest_y
+        aside_y = max(abs(north - vantage.eye_y) - side / 2, 0.0)
+        for x in range(x0, x1):
+            east = (x - ix + 0.5) * side - rest_x
+            aside_x = max(abs(east - vantage.eye_x) - side / 2, 0.0)
+            near = math.sqrt(aside_x * aside_x + aside_y * aside_y)
+            if near > in_plan:
+                continue
+            if not vantage.look_around:
+                far = math.hypot(max(near - lean, 0.0), above)
+                if far > inside or (
+                    far > outside and not sees(vantage, east, north, middle, radius)
+                ):
+                    continue
+            cell_x[n], cell_y[n] = x, y
+            n += 1
+    return cell_x[:n], cell_y[:n]
 
 
 @njit(cache=True)
@@ -96,3 +171,39 @@ def _uniforms(cell_x, cell_y, index, seed, species):  # type: ignore[no-untyped-
             for k in range(4):
                 u[i, 4 * half + k] = unit(words[k])
     return u
+
+
+@njit(cache=True)
+def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u):  # type: ignore[no-untyped-def]
+    """Names and uniforms of objects that pass in plan; how many, and how many are in the window."""
+    ix, iy, rest_x, rest_y, side = lattice
+    above = max(0.0, vantage.eye_z - near.high, near.low - vantage.eye_z)
+    middle, spread = (near.low + near.high) / 2, (near.high - near.low) / 2 + near.lean
+    kinds, kept, examined, one = len(near.bound), 0, 0, np.uint64(1)
+    for i in range(len(cell_x)):
+        x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
+        west, south = (cell_x[i] - ix) * side - rest_x, (cell_y[i] - iy) * side - rest_y
+        for index in range(count[i]):
+            block = np.uint64(index + 1)
+            words = philox(x, y, block, np.uint64(0), seed, species)
+            u0, u1 = unit(words[0]), unit(words[1])
+            if abs((cell_x[i] + u0) * side) > near.window:
+                continue
+            if abs((cell_y[i] + u1) * side) > near.window:
+                continue
+            examined += 1
+            kind, east, north = int(unit(words[3]) * kinds), west + u0 * side, south + u1 * side
+            away = math.sqrt((east - vantage.eye_x) ** 2 + (north - vantage.eye_y) ** 2)
+            # A billionth for rounding: what is kept in vain is turned away by the walk.
+            away = math.hypot(max(away - near.lean, 0.0), above) * (1 - 1e-9)
+            if not away < near.farthest[kind]:
+                continue
+            if not away < near.farthest_offscreen[kind]:
+                if not sees(vantage, east, north, middle, (near.bound[kind] + spread) * (1 + 1e-9)):
+                    continue
+            name[0, kept], name[1, kept], name[2, kept] = cell_x[i], cell_y[i], index
+            rest = philox(x, y, block, one, seed, species)
+            for k in range(4):
+                u[kept, k], u[kept, 4 + k] = unit(words[k]), unit(rest[k])
+            kept += 1
+    return kept, examined

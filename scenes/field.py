@@ -11,10 +11,12 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from lod.camera import Corner
+from lod.comparison import vantage_of
 from lod.errors import InputError
 from lod.parts import Look, Parts, Sticks
-from lod.view import View, in_view, reach
-from scenes.cells import Draws, PoissonCells
+from lod.prune import Cut
+from lod.view import View, reach
+from scenes.cells import Draws, Near, PoissonCells, cells_near
 from scenes.patrol import paces, patrol
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies
@@ -98,6 +100,24 @@ class SpeciesField:
         cells = self._cells_near(view)
         return self.troupe.wholes(self.objects(view.camera.corner, *cells, view.time_s), view)
 
+    def walk(self, view: View) -> Cut:
+        """What is displayed, by compiled walks: of the objects, then of their parts."""
+        corner, near = view.camera.corner, self._near(view)
+        draws, examined = self.cells.near(*self._cells_near(view), corner, vantage_of(view), near)
+        objects = Objects(self._bodies(corner, draws, view.time_s), draws)
+        return self.troupe.cut(objects, view, examined)
+
+    def _near(self, view: View) -> Near:
+        """Where wholes can be displayed at all, prototype by prototype."""
+        atlas = self.troupe.atlas
+        bound = atlas.bound[atlas.root]
+        inside, outside = (limit[atlas.root] for limit in atlas.limits(view))
+        pairs = zip(inside.tolist(), bound.tolist(), strict=True)
+        farthest = np.array([reach(view, limit, radius) for limit, radius in pairs])
+        lean, half = self.troupe.lean_m + self.species.patrol_m, self.extent
+        window = math.inf if half is None else half / 2
+        return Near(farthest, outside, bound, lean, *self._root_heights(), window)
+
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly."""
         return self.troupe.parts_of(parts, view)
@@ -159,15 +179,11 @@ class SpeciesField:
         eye = view.camera.eye
         above = max(0.0, eye[2] - high, low - eye[2])
         in_plan = math.sqrt(max(inside**2 - above**2, 0.0)) + lean
-        x, y = self._cells_within(view.camera.corner, eye, in_plan)
-        if len(x) == 0 or view.look_around:
-            return x, y
-        centre, near = self._cell_places(view.camera.corner, eye, x, y)
-        centre[:, 2] = (low + high) / 2
-        radius = self.cells.side_m / math.sqrt(2) + (high - low) / 2 + lean
-        seen = in_view(view, centre, np.full(len(x), radius + bound))
-        far = np.hypot(np.maximum(near - lean, 0.0), above)
-        return tuple(a[far <= np.where(seen, inside, outside)] for a in (x, y))
+        spans = self._spans(view.camera.corner, eye, in_plan)
+        radius = self.cells.side_m / math.sqrt(2) + (high - low) / 2 + lean + bound
+        rules = (in_plan, inside, float(outside), lean, above, (low + high) / 2, radius)
+        lattice = (*view.camera.corner.lattice(self.cells.exponent), self.cells.side_m)
+        return cells_near(spans, lattice, vantage_of(view), rules)
 
     def _root_heights(self) -> tuple[float, float]:
         """Lowest and highest that the origin of a whole can be [m]."""
@@ -176,30 +192,12 @@ class SpeciesField:
         z = atlas.rest[atlas.root, 2]
         return low + float(z.min()) - sway, high + float(z.max()) + sway
 
-    def _cells_within(
-        self, corner: Corner, eye: np.ndarray, reach: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Cells of which some point is within ``reach`` of the eye in plan, and in the window."""
+    def _spans(self, corner: Corner, eye: np.ndarray, reach: float) -> tuple[int, int, int, int]:
+        """Ranges of cell numbers in x and y that hold ``reach`` about the eye, in the window."""
         ix, iy, rest_x, rest_y = corner.lattice(self.cells.exponent)
-        side = self.cells.side_m
-        x_range = _span(ix, (eye[0] + rest_x) / side, reach / side, self._window_cells())
-        y_range = _span(iy, (eye[1] + rest_y) / side, reach / side, self._window_cells())
-        x, y = (a.ravel() for a in np.meshgrid(np.arange(*x_range), np.arange(*y_range)))
-        _, near = self._cell_places(corner, eye, x, y)
-        keep = near <= reach
-        return x[keep], y[keep]
-
-    def _cell_places(
-        self, corner: Corner, eye: np.ndarray, x: np.ndarray, y: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Centres of cells, (n, 3) with z = 0, and the distance in plan to their nearest point."""
-        ix, iy, rest_x, rest_y = corner.lattice(self.cells.exponent)
-        side = self.cells.side_m
-        centre = np.zeros((len(x), 3))
-        centre[:, 0] = (x - ix + 0.5) * side - rest_x
-        centre[:, 1] = (y - iy + 0.5) * side - rest_y
-        aside = np.maximum(np.abs(centre[:, :2] - eye[:2]) - side / 2, 0.0)
-        return centre, np.hypot(aside[:, 0], aside[:, 1])
+        side, window = self.cells.side_m, self._window_cells()
+        x_range = _span(ix, (eye[0] + rest_x) / side, reach / side, window)
+        return *x_range, *_span(iy, (eye[1] + rest_y) / side, reach / side, window)
 
     def _window_cells(self) -> float:
         """Half the window in cells; infinite where there is no edge."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from lod.camera import GRID_M, Corner
 from lod.parts import Look, Parts, Sticks
+from lod.prune import Cut
 from lod.view import View
 from scenes.field import Ground
 from scenes.prototype import Prototype
@@ -38,9 +39,14 @@ class Placed:
 
     def roots(self, view: View) -> Parts:
         """The object itself, whether near or far."""
-        return self.troupe.wholes(
-            Objects(self._bodies(view.camera.corner, view.time_s), None), view
-        )
+        return self.troupe.wholes(self._objects(view), view)
+
+    def walk(self, view: View) -> Cut:
+        """What of it is displayed, by a compiled walk."""
+        return self.troupe.cut(self._objects(view), view, 1)
+
+    def _objects(self, view: View) -> Objects:
+        return Objects(self._bodies(view.camera.corner, view.time_s), None)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time."""

@@ -7,20 +7,24 @@ Philox4x64-10 of Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy 
 import hashlib
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import intrinsic
 
 _M0, _M1 = np.uint64(0xD2E7470EE14C6C93), np.uint64(0xCA5A826395121157)
 _W0, _W1 = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B)
-_LOW, _HALF = np.uint64(0xFFFFFFFF), np.uint64(32)
 
 
-@njit(cache=True, inline="always")
-def _high_product(a: np.uint64, b: np.uint64) -> np.uint64:
-    """Upper 64 of the 128 bits of a·b."""
-    a_low, a_high, b_low, b_high = a & _LOW, a >> _HALF, b & _LOW, b >> _HALF
-    middle = a_high * b_low + ((a_low * b_low) >> _HALF)
-    other = a_low * b_high + (middle & _LOW)
-    return a_high * b_high + (middle >> _HALF) + (other >> _HALF)
+@intrinsic
+def _high_product(_typing, a, b):  # type: ignore[no-untyped-def]
+    """Upper 64 of the 128 bits of a·b: one instruction, which four products of halves are not."""
+
+    def generate(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
+        word = arguments[0].type
+        wide = type(word)(128)
+        factors = [builder.zext(each, wide) for each in arguments]
+        return builder.trunc(builder.lshr(builder.mul(*factors), wide(64)), word)
+
+    return types.uint64(types.uint64, types.uint64), generate
 
 
 @njit(cache=True)

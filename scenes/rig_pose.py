@@ -79,6 +79,13 @@ def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, end
     return out
 
 
+NO_TURN = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+"""The matrix that turns nothing."""
+
+NO_STANCE = (0, 0, 0, 0, 0.0, 0.0, 0.0)
+"""What ``stand`` gives, before anything stands."""
+
+
 @njit(cache=True)
 def matrix(frame, row):  # type: ignore[no-untyped-def]
     """Rotation matrix of a frame, row by row: for many points of a joint it costs least."""

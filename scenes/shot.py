@@ -51,11 +51,11 @@ def moved(each: Representation, parts: Parts, look: Look, view: View, after: Vie
 
 def short_ids(cut: Cut) -> Cut:
     """A frame's ids have 32 bits: parts with longer addresses are numbered in their order."""
-    part = cut.parts.part
+    part = cut.part
     if not len(part) or part.max() < 2**32:
         return cut
     numbers = np.unique(part, return_inverse=True)[1]
-    return replace(cut, parts=replace(cut.parts, part=numbers))
+    return replace(cut, part=numbers)
 
 
 def light_of(preset: Preset) -> Light:

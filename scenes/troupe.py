@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from lod.parts import Look, Parts, Sticks
+from lod.prune import Cut
 from lod.thinning import thinned
 from lod.view import View
 from scenes.atlas import Atlas
@@ -14,6 +15,7 @@ from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies, Cast
 from scenes.rig_pose import pose_points, pose_sticks
 from scenes.rig_prototype import RiggedPrototype, rigid
+from scenes.walk import Slots, limits_of, slots_of, walk
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +54,11 @@ class Troupe:
         return Cast.of(self.rigged)
 
     @cached_property
+    def slots(self) -> Slots:
+        """All parts, as the compiled walk reads them."""
+        return slots_of(self.atlas, np.array([_sway(p) for p in self.rigged]))
+
+    @cached_property
     def lean_m(self) -> float:
         """Farthest in plan that the origin of a whole can be from where its object stands [m]."""
         rest = self.atlas.rest[self.atlas.root]
@@ -59,9 +66,25 @@ class Troupe:
 
     @cached_property
     def sway_m(self) -> float:
-        """More than the origin of a whole moves from where it rests: what bounds it all [m]."""
-        moving = [p for p in self.rigged if len(p.motion.turns) > 1 or len(p.motion.feet)]
-        return max((float(p.hierarchy.B[0]) for p in moving), default=0.0)
+        """More than the origin of any whole moves from where it rests [m]."""
+        return max(_sway(prototype) for prototype in self.rigged)
+
+    def cut(self, objects: Objects, view: View, examined: int) -> Cut:
+        """What is displayed of these objects, by the compiled walk.
+
+        examined: objects that were tested, of which these are left.
+        """
+        limits = limits_of(self.slots, self.atlas, view)
+        rows = walk(self.cast, self.slots, limits, objects.bodies, view)
+        rejected = examined - len(objects)
+
+        def tell() -> Parts:
+            owner, part, whole = (a.astype(np.int64) for a in (rows.object, rows.part, rows.whole))
+            return self._parts(objects, owner, part, whole, view)
+
+        level = self.atlas.level.astype(np.int16)[rows.part]
+        counted = examined, rejected + rows.examined
+        return Cut(rows.object, rows.part, level, rows.whole, *counted, tell)
 
     def wholes(self, objects: Objects, view: View) -> Parts:
         """The wholes of these objects."""
@@ -116,6 +139,13 @@ class Troupe:
             share=atlas.share[part],
             state=objects,
         )
+
+
+def _sway(prototype: RiggedPrototype) -> float:
+    """More than the origin of the whole moves from where it rests: what bounds it all [m]."""
+    motion = prototype.motion
+    moves = len(motion.turns) > 1 or len(motion.feet) > 0
+    return float(prototype.hierarchy.B[0]) if moves else 0.0
 
 
 @lru_cache(maxsize=64)

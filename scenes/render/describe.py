@@ -105,10 +105,10 @@ def _global_ids(visible: Sequence[Visible]) -> list[np.ndarray]:
     """For each representation, (n, 3) uint32: object, part and level of every displayed part."""
     first, tables = 1, []
     for v in visible:
-        parts = v.cut.parts
-        table = np.stack((parts.object + first, parts.part, parts.level), axis=1)
+        cut = v.cut
+        table = np.stack((cut.object + np.int64(first), cut.part, cut.level), axis=1)
         if len(table):
-            if table.min() < 0 or parts.object.min() < 0 or table.max() >= _ID_LIMIT:
+            if table.min() < 0 or cut.object.min() < 0 or table.max() >= _ID_LIMIT:
                 raise InputError(f"{v.name} ids", int(table.max()), "from 0 to 2**32 - 1")
             first = int(table[:, 0].max()) + 1
         tables.append(table.astype(np.uint32))
@@ -117,7 +117,7 @@ def _global_ids(visible: Sequence[Visible]) -> list[np.ndarray]:
 
 def _check(v: Visible) -> None:
     """Refuse what the renderer would accept silently: NaN, rows that are not there, albedo > 1."""
-    shape, parts = v.shape, len(v.cut.parts)
+    shape, parts = v.shape, len(v.cut)
     if isinstance(shape, Sticks):
         numbers = {k: getattr(shape, k) for k in ("start", "end", "start_radius", "end_radius")}
         rows = {"tint": (shape.tint, len(shape.tints)), "owner": (shape.owner, parts)}

@@ -43,8 +43,8 @@ def test_a_shot_holds_every_representation_once() -> None:
     assert [each.name for each in shot.visible] == [each.name for each in world.representations]
     for each in shot.visible:
         assert len(each.shape.owner)
-        assert each.shape.owner.max() < len(each.cut.parts)
-        assert each.cut.parts.part.max() < 2**32
+        assert each.shape.owner.max() < len(each.cut)
+        assert each.cut.part.max() < 2**32
     assert shot.fps == 10
     assert shot.quality.variant == "scalar_rgb"
     assert set(shot.seconds) == {"prune", "appearance"}

@@ -6,7 +6,7 @@ import pytest
 from lod.air import CLEAR
 from lod.camera import Corner, look
 from lod.parts import Parts, Sticks, Triangles
-from lod.prune import Cut
+from lod.prune import cut_of
 from scenes.render import variants
 from scenes.render.frame import Light, Quality, Visible
 
@@ -36,7 +36,7 @@ def cut(objects, parts, levels):
         whole=np.full(n, -1),
         share=np.ones(n),
     )
-    return Cut(made, n, n)
+    return cut_of(made, n, n)
 
 
 class Making:

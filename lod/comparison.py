@@ -1,0 +1,76 @@
+"""The one comparison of the metric, compiled: d < D, as every compiled walk asks it (§2.4).
+
+The same arithmetic in the same order as ``prune.displayed``, in float64, so that both agree to the
+last bit. Whether a part is in view is worked out only where it decides.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from lod.view import View
+
+
+class Vantage(NamedTuple):
+    """A view as compiled walks read it: the eye, the camera's axes, and its pyramid of view."""
+
+    eye_x: float
+    eye_y: float
+    eye_z: float
+    forward_x: float
+    forward_y: float
+    forward_z: float
+    right_x: float
+    right_y: float
+    right_z: float
+    up_x: float
+    up_y: float
+    up_z: float
+    tan_x: float
+    tan_y: float
+    along_axis: bool
+    look_around: bool
+
+
+def vantage_of(view: View) -> Vantage:
+    """What the walks need of a view."""
+    camera = view.camera
+    x, y, z = camera.eye.tolist()
+    axes = camera.forward.tolist(), camera.right.tolist(), camera.up.tolist()
+    (fx, fy, fz), (rx, ry, rz), (ux, uy, uz) = axes
+    rules = view.metric.along_axis, view.look_around
+    return Vantage(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *camera.tan_half, *rules)
+
+
+@njit(cache=True)
+def distance_to(s, x, y, z):  # type: ignore[no-untyped-def]
+    """``view.distance`` of one point [m]."""
+    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
+    if s.along_axis:
+        return max(x * s.forward_x + y * s.forward_y + z * s.forward_z, 0.0)
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True)
+def sees(s, x, y, z, radius):  # type: ignore[no-untyped-def]
+    """``view.in_view`` of one sphere."""
+    if s.look_around:
+        return True
+    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
+    ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
+    if not ahead > -radius:
+        return False
+    aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
+    if not (ahead * s.tan_x - aside) / math.hypot(1.0, s.tan_x) > -radius:
+        return False
+    above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
+    return (ahead * s.tan_y - above) / math.hypot(1.0, s.tan_y) > -radius
+
+
+@njit(cache=True)
+def passes(s, x, y, z, bound, limit, limit_offscreen):  # type: ignore[no-untyped-def]
+    """Whether a part is displayed: d < D, with the coarser D for what is out of view."""
+    d = distance_to(s, x, y, z)
+    inside, outside = d < limit, d < limit_offscreen
+    return inside if inside == outside or sees(s, x, y, z, bound) else outside

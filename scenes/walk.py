@@ -1,0 +1,226 @@
+"""The compiled walk over the parts of posed objects: root first, and down only where that passes.
+
+One object at a time, its parts level by level. Most tests are decided before the part's position is
+known: a part that is never farther than w from where the root rests, whose distance is d, passes
+where d + w < D and fails where d − w ≥ D (triangle inequality); so too with what is in view. Only
+what is left is posed, each joint once, and put to the one comparison. All of that is float64, and
+agrees with the level-by-level pruner to the last bit; rows of parts are int32.
+
+Objects are shared out to threads in runs, and the runs joined in order: same bytes for any number.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numba import get_num_threads, njit
+
+from lod.comparison import Vantage, distance_to, passes, sees, vantage_of
+from lod.hierarchy import Hierarchy
+from lod.view import View
+from scenes.atlas import Atlas
+from scenes.rig_cast import Bodies, Cast
+from scenes.rig_pose import NO_STANCE, NO_TURN, at_point, matrix, reach_joint, scratch, stand
+
+_ROOM = 2**20
+"""Rows in one buffer at first; memory is taken only as it fills."""
+
+_ROUNDING_M = 1e-6
+"""More than positions within a frame are ever rounded by [m]."""
+
+_UNKNOWN, _SEEN, _UNSEEN, _PARTLY = 0, 1, 2, 3
+
+_SHORTEST_RUN = 256
+"""Objects for which another thread is worth its start."""
+
+
+class Slots(NamedTuple):
+    """The parts of all prototypes, the parts of one whole side by side: what a walk reads.
+
+    place  (s, 3) origin in the frame of its joint [m]; bound (s,) [m]
+    wander (s,) farthest that the origin can be from where the root rests, in any pose [m]
+    links  (s, 4) int32: row in the atlas, row of its joint in a frame, first slot and number of
+           its own parts
+    rest   (v, 3) where each prototype's root rests; its slot is its number [m]
+    spread (v, 2) farthest that any of its parts wanders, and that anything of it reaches [m]
+    most   parts of the largest prototype
+    """
+
+    place: np.ndarray
+    bound: np.ndarray
+    wander: np.ndarray
+    links: np.ndarray
+    rest: np.ndarray
+    spread: np.ndarray
+    most: int
+
+
+class Rows(NamedTuple):
+    """Displayed parts: object, row in the atlas, and row here of the whole (−1), (n,) int32 each;
+    and how many parts were examined.
+    """
+
+    object: np.ndarray
+    part: np.ndarray
+    whole: np.ndarray
+    examined: int
+
+
+def slots_of(atlas: Atlas, sway_m: np.ndarray) -> Slots:
+    """Lay the parts of an atlas out for the walk: roots first, then the parts of each whole.
+
+    sway_m: (v,) how far the root of each prototype can be from where it rests; 0 = stands still.
+    """
+    row = np.concatenate((atlas.root, atlas.order))
+    first = len(atlas.root) + atlas.first_part
+    links = (row, atlas.joint[row] + 1, first[row], atlas.part_count[row])
+    wander = [
+        _wander(tree, float(sway)) for tree, sway in zip(atlas.hierarchies, sway_m, strict=True)
+    ]
+    spread = [(w.max(), (w + t.B).max()) for w, t in zip(wander, atlas.hierarchies, strict=True)]
+    return Slots(
+        place=np.ascontiguousarray(atlas.origin[row]),
+        bound=atlas.bound[row],
+        wander=np.concatenate(wander)[row],
+        links=np.stack(links, axis=1).astype(np.int32),
+        rest=atlas.rest[atlas.root],
+        spread=np.array(spread),
+        most=max(len(tree) for tree in atlas.hierarchies),
+    )
+
+
+def _wander(tree: Hierarchy, sway_m: float) -> np.ndarray:
+    """How far the origin of each part can be from where the root rests, (n,) [m]."""
+    if sway_m == 0:
+        return np.linalg.norm(tree.position - tree.position[0], axis=1) + _ROUNDING_M
+    wander = np.full(len(tree), sway_m + _ROUNDING_M)
+    for row in range(1, len(tree)):
+        wander[row] = wander[tree.whole[row]] + tree.separation[row]
+    return wander
+
+
+def limits_of(slots: Slots, atlas: Atlas, view: View) -> np.ndarray:
+    """Wander, limit distances in view and out of it, and bound, slot by slot, (s, 4) [m]."""
+    row = slots.links[:, 0]
+    inside, outside = atlas.limits(view)
+    return np.stack((slots.wander, inside[row], outside[row], slots.bound), axis=1)
+
+
+def walk(cast: Cast, slots: Slots, limits: np.ndarray, bodies: Bodies, view: View) -> Rows:
+    """Everything displayed of these objects."""
+    threads = max(1, min(get_num_threads(), len(bodies) // _SHORTEST_RUN))
+    ends = np.linspace(0, len(bodies), threads + 1).astype(np.int64)
+    vantage, columns = vantage_of(view), bodies.columns()
+
+    def run(first: int, last: int) -> list[Rows]:
+        return _run(cast, slots, limits, columns, vantage, first, last)
+
+    with ThreadPoolExecutor(threads) as pool:
+        runs = pool.map(run, ends[:-1].tolist(), ends[1:].tolist())
+        return _joined([rows for each in runs for rows in each])
+
+
+def _run(
+    cast: Cast,
+    slots: Slots,
+    limits: np.ndarray,
+    columns: tuple[np.ndarray, ...],
+    vantage: Vantage,
+    first: int,
+    last: int,
+) -> list[Rows]:
+    """Objects first to last, buffer by buffer."""
+    done: list[Rows] = []
+    room = max(_ROOM, 2 * slots.most)
+    while first < last or not done:
+        out = np.empty((3, room), np.int32)
+        table = (slots.place, limits, slots.links, slots.rest, slots.spread)
+        first, filled, examined = _walk(
+            cast.tables, cast.most_joints, vantage, *columns, table, slots.most, first, last, out
+        )
+        done.append(Rows(out[0, :filled], out[1, :filled], out[2, :filled], examined))
+        room *= 2
+    return done
+
+
+def _joined(runs: list[Rows]) -> Rows:
+    if len(runs) == 1:
+        return runs[0]
+    starts = np.cumsum([0] + [len(rows.part) for rows in runs])
+    wholes = [
+        np.where(rows.whole < 0, rows.whole, rows.whole + np.int32(start))
+        for rows, start in zip(runs, starts[:-1], strict=True)
+    ]
+    objects, parts = (np.concatenate([getattr(r, k) for r in runs]) for k in ("object", "part"))
+    return Rows(objects, parts, np.concatenate(wholes), sum(rows.examined for rows in runs))
+
+
+@njit(cache=True, nogil=True)
+def _walk(  # type: ignore[no-untyped-def]
+    t, joints, vantage, origin, cos, sin, variant, phase, feet, table, most, first, last, out
+):
+    """Objects from ``first`` while the rest of the buffer holds any one of them.
+
+    Gives the object it stopped before, rows filled, and parts examined.
+    """
+    place, limits, links, rest, spread = table
+    frame, done = scratch(joints)
+    slot = np.empty(most, np.int32)
+    n, examined, o = 0, 0, first
+    while o < last and n + most <= out.shape[1]:
+        v = variant[o]
+        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
+        middle = _rests(at, rest[v, 0], rest[v, 1], rest[v, 2])
+        d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
+        stance, turn = NO_STANCE, NO_TURN
+        base, i, whole, k, end = n, n, -1, v, v + 1
+        while True:
+            examined += end - k
+            while k < end:
+                wander, inside, outside = limits[k, 0], limits[k, 1], limits[k, 2]
+                passed, decided = d + wander < outside, True
+                if not passed and d - wander < inside:
+                    decided = False
+                    if d + wander < inside and d - wander >= outside:
+                        if seen == _UNKNOWN:
+                            seen = _whether_seen(vantage, middle, spread[v, 0], spread[v, 1])
+                        passed, decided = seen == _SEEN, seen != _PARTLY
+                if not decided:
+                    if not stands:
+                        stance = stand(t, frame, done, v, phase[o], at)
+                        turn, stands = matrix(frame, 0), True
+                    row = links[k, 1]
+                    if row == 0:
+                        x, y, z = at_point(frame, 0, turn, place[k, 0], place[k, 1], place[k, 2])
+                    else:
+                        reach_joint(t, frame, done, stance, feet[o], row)
+                        x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
+                    passed = passes(vantage, x, y, z, limits[k, 3], inside, outside)
+                if passed:
+                    out[0, n], out[1, n], out[2, n] = o, links[k, 0], whole
+                    slot[n - base] = k
+                    n += 1
+                k += 1
+            if i == n:
+                break
+            whole, k = i, links[slot[i - base], 2]
+            end = k + links[slot[i - base], 3]
+            i += 1
+        o += 1
+    return o, n, examined
+
+
+@njit(cache=True)
+def _rests(at, x, y, z):  # type: ignore[no-untyped-def]
+    """Where the root of an object would be at rest."""
+    east, north, up, cos, sin = at
+    return east + cos * x - sin * y, north + sin * x + cos * y, up + z
+
+
+@njit(cache=True)
+def _whether_seen(vantage, middle, wander, reach):  # type: ignore[no-untyped-def]
+    """Whether the origins of an object's parts are all in view, or nothing of it, or neither."""
+    x, y, z = middle
+    if sees(vantage, x, y, z, -wander):
+        return _SEEN
+    return _PARTLY if sees(vantage, x, y, z, reach) else _UNSEEN

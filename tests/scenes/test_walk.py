@@ -1,0 +1,133 @@
+"""The compiled walks against the level-by-level pruner: the same cut, to the last bit."""
+
+from functools import lru_cache
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lod.comparison import distance_to, passes, sees, vantage_of
+from lod.parts import Parts
+from lod.prune import displayed, prune, prune_by_level
+from lod.view import distance, in_view
+from scenes.preset import load_preset
+from scenes.world import build_world, view_at
+
+COLUMNS = ("part", "whole", "level", "position", "bound", "limit", "limit_offscreen", "share")
+
+
+@lru_cache(maxsize=8)
+def built(name, extent=None):
+    return build_world(load_preset(name, [f"world.extent={extent}"] if extent else []))
+
+
+def seen_in(name, *settings, frame=1, extent=None):
+    """The world of a preset, and a view of it."""
+    world = built(name, extent)
+    more = [f"world.extent={extent}"] if extent else []
+    return world, view_at(world, load_preset(name, [*settings, *more]), frame)
+
+
+def same_cut(representation, view):
+    """Both cuts, after holding one against the other."""
+    read, compiled = prune_by_level(representation, view), prune(representation, view)
+    assert (read.examined_objects, read.examined_parts) == (
+        compiled.examined_objects,
+        compiled.examined_parts,
+    )
+    for name in COLUMNS:
+        a, b = getattr(read.parts, name), getattr(compiled.parts, name)
+        assert a.dtype == b.dtype and a.tobytes() == b.tobytes(), name
+    for name in ("part", "whole", "level"):
+        assert np.array_equal(getattr(compiled, name), getattr(read.parts, name)), name
+    if read.parts.state.draws is not None:
+        for name in ("cell_x", "cell_y", "index", "u"):
+            a, b = (getattr(c.parts.state.draws, name)[c.parts.object] for c in (read, compiled))
+            assert np.array_equal(a, b), name
+    return read, compiled
+
+
+views = st.fixed_dictionaries(
+    {
+        "view.metric": st.sampled_from(["blake", "bounded", "solid_angle", "depth", "full"]),
+        "view.detail": st.sampled_from([1.0, 3.0, 12.0]),
+        "view.offscreen_detail": st.sampled_from([0.1, 0.25, 1.0]),
+        "camera.heading": st.floats(0, 360),
+        "camera.pitch": st.floats(-90, 60),
+        "camera.fov": st.floats(5, 150),
+        "camera.height": st.floats(0.3, 30),
+        "camera.cell": st.sampled_from([(0, 0), (-70, 3), (6 * 10**10, -(10**10))]),
+    }
+)
+
+
+@given(name=st.sampled_from(["crowd", "zoo", "fly_in"]), keys=views, frame=st.integers(1, 200))
+@settings(max_examples=8)
+def test_walks_agree_with_the_readable_pruner(name, keys, frame):
+    keys = [f"{key}={list(v) if isinstance(v, tuple) else v}" for key, v in keys.items()]
+    extent = 30 if "view.metric=full" in keys else None
+    world, view = seen_in(name, *keys, "render.size=50x40", frame=frame, extent=extent)
+    for each in (*world.fields, *world.placed):
+        same_cut(each, view)
+
+
+@pytest.mark.parametrize("name", ["meadow", "crowd", "zoo"])
+def test_a_frame_of_a_preset_is_cut_the_same(name):
+    world, view = seen_in(name, "render.size=200x100", frame=30)
+    cuts = [same_cut(each, view)[1] for each in world.fields]
+    assert sum(len(cut) for cut in cuts) > 10_000
+
+
+def test_the_number_of_threads_changes_nothing():
+    world, view = seen_in("crowd", "render.size=200x100", frame=5)
+    field = world.fields[0]
+    one = []
+    before = numba.get_num_threads()
+    try:
+        for threads in (1, 2):
+            numba.set_num_threads(min(threads, before))
+            cut = prune(field, view)
+            one.append([c.tobytes() for c in (cut.object, cut.part, cut.whole)])
+    finally:
+        numba.set_num_threads(before)
+    assert one[0] == one[1]
+
+
+def test_small_buffers_are_joined_in_order(monkeypatch):
+    world, view = seen_in("meadow", "render.size=200x100")
+    field = world.fields[1]
+    whole = prune(field, view)
+    monkeypatch.setattr("scenes.walk._ROOM", 1)
+    parted = prune(field, view)
+    for name in ("object", "part", "whole", "level"):
+        assert np.array_equal(getattr(whole, name), getattr(parted, name))
+
+
+@given(seed=st.integers(0, 2**32 - 1), look_around=st.booleans(), along=st.booleans())
+def test_the_compiled_comparison_is_the_readable_one(seed, look_around, along):
+    chance = np.random.default_rng(seed)
+    metric = "depth" if along else "blake"
+    keys = [f"view.look_around={str(look_around and not along).lower()}", f"view.metric={metric}"]
+    _, view = seen_in("meadow", *keys, "camera.pitch=-20", "camera.fov=70", frame=3)
+    n = 50
+    position = view.camera.eye + chance.normal(0, 30, (n, 3))
+    limit = chance.uniform(0, 60, n)
+    zero = np.zeros(n, np.int64)
+    share = np.ones(n)
+    bound, outside = chance.exponential(5, n), limit * chance.uniform(0, 1, n)
+    parts = Parts(position, position, bound, limit, outside, zero, zero, zero, zero, share)
+    vantage = vantage_of(view)
+    rows = [(*p, b, d, o) for p, b, d, o in zip(position, bound, limit, outside, strict=True)]
+    assert [passes(vantage, *row) for row in rows] == displayed(parts, view).tolist()
+    assert [distance_to(vantage, *row[:3]) for row in rows] == distance(view, position).tolist()
+    assert [sees(vantage, *row[:4]) for row in rows] == in_view(view, position, bound).tolist()
+
+
+def test_hardly_anything_beyond_its_limit_is_posed():
+    """Places and prototypes alone turn away most of what no walk would keep."""
+    world, view = seen_in("crowd", "render.size=200x100", frame=9)
+    cut = prune(world.fields[0], view)
+    left, shown = len(cut.parts.state), cut.displayed_objects
+    assert shown <= left < 0.85 * cut.examined_objects
