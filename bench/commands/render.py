@@ -1,6 +1,7 @@
 """`lodbench render`: frames of a preset as an EXR sequence."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +17,13 @@ from bench.frame_flags import (
 )
 from bench.frame_progress import frame_progress
 from bench.output import Output, output
+from bench.rendering import Rendering
 from bench.view_flags import file_flags, preset_of, view_flags
 from lod.errors import InputError
 from scenes.preset import Preset
 
 if TYPE_CHECKING:
     from scenes.render.sequence import Job
-    from scenes.render.worker import Watch, Worker
 
 
 @click.command("render")
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option("--max-memory", metavar="SIZE", help="Refuse frames that need more, as 4GB.")
+@click.option(
+    "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
+)
 @click.option("--json", "as_json", is_flag=True, help="A JSON object per frame on stdout.")
 def command(
     preset: str,
@@ -49,6 +53,7 @@ def command(
     overwrite: bool,
     threads: int,
     max_memory: str | None,
+    cluster: str | None,
     as_json: bool,
     **flags: Any,
 ) -> None:
@@ -63,16 +68,12 @@ def command(
     from scenes.render.one_frame import settings_of
     from scenes.render.sequence import open_job
     from scenes.render.variants import choose
-    from scenes.render.worker import Worker
 
     settings = settings_of(chosen, choose(chosen.render.variant, chosen.render.spectral))
     make_folder(Path(pattern).parent)
     with output(as_json) as out:
-        records = _render(
-            out,
-            lambda: open_job(pattern, numbers, settings, overwrite),
-            lambda watch: Worker(threads, watch, most_bytes),
-        )
+        begin = partial(open_job, pattern, numbers, settings, overwrite)
+        records = _render(out, begin, Rendering(threads, most_bytes, cluster, out.note))
         done = [Path(record["path"]) for record in records if "error" not in record]
         failed = [record for record in records if "error" in record]
         pictures = _preview(out, chosen, pattern, done) if preview and done else []
@@ -82,20 +83,13 @@ def command(
         raise click.ClickException(_failures(failed, len(numbers)))
 
 
-def _render(
-    out: Output, begin: Callable[[], "Job"], workers: "Callable[[Watch], Worker]"
-) -> list[dict[str, Any]]:
+def _render(out: Output, begin: Callable[[], "Job"], render: Rendering) -> list[dict[str, Any]]:
     """A line for each finished frame; what ends the sequence before its end is counted, too."""
-    from scenes.render.sequence import render_sequence
-
     records: list[dict[str, Any]] = []
     try:
         job = begin()
-        with (
-            frame_progress(len(job.paths)) as progress,
-            workers(progress.watch) as worker,
-        ):
-            for record in render_sequence(job, worker):
+        with frame_progress(len(job.paths)) as progress:
+            for record in render(job, progress):
                 records.append(record)
                 progress.finished(record)
                 if "error" not in record:

@@ -1,0 +1,142 @@
+"""A sequence on a cluster: the same frames, whatever dies on the way."""
+
+import os
+import signal
+import sys
+
+import cloudpickle
+import numpy as np
+import pytest
+
+from lod.errors import InputError
+from scenes.preset import load_preset
+from scenes.render.cluster import Cluster, check_versions, cluster
+from scenes.render.cluster_frames import render_on_cluster, sweep
+from scenes.render.disk import partial_path
+from scenes.render.exr import write_exr
+from scenes.render.frame import Layers
+from scenes.render.one_frame import render_one, settings_of
+from scenes.render.sequence import open_job, render_sequence
+
+pytest.importorskip("distributed")
+cloudpickle.register_pickle_by_value(sys.modules[__name__])
+
+TINY = """
+[camera]
+speed = 20
+[terrain]
+reach = 100
+[species.figure]
+model = "figure"
+density = 0.01
+[render]
+size = "16x9"
+spp = 1
+variant = "scalar_rgb"
+"""
+
+
+@pytest.fixture(scope="module")
+def settings(tmp_path_factory):
+    path = tmp_path_factory.mktemp("preset") / "tiny.toml"
+    path.write_text(TINY)
+    return settings_of(load_preset(str(path)), "scalar_rgb")
+
+
+@pytest.fixture(scope="module")
+def two():
+    with cluster("2", 1) as workers:
+        yield workers
+
+
+def hashes(records):
+    return {record["frame"]: record["sha256"] for record in records}
+
+
+def test_a_worker_that_dies_on_the_way_changes_nothing(settings, two, tmp_path):
+    """Local against two workers, one of which is killed as soon as a frame is there."""
+    frames = range(1, 9)
+    here = open_job(tmp_path / "l" / "a.####.exr", frames, settings)
+    local = list(render_sequence(here, render_one))
+    job = open_job(tmp_path / "d" / "a.####.exr", frames, settings)
+    workers, records = two.client.run(os.getpid), []
+    for record in render_on_cluster(job, two):
+        if not records:
+            os.kill(min(workers.values()), signal.SIGKILL)
+        records.append(record)
+    sweep(job)
+    assert hashes(records) == hashes(local)
+    assert len(records) == 8 and not any("error" in record for record in records)
+    names = sorted(path.name for path in (tmp_path / "d").iterdir())
+    assert names == [*(f"a.{frame:04d}.exr" for frame in frames), "manifest.json"]
+    again = list(render_on_cluster(open_job(job.folder / "a.####.exr", frames, settings), two))
+    assert all(record["kept"] for record in again) and hashes(again) == hashes(local)
+
+
+def poisonous(settings, frame, path, threads, most_bytes):
+    """Frame 7 ends its worker, frame 9 fails, the others are quick; each try leaves a mark."""
+    from pathlib import Path
+
+    mark = Path(path).parent.parent / "tries"
+    with mark.open("a") as file:
+        file.write(f"{frame}\n")
+    if frame == 7:
+        os._exit(1)
+    if frame == 9:
+        raise RuntimeError("no such luck")
+    ids = np.full((2, 3), frame)
+    colour = np.full((2, 3, 3), frame / 100)
+    partial = partial_path(Path(path))
+    digest = write_exr(partial, Layers(colour, ids, colour, colour, ids, ids, ids), {})
+    record = {"frame": frame, "sha256": digest, "seconds": {}, "statistics": {}}
+    return {"record": {**record, "peak_rss_bytes": 1}, "partial": str(partial)}
+
+
+def test_a_poisonous_frame_costs_itself_only(settings, two, tmp_path):
+    """One in 20 always kills its worker and one always fails: 18 delivered, both named, each
+    tried three times at most."""
+    job = open_job(tmp_path / "d" / "a.####.exr", range(1, 21), settings)
+    records = {record["frame"]: record for record in render_on_cluster(job, two, poisonous)}
+    bad = {frame: record for frame, record in records.items() if "error" in record}
+    tries = (tmp_path / "tries").read_text().split()
+    assert sorted(records) == list(range(1, 21)) and sorted(bad) == [7, 9]
+    assert bad[7]["tries"] == 3 == tries.count("7") and "ended its worker" in bad[7]["error"]
+    assert bad[9]["tries"] == 3 == tries.count("9") and "no such luck" in bad[9]["error"]
+    assert {path.name for path in job.folder.glob("*.exr")} == {
+        f"a.{frame:04d}.exr" for frame in range(1, 21) if frame not in bad
+    }
+
+
+def test_a_worker_with_another_version_is_refused(settings, two, tmp_path):
+    other = {**settings, "software": "lodbench 0.0 (Mitsuba 3.0)"}
+    job = open_job(tmp_path / "a.####.exr", [1], other)
+    with pytest.raises(InputError, match=r"lodbench 0\.0 .*install the same versions"):
+        list(render_on_cluster(job, two))
+
+
+def test_workers_are_asked_for_their_version_first():
+    class Client:
+        def run(self, function, on_error):
+            return {"tcp://a": function(), "tcp://b": "lodbench 0.0 (Mitsuba 3.0)"}
+
+    with pytest.raises(InputError, match=r"tcp://b has lodbench 0\.0"):
+        check_versions(Client())
+
+
+@pytest.mark.parametrize("where", ["0", "9999", "nowhere", "tcp://"])
+def test_what_is_no_cluster_is_refused(where):
+    with pytest.raises(InputError, match="--cluster"), cluster(where):
+        pass
+
+
+def test_without_dask_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"lodbench\[cluster\]"), cluster("2"):
+        pass
+
+
+def test_a_frame_that_cannot_be_is_bad_input_if_nothing_was_done(settings, two, tmp_path):
+    wrong = {**settings, "camera": {**settings["camera"], "fov": 500.0}}
+    job = open_job(tmp_path / "a.####.exr", [1, 2], wrong)
+    with pytest.raises(InputError, match="fov"):
+        list(render_on_cluster(job, Cluster(two.client, 1, "")))
