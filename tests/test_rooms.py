@@ -16,7 +16,14 @@ ROOT = Path(__file__).resolve().parent.parent
 MAY_IMPORT = {"lod": {"lod"}, "scenes": {"scenes", "lod"}, "bench": {"bench", "scenes", "lod"}}
 THEORY = {"numpy", "scipy", "numba", "colour", "drjit", "jaxtyping"}
 # Where the two names differ; pydantic tells its users to take some names from its core.
-DISTRIBUTION = {"colour": "colour-science", "PIL": "pillow", "pydantic_core": "pydantic"}
+DISTRIBUTION = {
+    "colour": "colour-science",
+    "distributed": "dask",
+    "mitsuba_oidn": "mitsuba-oidn",
+    "PIL": "pillow",
+    "pxr": "usd-core",
+    "pydantic_core": "pydantic",
+}
 
 FILES = {"fileinput", "glob", "io", "mmap", "os", "pathlib", "shutil", "sqlite3", "tempfile"}
 CLOCK = {"datetime", "time", "timeit"}
