@@ -14,6 +14,10 @@ class FrameProgress:
     def __init__(self, bar: Any) -> None:
         self._bar, self._done = bar, 0
 
+    def aside(self) -> None:
+        """Make way for a line that is about to be printed."""
+        self._bar.clear()
+
     def finished(self, record: dict[str, Any]) -> None:
         """One frame more; a kept one says nothing about the time that the others take."""
         if self._bar.disable:

@@ -91,12 +91,13 @@ def _render(out: Output, begin: Callable[[], "Job"], render: Rendering) -> list[
         with frame_progress(len(job.paths)) as progress:
             for record in render(job, progress):
                 records.append(record)
-                progress.finished(record)
+                progress.aside()
                 if "error" not in record:
                     out.record(record)
                     out.say(_line(record))
                 else:
                     out.note(f"lodbench: {record['path']}: {record['error']}")
+                progress.finished(record)
     except BaseException:
         failures = [record for record in records if "error" in record]
         done = len(records) - len(failures)
