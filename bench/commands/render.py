@@ -21,6 +21,7 @@ from bench.rendering import Rendering
 from bench.view_flags import file_flags, preset_of, view_flags
 from lod.errors import InputError
 from scenes.preset import Preset
+from scenes.render.display import Look
 
 if TYPE_CHECKING:
     from scenes.render.sequence import Job
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 @click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
 @file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
+@click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear.")
+@click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Of previews.")
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
@@ -49,6 +52,8 @@ def command(
     pattern: str,
     frames: str,
     preview: bool,
+    tone: str,
+    exposure: float,
     resume: bool,
     overwrite: bool,
     threads: int,
@@ -63,6 +68,7 @@ def command(
     if resume and overwrite:
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
     most_bytes = None if max_memory is None else memory_size(max_memory)
+    look = Look(tone, exposure)
     chosen = preset_of(preset, **flags)
     check_targets([frame_path(pattern, number) for number in numbers])
     from scenes.render.one_frame import settings_of
@@ -76,7 +82,7 @@ def command(
         records = _render(out, begin, Rendering(threads, most_bytes, cluster, out.note))
         done = [Path(record["path"]) for record in records if "error" not in record]
         failed = [record for record in records if "error" in record]
-        pictures = _preview(out, chosen, pattern, done) if preview and done else []
+        pictures = _preview(out, chosen, pattern, done, look) if preview and done else []
         end = {"done": len(done), "failed": len(failed), "failures": failed}
         out.record({**end, "previews": pictures})
     if failed:
@@ -117,17 +123,20 @@ def _line(record: dict[str, Any]) -> str:
     return f"{record['path']}  {record['sha256'][:16]}  {took}"
 
 
-def _preview(out: Output, preset: Preset, pattern: str, paths: Sequence[Path]) -> list[str]:
+def _preview(
+    out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: Look
+) -> list[str]:
     """One frame as it is; of more, a contact sheet and a film. The paths of what was made."""
     from scenes.render.contact_sheet import contact_sheet, preview
     from scenes.render.movie import movie
 
     stem = preview_stem(pattern)
     still = stem.with_name(f"{stem.name}.png")
-    pictures = [contact_sheet(paths, still) if len(paths) > 1 else preview(paths[0], still)]
+    many = len(paths) > 1
+    pictures = [contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)]
     try:
         target = stem.with_name(f"{stem.name}.mp4")
-        film = movie(paths, target, preset.camera.fps) if len(paths) > 1 else None
+        film = movie(paths, target, preset.camera.fps, look) if many else None
         pictures += [film] if film else []
     except OSError as error:
         out.note(f"lodbench: no mp4: {error.strerror}")

@@ -9,16 +9,16 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from lod.errors import InputError
-from scenes.render.display import display, exposure_of
+from scenes.render.display import USUAL, Look, display
 from scenes.render.exr import read_exr
 
 _GAP, _PAPER, _INK = 6, (24, 24, 26), (220, 220, 220)
 
 
-def preview(path: str | Path, out_png: str | Path, exposure: float | None = None) -> Path:
-    """One frame as a PNG; exposed for itself unless told."""
+def preview(path: str | Path, out_png: str | Path, look: Look = USUAL) -> Path:
+    """One frame as a PNG, exposed for itself."""
     rgb = read_exr(path)[0].rgb
-    return _save(Image.fromarray(display(rgb, exposure or exposure_of(rgb))), out_png)
+    return _save(Image.fromarray(display(rgb, look.exposure_of(rgb), look.tone)), out_png)
 
 
 def contact_sheet(
@@ -26,19 +26,19 @@ def contact_sheet(
     out_png: str | Path,
     columns: int | None = None,
     width: int = 320,
-    exposure: float | None = None,
+    look: Look = USUAL,
 ) -> Path:
-    """Frames side by side, ``width`` pixels each; all exposed alike, for the first unless told."""
+    """Frames side by side, ``width`` pixels each; all exposed alike, for the first."""
     if not paths:
         raise InputError("contact sheet", [], "at least one frame")
     if width < 16:
         raise InputError("contact sheet width", width, "at least 16 pixels a frame")
-    tiles = []
+    tiles, exposure = [], 0.0
     for path in paths:
         rgb = read_exr(path)[0].rgb
-        exposure = exposure or exposure_of(rgb)
+        exposure = exposure or look.exposure_of(rgb)
         height = max(1, round(width * rgb.shape[0] / rgb.shape[1]))
-        picture = Image.fromarray(display(rgb, exposure))
+        picture = Image.fromarray(display(rgb, exposure, look.tone))
         tiles.append(picture.resize((width, height), Image.Resampling.LANCZOS))
     labels = [frame_label(path) for path in paths]
     return _save(_sheet(tiles, labels, columns or default_columns(len(tiles))), out_png)

@@ -1,10 +1,11 @@
-"""How scene light becomes a picture for people: exposure, a tone curve, and the sRGB encoding.
+"""How scene light becomes a picture for people: exposure, a named tone curve, and sRGB.
 
-The curve is Narkowicz's fit to the ACES filmic curve ("ACES Filmic Tone Mapping Curve",
-2015), on each channel. Pictures are for looking at; measure the EXR.
+The encoding is colour-science's. Pictures are for looking at; measure the EXR.
 """
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,14 +17,56 @@ KEY = 0.18
 _DARKEST = 1e-4
 
 
-def display(rgb: np.ndarray, exposure: float) -> np.ndarray:
+def _filmic(x: np.ndarray) -> np.ndarray:
+    return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+
+
+def _reinhard(x: np.ndarray) -> np.ndarray:
+    return x * (1 + x / _WHITE**2) / (1 + x)
+
+
+_WHITE = 4.0
+"""Exposed light that ``reinhard`` makes white."""
+
+TONE_CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "filmic": _filmic,
+    "reinhard": _reinhard,
+    "linear": lambda x: x,
+}
+"""From exposed light to display light, on each channel, before it is cut off at 1: Narkowicz's fit
+to the ACES filmic curve ("ACES Filmic Tone Mapping Curve", 2015); Reinhard et al. 2002, equation 4;
+none."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How pictures are made: a tone curve by name, and stops above the exposure that fits."""
+
+    tone: str = "filmic"
+    stops: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.tone not in TONE_CURVES:
+            raise InputError("--tone", self.tone, f"one of {', '.join(TONE_CURVES)}")
+        if not -20 <= self.stops <= 20:
+            raise InputError("--exposure", self.stops, "from -20 to 20 stops", "try 0")
+
+    def exposure_of(self, rgb: np.ndarray) -> float:
+        """The factor for a picture, and for all that shall look alike."""
+        return exposure_of(rgb) * 2.0**self.stops
+
+
+USUAL = Look()
+
+
+def display(rgb: np.ndarray, exposure: float, tone: str = USUAL.tone) -> np.ndarray:
     """Linear Rec.709 times ``exposure``, through the curve, as 8-bit sRGB, (h, w, 3)."""
     if not (math.isfinite(exposure) and exposure > 0):
         raise InputError("exposure", exposure, "a factor above 0", "try 1")
     from colour.models import eotf_inverse_sRGB
 
     x = np.maximum(rgb.astype(np.float64), 0.0) * exposure
-    toned = np.clip(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0)
+    toned = np.clip(TONE_CURVES[tone](x), 0.0, 1.0)
     return np.rint(np.asarray(eotf_inverse_sRGB(toned)) * 255).astype(np.uint8)
 
 

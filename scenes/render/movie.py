@@ -13,11 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from lod.errors import InputError
-from scenes.render.display import display, exposure_of
+from scenes.render.display import USUAL, Look, display
 from scenes.render.exr import read_exr
 
 
-def movie(paths: Sequence[str | Path], out_mp4: str | Path, fps: float) -> Path | None:
+def movie(
+    paths: Sequence[str | Path], out_mp4: str | Path, fps: float, look: Look = USUAL
+) -> Path | None:
     """Frames as H.264, all exposed for the first; None where there is no ffmpeg.
 
     Whole or not at all. Raises OSError with ffmpeg's last words where it fails.
@@ -27,7 +29,7 @@ def movie(paths: Sequence[str | Path], out_mp4: str | Path, fps: float) -> Path 
         return None
     if not paths:
         raise InputError("movie", [], "at least one frame")
-    pictures = _pictures(paths)
+    pictures = _pictures(paths, look)
     first = next(pictures)
     path = Path(out_mp4)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -50,15 +52,15 @@ def ffmpeg_path() -> str | None:
         return shutil.which("ffmpeg")
 
 
-def _pictures(paths: Sequence[str | Path]) -> Iterator[np.ndarray]:
+def _pictures(paths: Sequence[str | Path], look: Look) -> Iterator[np.ndarray]:
     """8-bit sRGB pictures with even sides, as H.264 wants them."""
     exposure = None
     for path in paths:
         rgb = read_exr(path)[0].rgb
-        exposure = exposure or exposure_of(rgb)
+        exposure = exposure or look.exposure_of(rgb)
         height, width = rgb.shape[:2]
         even = ((0, height % 2), (0, width % 2), (0, 0))
-        yield np.pad(display(rgb, exposure), even, mode="edge")
+        yield np.pad(display(rgb, exposure, look.tone), even, mode="edge")
 
 
 def _arguments(width: int, height: int, fps: float) -> list[str]:

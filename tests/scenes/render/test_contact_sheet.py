@@ -6,7 +6,7 @@ from PIL import Image
 
 from lod.errors import InputError
 from scenes.render.contact_sheet import contact_sheet, default_columns, preview
-from scenes.render.display import KEY, display, exposure_of
+from scenes.render.display import KEY, TONE_CURVES, Look, display, exposure_of
 from scenes.render.exr import write_exr
 from scenes.render.frame import Layers
 
@@ -61,3 +61,25 @@ def test_no_frames_and_bad_exposure(tmp_path):
         contact_sheet([], tmp_path / "s.png")
     with pytest.raises(InputError, match="exposure"):
         display(np.zeros((1, 1, 3)), float("nan"))
+
+
+@pytest.mark.parametrize("tone", list(TONE_CURVES))
+def test_tone_curves_rise_from_black_to_white(tone):
+    curve = TONE_CURVES[tone](np.linspace(0, 4, 400))
+    assert curve[0] == 0 and (np.diff(curve) > 0).all()
+    assert display(np.full((1, 1, 3), 8.0), 1.0, tone).tolist() == [[[255] * 3]]
+
+
+def test_linear_is_srgb_and_a_stop_is_a_factor_of_two():
+    ramp = np.linspace(0.0, 0.4, 9)[None, :, None].repeat(3, axis=2)
+    expected = np.rint(
+        255 * np.where(ramp <= 0.0031308, 12.92 * ramp, 1.055 * ramp ** (1 / 2.4) - 0.055)
+    )
+    assert np.array_equal(display(ramp, 1.0, "linear"), expected)
+    assert Look(stops=1.0).exposure_of(ramp) == pytest.approx(2 * exposure_of(ramp))
+
+
+@pytest.mark.parametrize("look", [{"tone": "vivid"}, {"stops": float("nan")}, {"stops": 50.0}])
+def test_bad_looks_are_refused(look):
+    with pytest.raises(InputError, match="--"):
+        Look(**look)
