@@ -12,7 +12,7 @@ from bench.statistics import Estimate
 from lod.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, look
 from lod.parts import Parts, Triangles
-from lod.prune import Cut
+from lod.prune import Cut, cut_of
 from scenes.render.frame import Light, Quality, Visible
 from scenes.render.render import render_frame
 
@@ -79,7 +79,7 @@ def _cut(count: int) -> Cut:
         whole=np.full(count, -1),
         share=np.ones(count),
     )
-    return Cut(parts, count, count)
+    return cut_of(parts, count, count)
 
 
 def look_at(visibility_m: float, quality: Quality) -> tuple[Seen, Seen]:
