@@ -103,41 +103,22 @@ class Rig:
 
 
 @dataclass(frozen=True, eq=False)
-class RiggedSticks:
+class RiggedSticks(StickTable):
     """Sticks of every part, each end in the frame of a joint (−1 = the object's own frame).
 
-    first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
-    start, end (k, 3) centres of the two spheres, in the frames of start_joint, end_joint (k,) [m]
-    start_radius, end_radius (k,) above 0 [m]; tint (k,) row of the object's tints
+    start_joint, end_joint (k,): the frames that start and end are in
     """
 
-    first: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    start_radius: np.ndarray
-    end_radius: np.ndarray
-    tint: np.ndarray
     start_joint: np.ndarray
     end_joint: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, first=np.int64, start=np.float64, end=np.float64, tint=np.int64)
-        freeze(self, start_radius=np.float64, end_radius=np.float64)
+        super().__post_init__()
         freeze(self, start_joint=np.int64, end_joint=np.int64)
-        columns = (self.start, self.end, self.start_radius, self.end_radius, self.tint)
-        StickTable(self.first, *columns)  # the same rules
         for key in ("start_joint", "end_joint"):
             joints = getattr(self, key)
             if joints.shape != self.tint.shape or np.any(joints < -1):
                 raise InputError(f"sticks.{key}", joints.shape, "a joint, or -1, for every stick")
-
-    def __len__(self) -> int:
-        return len(self.tint)
-
-    @property
-    def owner(self) -> Ints:
-        """Part that each stick belongs to, (k,)."""
-        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
 
     def posed(self, origin: Vectors, turn: Turns) -> StickTable:
         """The sticks in the object's frame, from the frames of all joints."""
@@ -154,13 +135,6 @@ class RiggedSticks:
         columns = ("start", "end", "start_radius", "end_radius", "tint", "start_joint", "end_joint")
         first = np.concatenate(([0], np.cumsum(count)))
         return RiggedSticks(first, *(getattr(self, name)[keep] for name in columns))
-
-    def scaled(self, factor: float) -> "RiggedSticks":
-        """Every length times ``factor``."""
-        names = ("start", "end", "start_radius", "end_radius")
-        start, end, start_radius, end_radius = (getattr(self, name) * factor for name in names)
-        joints = (self.tint, self.start_joint, self.end_joint)
-        return RiggedSticks(self.first, start, end, start_radius, end_radius, *joints)
 
 
 def placed(origin: Vectors, turn: Turns, joint: Ints, point: Points) -> Points:

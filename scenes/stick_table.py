@@ -1,11 +1,14 @@
 """The sticks of every part of an object: round cones in the object's own frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from lod.arrays import freeze
 from lod.errors import InputError
+
+Sticks = TypeVar("Sticks", bound="StickTable")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +70,10 @@ class StickTable:
             np.concatenate(([0], np.cumsum(count))), *(np.asarray(c)[order] for c in columns)
         )
 
-    def scaled(self, factor: float) -> "StickTable":
+    def scaled(self: Sticks, factor: float) -> Sticks:
         """Every length times ``factor``."""
         names = ("start", "end", "start_radius", "end_radius")
-        lengths = {name: getattr(self, name) * factor for name in names}
-        return StickTable(first=self.first, tint=self.tint, **lengths)
+        return replace(self, **{name: getattr(self, name) * factor for name in names})
 
 
 def _check(table: StickTable) -> None:
