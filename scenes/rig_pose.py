@@ -70,7 +70,9 @@ def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, end
         stance = stand(t, frame, done, variant[o], phase[o], at)
         while m < len(rows) and rows[m] == o:
             for _, on in ends:
-                reach_joint(t, frame, done, stance, feet[o], on[items[m]] + 1)
+                row = on[items[m]] + 1
+                if not done[row]:
+                    reach_joint(t, frame, done, stance, feet[o], row)
             m += 1
         e = 0
         for place, on in ends:
