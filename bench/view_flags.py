@@ -78,6 +78,9 @@ def file_flags(command: Command) -> Command:
         click.option(
             "--motion", is_flag=True, default=None, help="Layers motion.X/Y: px to the next frame."
         ),
+        click.option(
+            "--denoise", is_flag=True, default=None, help="Layers denoised.R/G/B beside the raw."
+        ),
     )
     for flag in reversed(flags):
         command = flag(command)

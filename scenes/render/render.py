@@ -2,11 +2,13 @@
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from lod.air import Air
 from lod.camera import Camera
 from scenes.render import variants
+from scenes.render.denoise import check_denoiser, denoised
 from scenes.render.describe import MEDIUM, Description, describe
 from scenes.render.frame import USUAL, Extras, Layers, Light, Quality, Visible
 from scenes.render.medium import with_medium
@@ -27,6 +29,8 @@ def render_frame(
     ``watch`` is told how many samples were just taken, again and again.
     Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
     """
+    if extras.denoise:
+        check_denoiser()
     start = time.perf_counter()
     description = describe(camera, visible, light, quality.max_depth, extras.after)
     if quality.haze == "medium":
@@ -44,7 +48,14 @@ def render_frame(
     samples = _driver(name, quality.haze)(built, haze, quality, frame, watch)
     traced = time.perf_counter()
     seconds = {"describe": described - start, "build": ready - described, "trace": traced - ready}
-    return layers_of(samples, built, seconds, _statistics(description))
+    layers = layers_of(samples, built, seconds, _statistics(description))
+    return _with_denoised(layers) if extras.denoise else layers
+
+
+def _with_denoised(layers: Layers) -> Layers:
+    start = time.perf_counter()
+    found = denoised(layers)
+    return replace(found, seconds={**found.seconds, "denoise": time.perf_counter() - start})
 
 
 def _driver(variant: str, haze: str) -> Callable[..., Any]:
