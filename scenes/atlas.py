@@ -58,7 +58,7 @@ class Atlas:
             hierarchies=trees,
             root=root,
             joint=joint,
-            origin=np.where((joint < 0)[:, None], rest, 0.0),
+            origin=np.concatenate([prototype.place for prototype in prototypes]),
             rest=rest,
             bound=np.concatenate([tree.B for tree in trees]),
             level=np.concatenate([tree.level for tree in trees]),

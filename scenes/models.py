@@ -14,6 +14,7 @@ from scenes.rig_motion import still
 from scenes.rig_prototype import RiggedPrototype
 from scenes.tree import tree_prototypes
 from scenes.tree_species import BIRCH, BROADLEAF, CONIFER, DEAD_TREE, SHRUB, TreeSpecies
+from scenes.tree_sway import swaying_trees
 from scenes.weather import CALM_SUMMER, Weather
 
 Made = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
@@ -44,9 +45,13 @@ def in_any_weather(made: Made) -> Model:
 
 
 def trees_of(species: TreeSpecies) -> Model:
-    """The model of a kind of tree, as the season has it."""
+    """The model of a kind of tree, as season and wind have it."""
 
-    def made(seed: int, count: int, weather: Weather) -> tuple[Prototype, ...]:
+    def made(
+        seed: int, count: int, weather: Weather
+    ) -> tuple[Prototype, ...] | tuple[RiggedPrototype, ...]:
+        if weather.wind:
+            return swaying_trees(seed, count, species, weather.season, weather.wind)
         return tree_prototypes(seed, count, species, weather.season)
 
     return made

@@ -242,6 +242,12 @@ class WorldPreset(Table):
     ] = "summer"
 
 
+class WindPreset(Table):
+    """The wind in the trees."""
+
+    speed: Annotated[float, key("at the height of crowns [m/s]; 0 = calm", least=0, most=20)] = 0.0
+
+
 class TerrainPreset(Table):
     """The ground: fractal relief about the datum; without this table it is flat."""
 
@@ -348,6 +354,7 @@ class Preset(Table):
     eye: EyePreset | None = None
     light: LightPreset = LightPreset()
     world: WorldPreset = WorldPreset()
+    wind: WindPreset = WindPreset()
     terrain: TerrainPreset = TerrainPreset()
     species: dict[SpeciesName, SpeciesPreset] = {}
     placed: dict[SpeciesName, PlacedPreset] = {}

@@ -17,7 +17,7 @@ of the whole, and the two share the greater P and R.
 It is the rule of ``prototype`` with poses; a rig that cannot move gives the same numbers.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -28,7 +28,7 @@ from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from scenes.part_contrast import part_contrast
 from scenes.prototype import Prototype
-from scenes.rig import Rig, RiggedSticks
+from scenes.rig import Rig, RiggedSticks, placed
 from scenes.rig_motion import Motion, still
 from scenes.rig_reach import farthest
 from scenes.rig_turns import Turns, turns_of
@@ -45,7 +45,8 @@ straight.
 class RiggedPrototype:
     """One whole object that can be posed.
 
-    joint   (n,) joint whose origin is the part's origin
+    joint   (n,) joint that the part's origin rides on
+    place   (n, 3) the origin in that joint's frame; the joint's own by default [m]
     hierarchy  positions at rest; P, R, B and separation for every allowed pose
     inner, leaf, tints as in Prototype; motion: its walk, or whatever it does
     """
@@ -58,9 +59,12 @@ class RiggedPrototype:
     leaf: RiggedSticks
     tints: np.ndarray
     motion: Motion
+    place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
-        freeze(self, joint=np.int64, tints=np.float64)
+        if not len(self.place):
+            object.__setattr__(self, "place", np.zeros((len(self.joint), 3)))
+        freeze(self, joint=np.int64, tints=np.float64, place=np.float64)
         if self.motion.turns.shape[1] != len(self.rig):
             arrived = self.motion.turns.shape[1]
             raise InputError(f"{self.name}.motion", arrived, f"{len(self.rig)} joints")
@@ -79,7 +83,8 @@ class RiggedPrototype:
         pose.
         """
         origin, turn = self.rig.frames(turns, shift)
-        hierarchy = replace(self.hierarchy, position=origin[self.joint])
+        position = placed(origin, turn, self.joint, self.place)
+        hierarchy = replace(self.hierarchy, position=position)
         inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
         return Prototype(self.name, hierarchy, inner, leaf, self.tints)
 
@@ -102,6 +107,7 @@ class RiggedPrototype:
             self.leaf.scaled(factor),
             self.tints,
             self.motion.scaled(factor),
+            self.place * factor,
         )
 
 
@@ -124,6 +130,7 @@ def rigid(prototype: Prototype) -> RiggedPrototype:
         leaf=fixed(prototype.leaf),
         tints=prototype.tints,
         motion=still(rig),
+        place=prototype.hierarchy.position,
     )
 
 

@@ -41,7 +41,7 @@ class World:
 def build_world(preset: Preset) -> World:
     """The preset's world; no part of it exists before a view asks for it."""
     terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
-    weather = Weather(preset.world.season)
+    weather = Weather(preset.world.season, preset.wind.speed)
     fields = tuple(
         SpeciesField(species_of(name, table, weather), preset.seed, terrain, preset.world.extent)
         for name, table in preset.species.items()
