@@ -13,6 +13,7 @@ import numpy as np
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.parts import Sticks, Triangles
+from lod.prune import Cut
 from scenes.render.frame import Light, Visible
 from scenes.render.sticks import Batch, batches
 
@@ -103,16 +104,23 @@ def _mesh(triangles: Triangles) -> Description:
 
 def _global_ids(visible: Sequence[Visible]) -> list[np.ndarray]:
     """For each representation, (n, 3) uint32: object, part and level of every displayed part."""
-    first, tables = 1, []
-    for v in visible:
+    tables = []
+    for v, first in zip(visible, object_ids([v.cut for v in visible]), strict=True):
         cut = v.cut
         table = np.stack((cut.object + np.int64(first), cut.part, cut.level), axis=1)
         if len(table):
             if table.min() < 0 or cut.object.min() < 0 or table.max() >= _ID_LIMIT:
                 raise InputError(f"{v.name} ids", int(table.max()), "from 0 to 2**32 - 1")
-            first = int(table[:, 0].max()) + 1
         tables.append(table.astype(np.uint32))
     return tables
+
+
+def object_ids(cuts: Sequence[Cut]) -> list[int]:
+    """What each cut's object 0 is called in the frame: every cut has a range of its own, from 1."""
+    firsts = [1]
+    for cut in cuts:
+        firsts.append(firsts[-1] + (int(cut.object.max()) + 1 if len(cut) else 0))
+    return firsts[:-1]
 
 
 def _check(v: Visible) -> None:

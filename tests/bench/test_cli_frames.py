@@ -1,0 +1,98 @@
+"""`lodbench frames`, `usd` and `ids`: what farms and other programs are handed."""
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+
+from bench.cli import main
+from bench.commands.frames import without
+from scenes.preset import load_preset
+from scenes.render.one_frame import render_one, settings_of
+from scenes.render.sequence import open_job, render_sequence
+
+TINY = """
+[terrain]
+reach = 100
+[species.figure]
+model = "figure"
+density = 0.01
+prototypes = 1
+[render]
+size = "16x9"
+spp = 1
+variant = "scalar_rgb"
+"""
+
+
+@pytest.fixture
+def run(capfd, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("tiny.toml").write_text(TINY)
+
+    def runner(*words):
+        with pytest.raises(SystemExit) as left:
+            main(words)
+        return (left.value.code, *capfd.readouterr())
+
+    return runner
+
+
+def test_one_command_a_frame_with_every_flag_and_the_variant_settled(run):
+    flags = ("tiny.toml", "-o", "o/a b.####.exr", "-D", "seed=7", "--motion", "--tone", "linear")
+    code, out, err = run("frames", "--print-commands", *flags, "--frames", "1-2,5")
+    assert code == 0, err
+    commands = [shlex.split(line) for line in out.splitlines()]
+    assert commands == [
+        ["lodbench", "render", *flags, "--variant", "scalar_rgb", "--frames", str(number)]
+        for number in (1, 2, 5)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["tiny.toml"], "-o"),
+        (["tiny.toml", "-o", "a.####.exr", "--cluster", "2"], "--cluster"),
+        (["tiny.toml", "-o", "a.####.exr", "--preview"], "--preview"),
+        (["tiny.toml", "-o", "a.exr"], "####"),
+        (["tiny.toml", "-o", "a.####.exr", "--frames", "x"], "--frames"),
+        (["tiny.toml", "-o", "a.####.exr", "--nonsense"], "--nonsense"),
+        (["nothere", "-o", "a.####.exr"], "nothere"),
+    ],
+)
+def test_what_render_would_refuse_is_refused(run, words, told):
+    code, out, err = run("frames", "--print-commands", *words)
+    assert (code, out) == (2, "")
+    assert told in err and err.count("\n") == 1
+
+
+def test_a_flag_goes_with_its_value_in_either_form():
+    words = ["a", "--frames", "1-3", "b", "--frames=4", "-D", "--frames"]
+    assert list(without(words, "--frames")) == ["a", "b", "-D"]
+
+
+def test_usd_counts_what_it_wrote(run):
+    pytest.importorskip("pxr")
+    code, out, err = run("usd", "tiny.toml", "-o", "u/a.usdc", "--frame", "3", "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    assert found["sticks"] > 50 and found["triangles"] > 10 and Path(found["path"]).is_file()
+    code, _, err = run("usd", "tiny.toml", "-o", "a.obj")
+    assert code == 2 and "usda" in err
+
+
+def test_ids_say_who_is_who_in_a_frame(run):
+    settings = settings_of(load_preset("tiny.toml"), "scalar_rgb")
+    list(render_sequence(open_job("o/a.####.exr", [2], settings), render_one))
+    code, out, err = run("ids", "o/a.0002.exr", "--json")
+    assert code == 0, err
+    found = [json.loads(line) for line in out.splitlines()]
+    figures = [each for each in found if each["of"] == "figure"]
+    assert len({each["key"] for each in figures}) == len(figures) > 3
+    last = figures[-1]["object"]
+    code, out, _ = run("ids", "o/a.0002.exr", "--object", str(last), "--json")
+    assert json.loads(out) == figures[-1]
+    assert run("ids", "o/a.0002.exr", "--object", "0")[0] == 2
+    assert run("ids", "o/a.0001.exr")[0] == 2
