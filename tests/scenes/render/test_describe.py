@@ -1,6 +1,7 @@
 """The plain description: batches, chains, ids of its own, and no number that is wrong."""
 
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,7 +50,7 @@ def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
 
 def test_a_limb_is_one_chain_of_shared_points():
     limb = sticks([(0, 0, 0), (0, 0, 1), (0, 1, 2), (0, 1, 3)], [0.3, 0.2, 0.2, 0.1])
-    (batch,) = batches([(limb, np.zeros((3, 3), np.uint32))])
+    (batch,) = batches([(limb, np.zeros((3, 3), np.uint32), None)])
     assert batch.points.shape == (4, 4)
     assert batch.segments.tolist() == [0, 1, 2]
 
@@ -73,13 +74,13 @@ def test_chains_break_where_radii_or_ends_differ():
 def test_points_become_short_sticks_wherever_they_are():
     far = np.array([[4e4, 3e4, 200.0]])
     ball = Sticks(far, far, np.ones(1), np.ones(1), np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
-    (batch,) = batches([(ball, np.zeros((1, 3), np.uint32))])
+    (batch,) = batches([(ball, np.zeros((1, 3), np.uint32), None)])
     assert len(batch.points) == 2 and batch.points[0, 2] != batch.points[1, 2]
 
 
 def test_a_tint_without_sticks_keeps_its_shape(make):
     two = sticks([(0, 0, 0), (0, 0, 1)], [1, 1], [1], [(0.1, 0.1, 0.1), (0.2, 0.2, 0.2)])
-    made = list(batches([(two, np.zeros((1, 3), np.uint32))]))
+    made = list(batches([(two, np.zeros((1, 3), np.uint32), None)]))
     assert [len(batch.segments) for batch in made] == [0, 1]
 
 
@@ -149,3 +150,16 @@ def test_samples_are_shared_out_exactly(spp):
     assert sum(sample_groups(spp)) == spp
     assert sum(side**2 for side in square_sides(spp)) == spp
     assert len(square_sides(spp)) <= 5
+
+
+def test_what_moves_is_told_stick_by_stick(make):
+    """By the shape that they ended up in; shapes of which no stick moves have no table."""
+    still, moving = make.balls([(0, 9, 0)], albedo=0.2), make.balls([(1, 9, 0), (2, 9, 0)])
+    shape = moving.shape
+    shift = np.array([[0.5, 0, 0], [0, 0.25, 0]])
+    later = replace(shape, start=shape.start + shift, end=shape.end + 2 * shift)
+    visible = [still, replace(moving, later=later)]
+    found = describe(make.camera(), visible, make.light, 2, make.camera())
+    (moves,) = found["moves"].values()
+    assert np.array_equal(moves[:, 0], shift) and np.array_equal(moves[:, 1], 2 * shift)
+    assert describe(make.camera(), [still], make.light, 2)["moves"] == {}
