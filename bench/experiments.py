@@ -121,6 +121,26 @@ def _eye_table(record: "bench.records.Record") -> Table:
     return eye_plots.table(record)
 
 
+def _run_colonnade(
+    quick: bool = False, progress: Progress = silent, seed: int = 0
+) -> "bench.records.Record":
+    from bench import colonnade_experiment
+
+    return colonnade_experiment.run(quick, progress, seed)
+
+
+def _colonnade_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
+    from bench import colonnade_plots
+
+    return colonnade_plots.figures(record)
+
+
+def _colonnade_table(record: "bench.records.Record") -> Table:
+    from bench import colonnade_plots
+
+    return colonnade_plots.table(record)
+
+
 EXPERIMENTS: dict[str, Experiment] = {
     "scaling": Experiment(
         about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
@@ -176,6 +196,20 @@ EXPERIMENTS: dict[str, Experiment] = {
             "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",
             "A part is a half-period of a grating of its own size; what eyes make of edges, colour "
             "and movement is not in it.",
+        ),
+    ),
+    "colonnade": Experiment(
+        about="Leonardo's columns: solid angle against image size, true distance against depth",
+        question="Does true distance take detail from where it is seen least?",
+        run=_run_colonnade,
+        figures=_colonnade_figures,
+        table=_colonnade_table,
+        limits=(
+            "One row of one kind of column, looked at from one place with a wide view.",
+            "Errors at the eye are those of an eye at the centre of projection; who stands "
+            "elsewhere sees the error in the image.",
+            "Depth is the coarser the finer it is asked to be: its cut with about as many parts is "
+            "the nearest that there is.",
         ),
     ),
 }

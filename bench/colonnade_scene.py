@@ -1,0 +1,115 @@
+"""Leonardo's colonnade: equal columns in a row parallel to the picture plane (§2.1).
+
+Columns further to the side are further from the eye and subtend less of its view, yet their images
+on the plane grow. Both are measured here from one render, and so is what each metric's cut does.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.air import CLEAR
+from lod.camera import Camera, Corner, look
+from lod.fade import looks
+from lod.metric import metric_named
+from lod.parts import Representation
+from lod.prune import prune
+from lod.view import View
+from scenes.column import HEIGHT_M, RADIUS_M, column
+from scenes.placed import Placed
+from scenes.render.frame import Light, Quality, Visible
+from scenes.render.render import render_frame
+from scenes.shot import short_ids
+from scenes.terrain import Terrain
+
+COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0
+FOV_DEG, SIZE_PX, EYE_M = 132.0, (960, 216), 2.6
+LIGHT = Light(sun_azimuth_deg=200.0, sun_elevation_deg=40.0)
+FINEST = 1e-9
+"""Detail at which nothing is pruned [px]."""
+
+_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+
+Picture = Float64[np.ndarray, "height width"]
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One way to prune: a member of the metric family and its detail threshold τ [px]."""
+
+    metric: str
+    detail: float
+
+
+@lru_cache(maxsize=1)
+def colonnade() -> tuple[Placed, ...]:
+    """Columns on flat ground, from left to right."""
+    return tuple(
+        Placed(f"column {k}", column(), x, DEPTH_M, 0.0, _ground()) for k, x in enumerate(places())
+    )
+
+
+@lru_cache(maxsize=1)
+def _ground() -> Terrain:
+    return Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=0.8, reach=200.0)
+
+
+def places() -> list[float]:
+    """How far to the right of the view's axis each column stands [m]."""
+    return [(k - (COUNT - 1) / 2) * SPACING_M for k in range(COUNT)]
+
+
+def camera() -> Camera:
+    """Level, towards the middle of the row."""
+    return look(Corner(0, 0), np.array((0.0, 0.0, EYE_M)), 0.0, 0.0, FOV_DEG, SIZE_PX)
+
+
+def cut(shot: Shot) -> tuple[list[Visible], list[int]]:
+    """What is displayed of the columns and the ground, and the parts of each column."""
+    view = View(camera(), metric_named(shot.metric), shot.detail)
+    made, parts = [], []
+    everything: tuple[Representation, ...] = (*colonnade(), _ground())
+    for each in everything:
+        found = prune(each, view)
+        shape = each.appearance(found.parts, looks(found, view))
+        made.append(Visible(each.name, short_ids(found), shape))
+        parts.append(len(found))
+    return made, parts[:-1]
+
+
+def picture(shot: Shot, quality: Quality) -> tuple[Picture, np.ndarray]:
+    """Luminance, and the number of the column in each pixel from 1, 0 for none."""
+    visible, _ = cut(shot)
+    frame = render_frame(camera(), visible, CLEAR, LIGHT, quality)
+    number = np.where(frame.object <= COUNT, frame.object, 0)
+    return frame.rgb.astype(np.float64) @ _LUMINANCE, number.astype(np.int64)
+
+
+def pixel_solid_angle() -> Picture:
+    """Of each pixel of a flat film [sr]: A·cos³ over the distance squared to the plane."""
+    eye = camera()
+    step = 2 * eye.tan_half[0] / eye.width
+    x = ((np.arange(eye.width) + 0.5) - eye.width / 2) * step
+    y = ((np.arange(eye.height) + 0.5) - eye.height / 2) * step
+    return step**2 / (1 + x[None] ** 2 + y[:, None] ** 2) ** 1.5
+
+
+def image_width(x: float) -> float:
+    """Width of the image of a shaft of RADIUS_M at a place, on a plane at distance 1."""
+    towards, half = math.atan2(x, DEPTH_M), math.asin(RADIUS_M / math.hypot(x, DEPTH_M))
+    return math.tan(towards + half) - math.tan(towards - half)
+
+
+def angular_width(x: float) -> float:
+    """Angle that the same shaft subtends at the eye [rad]."""
+    return 2 * math.asin(RADIUS_M / math.hypot(x, DEPTH_M))
+
+
+def in_picture() -> bool:
+    """Whether every column is in the picture from foot to head, with room to spare."""
+    tan_x, tan_y = camera().tan_half
+    aside = (places()[-1] + 1) / DEPTH_M
+    return aside < tan_x and max(EYE_M, HEIGHT_M - EYE_M) / DEPTH_M < tan_y

@@ -1,0 +1,82 @@
+"""Leonardo's columns: what is known of them before anything is rendered, and what a run says."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench import colonnade_plots
+from bench.colonnade_claims import judge
+from bench.colonnade_experiment import SHOTS, run
+from bench.colonnade_scene import (
+    COUNT,
+    Shot,
+    angular_width,
+    cut,
+    image_width,
+    in_picture,
+    picture,
+    pixel_solid_angle,
+    places,
+)
+from scenes.column import column
+from scenes.render.frame import Quality
+from scenes.render.variants import choose
+
+
+def test_images_grow_and_angles_shrink_to_the_side():
+    right = places()[COUNT // 2 :]
+    assert in_picture()
+    assert (np.diff([image_width(x) for x in right]) > 0).all()
+    assert (np.diff([angular_width(x) for x in right]) < 0).all()
+
+
+def test_solid_angles_of_pixels_add_up_to_that_of_the_picture():
+    """Of a rectangle ahead, 4·atan(ab/√(1 + a² + b²)) for half sides a and b."""
+    from bench.colonnade_scene import camera
+
+    a, b = camera().tan_half
+    whole = 4 * math.atan(a * b / math.sqrt(1 + a * a + b * b))
+    assert pixel_solid_angle().sum() == pytest.approx(whole, rel=1e-4)
+
+
+def test_a_column_has_four_levels_that_get_smaller():
+    tree = column().hierarchy
+    sizes = [float(np.median(tree.P[tree.level == n])) for n in range(4)]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+def test_distance_takes_detail_from_the_side_and_depth_from_all_alike():
+    for shot in SHOTS:
+        parts = cut(shot)[1]
+        if shot.metric == "depth":
+            assert len(set(parts)) == 1
+        else:
+            assert parts[0] < parts[COUNT // 2] and parts == parts[::-1]
+
+
+def test_nothing_pruned_is_no_error():
+    quality = Quality(choose(), 1, 3, 2)
+    one, owner = picture(Shot("blake", 1e-9), quality)
+    two, _ = picture(Shot("depth", 1e-9), quality)
+    assert np.array_equal(one, two)
+    assert set(np.unique(owner)) == set(range(COUNT + 1))
+
+
+@pytest.mark.slow
+def test_a_quick_run_holds_what_it_must_and_is_judged_by_its_samples():
+    record = run(quick=True)
+    verdict = {claim.name: claim.verdict for claim in record.claims}
+    for name in ("sizes/column/image_width", "sizes/column/solid_angle", "blake/column/error_eye"):
+        assert verdict[name] == "holds", name
+    worse = tuple(
+        replace(p, samples={**p.samples, "error_eye_ppm": [10**6] * 3})
+        if p.case["metric"] == "blake"
+        else p
+        for p in record.points
+    )
+    again = {claim.name: claim.verdict for claim in judge(worse)}
+    assert again["blake/column/error_eye"] == "refuted"
+    assert len(colonnade_plots.table(record)[1]) == len(SHOTS) * (COUNT // 2 + 1)
+    assert all("nan" not in figure.svg for figure in colonnade_plots.figures(record))
