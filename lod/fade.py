@@ -5,13 +5,16 @@ the paper's ref. 8), and what hangs on it with it. The area that a part's own pa
 is the share λ of its leaf appearance. Counts are those of the cut: fading changes no part of it.
 """
 
+import math
+
 import numpy as np
 from numba import njit
 
 from lod.arrays import Reals
+from lod.comparison import distance_to, sees, vantage_of
 from lod.parts import Look
 from lod.prune import Cut
-from lod.view import View, distance, in_view
+from lod.view import View
 
 _FIRM = 4.0
 """An inner appearance thins only while less than a quarter of what hangs on it is left: it and the
@@ -31,11 +34,23 @@ def looks(cut: Cut, view: View) -> Look:
 def shown_shares(cut: Cut, view: View) -> Reals:
     """Share of its area that each displayed part shows by itself: (D − d)/(fade·D), at most 1."""
     parts = cut.parts
-    limit = np.where(in_view(view, parts.centre, parts.bound), parts.limit, parts.limit_offscreen)
-    near = np.flatnonzero(np.isfinite(limit))
-    shown = np.ones(len(parts))
-    limit, d = limit[near], distance(view, parts.position[near])
-    shown[near] = np.clip((limit - d) / (view.fade * limit), 0.0, 1.0)
+    limits = parts.bound, parts.limit, parts.limit_offscreen
+    return _shown(vantage_of(view), parts.position, parts.centre, *limits, view.fade)
+
+
+@njit(cache=True)
+def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade):  # type: ignore[no-untyped-def]
+    shown = np.ones(len(bound))
+    for i in range(len(bound)):
+        d = distance_to(vantage, position[i, 0], position[i, 1], position[i, 2])
+        D = limit_offscreen[i]
+        # Where it is well within the coarser limit it is whole, in view or not.
+        if d < D * (1.0 - fade) and D <= limit[i]:
+            continue
+        if sees(vantage, centre[i, 0], centre[i, 1], centre[i, 2], bound[i]):
+            D = limit[i]
+        if D < math.inf:
+            shown[i] = min(max((D - d) / (fade * D), 0.0), 1.0)
     return shown
 
 

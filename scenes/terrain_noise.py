@@ -15,6 +15,7 @@ from numba import njit
 
 from lod.arrays import Reals
 from lod.camera import Corner
+from lod.runs import in_runs
 
 STEEP = 2.0
 """Length of the gradients. With values uniform in [-1, 1] it makes the variance at the middle of a
@@ -27,6 +28,9 @@ STEEPEST = (15 + math.sqrt(274)) / 4
 """No slope of unit noise is beyond it (per lattice side): the largest over places and directions e
 of Σ|∂w| + STEEP·|w·e + ∂w·d| over the four corners, reached at the middle of a cell (found by
 search, which a test repeats)."""
+
+_SHORTEST_RUN = 4096
+"""Points for which another thread is worth its start."""
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)
@@ -104,7 +108,7 @@ def octaves_at(corner: Corner, key: int, exponents: range, weights: Reals) -> Oc
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sums(
     keys: np.ndarray,
     squares: np.ndarray,
@@ -113,8 +117,8 @@ def _sums(
     xy: np.ndarray,
     shortest: np.ndarray,
     limit_value: bool,
-) -> np.ndarray:
-    out = np.zeros((len(xy), 3))
+    out: np.ndarray,
+) -> None:
     for i in range(len(xy)):
         for k in range(len(keys)):
             side, weight = scales[k, 0], scales[k, 1]
@@ -129,7 +133,6 @@ def _sums(
             out[i, 0] += (kept if limit_value else 1.0) * weight * value
             out[i, 1] += kept * weight / side * slope_x
             out[i, 2] += kept * weight / side * slope_y
-    return out
 
 
 def octave_sums(
@@ -143,5 +146,12 @@ def octave_sums(
     Slopes leave out octaves of half of ``shortest`` [m] and less at each point, and fade those in
     between; so does the value where ``limit_value``. Octaves stand longest first.
     """
-    points = np.ascontiguousarray(xy, np.float64)
-    return _sums(*octaves, points, np.ascontiguousarray(shortest), limit_value)
+    points, least = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(shortest)
+    out = np.zeros((len(points), 3))
+
+    def run(first: int, last: int) -> None:
+        rows = slice(first, last)
+        _sums(*octaves, points[rows], least[rows], limit_value, out[rows])
+
+    in_runs(run, len(points), _SHORTEST_RUN)
+    return out

@@ -8,12 +8,12 @@ import numpy as np
 
 from lod.parts import Look, Parts, Sticks
 from lod.prune import Cut
-from lod.thinning import thinned
 from lod.view import View
 from scenes.atlas import Atlas
+from scenes.emit import emit
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies, Cast
-from scenes.rig_pose import pose_points, pose_sticks
+from scenes.rig_pose import pose_points
 from scenes.rig_prototype import RiggedPrototype, rigid
 from scenes.walk import Slots, limits_of, slots_of, walk
 
@@ -100,25 +100,10 @@ class Troupe:
     def appearance(self, parts: Parts, look: Look) -> Sticks:
         """Sticks of displayed parts, as much of both appearances as they show.
 
-        Object by object, so that every joint is posed once.
+        Parts of one object stand together, so that every joint is posed once.
         """
-        by_object = np.argsort(parts.object, kind="stable")
-        shown = Look(look.inner[by_object], look.leaf[by_object])
-        owner, stick, share = self.atlas.sticks_of(parts.part[by_object], shown)
-        owner, table = by_object[owner], self.atlas.sticks
-        columns = table.start, table.end, table.start_joint, table.end_joint
-        rows = parts.object[owner]
-        start, end = pose_sticks(self.cast, parts.state.bodies, rows, stick, *columns)
-        sticks = Sticks(
-            start=start,
-            end=end,
-            start_radius=table.start_radius[stick],
-            end_radius=table.end_radius[stick],
-            tint=table.tint[stick],
-            tints=self.atlas.tints,
-            owner=owner,
-        )
-        return thinned(sticks, share)
+        owner, stick, share = self.atlas.sticks_of(parts.part, look)
+        return emit(self.cast, self.atlas, parts.state.bodies, parts.object, owner, stick, share)
 
     def _parts(
         self, objects: Objects, rows: np.ndarray, part: np.ndarray, whole: np.ndarray, view: View

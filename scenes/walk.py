@@ -9,14 +9,14 @@ agrees with the level-by-level pruner to the last bit; rows of parts are int32.
 Objects are shared out to threads in runs, and the runs joined in order: same bytes for any number.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
-from numba import get_num_threads, njit
+from numba import njit
 
 from lod.comparison import Vantage, distance_to, passes, sees, vantage_of
 from lod.hierarchy import Hierarchy
+from lod.runs import in_runs
 from lod.view import View
 from scenes.atlas import Atlas
 from scenes.rig_cast import Bodies, Cast
@@ -108,16 +108,13 @@ def limits_of(slots: Slots, atlas: Atlas, view: View) -> np.ndarray:
 
 def walk(cast: Cast, slots: Slots, limits: np.ndarray, bodies: Bodies, view: View) -> Rows:
     """Everything displayed of these objects."""
-    threads = max(1, min(get_num_threads(), len(bodies) // _SHORTEST_RUN))
-    ends = np.linspace(0, len(bodies), threads + 1).astype(np.int64)
     vantage, columns = vantage_of(view), bodies.columns()
 
     def run(first: int, last: int) -> list[Rows]:
         return _run(cast, slots, limits, columns, vantage, first, last)
 
-    with ThreadPoolExecutor(threads) as pool:
-        runs = pool.map(run, ends[:-1].tolist(), ends[1:].tolist())
-        return _joined([rows for each in runs for rows in each])
+    runs = in_runs(run, len(bodies), _SHORTEST_RUN)
+    return _joined([rows for each in runs for rows in each])
 
 
 def _run(

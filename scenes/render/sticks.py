@@ -1,16 +1,17 @@
-"""Sticks of every representation, batched by tint into chains of points with radii."""
+"""Sticks of every representation, batched by tint into chains of points with radii, compiled."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from lod.parts import Sticks
 
 MOST_SEGMENTS = 2**23
 """Segments in one shape: the renderer hands back their numbers as float32, exact below 2**24."""
 
-_SHORTEST = 1e-2
+_SHORTEST = np.float32(1e-2)
 """A stick shorter than this share of its radius is drawn as long: the renderer drops points."""
 
 
@@ -40,65 +41,95 @@ def batches(sticks: Sequence[tuple[Sticks, np.ndarray, Sticks | None]]) -> Itera
     """
     if not sticks:
         return
-    tints, tint = _shared_tints([shape for shape, _, _ in sticks])
-    ends = np.concatenate([_ends(shape) for shape, _, _ in sticks])
-    ids = np.concatenate([table[shape.owner] for shape, table, _ in sticks])
-    moves = _moves([(shape, later) for shape, _, later in sticks])
-    order = np.argsort(tint, kind="stable")
-    first = np.searchsorted(tint[order], np.arange(len(tints) + 1))
-    for number, colour in enumerate(tints):
-        for begin in range(first[number], max(first[number + 1], first[number] + 1), MOST_SEGMENTS):
-            rows = order[begin : min(begin + MOST_SEGMENTS, first[number + 1])]
-            points, segments = chain(ends[rows])
-            moved = moves[rows] if moves is not None and moves[rows].any() else None
-            yield Batch(colour, points, segments, ids[rows], moved)
+    tints, numbers = _shared_tints([shape for shape, _, _ in sticks])
+    count = np.zeros(len(tints), np.int64)
+    for (shape, _, _), number in zip(sticks, numbers, strict=True):
+        count += np.bincount(number[shape.tint], minlength=len(tints))
+    # Room for each tint, side by side: two points a stick, of which chains leave some untouched.
+    first = np.cumsum(count) - count
+    points = np.empty((2 * int(count.sum()), 4), np.float32)
+    segments, ids = (
+        np.empty(len(points) // 2, np.uint32),
+        np.empty((len(points) // 2, 3), np.uint32),
+    )
+    moves = np.zeros((len(ids), 2, 3), np.float32) if _moving(sticks) else None
+    done = np.zeros((2, len(tints)), np.int64)
+    for (shape, table, later), number in zip(sticks, numbers, strict=True):
+        axes = shape.start, shape.end, shape.start_radius, shape.end_radius
+        place = _lay(
+            *axes, shape.tint, shape.owner, table, number, first, done, points, segments, ids
+        )
+        if moves is not None and later is not None:
+            moves[place, 0], moves[place, 1] = later.start - shape.start, later.end - shape.end
+    for tint, colour in enumerate(tints):
+        rows = slice(int(first[tint]), int(first[tint] + count[tint]))
+        laid = points[2 * rows.start : 2 * rows.start + int(done[1, tint])]
+        yield from _filled(
+            colour, laid, segments[rows], ids[rows], None if moves is None else moves[rows]
+        )
 
 
-def _shared_tints(shapes: Sequence[Sticks]) -> tuple[np.ndarray, np.ndarray]:
-    """The distinct tints of all shapes (k, 3), and the one of each stick (n,)."""
+def _filled(
+    colour: np.ndarray,
+    points: np.ndarray,
+    segments: np.ndarray,
+    ids: np.ndarray,
+    moves: np.ndarray | None,
+) -> Iterator[Batch]:
+    """The sticks of one tint, in as many batches as they fill."""
+    for begin in range(0, max(len(segments), 1), MOST_SEGMENTS):
+        rows = slice(begin, begin + MOST_SEGMENTS)
+        low, high = (int(segments[rows][k]) if len(segments) else 0 for k in (0, -1))
+        own = segments[rows] - np.uint32(low)
+        some = moves is not None and moves[rows].any()
+        chains = points[low : high + 2]
+        yield Batch(
+            colour, chains, own, ids[rows], moves[rows] if moves is not None and some else None
+        )
+
+
+def _moving(sticks: Sequence[tuple[Sticks, np.ndarray, Sticks | None]]) -> bool:
+    return any(later is not None for _, _, later in sticks)
+
+
+def _shared_tints(shapes: Sequence[Sticks]) -> tuple[np.ndarray, list[np.ndarray]]:
+    """The distinct tints of all shapes (k, 3), and for each shape the one of each of its own."""
     table = np.concatenate([shape.tints for shape in shapes])
     distinct, number = np.unique(table, axis=0, return_inverse=True)
-    number = number.reshape(-1)
-    first = np.cumsum([0] + [len(shape.tints) for shape in shapes])
-    rows = [number[shape.tint + offset] for shape, offset in zip(shapes, first[:-1], strict=True)]
-    return distinct, np.concatenate(rows)
+    ends = np.cumsum([len(shape.tints) for shape in shapes])
+    return distinct, np.split(number.reshape(-1), ends[:-1])
 
 
-def _moves(shapes: Sequence[tuple[Sticks, Sticks | None]]) -> np.ndarray | None:
-    """How far both ends of every stick go, (n, 2, 3) float32 [m]; None where nothing moves."""
-    if all(later is None for _, later in shapes):
-        return None
-    moves = np.zeros((sum(len(shape) for shape, _ in shapes), 2, 3), np.float32)
-    first = 0
-    for shape, later in shapes:
-        rows = slice(first, first + len(shape))
-        if later is not None:
-            moves[rows, 0], moves[rows, 1] = later.start - shape.start, later.end - shape.end
-        first = rows.stop
-    return moves
+@njit(cache=True)
+def _lay(start, end, r0, r1, tint, owner, table, number, first, done, points, segments, ids):  # type: ignore[no-untyped-def]
+    """Lay sticks down behind those of their tint; a stick that starts where the last one ended,
+    with the same radius, shares its point. Gives the row of each.
 
-
-def _ends(shape: Sticks) -> np.ndarray:
-    """Both ends of each stick as (n, 2, 4) float32 x, y, z, radius; none of length 0."""
-    ends = np.empty((len(shape), 2, 4), np.float32)
-    ends[:, 0, :3], ends[:, 0, 3] = shape.start, shape.start_radius
-    ends[:, 1, :3], ends[:, 1, 3] = shape.end, shape.end_radius
-    length = np.abs(ends[:, 1, :3] - ends[:, 0, :3]).max(axis=1)
-    shortest = _SHORTEST * ends[:, :, 3].max(axis=1)
-    points = np.flatnonzero(length < shortest)
-    ends[points, 1, 2] += np.maximum(
-        shortest[points], 4 * np.spacing(np.abs(ends[points, 1, :3]).max(axis=1))
-    )
-    return ends
-
-
-def chain(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points and first-point numbers of sticks (n, 2, 4): a stick that starts where the last one
-    ended, with the same radius, shares its point."""
-    joined = np.zeros(len(ends), bool)
-    joined[1:] = (ends[1:, 0] == ends[:-1, 1]).all(axis=1)
-    keep = np.ones((len(ends), 2), bool)
-    keep[:, 0] = ~joined
-    points = ends.reshape(-1, 4)[keep.reshape(-1)]
-    segments = np.cumsum(keep)[1::2] - 2  # one before the stick's end
-    return points, segments.astype(np.uint32)
+    done (2, k): sticks and points of each tint so far; points are counted from its own first.
+    """
+    place = np.empty(len(tint), np.int64)
+    for m in range(len(tint)):
+        t = number[tint[m]]
+        row, at = first[t] + done[0, t], 2 * first[t] + done[1, t]
+        x0, y0, z0 = np.float32(start[m, 0]), np.float32(start[m, 1]), np.float32(start[m, 2])
+        x1, y1, z1 = np.float32(end[m, 0]), np.float32(end[m, 1]), np.float32(end[m, 2])
+        a, b = np.float32(r0[m]), np.float32(r1[m])
+        shortest = _SHORTEST * max(a, b)
+        if max(abs(x1 - x0), abs(y1 - y0), abs(z1 - z0)) < shortest:
+            coarse = 4 * np.spacing(max(abs(x1), abs(y1), abs(z1)))
+            z1 = z1 + max(shortest, coarse)
+        joined = False
+        if done[0, t] > 0:
+            p = points[at - 1]
+            joined = p[0] == x0 and p[1] == y0 and p[2] == z0 and p[3] == a
+        if not joined:
+            points[at, 0], points[at, 1], points[at, 2], points[at, 3] = x0, y0, z0, a
+            at += 1
+        points[at, 0], points[at, 1], points[at, 2], points[at, 3] = x1, y1, z1, b
+        segments[row] = at - 1 - 2 * first[t]
+        for c in range(3):
+            ids[row, c] = table[owner[m], c]
+        place[m] = row
+        done[0, t] += 1
+        done[1, t] = at + 1 - 2 * first[t]
+    return place

@@ -10,7 +10,7 @@ from lod.errors import InputError
 from lod.fade import looks, shown_shares
 from lod.metric import METRICS
 from lod.parts import Parts
-from lod.prune import Cut
+from lod.prune import Cut, cut_of
 from lod.view import View
 
 CAMERA = look(Corner(0, 0), np.zeros(3), 0.0, 0.0, 60.0, (64, 36))
@@ -27,7 +27,7 @@ def cut(whole, share, distance, limit=100.0, ahead=1.0) -> Cut:
     limit = np.broadcast_to(limit, n)
     row = np.arange(n)
     parts = Parts(position, position, np.zeros(n), limit, limit / 4, row, row, row, whole, share)
-    return Cut(parts, n, n)
+    return cut_of(parts, n, n)
 
 
 def random_cut(seed: int) -> Cut:

@@ -11,7 +11,7 @@ from lod.parts import Sticks
 from scenes.render.describe import describe
 from scenes.render.frame import Light, Quality, sampler_seed
 from scenes.render.sampling import sample_groups, square_sides
-from scenes.render.sticks import batches, chain
+from scenes.render.sticks import batches
 
 
 def described(make, *visible):
@@ -63,12 +63,48 @@ def test_chains_break_where_radii_or_ends_differ():
             [[0, 0, 2, 0.5], [0, 0, 3, 0.5]],
             [[5, 0, 2, 0.5], [5, 0, 3, 0.5]],
         ],
-        np.float32,
     )
-    points, segments = chain(ends)
-    for row, first in enumerate(segments):
-        assert np.array_equal(points[first : first + 2], ends[row])
-    assert len(points) == 7
+    (batch,) = batches([(loose(ends), np.zeros((4, 3), np.uint32), None)])
+    for row, first in enumerate(batch.segments):
+        assert np.array_equal(batch.points[first : first + 2], ends[row])
+    assert len(batch.points) == 7
+
+
+def loose(ends, tint=None, tints=((0.5, 0.5, 0.5),)):
+    """Sticks of ends (n, 2, 4), each owned by the part of its own row."""
+    n = len(ends)
+    tint = np.zeros(n, int) if tint is None else tint
+    columns = ends[:, 0, :3], ends[:, 1, :3], ends[:, 0, 3], ends[:, 1, 3]
+    return Sticks(*columns, tint, np.asarray(tints), np.arange(n))
+
+
+@pytest.mark.parametrize("most", [3, 7, 10**6])
+def test_sticks_are_laid_tint_by_tint_in_their_order(monkeypatch, most):
+    """Against a selection by hand; batches that are full begin anew, even within a chain."""
+    monkeypatch.setattr("scenes.render.sticks.MOST_SEGMENTS", most)
+    chance = np.random.default_rng(most)
+    palettes = [[(0.1,) * 3, (0.2,) * 3], [(0.2,) * 3, (0.05,) * 3]]
+    shapes, every = [], []
+    for palette in palettes:
+        ends = chance.integers(0, 2, (40, 2, 4)) + np.array((0, 0, 0, 1.0))
+        ends[:, 1, 0] += 5
+        ends[1::2, 1, 0] += 5
+        ends[1::2, 0] = ends[::2, 1]
+        tint = np.repeat(chance.integers(0, 2, 20), 2)
+        ids = chance.integers(0, 99, (40, 3)).astype(np.uint32)
+        later = loose(ends + 1.0, tint, palette)
+        shapes.append((loose(ends, tint, palette), ids, later))
+        every += [(palette[t][0], e, i) for t, e, i in zip(tint, ends, ids, strict=True)]
+    made = list(batches(shapes))
+    assert max(len(batch.segments) for batch in made) <= most
+    for colour in (0.05, 0.1, 0.2):
+        mine = [batch for batch in made if batch.tint[0] == colour]
+        ends = np.concatenate([b.points[b.segments[:, None] + np.arange(2)] for b in mine])
+        assert np.array_equal(ends, [e for c, e, _ in every if c == colour])
+        ids = np.concatenate([b.ids for b in mine])
+        assert np.array_equal(ids, [i for c, _, i in every if c == colour])
+        assert all(len(b.points) < 2 * len(b.segments) for b in mine if len(b.segments) > 4)
+        assert all((b.moves == 1.0).all() and len(b.moves) == len(b.ids) for b in mine)
 
 
 def test_points_become_short_sticks_wherever_they_are():

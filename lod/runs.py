@@ -1,0 +1,27 @@
+"""Work shared out to threads in runs of neighbours: the same results for any number of threads.
+
+For compiled kernels that let go of the interpreter's lock. How many threads there are is numba's to
+say (NUMBA_NUM_THREADS, numba.set_num_threads).
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+import numpy as np
+from numba import get_num_threads
+
+Result = TypeVar("Result")
+
+
+def in_runs(task: Callable[[int, int], Result], count: int, least: int) -> list[Result]:
+    """``task(first, last)`` of every run of items 0 to ``count``, in order.
+
+    least: items for which another thread is worth its start.
+    """
+    threads = max(1, min(get_num_threads(), count // least))
+    if threads == 1:
+        return [task(0, count)]
+    ends = np.linspace(0, count, threads + 1).astype(np.int64).tolist()
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(task, ends[:-1], ends[1:]))

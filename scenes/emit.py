@@ -1,0 +1,106 @@
+"""Sticks of displayed parts, posed and laid out in one compiled walk.
+
+What ``rig_pose.pose_sticks`` gives, with radii that cover each stick's share of its area
+(``lod.thinning``). Positions are float64 up to the renderer's door.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import Ints
+from lod.parts import Sticks
+from lod.runs import in_runs
+from lod.thinning import thinning
+from scenes.atlas import Atlas
+from scenes.rig_cast import Bodies, Cast
+from scenes.rig_pose import at_point, matrix, reach_joint, scratch, stand
+
+_SHORTEST_RUN = 8192
+"""Sticks for which another thread is worth its start."""
+
+
+def emit(
+    cast: Cast,
+    atlas: Atlas,
+    bodies: Bodies,
+    objects: Ints,
+    owner: np.ndarray,
+    stick: np.ndarray,
+    share: np.ndarray,
+) -> Sticks:
+    """Sticks of the rows ``stick`` (m,) of an atlas's table, each covering its ``share`` (m,).
+
+    objects (n,): of each displayed part, its row in ``bodies``; owner (m,): the part of each stick.
+    """
+    table = atlas.sticks
+    ends = table.start, table.end, table.start_joint, table.end_joint
+    sizes = table.start_radius, table.end_radius, table.tint
+    n, columns = len(stick), bodies.columns()
+    start, end, radii = np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n))
+    tint = np.empty(n, np.int64)
+
+    def run(first: int, last: int) -> None:
+        rows = slice(first, last)
+        which = objects, owner[rows], stick[rows], share[rows]
+        out = start[rows], end[rows], radii[:, rows], tint[rows]
+        _emit(cast.tables, cast.most_joints, *columns, *which, ends, sizes, *out)
+
+    in_runs(run, n, _SHORTEST_RUN)
+    return Sticks(start, end, radii[0], radii[1], tint, atlas.tints, owner)
+
+
+@njit(cache=True, nogil=True)
+def _emit(  # type: ignore[no-untyped-def]
+    t,
+    most,
+    origin,
+    cos,
+    sin,
+    variant,
+    phase,
+    feet,
+    objects,
+    owner,
+    stick,
+    share,
+    ends,
+    sizes,
+    starts,
+    stops,
+    radii,
+    tint,
+):
+    start, end, joint0, joint1 = ends
+    radius0, radius1, tints = sizes
+    n = len(stick)
+    frame, done = scratch(most)
+    m = 0
+    while m < n:
+        o = objects[owner[m]]
+        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
+        stance = stand(t, frame, done, variant[o], phase[o], at)
+        row, turn = 0, matrix(frame, 0)
+        while m < n and objects[owner[m]] == o:
+            k = stick[m]
+            if joint0[k] + 1 != row:
+                row = joint0[k] + 1
+                reach_joint(t, frame, done, stance, feet[o], row)
+                turn = matrix(frame, row)
+            a = at_point(frame, row, turn, start[k, 0], start[k, 1], start[k, 2])
+            if joint1[k] + 1 != row:
+                row = joint1[k] + 1
+                reach_joint(t, frame, done, stance, feet[o], row)
+                turn = matrix(frame, row)
+            b = at_point(frame, row, turn, end[k, 0], end[k, 1], end[k, 2])
+            starts[m, 0], starts[m, 1], starts[m, 2] = a
+            stops[m, 0], stops[m, 1], stops[m, 2] = b
+            factor = 1.0
+            if share[m] != 1.0:
+                x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+                length = math.sqrt(x * x + y * y + z * z)
+                factor = thinning(radius0[k], radius1[k], length, share[m])
+            radii[0, m], radii[1, m] = radius0[k] * factor, radius1[k] * factor
+            tint[m] = tints[k]
+            m += 1
