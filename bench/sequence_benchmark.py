@@ -22,7 +22,7 @@ from typing import Any
 import click
 
 from bench.cli import INTERRUPTED
-from scenes.render.manifest import file_hash, load_manifest
+from scenes.render.manifest import NAME, file_hash, load_manifest
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, trusting
 
 PRESET = """
@@ -110,17 +110,21 @@ class Run:
 
 
 def kills(place: Place, times: int, seed: int = 0) -> dict[str, Any]:
-    """SIGKILL a run of 20 frames and all its processes at random moments, and resume it."""
+    """SIGKILL a run of 20 frames and all its processes at random moments, and resume it.
+
+    A moment is that of a random frame's end and up to twice a frame's time later.
+    """
     chance = random.Random(seed)
-    start = time.monotonic()
-    place.render("whole")
-    length, expected = time.monotonic() - start, place.hashes("whole")
+    whole = place.render("whole")
+    seconds = [sum(line["seconds"].values()) for line in whole.lines if "frame" in line]
+    length, expected = sorted(seconds)[len(seconds) // 2], place.hashes("whole")
     right = partial = 0
     whole_when_killed = []
     for number in range(times):
         out = f"killed{number}"
         process = place.start(*place.command(out))
-        time.sleep(chance.uniform(0, length))
+        _await_frames(place, out, chance.randrange(FRAMES), process)
+        time.sleep(chance.uniform(0, 2 * length))
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
         found = place.hashes(out) if (place.folder / out).exists() else {}
@@ -136,6 +140,18 @@ def kills(place: Place, times: int, seed: int = 0) -> dict[str, Any]:
         "partial files under a final name": partial,
         "frames whole when killed": sorted(whole_when_killed),
     }
+
+
+def _await(path: Path, process: subprocess.Popen[str]) -> None:
+    """Wait until a file is there, or the process has ended."""
+    while process.poll() is None and not path.exists():
+        time.sleep(0.002)
+
+
+def _await_frames(place: Place, out: str, frames: int, process: subprocess.Popen[str]) -> None:
+    """Wait until so many frames are whole, or the process has ended."""
+    while process.poll() is None and len(list((place.folder / out).glob("*.exr"))) < frames:
+        time.sleep(0.002)
 
 
 def damage(place: Place, each: int, seed: int = 0) -> dict[str, Any]:
@@ -200,7 +216,8 @@ def interrupts(place: Place, times: int, seed: int = 0) -> dict[str, Any]:
     for number in range(times):
         out = f"interrupted{number}"
         process = place.start(*place.command(out), "--size", "640x360", "--spp", "4096")
-        time.sleep(chance.uniform(2.0, 7.0))
+        _await(place.folder / out / NAME, process)
+        time.sleep(chance.uniform(0.0, 6.0))
         children = _descendants(process.pid)
         start = time.monotonic()
         os.killpg(process.pid, signal.SIGINT)
