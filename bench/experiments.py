@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 if TYPE_CHECKING:
     import bench.figures
     import bench.records
+    from bench.spread import Each
 
 Progress = Callable[[int, int, str], None]
 """Called with points done, points in all, and what comes next."""
@@ -29,9 +30,22 @@ class Run(Protocol):
         """The finished record."""
 
 
+@runtime_checkable
+class RunSpread(Protocol):
+    """As Run, with cases measured wherever ``each`` has them measured."""
+
+    def __call__(
+        self, quick: bool, progress: Progress, seed: int, each: "Each"
+    ) -> "bench.records.Record":
+        """The finished record."""
+
+
 @dataclass(frozen=True)
 class Experiment:
-    """One question, the way to answer it, what its record shows, and what that does not say."""
+    """One question, the way to answer it, what its record shows, and what that does not say.
+
+    run_spread  over many machines; None where it measures time, or is one case
+    """
 
     about: str
     question: str
@@ -39,6 +53,7 @@ class Experiment:
     figures: Callable[["bench.records.Record"], tuple["bench.figures.Figure", ...]]
     table: Callable[["bench.records.Record"], Table]
     limits: tuple[str, ...]
+    run_spread: RunSpread | None = None
 
 
 def _run_scaling(
@@ -47,6 +62,23 @@ def _run_scaling(
     from bench import scaling
 
     return scaling.run(quick, progress, seed)
+
+
+def _spread_scaling(
+    quick: bool, progress: Progress, seed: int, each: "Each"
+) -> "bench.records.Record":
+    from bench import scaling
+
+    return scaling.run(quick, progress, seed, each)
+
+
+def _spread_figure(
+    quick: bool, progress: Progress, seed: int, each: "Each"
+) -> "bench.records.Record":
+    """The counts; posing is timed here."""
+    from bench import figure_experiment
+
+    return figure_experiment.run(quick, progress, seed, each)
 
 
 def _scaling_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
@@ -147,6 +179,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         question="Does the number of things in a frame depend on what the viewer can resolve, "
         "and not on the size of the world?",
         run=_run_scaling,
+        run_spread=_spread_scaling,
         figures=_scaling_figures,
         table=_scaling_table,
         limits=(
@@ -160,6 +193,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="parts of one object against distance and level, and what posing it costs",
         question="Do the parts of a figure drop off with the square root of its distance?",
         run=_run_figure,
+        run_spread=_spread_figure,
         figures=_figure_figures,
         table=_figure_table,
         limits=(

@@ -12,6 +12,7 @@ from bench.figure_measure import count, scene_hash, sizes
 from bench.figure_posing import POINTS_PER_JOINT, posing
 from bench.provenance import provenance
 from bench.records import Point, Record
+from bench.spread import Each, in_turn
 
 NAME, VERSION = "figure", 1
 
@@ -30,13 +31,16 @@ FULL = Effort(poses=200, distances=60, repeats=101, posed=4000)
 QUICK = Effort(poses=40, distances=30, repeats=21, posed=1000)
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Count every curve, compare all sizes, time both ways of posing, and judge every claim."""
     grid, effort, start = curves(), QUICK if quick else FULL, time.perf_counter()
     points: list[Point] = []
+    measured = each(measure, [(curve, effort, seed) for curve in grid])
     for number, curve in enumerate(grid):
         progress(number, len(grid) + 1, f"{curve.kind}, {curve.metric}")
-        points += measure(curve, effort, seed)
+        points += next(measured)
     points += [Point({"what": SIZED, "kind": kind}, {}, sizes(kind)) for kind in EVERYTHING]
     progress(len(grid), len(grid) + 1, "posing")
     times = {task: posing(task, effort.posed, effort.repeats, seed) for task in POINTS_PER_JOINT}

@@ -11,6 +11,7 @@ from bench.scaling_cases import Case, cases
 from bench.scaling_claims import judge, noise_of
 from bench.scaling_law import predict
 from bench.scaling_measure import COLUMNS, count_field, scene_hash, seed_of
+from bench.spread import Each, in_turn
 from bench.statistics import fields_needed
 
 NAME, VERSION = "scaling", 1
@@ -22,13 +23,15 @@ _JUDGED = 2
 """Objects and parts displayed decide how many fields there are; what was examined follows."""
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Measure every case and judge every claim."""
     grid, effort, start = cases(), QUICK if quick else FULL, time.perf_counter()
-    points = []
+    points, measured = [], each(measure, [(case, effort, seed) for case in grid])
     for number, case in enumerate(grid):
         progress(number, len(grid), f"{case.species}, {case.metric}, {case.sweep}")
-        points.append(measure(case, effort, seed))
+        points.append(next(measured))
     progress(len(grid), len(grid), "judging")
     return Record(
         experiment=NAME,

@@ -7,6 +7,7 @@ import click
 from bench.frame_flags import make_folder
 from bench.output import Output, output, table
 from bench.progress import progress_bar
+from bench.spread import spread_over
 from lod.errors import InputError
 from scenes.preset_errors import nearest_name
 from scenes.preset_tables import LARGEST_SEED
@@ -20,9 +21,17 @@ if TYPE_CHECKING:
 @click.option("--quick", is_flag=True, help="Fewer points and fields: minutes instead of hours.")
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder for the records.")
+@click.option(
+    "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object per experiment on stdout.")
 def command(
-    experiments: tuple[str, ...], quick: bool, seed: int, folder: str, as_json: bool
+    experiments: tuple[str, ...],
+    quick: bool,
+    seed: int,
+    folder: str,
+    cluster: str | None,
+    as_json: bool,
 ) -> None:
     """Run experiments; each writes one record (JSON) and says which claims held."""
     from bench.experiments import EXPERIMENTS
@@ -36,11 +45,20 @@ def command(
         if name not in EXPERIMENTS:
             cure = nearest_name(name, EXPERIMENTS)
             raise InputError("EXPERIMENT", name, "no experiment of that name", cure)
+        if cluster is not None and EXPERIMENTS[name].run_spread is None:
+            able = ", ".join(n for n, each in EXPERIMENTS.items() if each.run_spread)
+            raise InputError("--cluster", name, f"experiments that only count: {able}", "leave it")
     place = make_folder(folder)
-    with output(as_json) as out:
+    with output(as_json) as out, spread_over(cluster, out.note) as each:
         for name in dict.fromkeys(experiments):
             with progress_bar("point") as progress:
-                record = EXPERIMENTS[name].run(quick, progress, seed)
+                chosen = EXPERIMENTS[name]
+                spread = chosen.run_spread if cluster is not None else None
+                record = (
+                    spread(quick, progress, seed, each)
+                    if spread
+                    else chosen.run(quick, progress, seed)
+                )
             path = write_record(record, place)
             claims = [each.as_json() for each in record.claims]
             out.record({"experiment": name, "record": str(path), "claims": claims})

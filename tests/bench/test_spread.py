@@ -1,0 +1,42 @@
+"""Cases on a cluster give the numbers that they give here, in their order."""
+
+import pytest
+
+from bench.cli import main
+from bench.sampling import Effort
+from bench.scaling import measure
+from bench.scaling_cases import cases
+from bench.spread import in_turn, spread_over
+
+EFFORT = Effort(target=0.5, least=2, most=2)
+
+
+def test_a_cluster_counts_what_is_counted_here():
+    pytest.importorskip("distributed")
+    grid = sorted(cases(), key=lambda case: case.density)[:3]
+    jobs, said = [(case, EFFORT, 7) for case in grid], []
+    with spread_over("1", said.append) as each:
+        there = list(each(measure, jobs))
+    here = list(in_turn(measure, jobs))
+    assert [(p.case, p.samples) for p in there] == [(p.case, p.samples) for p in here]
+    assert len({str(p.case) for p in here}) == 3
+    assert "dashboard at http" in said[0]
+
+
+def test_here_nothing_is_begun_before_it_is_asked_for():
+    calls = []
+    results = in_turn(lambda n: calls.append(n) or n, [(1,), (2,)])
+    assert calls == [] and next(results) == 1 and calls == [1]
+    with spread_over(None, calls.append) as each:
+        assert each is in_turn
+
+
+def test_what_is_timed_stays_on_one_machine(tmp_path, capfd):
+    from bench.experiments import EXPERIMENTS
+
+    timed = [name for name, each in EXPERIMENTS.items() if each.run_spread is None]
+    if not timed:
+        pytest.skip("every experiment can be spread")
+    with pytest.raises(SystemExit) as left:
+        main(["run", timed[0], "--quick", "-o", str(tmp_path), "--cluster", "2"])
+    assert left.value.code == 2 and "--cluster" in capfd.readouterr().err
