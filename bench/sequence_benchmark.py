@@ -11,102 +11,18 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import click
 
 from bench.cli import INTERRUPTED
-from scenes.render.manifest import NAME, file_hash, load_manifest
-from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, trusting
-
-PRESET = """
-[camera]
-speed = 200
-[terrain]
-amplitude = 3
-reach = 64
-[placed.insect]
-model = "insect"
-position = [0.5, 8.0]
-[render]
-size = "16x9"
-spp = 2
-"""
-FRAMES = 20
-_ROOT = Path(__file__).resolve().parents[1]
-_LONGEST_S = 600
-Renders = Callable[..., "Run"]
-
-
-@dataclass(frozen=True)
-class Place:
-    """A folder for everything of one measurement, and the variant that works in it."""
-
-    folder: Path
-    variant: str
-
-    def start(self, *words: str) -> subprocess.Popen[str]:
-        """The program, in a process group of its own, in the folder."""
-        (self.folder / "tiny.toml").write_text(PRESET)
-        paths = os.pathsep.join([str(_ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-        return subprocess.Popen(
-            [sys.executable, "-P", "-m", "bench.cli", *words],
-            cwd=self.folder,
-            env={**trusting(choose(self.variant)), "PYTHONPATH": paths},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
-
-    def run(self, *words: str) -> "Run":
-        """The program, to its end."""
-        process = self.start(*words)
-        out, err = process.communicate(timeout=_LONGEST_S)
-        return Run(process.returncode, out, err)
-
-    def render(self, out: str, frames: str = f"1-{FRAMES}", *words: str) -> "Run":
-        """`lodbench render` into a folder."""
-        return self.run(*self.command(out, frames), *words)
-
-    def command(self, out: str, frames: str = f"1-{FRAMES}") -> tuple[str, ...]:
-        """The words of `lodbench render` into a folder."""
-        flags = "--frames", frames, "--variant", self.variant, "--json"
-        return "render", "tiny.toml", "-o", f"{out}/a.####.exr", *flags
-
-    def hashes(self, out: str) -> dict[str, str]:
-        """SHA-256 by name of every file under a frame's name."""
-        return {path.name: file_hash(path) for path in sorted((self.folder / out).glob("*.exr"))}
-
-    def litter(self, out: str) -> list[str]:
-        """What is in a folder beside frames and manifest."""
-        names = [path.name for path in (self.folder / out).iterdir()]
-        return [name for name in names if not name.endswith((".exr", "manifest.json"))]
-
-
-@dataclass(frozen=True)
-class Run:
-    """How the program ended: its code, its lines on stdout as JSON, and stderr."""
-
-    code: int
-    out: str
-    err: str
-
-    @property
-    def lines(self) -> list[dict[str, Any]]:
-        """The JSON objects on stdout."""
-        return [json.loads(line) for line in self.out.splitlines()]
-
-    @property
-    def rendered(self) -> list[int]:
-        """Frames that were made, not kept."""
-        return [line["frame"] for line in self.lines if line.get("kept") is False]
+from bench.program_run import FRAMES, LONGEST_S, Place
+from scenes.render.manifest import NAME, load_manifest
+from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT
 
 
 def kills(place: Place, times: int, seed: int = 0) -> dict[str, Any]:
@@ -224,7 +140,7 @@ def interrupts(place: Place, times: int, seed: int = 0) -> dict[str, Any]:
         if number % 2:
             time.sleep(0.01)
             os.killpg(process.pid, signal.SIGINT)
-        process.communicate(timeout=_LONGEST_S)
+        process.communicate(timeout=LONGEST_S)
         waits.append(time.monotonic() - start)
         codes.append(process.returncode)
         time.sleep(0.2)
@@ -281,13 +197,13 @@ def _refused(place: Place, mount: Path, full: bool, number: int) -> bool:
     """Render onto a disk that is too small, or that turns read-only after a few frames."""
     process = place.start(*place.command(mount.name))
     if not full:
-        deadline = time.monotonic() + _LONGEST_S
-        while len(place.hashes(mount.name)) <= number % FRAMES and time.monotonic() < deadline:
+        deadline = time.monotonic() + LONGEST_S
+        while len(place.hashes(mount.name)) <= number % 10 and time.monotonic() < deadline:
             time.sleep(0.005)
         frozen = ["mount", "-o", "remount,ro", str(mount)]
         while subprocess.run(frozen, stderr=subprocess.DEVNULL).returncode:
             time.sleep(0.001)  # busy while a file is open for writing
-    _, err = process.communicate(timeout=_LONGEST_S)
+    _, err = process.communicate(timeout=LONGEST_S)
     says = "the disk is full" if full else "read-only"
     return process.returncode in (1, 2) and says in err.lower() and err.count("\n") == 1
 

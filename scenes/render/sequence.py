@@ -222,6 +222,6 @@ def _finished(manifest: Manifest, paths: Mapping[int, Path], settings: Settings)
             changed = differences(manifest.settings[entry["settings"]], settings)
             rule = f"rendered with other settings ({'; '.join(changed[:3]) or 'unknown'})"
             raise InputError("-o", str(path), rule, "choose another folder, or --overwrite")
-        if entry["state"] == DONE and file_hash(path) == entry["sha256"]:
+        if file_hash(path) == entry["sha256"]:
             done.add(frame)
     return done

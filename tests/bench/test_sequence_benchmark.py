@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from bench.memory_benchmark import SCENES, foretold, growth, rendered
-from bench.sequence_benchmark import Place, damage, full_disk, interrupts, kills, repeats
+from bench.program_run import Place
+from bench.sequence_benchmark import damage, full_disk, interrupts, kills, repeats
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, works
 
 pytestmark = pytest.mark.slow
