@@ -7,6 +7,9 @@ import jaxtyping._import_hook as import_hook
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
+# FLIP's threads wait by spinning: beside other workers that takes a hundred times as long.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 ROOMS = ("lod", "scenes", "bench")
 
 # An int may stand for a float, as PEP 484 and mypy have it; beartype alone would refuse it.

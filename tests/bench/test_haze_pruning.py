@@ -1,0 +1,113 @@
+"""Pruning that knows the haze makes no error of its own, where half of what is large is gone.
+
+A picture 5.33° and 128 pixels wide has pixels as fine as one of 1590 across 60°. From 12 m up it
+shows trees from 180 m to the horizon, V = 2 km. Displayed at 67 pixels per degree, with the
+exposure of one blind picture and the curve of scenes.render.display.
+"""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bench.excess_flip import FLOOR, LEAST_PAIRS, excess_flip, mean_flip
+from lod.air import CLEAR
+from lod.prune import prune
+from scenes.preset import load_preset
+from scenes.shot import shoot
+from scenes.world import build_world, view_at
+
+OPEN_FIELD = (
+    "species.figure.density=0",
+    "species.tree.density=0.0006",
+    "species.tree.prototypes=2",
+    "terrain.amplitude=0",
+    "air.visibility=2km",
+    "camera.fov=5.33",
+    "camera.heading=70",
+    "camera.height=12",
+    "camera.pitch=-1.4",
+    "view.offscreen_detail=0.01",
+    "render.size=128x96",
+    "render.spp=144",
+    "render.max_depth=2",
+)
+CUTS = {
+    "aware": (),
+    "blind": ("view.haze_aware=false",),
+    "planted": ("view.haze_aware=false", "view.detail=2"),
+}
+
+pytestmark = pytest.mark.slow
+
+
+@cache
+def preset_of(cut):
+    return load_preset("meadow", (*OPEN_FIELD, *CUTS[cut]))
+
+
+@cache
+def world():
+    return build_world(preset_of("blind"))
+
+
+@cache
+def frame(cut):
+    from scenes.render.variants import choose
+
+    return shoot(world(), preset_of(cut), 1, choose("auto"))
+
+
+@cache
+def rendered(cut, seed, clear=False):
+    from scenes.render.render import render_frame
+
+    made = frame(cut)
+    air = CLEAR if clear else made.air
+    quality = replace(made.quality, seed=seed)
+    return render_frame(made.camera, made.visible, air, made.light, quality).rgb
+
+
+def displayed(cut, seed, clear=False):
+    from scenes.render.display import display, exposure_of
+
+    exposure = exposure_of(rendered("blind", 0, clear))
+    return display(rendered(cut, seed, clear), exposure).astype(np.float32) / 255
+
+
+def larger_than_1m(cut):
+    (field,) = world().fields
+    parts = prune(field, view_at(world(), preset_of(cut), 1)).parts
+    P = np.concatenate([tree.P for tree in field.troupe.atlas.hierarchies])
+    return int(np.count_nonzero(P[parts.part] > 1.0))
+
+
+def excess_of(cut):
+    pairs = [(2 * k, 2 * k + 1) for k in range(LEAST_PAIRS)]
+    return excess_flip(
+        [(displayed(cut, a), displayed("blind", a), displayed("blind", b)) for a, b in pairs]
+    )
+
+
+def test_the_detail_angle_is_the_same_and_more_than_half_of_the_large_parts_are_gone():
+    angles = [view_at(world(), preset_of(cut), 1).m for cut in ("aware", "blind")]
+    assert angles[0] == angles[1]
+    assert larger_than_1m("aware") < 0.5 * larger_than_1m("blind")
+
+
+def test_the_haze_aware_cut_stays_within_the_noise_and_twice_the_angle_does_not():
+    aware, planted = excess_of("aware"), excess_of("planted")
+    assert aware.floor <= FLOOR
+    assert aware.within_noise
+    assert aware.high < 0.1 * aware.floor
+    assert planted.beyond_noise
+
+
+def test_in_clear_air_the_same_cut_would_show():
+    """So what is gone was in the picture, and haze hid it: pictures with the same seed."""
+    hazy, clear = (
+        mean_flip(displayed("aware", 0, air), displayed("blind", 0, air)) for air in (False, True)
+    )
+    assert clear > 0.005
+    assert hazy < clear / 50
