@@ -173,6 +173,26 @@ def _colonnade_table(record: "bench.records.Record") -> Table:
     return colonnade_plots.table(record)
 
 
+def _run_air(
+    quick: bool = False, progress: Progress = silent, seed: int = 0
+) -> "bench.records.Record":
+    from bench import air_experiment
+
+    return air_experiment.run(quick, progress, seed)
+
+
+def _air_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
+    from bench import air_plots
+
+    return air_plots.figures(record)
+
+
+def _air_table(record: "bench.records.Record") -> Table:
+    from bench import air_plots
+
+    return air_plots.table(record)
+
+
 EXPERIMENTS: dict[str, Experiment] = {
     "scaling": Experiment(
         about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
@@ -244,6 +264,23 @@ EXPERIMENTS: dict[str, Experiment] = {
             "elsewhere sees the error in the image.",
             "Depth is the coarser the finer it is asked to be: its cut with about as many parts is "
             "the nearest that there is.",
+        ),
+    ),
+    "air": Experiment(
+        about="haze as rendered: targets, the medium that scatters light, and spectral light",
+        question="Is the haze in the pictures what theory, a scattering medium and light of "
+        "sixteen bands make of it?",
+        run=_run_air,
+        figures=_air_figures,
+        table=_air_table,
+        limits=(
+            "The closed forms leave out that air dims the light on its way to the ground, that it "
+            "lies in the shade of what stands in it, and that its glow varies with height; the "
+            "airlight of the horizon's sky also leaves out which way the sun stands to the air.",
+            "The medium is a layer 10 m higher than the scene, under a sky that holds a whole "
+            "atmosphere already; its phase function is one of clean continental air.",
+            "RGB and spectral pictures also differ in the coefficients of the sky's model: the "
+            "row of the sky shows by how much.",
         ),
     ),
 }

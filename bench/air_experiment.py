@@ -1,0 +1,147 @@
+"""Is haze what it should be? Targets, the scattering medium, and light of sixteen bands (§2.1).
+
+Targets: black and grey at 20 distances, in both frame drivers and the medium, tell β and V. Bands:
+``meadow`` at V = 5 km by distance: the closed forms against the medium that scatters light, and
+RGB against spectral haze by CIEDE2000. All samples are integers: radiance in 10⁻⁹, ΔE in 10⁻³.
+"""
+
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+
+from bench.air_claims import BAND_EDGES_M, SKY, judge
+from bench.air_targets import look_at, order
+from bench.experiments import Progress, silent
+from bench.provenance import provenance
+from bench.records import Point, Record
+from scenes.preset import load_preset
+from scenes.render.display import exposure_of
+from scenes.render.frame import SKY_Z, FrameInput, Layers, Quality
+from scenes.render.render import render_frame
+from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
+from scenes.shot import shoot
+from scenes.world import build_world
+
+NAME, VERSION = "air", 1
+VISIBILITIES_M = (1e3, 5e3, 20e3)
+MEADOW = ("air.visibility=5km", "render.size=96x54", "render.max_depth=16")
+_TARGET_SPP = {"scalar": 512, "jit": 512, "medium": 2048}
+_QUICK_TARGET_SPP = {"scalar": 256, "jit": 256, "medium": 512}
+_SPP = {"analytic": 32, "scattered": 32, "medium": 96, "spectral": 64}
+_SEEDS, _QUICK_SEEDS = 8, 4
+_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+
+
+def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+    """Render the targets and the meadow in every way there is here, and judge the claims."""
+    start, points = time.perf_counter(), []
+    spp = _QUICK_TARGET_SPP if quick else _TARGET_SPP
+    ways = {"scalar": SCALAR_VARIANT, "jit": JIT_VARIANT, "medium": choose()}
+    ways = {name: variant for name, variant in ways.items() if works(variant) is True}
+    seeds = [seed + k for k in range(_QUICK_SEEDS if quick else _SEEDS)]
+    steps, done = len(ways) * len(VISIBILITIES_M) + len(seeds), 0
+    for way, variant in ways.items():
+        for visibility in VISIBILITIES_M:
+            progress(done, steps, f"targets, {way}, {visibility / 1000:g} km")
+            haze = "medium" if way == "medium" else "analytic"
+            points.append(_targets(way, visibility, Quality(variant, spp[way], seed, 4, haze)))
+            done += 1
+    points += _bands(seeds, lambda k: progress(done + k, steps, f"meadow, seed {seeds[k]}"))
+    progress(steps, steps, "judged")
+    return Record(
+        experiment=NAME,
+        version=VERSION,
+        quick=quick,
+        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        provenance=provenance(_scene_hash(), seed, variant=choose()),
+        points=tuple(points),
+        claims=judge(tuple(points)),
+        notes={
+            "target_spp": spp,
+            "meadow_spp": _SPP,
+            "seeds": len(seeds),
+            "seconds": round(time.perf_counter() - start, 1),
+        },
+    )
+
+
+def _targets(way: str, visibility: float, quality: Quality) -> Point:
+    target, beyond = look_at(visibility, quality)
+    step, albedo = order(quality.seed)
+    samples = {"step": step.tolist(), "grey": albedo.tolist()}
+    for number, band in enumerate("rgb"):
+        samples[f"target_{band}"] = _nano(target[:, number])
+        samples[f"beyond_{band}"] = _nano(beyond[:, number])
+    return Point({"what": "targets", "way": way, "visibility": visibility}, {}, samples)
+
+
+def _bands(seeds: list[int], told: Callable[[int], None]) -> list[Point]:
+    """A point for each distance band of the meadow, with a value of every seed."""
+    preset = load_preset("meadow", list(MEADOW))
+    shot = shoot(build_world(preset), preset, 1, choose())
+    rows: dict[float, dict[str, list[int]]] = {}
+    for k, seed in enumerate(seeds):
+        told(k)
+        for low, values in _compared(shot, seed).items():
+            for name, value in values.items():
+                rows.setdefault(low, {}).setdefault(name, []).append(value)
+    return [
+        Point({"what": "bands", "from": low}, {}, samples) for low, samples in sorted(rows.items())
+    ]
+
+
+def _compared(shot: FrameInput, seed: int) -> dict[float, dict[str, int]]:
+    """Mean luminance by every kind of haze, and median ΔE of RGB against spectral, by band."""
+    seen = {kind: _rendered(shot, kind, seed) for kind in _SPP}
+    distance, difference = seen["analytic"].Z, delta_e(seen["analytic"].rgb, seen["spectral"].rgb)
+    edges, made = (*BAND_EDGES_M, float(SKY_Z)), {}
+    for low, high in zip(edges, (*edges[1:], np.inf), strict=True):
+        mine = (distance >= low) & (distance < high)
+        if not mine.any():
+            continue
+        values = {k: float((frame.rgb[mine] @ _LUMINANCE).mean()) for k, frame in seen.items()}
+        made[SKY if low == float(SKY_Z) else low] = {
+            "pixels": int(mine.sum()),
+            **{k: round(1e9 * value) for k, value in values.items()},
+            "delta_e": round(1e3 * float(np.median(difference[mine]))),
+        }
+    return made
+
+
+def _rendered(shot: FrameInput, kind: str, seed: int) -> Layers:
+    spectral = kind == "spectral"
+    haze = "analytic" if spectral else kind
+    quality = replace(
+        shot.quality,
+        variant=choose("auto", spectral),
+        haze=haze,
+        spp=_SPP[kind],
+        seed=seed,
+    )
+    return render_frame(shot.camera, shot.visible, shot.air, shot.light, quality, 1)
+
+
+def delta_e(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """CIEDE2000 of two pictures, each exposed for itself as displays do, (h, w)."""
+    from colour import RGB_to_XYZ, XYZ_to_Lab, delta_E
+
+    labs = []
+    for rgb in (one, other):
+        light = np.maximum(rgb.astype(np.float64), 0.0) * exposure_of(rgb)
+        labs.append(XYZ_to_Lab(RGB_to_XYZ(light, "ITU-R BT.709")))
+    return np.asarray(delta_E(labs[0], labs[1], method="CIE 2000"))
+
+
+def _nano(values: np.ndarray) -> list[int]:
+    return [round(1e9 * float(value)) for value in values]
+
+
+def _scene_hash() -> str:
+    preset = load_preset("meadow", list(MEADOW)).model_dump(mode="json")
+    words = json.dumps([preset, VISIBILITIES_M, BAND_EDGES_M], sort_keys=True)
+    return hashlib.sha256(words.encode()).hexdigest()

@@ -1,0 +1,73 @@
+"""The air experiment judges by its samples alone; its colours are compared as eyes see them."""
+
+import numpy as np
+import pytest
+
+from bench import air_plots
+from bench.air_claims import SKY, judge
+from bench.air_experiment import delta_e
+from bench.air_targets import order
+from bench.provenance import provenance
+from bench.records import Point, Record
+from lod.air import Air, rgb_extinction
+
+
+def targets(way="jit", factor=1.0, visibility=5e3):
+    """A point whose air is ``factor`` times as thick as it says."""
+    step, albedo = order(0)
+    through = np.exp(-factor * rgb_extinction(Air(visibility)) * visibility * step[:, None] / 20)
+    seen = np.where(albedo == 1, 0.5, 0.0)[:, None] * through + 0.2 * (1 - through)
+    samples = {"step": step.tolist(), "grey": albedo.tolist()}
+    for k, band in enumerate("rgb"):
+        samples[f"target_{band}"] = np.rint(1e9 * seen[:, k]).astype(int).tolist()
+        samples[f"beyond_{band}"] = [200_000_000] * len(step)
+    return Point({"what": "targets", "way": way, "visibility": visibility}, {}, samples)
+
+
+def band(analytic, delta, low=100.0, pixels=50):
+    samples = {"pixels": [pixels] * 3, "analytic": analytic, "scattered": [100, 101, 99]}
+    samples |= {"medium": [100] * 3, "spectral": [100] * 3, "delta_e": delta}
+    return Point({"what": "bands", "from": low}, {}, samples)
+
+
+def verdicts(*points):
+    return {claim.name: claim.verdict for claim in judge(points)}
+
+
+def test_right_air_holds_and_thicker_air_is_refuted():
+    right = verdicts(targets(), targets(visibility=1e3))
+    assert right["jit/black/V_5km"] == right["jit/grey/V_5km"] == "holds"
+    assert right["jit/beta/blue"] == "holds"
+    wrong = verdicts(targets(factor=1.05), targets(factor=1.05, visibility=1e3))
+    assert wrong["jit/black/V_5km"] == "refuted" and wrong["jit/beta/red"] == "refuted"
+    loose = verdicts(targets("medium", 1.02), targets("medium", 1.02, 1e3))
+    assert loose["medium/black/V_5km"] == "holds"
+
+
+def test_bands_are_judged_against_the_medium_and_two_units_of_colour():
+    judged = verdicts(band([150, 151, 149], [900, 950, 1000]), band([100] * 3, [3000] * 3, SKY))
+    assert judged["analytic/meadow/from_100m"] == "refuted"
+    assert judged["scattered/meadow/from_100m"] == "holds"
+    assert judged["spectral/meadow/from_100m"] == "holds"
+    assert judged["spectral/meadow/sky"] == "refuted"
+    assert not any(name.startswith("analytic/meadow/sky") for name in judged)
+
+
+def test_bands_of_few_pixels_are_not_judged():
+    assert not verdicts(band([100] * 3, [100] * 3, pixels=5))
+
+
+def test_the_table_names_every_band():
+    points = (targets(), band([100] * 3, [1000] * 3), band([100] * 3, [1000] * 3, SKY))
+    made = Record("air", 1, True, "", provenance("", 0), points, judge(points), {})
+    heads, rows = air_plots.table(made)
+    assert [row[0] for row in rows] == ["from 100 m", "in the sky"]
+    assert all(len(row) == len(heads) for row in rows)
+    assert all("nan" not in figure.svg for figure in air_plots.figures(made))
+
+
+def test_delta_e_sees_colour_and_not_exposure():
+    rng = np.random.Generator(np.random.Philox(3))
+    picture = rng.uniform(0.05, 0.5, (8, 8, 3))
+    assert delta_e(picture, 3 * picture).max() == pytest.approx(0.0, abs=1e-9)
+    assert np.median(delta_e(picture, picture * (1.2, 1.0, 1.0))) > 2
