@@ -108,7 +108,7 @@ class TreeSpecies:
         """The same tree without its leaves; its looks are then all of wood."""
         keep = (self.wood[0], *(max(1, each) for each in self.wood[1:]))
         more = tuple(each + 1 for each in self.porous)
-        return replace(self, foliage=None, porous=more, wood=keep, clear=8, margin=0.97)
+        return replace(self, foliage=None, porous=more, wood=keep, clear=8, margin=0.955)
 
 
 def _shades(dark: Colour, light: Colour, count: int = 5) -> tuple[Colour, ...]:
