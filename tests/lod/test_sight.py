@@ -109,13 +109,14 @@ def test_metric_full_keeps_everything_in_any_air():
 
 def test_a_view_weighs_in_view_and_out_of_it_each_with_its_own_detail():
     display = Display(200.0)
-    sight = Sight(widths_seen(PIXEL, display, Eye()), BETA, display)
+    sight = Sight(widths_seen(PIXEL, display, Eye()), 20 * BETA, display)
     view, tree = View(CAMERA, METRICS["blake"], 1.0, sight=sight), tree_of(2, 2, 1)
     inside, outside = view.limits(tree)
     assert view.m == pytest.approx(sight.widths.effective)
     assert view.m > 2 * PIXEL
     assert (inside == limit_distances(tree, METRICS["blake"], view.m, sight)).all()
     assert (outside == limit_distances(tree, METRICS["blake"], 4 * view.m, sight)).all()
+    assert (outside < limit_distances(tree, METRICS["blake"], 4 * view.m)).any()
     assert sight.weighted(0.5, view.m) is not sight.weighted(0.5, view.m_offscreen)
 
 

@@ -1,5 +1,7 @@
 """Classes of inherent contrast: by hand, for every model, and safe whatever stands behind."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -17,6 +19,7 @@ from scenes.part_contrast import (
     part_contrast,
 )
 from scenes.stick_table import StickTable
+from scenes.weather import CALM_SUMMER
 
 
 def test_a_dark_thing_stands_out_most_against_the_sky_and_a_white_one_against_shade():
@@ -72,8 +75,9 @@ def test_the_mean_is_by_area_and_by_luminance():
 
 
 @pytest.mark.parametrize("model", sorted(MODELS))
-def test_every_part_of_every_model_can_be_lost(model):
-    for prototype in MODELS[model](0, 1):
+@pytest.mark.parametrize("weather", [CALM_SUMMER, replace(CALM_SUMMER, wind=5.0)])
+def test_every_part_of_every_model_can_be_lost(model, weather):
+    for prototype in MODELS[model](0, 1, weather):
         contrast = prototype.hierarchy.contrast
         assert len(contrast) == len(prototype.hierarchy)
         assert contrast.min() >= CONTRAST_CLASSES.index(0.5)
