@@ -15,6 +15,7 @@ VIEW_KEYS = {
     "seed": "seed",
     "metric": "view.metric",
     "detail": "view.detail",
+    "max_parts": "view.max_parts",
     "visibility": "air.visibility",
     "haze_aware": "view.haze_aware",
     "display_ppd": "display.pixels_per_degree",
@@ -44,6 +45,9 @@ def view_flags(command: Command) -> Command:
         click.option("--seed", metavar="N", help="Seed of every random choice."),
         click.option("--metric", metavar="NAME", help="Member of the metric family."),
         click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
+        click.option(
+            "--max-parts", metavar="N", help="Choose τ so that every frame holds N parts."
+        ),
         click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
         click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
         click.option(

@@ -112,6 +112,10 @@ Extent = Annotated[
     key("side of the window on the field [m], at most 1e15; absent or 'endless' = no edge"),
 ]
 Side = Annotated[int, Field(ge=1, le=LARGEST_SIDE)]
+MostParts = Annotated[
+    Annotated[int, Field(ge=1, le=10**12)] | None,
+    key("parts displayed at most, 1 to 1e12: they choose the detail; absent = no limit"),
+]
 Size = Annotated[
     tuple[Side, Side],
     BeforeValidator(_told(_size)),
@@ -176,6 +180,7 @@ class ViewPreset(Table):
 
     metric: Annotated[str, key("member of the metric family")] = "blake"
     detail: Annotated[float, key("detail threshold τ [px]", above=0, most=1e6)] = 1.0
+    max_parts: MostParts = None
     offscreen_detail: Annotated[
         float, key("share of the detail that is kept out of view", above=0, most=1)
     ] = 0.25

@@ -20,11 +20,13 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
     """Objects and parts of one frame: examined, displayed, predicted."""
     chosen = preset_of(preset, **flags)
     from bench.counting import Stopwatch, count
+    from scenes.budget import within_budget
     from scenes.world import build_world, view_at
 
     watch = Stopwatch()
     with output(as_json) as out:
         with watch.stage("build"):
+            chosen = within_budget(chosen, (frame,))
             world = build_world(chosen)
             view = view_at(world, chosen, frame)
         counts = count(world, view)

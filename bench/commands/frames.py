@@ -21,6 +21,7 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     They may run at once and anywhere, in this folder: the manifest has one writer at a time.
     """
     from bench.commands.render import command as render
+    from scenes.budget import within_budget
     from scenes.render.variants import choose
 
     flags = render.make_context("lodbench render", list(words)).params
@@ -34,6 +35,10 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     chosen = preset_of(flags["preset"], flags["settings"], flags["density"], **told)
     variant = choose(chosen.render.variant, chosen.render.spectral)
     kept = [*without(words, "--frames"), "--variant", variant]
+    if flags["max_parts"] is not None:
+        # One detail for all: a frame by itself would choose its own.
+        detail = within_budget(chosen, numbers).view.detail
+        kept = [*without(list(without(kept, "--max-parts")), "--detail"), "--detail", repr(detail)]
     for number in numbers:
         click.echo(shlex.join(["lodbench", "render", *kept, "--frames", str(number)]))
 

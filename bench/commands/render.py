@@ -71,10 +71,12 @@ def command(
     look = Look(tone, exposure)
     chosen = preset_of(preset, **flags)
     check_targets([frame_path(pattern, number) for number in numbers])
+    from scenes.budget import within_budget
     from scenes.render.one_frame import settings_of
     from scenes.render.sequence import open_job
     from scenes.render.variants import choose
 
+    chosen = within_budget(chosen, numbers)
     settings = settings_of(chosen, choose(chosen.render.variant, chosen.render.spectral))
     make_folder(Path(pattern).parent)
     with output(as_json) as out:

@@ -17,13 +17,14 @@ from bench.view_flags import preset_of, view_flags
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, path: str, frame: int, as_json: bool, **flags: Any) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
+    from scenes.budget import within_budget
     from scenes.render.usd import check_usd, write_usd
     from scenes.render.variants import SCALAR_VARIANT
     from scenes.shot import shoot
     from scenes.world import build_world
 
     check_usd(path)
-    chosen = preset_of(preset, **flags)
+    chosen = within_budget(preset_of(preset, **flags), (frame,))
     make_folder(Path(path).parent)
     with output(as_json) as out:
         made = shoot(build_world(chosen), chosen, frame, SCALAR_VARIANT)

@@ -1,0 +1,83 @@
+"""A budget: the finest detail whose frames hold no more than so many parts.
+
+After Funkhouser & Séquin, "Adaptive display algorithm for interactive frame rates" (SIGGRAPH '93):
+the cost is given, and the detail follows. By the law of §4.1 the number of parts falls about as
+τ⁻²: a few prunes find τ.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from lod.errors import InputError
+
+ENOUGH = 0.98
+"""Share of the budget that is to be used."""
+
+MOST_PRUNES = 12
+"""After so many the best so far is taken."""
+
+_WIDEST = 2.0**20
+"""Times the detail to begin with, up or down, is as far as is looked."""
+
+_STEP = 1e-6
+"""Details this close, as a share: between them the parts come and go together."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A detail τ [px] at which there are ``parts`` parts, found in so many prunes."""
+
+    detail: float
+    parts: int
+    prunes: int
+
+
+def fitting_detail(parts_at: Callable[[float], int], most: int, start: float) -> Fit:
+    """The detail [px] at which there are at most ``most`` parts, and at least ENOUGH of that.
+
+    parts_at(τ) never grows with τ; where it jumps past the budget, the near side of the jump is
+    taken. Raises InputError where even the coarsest detail has too many.
+    """
+    low, high, fit = start / _WIDEST, start * _WIDEST, None
+    above: tuple[float, int] | None = None
+    detail = start
+    for prunes in range(1, MOST_PRUNES + 1):
+        parts = parts_at(detail)
+        if parts <= most:
+            high, fit = detail, Fit(detail, parts, prunes)
+            if parts >= ENOUGH * most:
+                return fit
+        else:
+            low, above = detail, (detail, parts)
+        if high / low < 1 + _STEP or detail in (start / _WIDEST, start * _WIDEST):
+            break
+        detail = _next(detail, parts, most, (low, high), (above, fit), prunes)
+    if fit is None:
+        rule = f"{parts:,} parts are displayed even at {detail:.6g} px"
+        raise InputError("--max-parts", most, rule, "allow more")
+    return Fit(fit.detail, fit.parts, prunes)
+
+
+def _next(
+    detail: float,
+    parts: int,
+    most: int,
+    bracket: tuple[float, float],
+    known: tuple[tuple[float, int] | None, Fit | None],
+    prunes: int,
+) -> float:
+    """Where parts should be just under the budget, along a power law through what is known."""
+    (low, high), (above, below) = bracket, known
+    aim = math.log((1 + ENOUGH) / 2 * most)
+    if above is None or below is None:
+        # By the law, and ever farther where that is not enough.
+        step = 0.5 * (math.log(max(parts, 1)) - aim) * 2.0 ** (prunes - 1)
+        step = math.copysign(max(abs(step), 0.02 * 4.0 ** (prunes - 1)), step)
+        return min(max(detail * math.exp(min(max(step, -14), 14)), low), high)
+    # Secant in logarithms, kept off the ends of the bracket; now and then its middle.
+    share = 0.5
+    if prunes % 3 and below.parts:
+        rise = math.log(above[1]) - math.log(below.parts)
+        share = min(max((math.log(above[1]) - aim) / rise, 0.02), 0.98)
+    return low * (high / low) ** share

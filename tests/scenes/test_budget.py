@@ -1,0 +1,38 @@
+"""A budget of parts holds for every frame of a sequence, and the fullest one uses it."""
+
+import pytest
+
+from lod.budget import ENOUGH
+from lod.errors import InputError
+from scenes.budget import parts_displayed, within_budget
+from scenes.preset import load_preset
+from scenes.world import build_world, view_at
+
+FRAMES = (1, 400, 3000)
+
+
+@pytest.mark.parametrize("most", [3000, 20_000])
+def test_no_frame_is_over_the_budget_and_the_fullest_uses_it(most):
+    asked = load_preset("crowd", [f"view.max_parts={most}", "camera.speed=20"])
+    chosen = within_budget(asked, FRAMES)
+    assert chosen.model_dump(exclude={"view"}) == asked.model_dump(exclude={"view"})
+    assert chosen.view.max_parts == most
+    world = build_world(chosen)
+    parts = [parts_displayed(world, view_at(world, chosen, frame)) for frame in FRAMES]
+    assert ENOUGH * most <= max(parts) <= most
+
+
+def test_the_budget_is_used_up_where_the_preset_alone_would_show_less():
+    asked = load_preset("crowd", ["view.max_parts=2000", "view.detail=50.0"])
+    assert within_budget(asked, (1,)).view.detail < 50.0
+
+
+def test_without_a_budget_nothing_changes():
+    asked = load_preset("crowd")
+    assert within_budget(asked, (1,)) is asked
+
+
+def test_a_budget_that_nothing_fits_is_refused():
+    asked = load_preset("zoo", ["world.extent=300", "view.max_parts=1", "view.metric=full"])
+    with pytest.raises(InputError, match="--max-parts"):
+        within_budget(asked, (1,))
