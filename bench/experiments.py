@@ -1,8 +1,9 @@
 """The experiments, by name. What one needs is imported when it is used: listing them is fast."""
 
+import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     import bench.figures
@@ -45,6 +46,7 @@ class Experiment:
     """One question, the way to answer it, what its record shows, and what that does not say.
 
     run_spread  over many machines; None where it measures time, or is one case
+    takes_s     seconds that it takes, quick and full, on two cores: for estimates only
     """
 
     about: str
@@ -54,143 +56,16 @@ class Experiment:
     table: Callable[["bench.records.Record"], Table]
     limits: tuple[str, ...]
     run_spread: RunSpread | None = None
+    takes_s: tuple[float, float] = (60.0, 600.0)
 
 
-def _run_scaling(
-    quick: bool = False, progress: Progress = silent, seed: int = 0
-) -> "bench.records.Record":
-    from bench import scaling
+def _later(module: str, name: str) -> Any:
+    """A function of a module that is imported when it is first called."""
 
-    return scaling.run(quick, progress, seed)
+    def call(*args: Any, **named: Any) -> Any:
+        return getattr(importlib.import_module(f"bench.{module}"), name)(*args, **named)
 
-
-def _spread_scaling(
-    quick: bool, progress: Progress, seed: int, each: "Each"
-) -> "bench.records.Record":
-    from bench import scaling
-
-    return scaling.run(quick, progress, seed, each)
-
-
-def _spread_figure(
-    quick: bool, progress: Progress, seed: int, each: "Each"
-) -> "bench.records.Record":
-    """The counts; posing is timed here."""
-    from bench import figure_experiment
-
-    return figure_experiment.run(quick, progress, seed, each)
-
-
-def _scaling_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
-    from bench import scaling_figures
-
-    return scaling_figures.figures(record)
-
-
-def _scaling_table(record: "bench.records.Record") -> Table:
-    from bench import scaling_figures
-
-    return scaling_figures.table(record)
-
-
-def _run_figure(
-    quick: bool = False, progress: Progress = silent, seed: int = 0
-) -> "bench.records.Record":
-    from bench import figure_experiment
-
-    return figure_experiment.run(quick, progress, seed)
-
-
-def _figure_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
-    from bench import figure_plots
-
-    return figure_plots.figures(record)
-
-
-def _figure_table(record: "bench.records.Record") -> Table:
-    from bench import figure_plots
-
-    return figure_plots.table(record)
-
-
-def _run_haze(
-    quick: bool = False, progress: Progress = silent, seed: int = 0
-) -> "bench.records.Record":
-    from bench import haze_experiment
-
-    return haze_experiment.run(quick, progress, seed)
-
-
-def _haze_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
-    from bench import haze_plots
-
-    return haze_plots.figures(record)
-
-
-def _haze_table(record: "bench.records.Record") -> Table:
-    from bench import haze_plots
-
-    return haze_plots.table(record)
-
-
-def _run_eye(
-    quick: bool = False, progress: Progress = silent, seed: int = 0
-) -> "bench.records.Record":
-    from bench import eye_experiment
-
-    return eye_experiment.run(quick, progress, seed)
-
-
-def _eye_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
-    from bench import eye_plots
-
-    return eye_plots.figures(record)
-
-
-def _eye_table(record: "bench.records.Record") -> Table:
-    from bench import eye_plots
-
-    return eye_plots.table(record)
-
-
-def _run_colonnade(
-    quick: bool = False, progress: Progress = silent, seed: int = 0
-) -> "bench.records.Record":
-    from bench import colonnade_experiment
-
-    return colonnade_experiment.run(quick, progress, seed)
-
-
-def _colonnade_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
-    from bench import colonnade_plots
-
-    return colonnade_plots.figures(record)
-
-
-def _colonnade_table(record: "bench.records.Record") -> Table:
-    from bench import colonnade_plots
-
-    return colonnade_plots.table(record)
-
-
-def _run_air(
-    quick: bool = False, progress: Progress = silent, seed: int = 0
-) -> "bench.records.Record":
-    from bench import air_experiment
-
-    return air_experiment.run(quick, progress, seed)
-
-
-def _air_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
-    from bench import air_plots
-
-    return air_plots.figures(record)
-
-
-def _air_table(record: "bench.records.Record") -> Table:
-    from bench import air_plots
-
-    return air_plots.table(record)
+    return call
 
 
 EXPERIMENTS: dict[str, Experiment] = {
@@ -198,10 +73,10 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
         question="Does the number of things in a frame depend on what the viewer can resolve, "
         "and not on the size of the world?",
-        run=_run_scaling,
-        run_spread=_spread_scaling,
-        figures=_scaling_figures,
-        table=_scaling_table,
+        run=_later("scaling", "run"),
+        run_spread=_later("scaling", "run"),
+        figures=_later("scaling_figures", "figures"),
+        table=_later("scaling_figures", "table"),
         limits=(
             "Flat ground, clear air and an eye without blur, looking all round; hills, haze and "
             "fields of view have predictions of their own (`lodbench count`).",
@@ -212,10 +87,10 @@ EXPERIMENTS: dict[str, Experiment] = {
     "figure": Experiment(
         about="parts of one object against distance and level, and what posing it costs",
         question="Do the parts of a figure drop off with the square root of its distance?",
-        run=_run_figure,
-        run_spread=_spread_figure,
-        figures=_figure_figures,
-        table=_figure_table,
+        run=_later("figure_experiment", "run"),
+        run_spread=_later("figure_experiment", "run"),
+        figures=_later("figure_plots", "figures"),
+        table=_later("figure_plots", "table"),
         limits=(
             "One person and one of each kind, as tables made them: intervals are over poses, "
             "directions and places in the grid of distances, not over other people or animals.",
@@ -228,9 +103,9 @@ EXPERIMENTS: dict[str, Experiment] = {
     "haze": Experiment(
         about="what haze takes of each size of part, from V = 0.5 to 50 km, measured and predicted",
         question="Which parts does haze hide, and does the law know how many?",
-        run=_run_haze,
-        figures=_haze_figures,
-        table=_haze_table,
+        run=_later("haze_experiment", "run"),
+        figures=_later("haze_plots", "figures"),
+        table=_later("haze_plots", "table"),
         limits=(
             "Flat ground and an eye 1.6 m up that looks all round; nothing hides anything.",
             "What is gone is what Barten's standard observer could not see on a display of 100 "
@@ -242,9 +117,9 @@ EXPERIMENTS: dict[str, Experiment] = {
     "eye": Experiment(
         about="what display and eye leave out, from 20 to 120 pixels per degree",
         question="How much detail is lost on the eye, by blur and by contrast?",
-        run=_run_eye,
-        figures=_eye_figures,
-        table=_eye_table,
+        run=_later("eye_experiment", "run"),
+        figures=_later("eye_plots", "figures"),
+        table=_later("eye_plots", "table"),
         limits=(
             "Clear air, flat ground, a picture that stays 640 pixels wide.",
             "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",
@@ -255,9 +130,9 @@ EXPERIMENTS: dict[str, Experiment] = {
     "colonnade": Experiment(
         about="Leonardo's columns: solid angle against image size, true distance against depth",
         question="Does true distance take detail from where it is seen least?",
-        run=_run_colonnade,
-        figures=_colonnade_figures,
-        table=_colonnade_table,
+        run=_later("colonnade_experiment", "run"),
+        figures=_later("colonnade_plots", "figures"),
+        table=_later("colonnade_plots", "table"),
         limits=(
             "One row of one kind of column, looked at from one place with a wide view.",
             "Errors at the eye are those of an eye at the centre of projection; who stands "
@@ -270,9 +145,9 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="haze as rendered: targets, the medium that scatters light, and spectral light",
         question="Is the haze in the pictures what theory, a scattering medium and light of "
         "sixteen bands make of it?",
-        run=_run_air,
-        figures=_air_figures,
-        table=_air_table,
+        run=_later("air_experiment", "run"),
+        figures=_later("air_plots", "figures"),
+        table=_later("air_plots", "table"),
         limits=(
             "The closed forms leave out that air dims the light on its way to the ground, that it "
             "lies in the shade of what stands in it, and that its glow varies with height; the "

@@ -1,5 +1,8 @@
 """`lodbench run`: measure, write the record, say what held."""
 
+import time
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -7,20 +10,25 @@ import click
 from bench.frame_flags import make_folder
 from bench.output import Output, output, table
 from bench.progress import progress_bar
-from bench.spread import spread_over
+from bench.spread import Each, spread_over
+from bench.time_left import Took, plan
 from lod.errors import InputError
 from scenes.preset_errors import nearest_name
 from scenes.preset_tables import LARGEST_SEED
 
 if TYPE_CHECKING:
     from bench.claims import Claim
+    from bench.journal import Asked, Journal
+
+ALL = "all"
 
 
 @click.command("run")
-@click.argument("experiments", metavar="EXPERIMENT...", nargs=-1)
+@click.argument("experiments", metavar="EXPERIMENT...|all", nargs=-1)
 @click.option("--quick", is_flag=True, help="Fewer points and fields: minutes instead of hours.")
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder for the records.")
+@click.option("--again", is_flag=True, help="Measure anew what is done already.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
@@ -30,42 +38,98 @@ def command(
     quick: bool,
     seed: int,
     folder: str,
+    again: bool,
     cluster: str | None,
     as_json: bool,
 ) -> None:
-    """Run experiments; each writes one record (JSON) and says which claims held."""
+    """Run experiments; each writes one record (JSON) and says which claims held.
+
+    The same command again goes on where it was stopped.
+    """
+    from bench.journal import Asked, journal
+
+    names = _chosen(experiments, cluster)
+    kept = journal(make_folder(folder))
+    asked = [Asked(name, quick, seed) for name in names]
+    if again:
+        for each in asked:
+            kept.forget(each)
+    with output(as_json) as out, spread_over(cluster, out.note) as spread:
+        failed = _run_all(out, kept, asked, spread)
+    if failed:
+        raise click.ClickException(f"{len(failed)} of {len(names)} failed: {', '.join(failed)}")
+
+
+def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...]:
+    """Names of experiments, each once. ``all`` is every one, those that only count spread."""
     from bench.experiments import EXPERIMENTS
-    from bench.records import write_record
 
     if not experiments:
         raise InputError(
-            "EXPERIMENT", experiments, "at least one", f"try {next(iter(EXPERIMENTS))}"
+            "EXPERIMENT", experiments, "at least one, or all", f"try {next(iter(EXPERIMENTS))}"
         )
+    if ALL in experiments:
+        return tuple(EXPERIMENTS)
     for name in experiments:
         if name not in EXPERIMENTS:
-            cure = nearest_name(name, EXPERIMENTS)
+            cure = nearest_name(name, (*EXPERIMENTS, ALL))
             raise InputError("EXPERIMENT", name, "no experiment of that name", cure)
         if cluster is not None and EXPERIMENTS[name].run_spread is None:
             able = ", ".join(n for n, each in EXPERIMENTS.items() if each.run_spread)
             raise InputError("--cluster", name, f"experiments that only count: {able}", "leave it")
-    place = make_folder(folder)
-    with output(as_json) as out, spread_over(cluster, out.note) as each:
-        for name in dict.fromkeys(experiments):
-            with progress_bar("point") as progress:
-                chosen = EXPERIMENTS[name]
-                spread = chosen.run_spread if cluster is not None else None
-                record = (
-                    spread(quick, progress, seed, each)
-                    if spread
-                    else chosen.run(quick, progress, seed)
-                )
-            path = write_record(record, place)
-            claims = [each.as_json() for each in record.claims]
-            out.record({"experiment": name, "record": str(path), "claims": claims})
-            _say(out, name, str(path), record.claims)
+    return tuple(dict.fromkeys(experiments))
 
 
-def _say(out: Output, name: str, path: str, claims: tuple["Claim", ...]) -> None:
+def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Each) -> list[str]:
+    """Run what is not done; of several, one that fails does not end the others. Who failed."""
+    from bench.experiments import EXPERIMENTS
+    from bench.records import read_record
+
+    done = {each.name: path for each in asked if (path := kept.record_of(each))}
+    for name, path in done.items():
+        out.note(f"lodbench: {name} is done already (--again measures anew)")
+        _tell(out, name, path, read_record(path).claims, True)
+    left = [each for each in asked if each.name not in done]
+    takes_s = {each.name: EXPERIMENTS[each.name].takes_s[not each.quick] for each in left}
+    took: list[Took] = []
+    failed: list[str] = []
+    for number, each in enumerate(left):
+        expected = plan([one.name for one in left[number:]], takes_s, took)
+        out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
+        start = time.perf_counter()
+        try:
+            path, claims = _run(kept, each, spread)
+        except Exception as error:
+            if len(asked) == 1:
+                raise
+            out.note(f"lodbench: {each.name} failed: {type(error).__name__}: {error}")
+            failed.append(each.name)
+            continue
+        took.append(Took(takes_s[each.name], time.perf_counter() - start))
+        _tell(out, each.name, path, claims, False)
+    return failed
+
+
+def _run(kept: "Journal", asked: "Asked", spread: Each) -> tuple[Path, tuple["Claim", ...]]:
+    """One experiment, its record written and noted."""
+    from bench.experiments import EXPERIMENTS
+    from bench.records import write_record
+
+    chosen = EXPERIMENTS[asked.name]
+    with progress_bar("point") as progress:
+        if chosen.run_spread is None:
+            record = chosen.run(asked.quick, progress, asked.seed)
+        else:
+            each = kept.keeping(asked, spread)
+            record = chosen.run_spread(asked.quick, progress, asked.seed, each)
+    path = write_record(record, kept.folder)
+    kept.finished(asked, path)
+    return path, record.claims
+
+
+def _tell(out: Output, name: str, path: Path, claims: tuple["Claim", ...], kept: bool) -> None:
+    data = [each.as_json() for each in claims]
+    out.record({"experiment": name, "record": str(path), "kept": kept, "claims": data})
     rows: list[tuple[Any, ...]] = [
         ("", "claim", "measured", "95 % interval", "predicted", "source")
     ]

@@ -37,7 +37,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[bool, int]]:
         found = provenance("scene", seed)
         return Record("scaling", 1, quick, "2024-01-01T00:00:00Z", found, (), (HELD, FAILED), {})
 
-    fake = replace(EXPERIMENTS["scaling"], run=run)
+    fake = replace(EXPERIMENTS["scaling"], run=run, run_spread=None, takes_s=(1.0, 1.0))
     monkeypatch.setitem(experiments.EXPERIMENTS, "scaling", fake)
     return calls
 
@@ -48,9 +48,9 @@ def test_a_run_names_its_record_and_its_claims(
     folder = str(tmp_path / "records")
     assert left_with("run", "scaling", "--quick", "--seed", "4", "-o", folder, "--json") == 0
     out, err = capfd.readouterr()
-    assert err == ""
+    assert err == "lodbench: scaling, 1 of 1: about 1 s\n"
     result = json.loads(out)
-    assert set(result) == {"experiment", "record", "claims"}
+    assert set(result) == {"experiment", "record", "kept", "claims"}
     assert read_record(Path(result["record"])).claims == (HELD, FAILED)
     keys = {"name", "source", "predicted", "measured", "low", "high", "verdict"}
     assert all(keys <= set(claim) for claim in result["claims"])

@@ -1,0 +1,153 @@
+"""A run that was stopped goes on where it was, to the same records, and nothing else is kept."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench import experiments, scaling
+from bench import journal as journal_file
+from bench.cli import main
+from bench.experiments import EXPERIMENTS
+from bench.journal import Asked, Journal, journal
+from bench.records import Record, read_record, read_records
+from bench.sampling import Effort
+from bench.scaling_cases import Case
+from bench.spread import in_turn
+from bench.time_left import Took, in_words, plan, seconds_left
+
+BASE = Case("density", "figure", "blake", density=0.01, detail=20.0)
+GRID = tuple(replace(BASE, density=0.01 * k) for k in range(1, 9))
+
+
+@pytest.fixture
+def small(monkeypatch):
+    monkeypatch.setattr(scaling, "cases", lambda: GRID)
+    monkeypatch.setattr(scaling, "QUICK", Effort(0.5, 2, 4))
+    fast = replace(EXPERIMENTS["scaling"], takes_s=(1.0, 1.0))
+    for name in tuple(EXPERIMENTS):
+        monkeypatch.delitem(experiments.EXPERIMENTS, name)
+    monkeypatch.setitem(experiments.EXPERIMENTS, "scaling", fast)
+
+
+def run(folder: Path, *words: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        main(["run", "all", "--quick", "-o", str(folder), *words])
+    return left.value.code
+
+
+def stop_after(monkeypatch, cases: int) -> list[Case]:
+    """Have Ctrl-C come after so many cases; gives what was measured."""
+    measured, measure = [], scaling.measure
+
+    def counted(case, effort, seed):
+        if len(measured) == cases:
+            raise KeyboardInterrupt
+        measured.append(case)
+        return measure(case, effort, seed)
+
+    counted.__qualname__ = measure.__qualname__
+    monkeypatch.setattr(scaling, "measure", counted)
+    return measured
+
+
+def test_stopped_at_five_random_moments_it_makes_the_unbroken_runs_record(
+    small, tmp_path, monkeypatch, capfd
+):
+    assert run(tmp_path / "whole") == 0
+    (whole,) = read_records(tmp_path / "whole")
+    stops = np.diff(np.sort(np.random.default_rng(1).choice(8, 5, replace=False)), prepend=0)
+    seen = []
+    for stop in [*stops.tolist(), None]:
+        with monkeypatch.context() as patch:
+            measured = stop_after(patch, len(GRID) if stop is None else stop)
+            assert run(tmp_path / "broken") == (0 if stop is None else 130)
+            seen += measured
+    (broken,) = read_records(tmp_path / "broken")
+    assert broken.samples_sha256 == whole.samples_sha256 and broken.claims == whole.claims
+    assert seen == list(GRID)  # nothing was measured twice
+    assert list((tmp_path / "broken" / ".journal").glob("cases-*/*.json")) == []
+
+
+def test_what_is_done_is_kept_and_can_be_measured_anew(small, tmp_path, capfd):
+    assert run(tmp_path, "--json") == 0
+    first = json.loads(capfd.readouterr().out)
+    assert run(tmp_path, "--json") == 0
+    out, err = capfd.readouterr()
+    kept = json.loads(out)
+    assert (first["kept"], kept["kept"]) == (False, True) and kept["record"] == first["record"]
+    assert "scaling is done already (--again measures anew)" in err
+    assert run(tmp_path, "--again", "--json") == 0
+    again = json.loads(capfd.readouterr().out)
+    assert again["kept"] is False
+    assert read_record(Path(again["record"])).points == read_record(Path(first["record"])).points
+
+
+def test_a_lost_or_edited_record_is_measured_again(small, tmp_path):
+    assert run(tmp_path) == 0
+    (record,) = tmp_path.glob("scaling-*.json")
+    asked, kept = Asked("scaling", True, 0), journal(tmp_path)
+    assert kept.record_of(asked) == record
+    record.write_text(record.read_text().replace('"seed": 0', '"seed": 1', 1))
+    assert kept.record_of(asked) is None
+    record.unlink()
+    assert kept.record_of(asked) is None
+
+
+def test_nothing_is_taken_for_what_was_asked_otherwise(tmp_path, monkeypatch):
+    asked, kept = Asked("scaling", True, 0), Journal(tmp_path, "maker")
+    calls = []
+
+    def double(case, effort, seed):
+        calls.append(case)
+        return scaling.measure(case, effort, seed)
+
+    def once(kept, asked, fields=2, seed=0):
+        case = BASE, Effort(0.5, 2, fields), seed
+        return next(iter(kept.keeping(asked, in_turn)(double, [case])))
+
+    assert once(kept, asked) == once(kept, asked) and len(calls) == 1
+    once(Journal(tmp_path, "other sources"), asked)
+    once(kept, replace(asked, seed=1))
+    once(kept, replace(asked, quick=False))
+    once(kept, asked, seed=1)
+    once(kept, asked, fields=3)
+    assert len(calls) == 6
+    maker = journal(tmp_path).maker
+    monkeypatch.setattr(journal_file, "sources", lambda: "changed")
+    assert journal(tmp_path).maker != maker
+
+
+def test_half_a_file_is_measured_again(tmp_path):
+    asked, kept = Asked("scaling", True, 0), Journal(tmp_path, "maker")
+    cases = [(BASE, Effort(0.5, 2, 2), 0)]
+    (first,) = kept.keeping(asked, in_turn)(scaling.measure, cases)
+    (path,) = tmp_path.glob(".journal/cases-*/*.json")
+    path.write_text(path.read_text()[:-20])
+    (second,) = kept.keeping(asked, in_turn)(scaling.measure, cases)
+    assert first == second and json.loads(path.read_text())
+
+
+def test_one_that_fails_does_not_end_the_others(small, tmp_path, monkeypatch, capfd):
+    def fail(quick=False, progress=None, seed=0) -> Record:
+        raise RuntimeError("the lamp went out")
+
+    broken = replace(EXPERIMENTS["scaling"], run=fail, run_spread=None)
+    others = {"broken": broken, **experiments.EXPERIMENTS}
+    monkeypatch.setattr(experiments, "EXPERIMENTS", others)
+    assert run(tmp_path) == 1
+    err = capfd.readouterr().err
+    assert "broken failed: RuntimeError: the lamp went out" in err
+    assert "1 of 2 failed: broken" in err
+    assert [record.experiment for record in read_records(tmp_path)] == ["scaling"]
+
+
+def test_time_left_follows_the_pace_so_far():
+    assert seconds_left([10.0, 20.0], []) == 30.0
+    assert seconds_left([10.0, 20.0], [Took(10.0, 25.0), Took(10.0, 15.0)]) == 60.0
+    assert in_words(89) == "89 s" and in_words(600) == "10 min"
+    takes = {"a": 10.0, "b": 590.0}
+    assert plan(["a", "b"], takes, []) == "about 10 s; 10 min for all that is left"
+    assert plan(["b"], takes, [Took(10.0, 20.0)]) == "about 20 min"
