@@ -104,6 +104,7 @@ def _falling(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
     """Parts in falling order of how far in plan the object can stand while they are displayed."""
     inside = chained_limits(hierarchy, view.metric.name, view.m, view.sight)
     outside = chained_limits(hierarchy, view.metric.name, view.m_offscreen, view.sight)
+    outside = np.minimum(inside, outside)  # nothing is kept only because it is out of view
     farthest = inside + np.hypot(hierarchy.position[:, 0], hierarchy.position[:, 1])
     order = np.argsort(-farthest, kind="stable")
     tables = (hierarchy.position, hierarchy.B, hierarchy.level, inside, outside, farthest)

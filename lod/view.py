@@ -59,11 +59,16 @@ class View:
         return self.m / self.offscreen_detail
 
     def limits(self, hierarchy: Hierarchy) -> tuple[np.ndarray, np.ndarray]:
-        """Clamped limit distances of every part, in view and out of it, (n,) each [m]."""
+        """Clamped limit distances of every part, in view and out of it, (n,) each [m].
+
+        None is greater out of view: an eye's W grows faster at a finer m, and could turn them
+        round where much of D is the range (``bounded``).
+        """
         inside = limit_distances(hierarchy, self.metric, self.m, self.sight)
         if self.metric.along_axis:
             return inside, np.zeros_like(inside)
-        return inside, limit_distances(hierarchy, self.metric, self.m_offscreen, self.sight)
+        outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.sight)
+        return inside, np.minimum(inside, outside)
 
 
 def along(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:

@@ -189,8 +189,10 @@ def brute_force(field, view, limit_of):
             if name == "depth":
                 passes = seen and max(ahead, 0.0) < limit_of(h, i, name, view.m, view.sight)
             else:
-                m = view.m if seen else view.m / view.offscreen_detail
-                passes = math.sqrt(ray @ ray) < limit_of(h, i, name, m, view.sight)
+                kept = [limit_of(h, i, name, view.m, view.sight)]
+                if not seen:
+                    kept.append(limit_of(h, i, name, view.m / view.offscreen_detail, view.sight))
+                passes = math.sqrt(ray @ ray) < min(kept)
             if passes:
                 shown.add((key, variant, i))
     return shown
