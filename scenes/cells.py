@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -105,7 +106,7 @@ class PoissonCells:
         kept, examined = _near(cell_x, cell_y, count, *key, lattice, vantage, near, name, u)
         return Draws(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
 
-    @property
+    @cached_property
     def _cumulative(self) -> np.ndarray:
         """The Poisson distribution function of a cell's count, as far as it matters."""
         mean = self.density * self.side_m**2
