@@ -191,7 +191,11 @@ def _walk(  # type: ignore[no-untyped-def]
                         x, y, z = at_point(frame, 0, turn, place[k, 0], place[k, 1], place[k, 2])
                     else:
                         reach_joint(t, frame, done, stance, feet[o], row)
-                        x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
+                        x, y, z = place[k, 0], place[k, 1], place[k, 2]
+                        if x == 0.0 and y == 0.0 and z == 0.0:
+                            x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
+                        else:
+                            x, y, z = at_point(frame, row, matrix(frame, row), x, y, z)
                     passed = passes(vantage, x, y, z, limits[k, 3], inside, outside)
                 if passed:
                     out[0, n], out[1, n], out[2, n] = o, links[k, 0], whole
