@@ -44,8 +44,10 @@ class Parts:
         freeze(self, position=np.float64, bound=np.float64, limit=np.float64)
         freeze(self, limit_offscreen=np.float64, level=np.int64, object=np.int64)
         freeze(self, part=np.int64, whole=np.int64, share=np.float64)
-        centre = self.position if same else np.asarray(self.centre, np.float64)
-        object.__setattr__(self, "centre", centre)
+        if same:
+            object.__setattr__(self, "centre", self.position)
+        else:
+            freeze(self, centre=np.float64)
 
     def __len__(self) -> int:
         return len(self.part)

@@ -50,6 +50,10 @@ SLOPE_M = 8.0
 """Shortest waves of the slope that grass minds: it grows over smaller bumps."""
 
 
+NOTHING = Triangles(*np.zeros((4, 0, 3)), np.zeros(0))
+"""What no tiles look like."""
+
+
 @dataclass(frozen=True)
 class TileGrid:
     """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m]."""
@@ -222,6 +226,8 @@ class Terrain:
         than the spacing fade in.
         """
         grid: TileGrid = parts.state
+        if not len(parts):
+            return NOTHING
         patches, coarser = balanced(
             uncovered_quarters(parts.level, *unpacked(parts.part)), MOST_COARSER
         )

@@ -1,0 +1,115 @@
+"""What the rules of conformance look at: rows of parts and looks, by name, by size, by byte."""
+
+from collections.abc import Iterator
+from dataclasses import fields
+
+import numpy as np
+
+from lod.fade import looks
+from lod.parts import Look, Parts, Representation, Sticks, Triangles
+from lod.prune import prune
+from lod.view import View
+
+_WIDTHS = {"position": 3, "centre": 3, "start": 3, "end": 3, "tints": 3}
+_WIDTHS |= {"vertices": 3, "normals": 3, "colours": 3, "faces": 3, "glows": 3}
+_ROUNDING = 1e-6
+
+
+def few(what: str, wrong: np.ndarray) -> Iterator[str]:
+    """One line where any row is wrong: what, of how many, and which is the first."""
+    rows = np.flatnonzero(wrong)
+    if len(rows):
+        yield f"{what}: {len(rows)} of {len(wrong)}, the first at {rows[0]}"
+
+
+def both_looks(parts: Parts) -> Look:
+    """Both appearances of every part in full."""
+    return Look(np.ones(len(parts)), np.ones(len(parts)))
+
+
+def names(parts: Parts) -> np.ndarray:
+    """Level, number and place of each part, sorted, (n, 5) int64: what two walks must agree on."""
+    place = np.ascontiguousarray(parts.position + 0.0).view(np.int64)
+    rows = np.column_stack((parts.level, parts.part, place))
+    return rows[np.lexsort(rows.T)]
+
+
+def in_both(one: Parts, other: Parts) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the parts, by object and number, that two batches share, in the same order."""
+    row = {key: i for i, key in enumerate(_keys(other))}
+    pairs = [(i, row[key]) for i, key in enumerate(_keys(one)) if key in row]
+    rows = np.array(pairs, np.int64).reshape(-1, 2)
+    return rows[:, 0], rows[:, 1]
+
+
+def _keys(parts: Parts) -> list[tuple[int, int, int]]:
+    columns = parts.object, parts.level, parts.part
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def reach_of(shape: Sticks | Triangles, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Owner of every stick end or corner, (k,), and how far it is from its owner's centre [m]."""
+    if isinstance(shape, Sticks):
+        owner = np.concatenate((shape.owner, shape.owner))
+        point = np.concatenate((shape.start, shape.end))
+        radius = np.concatenate((shape.start_radius, shape.end_radius))
+    else:
+        owner, point = np.repeat(shape.owner, 3), shape.vertices[shape.faces.ravel()]
+        radius = np.zeros(len(owner))
+    return owner, np.linalg.norm(point - centre[owner], axis=1) + radius
+
+
+def frame_bytes(representation: Representation, view: View) -> dict[str, bytes]:
+    """Every array of a frame: of its cut and of what that looks like."""
+    cut = prune(representation, view)
+    shape = representation.appearance(cut.parts, looks(cut, view))
+    both = (("parts", cut.parts), ("looks", shape))
+    return {
+        f"{where}.{field.name}": np.ascontiguousarray(getattr(each, field.name)).tobytes()
+        for where, each in both
+        for field in fields(each)
+        if field.name != "state"
+    }
+
+
+def differing(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
+    """Columns in which two looks are not the same bytes."""
+    if type(one) is not type(other):
+        return ["their kind"]
+    pairs = {f.name: (getattr(one, f.name), getattr(other, f.name)) for f in fields(one)}
+    return [name for name, (a, b) in pairs.items() if not np.array_equal(a, b)]
+
+
+def columns_wrong(batch: Parts | Sticks | Triangles) -> Iterator[str]:
+    """Columns that are not frozen arrays of finite numbers; limits alone may be infinite."""
+    for field in fields(batch):
+        column, name = getattr(batch, field.name), f"{type(batch).__name__}.{field.name}"
+        if field.name == "state":
+            continue
+        if not isinstance(column, np.ndarray) or column.dtype == object:
+            yield f"{name} is no array of numbers"
+            continue
+        if column.flags.writeable:
+            yield f"{name} can be written to"
+        if column.shape[1:] != ((_WIDTHS[field.name],) if field.name in _WIDTHS else ()):
+            yield f"{name} has shape {column.shape}"
+        good = ~np.isnan(column) if field.name.startswith("limit") else np.isfinite(column)
+        yield from few(f"{name} is not finite", ~good)
+    if isinstance(batch, Parts) and {len(getattr(batch, f.name)) for f in fields(batch)
+                                     if f.name != "state"} - {len(batch)}:  # fmt: skip
+        yield "columns of Parts have different lengths"
+
+
+def looks_wrong(shape: Sticks | Triangles, parts: int) -> Iterator[str]:
+    """Rows that are not there, radii and albedo out of range, normals that are not unit."""
+    if isinstance(shape, Sticks):
+        for name in ("start_radius", "end_radius"):
+            yield from few(f"{name} not above 0", ~(getattr(shape, name) > 0))
+        rows, colours = {"tint": (shape.tint, len(shape.tints))}, shape.tints
+    else:
+        length = np.linalg.norm(shape.normals, axis=1)
+        yield from few("a normal that is not unit", abs(length - 1) > _ROUNDING)
+        rows, colours = {"faces": (shape.faces, len(shape.vertices))}, shape.colours
+    yield from few("albedo outside 0 to 1", ~((colours >= 0) & (colours <= 1)).all(axis=-1))
+    for name, (row, count) in (rows | {"owner": (shape.owner, parts)}).items():
+        yield from few(f"{name} of no such row", (row < 0) | (row >= count))
