@@ -50,7 +50,8 @@ SLOPE_M = 8.0
 """Shortest waves of the slope that grass minds: it grows over smaller bumps."""
 
 
-NOTHING = Triangles(*np.zeros((4, 0, 3)), np.zeros(0))
+_NO_POINTS = np.zeros((0, 3))
+NOTHING = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
 """What no tiles look like."""
 
 
