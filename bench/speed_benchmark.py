@@ -71,7 +71,8 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
     cut = prune(field, view)
     bodies, look = cut.parts.state.bodies, looks(cut, view)
     slots, atlas, cast = field.troupe.slots, field.troupe.atlas, field.troupe.cast
-    limits = limits_of(slots, atlas, view)
+    limits = limits_of(slots, atlas, view, 0.0)
+    still = np.zeros(len(bodies))
     coarse = View(view.camera, view.metric, view.detail * _FAR, view.offscreen_detail)
     beyond, vantage, corner = field._near(coarse), vantage_of(view), view.camera.corner
 
@@ -79,10 +80,10 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
         return field.cells.near(*field._cells_near(view), corner, vantage, beyond)
 
     away, kept = turn_away()[1], len(turn_away()[0])
-    tests = walk(cast, slots, limits, bodies, view).examined
+    tests = walk(cast, slots, limits, bodies, still, view).examined
     sticks = len(field.appearance(cut.parts, look))
     tasks: list[Callable[[], Any]] = [
-        lambda: walk(cast, slots, limits, bodies, view),
+        lambda: walk(cast, slots, limits, bodies, still, view),
         turn_away,
         lambda: field.appearance(cut.parts, look),
         lambda: looks(cut, view),

@@ -1,12 +1,13 @@
 """A view: a camera, a metric and a detail, and with them the one test of every part."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lod.camera import Camera
 from lod.errors import InputError
+from lod.exposure import Exposure, growth
 from lod.hierarchy import Hierarchy
 from lod.metric import Metric, limit_distances
 from lod.sight import Sight
@@ -22,6 +23,7 @@ class View:
     fade              share of D before it over which a part shrinks away; 0 = it is clipped at D
     time_s            when the frame is taken, for what moves [s]
     sight             air, display and eye; None = clear air and an ideal eye
+    exposure          while the shutter is open; None = no time at all, and motion hides nothing
     """
 
     camera: Camera
@@ -32,6 +34,7 @@ class View:
     fade: float = 0.0
     time_s: float = 0.0
     sight: Sight | None = None
+    exposure: Exposure | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.detail) and self.detail > 0):
@@ -47,28 +50,43 @@ class View:
             raise InputError("sight.widths.pixel", arrived, "the angle of the camera's own pixel")
 
     @property
+    def theta(self) -> float:
+        """θ of one pixel, or of all blurs together but that of motion (§2.1) [rad]."""
+        return self.camera.pixel_angle if self.sight is None else self.sight.widths.effective
+
+    @property
     def m(self) -> float:
-        """m = τ·θ in view [rad] (§2.4); θ of one pixel, or of all blurs together (§2.1)."""
-        if self.sight is None:
-            return self.detail * self.camera.pixel_angle
-        return self.detail * self.sight.widths.effective
+        """m = τ·θ in view (§2.4) [rad]."""
+        return self.detail * self.theta
 
     @property
     def m_offscreen(self) -> float:
         """The coarser m for what is out of view, seen only through shadow and bounce [rad]."""
         return self.m / self.offscreen_detail
 
-    def limits(self, hierarchy: Hierarchy) -> tuple[np.ndarray, np.ndarray]:
+    def limits(self, hierarchy: Hierarchy, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Clamped limit distances of every part, in view and out of it, (n,) each [m].
 
+        smear: of the object, a whole step on the scale of ``exposure``.
         None is greater out of view: an eye's W grows faster at a finer m, and could turn them
-        round where much of D is the range (``bounded``).
+        round where much of D is the range (``bounded``); and what motion hides in view is not kept
+        for its shadow. None grows with smear.
         """
         inside = limit_distances(hierarchy, self.metric, self.m, self.sight)
+        if smear and self.metric.finite:
+            m, sight = self.m * growth(smear), self._smeared_sight(smear)
+            inside = np.minimum(inside, limit_distances(hierarchy, self.metric, m, sight))
         if self.metric.along_axis:
             return inside, np.zeros_like(inside)
         outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.sight)
         return inside, np.minimum(inside, outside)
+
+    def _smeared_sight(self, smear: int) -> Sight | None:
+        """What is looked through while things move: θ_motion is the even blur of equal area."""
+        if self.sight is None:
+            return None
+        motion = self.theta * math.sqrt(growth(smear) ** 2 - 1)
+        return replace(self.sight, widths=replace(self.sight.widths, motion=motion))
 
 
 def along(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:

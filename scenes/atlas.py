@@ -70,10 +70,19 @@ class Atlas:
             tints=tints,
         )
 
-    def limits(self, view: View) -> tuple[np.ndarray, np.ndarray]:
+    def limits(self, view: View, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Clamped limit distances of every row, in view and out of it [m]."""
-        pairs = [view.limits(tree) for tree in self.hierarchies]
+        pairs = [view.limits(tree, smear) for tree in self.hierarchies]
         return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+
+    def smeared_limits(self, view: View, most: float) -> np.ndarray:
+        """The same at every whole step of smear up to the next after ``most``, (steps, m, 2) [m].
+
+        Between two steps limits lie on the straight line: still clamped, and in clear air never
+        below their own, for D is convex in m.
+        """
+        steps = range(1 if most == 0 else int(most) + 2)
+        return np.stack([np.stack(self.limits(view, step), axis=1) for step in steps])
 
     def parts_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """For each part owned by ``rows``: which of ``rows`` owns it, and its own row."""

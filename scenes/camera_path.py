@@ -23,8 +23,11 @@ class Stand:
     fov: float
 
 
-def camera_at(preset: CameraPreset, size: tuple[int, int], frame: int, ground: Ground) -> Camera:
-    """The camera of a frame, numbered from 1, above the ground it stands on."""
+def camera_at(preset: CameraPreset, size: tuple[int, int], frame: float, ground: Ground) -> Camera:
+    """The camera of a frame, numbered from 1, above the ground it stands on.
+
+    Between two frames it is where it is then: frame 1.5 is half a frame's time after frame 1.
+    """
     if preset.keys:
         stand = _between_keys(preset, frame, ground)
     else:
@@ -40,16 +43,17 @@ def height_at(ground: Ground, x: float, y: float, cell: tuple[int, int] = (0, 0)
     return float(ground.height(corner, np.array([[x, y]]))[0])
 
 
-def _walked(preset: CameraPreset, frame: int) -> Stand:
-    """Ahead along the heading at an even speed."""
+def _walked(preset: CameraPreset, frame: float) -> Stand:
+    """Ahead along the first heading at an even speed, turning at one."""
     walked = preset.speed * (frame - 1) / preset.fps
+    turned = preset.heading + preset.turn * (frame - 1) / preset.fps
     heading = math.radians(preset.heading)
     x = preset.position[0] + walked * math.sin(heading)
     y = preset.position[1] + walked * math.cos(heading)
-    return Stand(x, y, preset.height, preset.heading, preset.pitch, preset.fov)
+    return Stand(x, y, preset.height, turned, preset.pitch, preset.fov)
 
 
-def _between_keys(preset: CameraPreset, frame: int, ground: Ground) -> Stand:
+def _between_keys(preset: CameraPreset, frame: float, ground: Ground) -> Stand:
     """Through the keys by monotone cubics (Fritsch & Carlson 1980), always facing the target."""
     keys = preset.keys
     columns = np.array([(*key.position, key.height, *key.target) for key in keys])

@@ -90,22 +90,38 @@ class SpeciesField:
         self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray, time_s: float = 0.0
     ) -> Objects:
         """All objects of the given cells with homes in the window, as they are at a time."""
+        draws = self._drawn(cell_x, cell_y)
+        return Objects(self._bodies(corner, draws, time_s), draws, np.zeros(len(draws)))
+
+    def _drawn(self, cell_x: np.ndarray, cell_y: np.ndarray) -> Draws:
         draws = self.cells.draw(cell_x, cell_y)
-        if self.extent is not None:
-            draws = draws.take(self._within_window(draws))
-        return Objects(self._bodies(corner, draws, time_s), draws)
+        return draws if self.extent is None else draws.take(self._within_window(draws))
+
+    def _seen(self, draws: Draws, view: View) -> Objects:
+        """These objects as a view has them."""
+        corner = view.camera.corner
+        now = self._bodies(corner, draws, view.time_s)
+        moves = self._moves and view.exposure is not None
+
+        def bodies_at(time_s: float) -> Bodies:
+            return self._bodies(corner, draws, time_s) if moves else now
+
+        return self.troupe.seen(draws, view, bodies_at)
+
+    @property
+    def _moves(self) -> bool:
+        return bool(self.species.patrol_m or self.troupe.sway_m)
 
     def roots(self, view: View) -> Parts:
         """The wholes of every cell from which one could be displayed."""
         cells = self._cells_near(view)
-        return self.troupe.wholes(self.objects(view.camera.corner, *cells, view.time_s), view)
+        return self.troupe.wholes(self._seen(self._drawn(*cells), view), view)
 
     def walk(self, view: View) -> Cut:
         """What is displayed, by compiled walks: of the objects, then of their parts."""
         corner, near = view.camera.corner, self._near(view)
         draws, examined = self.cells.near(*self._cells_near(view), corner, vantage_of(view), near)
-        objects = Objects(self._bodies(corner, draws, view.time_s), draws)
-        return self.troupe.cut(objects, view, examined)
+        return self.troupe.cut(self._seen(draws, view), view, examined)
 
     def _near(self, view: View) -> Near:
         """Where wholes can be displayed at all, prototype by prototype."""
@@ -128,10 +144,10 @@ class SpeciesField:
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time."""
-        if not (self.species.patrol_m or self.troupe.sway_m):
+        if not self._moves:
             return parts
-        draws = parts.state.draws
-        return replace(parts, state=Objects(self._bodies(view.camera.corner, draws, time_s), draws))
+        bodies = self._bodies(view.camera.corner, parts.state.draws, time_s)
+        return replace(parts, state=replace(parts.state, bodies=bodies))
 
     def _bodies(self, corner: Corner, draws: Draws, time_s: float) -> Bodies:
         """Where these objects are at a time, and how they stand."""

@@ -46,13 +46,14 @@ class Placed:
         return self.troupe.cut(self._objects(view), view, 1)
 
     def _objects(self, view: View) -> Objects:
-        return Objects(self._bodies(view.camera.corner, view.time_s), None)
+        return self.troupe.seen(None, view, partial(self._bodies, view.camera.corner))
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time."""
         if not self.troupe.sway_m:
             return parts
-        return replace(parts, state=Objects(self._bodies(view.camera.corner, time_s), None))
+        bodies = self._bodies(view.camera.corner, time_s)
+        return replace(parts, state=replace(parts.state, bodies=bodies))
 
     def _bodies(self, corner: Corner, time_s: float) -> Bodies:
         """The object as it stands at a time."""

@@ -160,6 +160,9 @@ class CameraPreset(Table):
     pitch: Annotated[float, key("above the horizon [degrees]", least=-90, most=90)] = 0.0
     fov: Annotated[float, key("full horizontal field of view [degrees]", above=0, below=180)] = 60.0
     speed: Annotated[float, key("along the heading [m/s]; 0 = still", least=-1e6, most=1e6)] = 0.0
+    turn: Annotated[
+        float, key("of the heading, clockwise [degrees/s]; 0 = none", least=-1e5, most=1e5)
+    ] = 0.0
     fps: Annotated[float, key("frames per second", above=0, most=1000)] = 24.0
     keys: Annotated[
         tuple[CameraKey, ...],
@@ -186,6 +189,9 @@ class ViewPreset(Table):
     ] = 0.25
     look_around: Annotated[bool, key("count every direction as in view")] = False
     haze_aware: Annotated[bool, key("leave out what the air hides at any size")] = True
+    shutter: Annotated[
+        float, key("open, of the 360 a frame lasts [degrees]; 0 = no time", least=0, most=360)
+    ] = 0.0
     fade: Annotated[
         float,
         key("share of its limit distance over which a part shrinks away", least=0, below=1),

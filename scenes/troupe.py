@@ -1,11 +1,14 @@
 """Objects of one species, wherever they stand: their parts and looks, posed by compiled walks."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
+from lod.arrays import Ints, Reals, freeze
+from lod.exposure import smears
 from lod.parts import Look, Parts, Sticks
 from lod.prune import Cut
 from lod.view import View
@@ -15,6 +18,7 @@ from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies, Cast
 from scenes.rig_pose import pose_points
 from scenes.rig_prototype import RiggedPrototype, rigid
+from scenes.rig_swing import swing
 from scenes.walk import Slots, limits_of, slots_of, walk
 
 
@@ -23,10 +27,15 @@ class Objects:
     """The objects of one frame that were examined: as they stand, and what they are elsewhere.
 
     bodies: place, heading, prototype and phase of each; draws: whatever identifies them (n rows)
+    smear:  (n,) how much motion hides of each, on the scale of lod.exposure
     """
 
     bodies: Bodies
     draws: Any
+    smear: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, smear=np.float64)
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -69,13 +78,42 @@ class Troupe:
         """More than the origin of any whole moves from where it rests [m]."""
         return max(_sway(prototype) for prototype in self.rigged)
 
+    @cached_property
+    def swing(self) -> np.ndarray:
+        """How fast anything of each prototype moves by its own motion, (v,) [m/s]."""
+        return np.array([swing(prototype) for prototype in self.rigged])
+
+    def seen(self, draws: Any, view: View, bodies_at: Callable[[float], Bodies]) -> Objects:
+        """Objects as they are in a view, and how much motion hides of each.
+
+        ``bodies_at`` gives them as they are at a time [s]; the same where none of them moves.
+        """
+        bodies = bodies_at(view.time_s)
+        exposure, still = view.exposure, np.zeros(len(bodies))
+        if exposure is None or not view.metric.finite:
+            return Objects(bodies, draws, still)
+        opens, closes = (bodies_at(t) for t in (exposure.opens_s, exposure.closes_s))
+        start, end = self._origins(opens), self._origins(closes)
+        bound = self.atlas.bound[self.atlas.root][bodies.variant]
+        turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
+        # The origin of the whole may swing one way and something of it the other.
+        own = 2 * self.swing[bodies.variant] * exposure.seconds + turn * bound
+        smear = smears(exposure, view.camera.corner, view.theta, start, end, bound, own)
+        return Objects(bodies, draws, smear)
+
+    def _origins(self, bodies: Bodies) -> np.ndarray:
+        """Origins of the wholes, (n, 3) [m]."""
+        atlas, rows = self.atlas, np.arange(len(bodies))
+        part = atlas.root[bodies.variant]
+        return pose_points(self.cast, bodies, rows, part, atlas.origin, atlas.joint)
+
     def cut(self, objects: Objects, view: View, examined: int) -> Cut:
         """What is displayed of these objects, by the compiled walk.
 
         examined: objects that were tested, of which these are left.
         """
-        limits = limits_of(self.slots, self.atlas, view)
-        rows = walk(self.cast, self.slots, limits, objects.bodies, view)
+        limits = limits_of(self.slots, self.atlas, view, _most(objects))
+        rows = walk(self.cast, self.slots, limits, objects.bodies, objects.smear, view)
         rejected = examined - len(objects)
 
         def tell() -> Parts:
@@ -110,13 +148,13 @@ class Troupe:
     ) -> Parts:
         atlas = self.atlas
         position = pose_points(self.cast, objects.bodies, rows, part, atlas.origin, atlas.joint)
-        limit, limit_offscreen = atlas.limits(view)
+        limits = _between(atlas.smeared_limits(view, _most(objects)), part, objects.smear[rows])
         return Parts(
             position=position,
             centre=position,
             bound=atlas.bound[part],
-            limit=limit[part],
-            limit_offscreen=limit_offscreen[part],
+            limit=limits[:, 0],
+            limit_offscreen=limits[:, 1],
             level=atlas.level[part],
             object=rows,
             part=part,
@@ -124,6 +162,21 @@ class Troupe:
             share=atlas.share[part],
             state=objects,
         )
+
+
+def _most(objects: Objects) -> float:
+    return float(objects.smear.max(initial=0.0))
+
+
+def _between(limits: np.ndarray, part: Ints, smear: Reals) -> np.ndarray:
+    """Limits of parts (n,) of objects smeared so much, (n, 2), as the compiled walk takes them."""
+    step = smear.astype(np.int64)
+    share = (smear - step)[:, None]
+    here = limits[step, part]
+    some = share[:, 0] > 0
+    after = limits[step[some] + 1, part[some]]
+    here[some] += share[some] * (after - here[some])
+    return here
 
 
 def _sway(prototype: RiggedPrototype) -> float:

@@ -99,16 +99,22 @@ def _wander(tree: Hierarchy, sway_m: float) -> np.ndarray:
     return wander
 
 
-def limits_of(slots: Slots, atlas: Atlas, view: View) -> np.ndarray:
-    """Wander, limit distances in view and out of it, and bound, slot by slot, (s, 4) [m]."""
-    row = slots.links[:, 0]
-    inside, outside = atlas.limits(view)
-    return np.stack((slots.wander, inside[row], outside[row], slots.bound), axis=1)
+def limits_of(slots: Slots, atlas: Atlas, view: View, most: float) -> np.ndarray:
+    """Wander, limit distances in view and out of it, and bound, slot by slot, (steps, s, 4) [m].
+
+    For every step of smear as in ``Atlas.smeared_limits``.
+    """
+    limits = atlas.smeared_limits(view, most)[:, slots.links[:, 0]]
+    table = np.empty((*limits.shape[:2], 4))
+    table[..., 0], table[..., 1:3], table[..., 3] = slots.wander, limits, slots.bound
+    return table
 
 
-def walk(cast: Cast, slots: Slots, limits: np.ndarray, bodies: Bodies, view: View) -> Rows:
-    """Everything displayed of these objects."""
-    vantage, columns = vantage_of(view), bodies.columns()
+def walk(
+    cast: Cast, slots: Slots, limits: np.ndarray, bodies: Bodies, smear: np.ndarray, view: View
+) -> Rows:
+    """Everything displayed of these objects; smear (n,): of each."""
+    vantage, columns = vantage_of(view), (*bodies.columns(), smear)
 
     def run(first: int, last: int) -> list[Rows]:
         return _run(cast, slots, limits, columns, vantage, first, last)
@@ -154,7 +160,7 @@ def _joined(runs: list[Rows]) -> Rows:
 
 @njit(cache=True, nogil=True)
 def _walk(  # type: ignore[no-untyped-def]
-    t, joints, vantage, origin, cos, sin, variant, phase, feet, table, most, first, last, out
+    t, joints, vantage, origin, cos, sin, variant, phase, feet, smear, table, most, first, last, out
 ):
     """Objects from ``first`` while the rest of the buffer holds any one of them.
 
@@ -171,10 +177,16 @@ def _walk(  # type: ignore[no-untyped-def]
         d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
         stance, turn = NO_STANCE, NO_TURN
         base, i, whole, k, end = n, n, -1, v, v + 1
+        step = int(smear[o])
+        between = smear[o] - step
         while True:
             examined += end - k
             while k < end:
-                wander, inside, outside = limits[k, 0], limits[k, 1], limits[k, 2]
+                wander, inside = limits[step, k, 0], limits[step, k, 1]
+                outside = limits[step, k, 2]
+                if between > 0:
+                    inside += between * (limits[step + 1, k, 1] - inside)
+                    outside += between * (limits[step + 1, k, 2] - outside)
                 passed, decided = d + wander < outside, True
                 if not passed and d - wander < inside:
                     decided = False
@@ -196,7 +208,7 @@ def _walk(  # type: ignore[no-untyped-def]
                             x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
                         else:
                             x, y, z = at_point(frame, row, matrix(frame, row), x, y, z)
-                    passed = passes(vantage, x, y, z, limits[k, 3], inside, outside)
+                    passed = passes(vantage, x, y, z, limits[step, k, 3], inside, outside)
                 if passed:
                     out[0, n], out[1, n], out[2, n] = o, links[k, 0], whole
                     slot[n - base] = k

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
+from lod.exposure import Exposure
 from lod.metric import metric_named
 from lod.parts import Representation
 from lod.view import View
@@ -66,6 +67,22 @@ def placed_of(name: str, table: PlacedPreset, terrain: Terrain, weather: Weather
     return Placed(name, prototype, *table.position, table.heading, terrain)
 
 
+def time_of(preset: Preset, frame: float) -> float:
+    """When a frame is taken [s]: frame 1 at 0."""
+    return (frame - 1) / preset.camera.fps
+
+
+def exposure_at(world: World, preset: Preset, frame: int) -> Exposure | None:
+    """While the shutter is open for a frame: half before its time and half after."""
+    half = preset.view.shutter / 720
+    if half == 0:
+        return None
+    ends = frame - half, frame + half
+    size = preset.render.size
+    opens, closes = (camera_at(preset.camera, size, end, world.terrain) for end in ends)
+    return Exposure(opens, closes, *(time_of(preset, end) for end in ends))
+
+
 def view_at(world: World, preset: Preset, frame: int) -> View:
     """The view of a frame, numbered from 1."""
     settings = preset.view
@@ -77,6 +94,7 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
         offscreen_detail=settings.offscreen_detail,
         look_around=settings.look_around,
         fade=settings.fade,
-        time_s=(frame - 1) / preset.camera.fps,
+        time_s=time_of(preset, frame),
         sight=sight_of(preset, camera, max(world.top_m, float(camera.eye[2]))),
+        exposure=exposure_at(world, preset, frame),
     )

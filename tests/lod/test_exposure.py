@@ -1,0 +1,100 @@
+"""What motion hides: never more than the least that anything of an object moves."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from lod.camera import Corner, look
+from lod.exposure import STEPS, Exposure, growth, smears
+
+HERE = Corner(0, 0)
+THETA = 1e-3
+degrees = st.floats(-180, 180)
+metres = st.floats(-3, 3)
+
+
+def camera(eye, heading, pitch, corner=HERE):
+    return look(corner, np.array(eye), heading, pitch, 60.0, (320, 180))
+
+
+def exposure(*cameras):
+    return Exposure(*cameras, 0.0, 1 / 48)
+
+
+def length_of(smear):
+    """L over θ from the scale: the other way round."""
+    return math.sqrt(max(growth(smear) ** 4 - 1, 0))
+
+
+def one(exposed, start, end, bound=0.0, own=0.0):
+    rows = (np.array([start], float), np.array([end], float))
+    return float(smears(exposed, HERE, THETA, *rows, np.array([bound]), np.array([own]))[0])
+
+
+def in_camera(each, point):
+    axes = np.stack((each.right, each.forward, each.up))
+    direction = axes @ (point - each.eye)
+    return direction / np.linalg.norm(direction)
+
+
+def test_a_pan_smears_what_is_at_the_horizon_by_its_whole_angle():
+    smear = one(exposure(camera((0, 0, 0), 0, 0), camera((0, 0, 0), 2, 0)), (0, 50, 0), (0, 50, 0))
+    chord = 2 * math.sin(math.radians(1)) / THETA
+    assert length_of(smear) == pytest.approx(chord, rel=1e-9)
+    assert growth(smear) == pytest.approx((1 + chord**2) ** 0.25, rel=1e-12)
+
+
+def test_what_the_camera_follows_is_sharp():
+    """Object and eye go the same way: their relative motion counts."""
+    exposed = exposure(camera((0, 0, 0), 0, 0), camera((1.5, 0, 0), 0, 0))
+    assert one(exposed, (0, 30, 0), (1.5, 30, 0), bound=1.0) == 0
+    assert one(exposed, (0, 30, 0), (0, 30, 0), bound=1.0) > 0
+
+
+def test_at_rest_nothing_is_hidden_to_the_last_bit():
+    chance = np.random.default_rng(3)
+    still = camera((1.3, 2.7, 1.1), 37.3, -4.1)
+    place, bound = chance.normal(0, 40, (500, 3)), chance.uniform(0, 5, 500)
+    none = smears(exposure(still, still), HERE, THETA, place, place, bound, np.zeros(500))
+    assert not none.any()
+
+
+def test_the_scale_doubles_m_every_so_many_steps():
+    assert growth(0) == 1
+    assert growth(STEPS) == 2
+
+
+def test_the_eye_is_the_same_from_every_corner():
+    near = exposure(camera((20, 3, 0), 0, 0), camera((20, 3, 0), 3, 0))
+    cameras = [camera((4, 3, 0), h, 0, Corner(1, 0)) for h in (0, 3)]
+    place = ((30.0, 60.0, 1.0),) * 2
+    assert one(near, *place, 2.0) == one(exposure(*cameras), *place, 2.0)
+
+
+@given(
+    st.tuples(degrees, st.floats(-60, 60), st.floats(-8, 8), st.floats(-8, 8)),
+    st.tuples(metres, metres, metres),
+    st.tuples(metres, metres, metres),
+    st.floats(0.01, 8),
+    st.floats(0, 0.5),
+    st.integers(0, 2**32 - 1),
+)
+def test_nothing_in_an_object_moves_less_than_is_said(turn, goes, walks, bound, own, seed):
+    heading, pitch, about, nod = turn
+    chance = np.random.default_rng(seed)
+    opens = camera((0, 0, 0), heading, pitch)
+    closes = camera(goes, heading + about, pitch + nod)
+    start = chance.normal(0, 25, 3)
+    assume(np.linalg.norm(start) > 1)
+    end = start + np.array(walks)
+    least = length_of(one(exposure(opens, closes), start, end, bound, own)) * THETA
+    for _ in range(200):
+        off, on = chance.normal(0, 1, (2, 3))
+        off *= bound * chance.uniform() ** 0.2 / np.linalg.norm(off)
+        on *= own * chance.uniform() / np.linalg.norm(on)
+        after = in_camera(closes, end + off + on)
+        moved = np.linalg.norm(after - in_camera(opens, start + off))
+        assert moved >= least * (1 - 1e-9) - 1e-9

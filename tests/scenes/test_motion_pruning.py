@@ -1,0 +1,154 @@
+"""Pruning that knows motion: nothing at rest, connected at speed, the same by every way."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from lod.exposure import growth
+from lod.metric import METRICS, limit_distances
+from lod.prune import prune, prune_by_level
+from lod.view import distance
+from scenes.preset import load_preset
+from scenes.rig_swing import swing
+from scenes.world import build_world, view_at
+
+SMALL = ("render.size=160x90", "camera.speed=0", "species.tree.prototypes=1", "terrain.amplitude=6")
+EYE = "display.pixels_per_degree=67"
+PAN = ("view.shutter=180", "camera.turn=90")
+
+
+@cache
+def world(name):
+    people = ("species.figure.prototypes=3",)
+    wind = ("wind.speed=6",) if name == "crowd" else ()
+    preset = load_preset(name, (*SMALL, *people, *wind))
+    return preset, build_world(preset)
+
+
+def view_of(name, *settings, frame=7):
+    _, made = world(name)
+    chosen = load_preset(name, (*SMALL, *settings))
+    return made, view_at(made, chosen, frame)
+
+
+def same(a, b):
+    columns = ("object", "part", "level", "whole")
+    return all(np.array_equal(getattr(a, k), getattr(b, k)) for k in columns)
+
+
+def same_bits(a, b):
+    return same(a, b) and all(
+        getattr(a.parts, k).tobytes() == getattr(b.parts, k).tobytes()
+        for k in ("position", "limit", "limit_offscreen")
+    )
+
+
+@pytest.mark.parametrize("name", ["meadow", "crowd"])
+@pytest.mark.parametrize("settings", [("view.shutter=180",), ("camera.turn=90",)])
+def test_at_rest_and_at_shutter_0_the_cut_is_the_spatial_one_bit_for_bit(name, settings):
+    """A camera at rest; and one that turns, without a shutter: in any frame that looks that way."""
+    made, view = view_of(name, *settings)
+    _, spatial = view_of(name)
+    spatial = replace(spatial, camera=view.camera)
+    for each in made.representations:
+        assert same_bits(prune(each, view), prune(each, spatial))
+
+
+@pytest.mark.parametrize("settings", [(), (EYE,), ("view.metric=bounded",), ("view.metric=depth",)])
+def test_a_fast_pan_leaves_a_connected_part_of_the_spatial_cut(settings):
+    made, view = view_of("meadow", *PAN, *settings)
+    for field in made.fields:
+        cut, spatial = prune(field, view), prune(field, replace(view, exposure=None))
+        assert 0 < len(cut) < 0.85 * len(spatial)
+        found, known = (set(zip(*_who(c), strict=True)) for c in (cut, spatial))
+        assert found < known
+        assert same(cut, prune_by_level(field, view)) or _same_parts(cut, field, view)
+
+
+def _who(cut):
+    draws, rows = cut.parts.state.draws, cut.object
+    columns = (draws.cell_x[rows], draws.cell_y[rows], draws.index[rows], cut.part)
+    return [column.tolist() for column in columns]
+
+
+def _same_parts(cut, field, view):
+    other = prune_by_level(field, view)
+    return sorted(zip(*_who(cut), strict=True)) == sorted(zip(*_who(other), strict=True))
+
+
+@pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle"])
+def test_every_part_is_tested_at_the_m_of_its_object(metric):
+    """D by the metric's own formula at m·growth; between steps no more than 0.3 % above it."""
+    made, view = view_of("meadow", *PAN, f"view.metric={metric}")
+    (field,) = (f for f in made.fields if f.name == "figure")
+    parts = prune(field, view).parts
+    atlas, smear = field.troupe.atlas, parts.state.smear[parts.object]
+    variant = parts.state.bodies.variant[parts.object]
+    assert smear.min() > 4
+    for row in np.random.default_rng(1).integers(0, len(parts), 40):
+        tree, m = atlas.hierarchies[variant[row]], view.m * growth(float(smear[row]))
+        own = limit_distances(tree, METRICS[metric], m)
+        own = own[parts.part[row] - atlas.root[variant[row]]]
+        assert own * (1 - 1e-12) <= parts.limit[row] <= own * 1.003 + 1e-12
+    assert (distance(view, parts.position) < np.maximum(parts.limit, parts.limit_offscreen)).all()
+
+
+def test_full_keeps_everything():
+    made, view = view_of("meadow", *PAN, "view.metric=full", "world.extent=60")
+    field = replace(made.fields[0], extent=60.0)
+    assert same(prune(field, view), prune(field, replace(view, exposure=None)))
+
+
+@pytest.mark.parametrize("name", ["crowd", "meadow"])
+def test_nothing_swings_faster_than_is_said(name):
+    """Sticks of walkers on hills and of trees in the wind, 1/96 s apart."""
+    made, view = view_of(name)
+    step = 1 / 96
+    for field in made.fields:
+        cut = prune(field, view)
+        seen = cut.parts.take(np.unique(cut.object, return_index=True)[1][:40])
+        everything = _all_parts_of(field, seen, view)
+        look = _everything(len(everything))
+        times = [field.later(everything, view, 3.0 + k * step) for k in range(12)]
+        ends = [field.appearance(each, look) for each in times]
+        bodies = [each.state.bodies for each in times]
+        for k in range(11):
+            moved = ends[k + 1].end - ends[k].end
+            rows = everything.object[ends[k].owner]
+            own = moved - (bodies[k + 1].origin - bodies[k].origin)[rows]
+            most = field.troupe.swing[bodies[k].variant] * step + _turned(field, bodies, k)
+            assert (np.linalg.norm(own, axis=1) <= most[rows] + 1e-9).all()
+
+
+def _turned(field, bodies, k):
+    a, b = bodies[k], bodies[k + 1]
+    bound = field.troupe.atlas.bound[field.troupe.atlas.root][a.variant]
+    return np.hypot(b.cos - a.cos, b.sin - a.sin) * bound
+
+
+def _all_parts_of(field, wholes, view):
+    fine = replace(view, detail=1e-3)
+    rows = np.isin(np.arange(len(wholes.state)), wholes.object)
+    assert rows.any()
+    batch = wholes
+    out = [batch]
+    while len(batch):
+        batch = field.parts_of(batch, fine)
+        out.append(batch)
+    parts = np.concatenate([b.part for b in out])
+    owner = np.concatenate([b.object for b in out])
+    order = np.argsort(owner, kind="stable")
+    return field.troupe._parts(wholes.state, owner[order], parts[order], owner[order], fine)
+
+
+def _everything(n):
+    from lod.parts import Look
+
+    return Look(np.ones(n), np.ones(n))
+
+
+def test_what_cannot_move_does_not_swing():
+    made, _ = view_of("meadow")
+    assert all(swing(p) == 0 for field in made.fields for p in field.troupe.rigged)
