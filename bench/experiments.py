@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
+    import bench.claims
     import bench.figures
     import bench.records
     from bench.spread import Each
@@ -15,6 +16,10 @@ Progress = Callable[[int, int, str], None]
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Heads and rows."""
+
+
+Judge = Callable[[tuple["bench.records.Point", ...]], tuple["bench.claims.Claim", ...]]
+"""Every claim that these points can decide."""
 
 
 def silent(done: int, total: int, what: str) -> None:
@@ -46,6 +51,7 @@ class Experiment:
     """One question, the way to answer it, what its record shows, and what that does not say.
 
     run_spread  over many machines; None where it measures time, or is one case
+    judge       claims from a record's points; None where they need more than points
     takes_s     seconds that it takes, quick and full, on two cores: for estimates only
     """
 
@@ -56,6 +62,9 @@ class Experiment:
     table: Callable[["bench.records.Record"], Table]
     limits: tuple[str, ...]
     run_spread: RunSpread | None = None
+    judge: (
+        Callable[[tuple["bench.records.Point", ...]], tuple["bench.claims.Claim", ...]] | None
+    ) = None
     takes_s: tuple[float, float] = (60.0, 600.0)
 
 
@@ -77,6 +86,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run_spread=_later("scaling", "run"),
         figures=_later("scaling_figures", "figures"),
         table=_later("scaling_figures", "table"),
+        judge=_later("scaling_claims", "judge"),
         limits=(
             "Flat ground, clear air and an eye without blur, looking all round; hills, haze and "
             "fields of view have predictions of their own (`lodbench count`).",
@@ -106,6 +116,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("haze_experiment", "run"),
         figures=_later("haze_plots", "figures"),
         table=_later("haze_plots", "table"),
+        judge=_later("haze_claims", "judge"),
         limits=(
             "Flat ground and an eye 1.6 m up that looks all round; nothing hides anything.",
             "What is gone is what Barten's standard observer could not see on a display of 100 "
@@ -120,6 +131,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("eye_experiment", "run"),
         figures=_later("eye_plots", "figures"),
         table=_later("eye_plots", "table"),
+        judge=_later("eye_claims", "judge"),
         limits=(
             "Clear air, flat ground, a picture that stays 640 pixels wide.",
             "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",
@@ -133,6 +145,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("colonnade_experiment", "run"),
         figures=_later("colonnade_plots", "figures"),
         table=_later("colonnade_plots", "table"),
+        judge=_later("colonnade_claims", "judge"),
         limits=(
             "One row of one kind of column, looked at from one place with a wide view.",
             "Errors at the eye are those of an eye at the centre of projection; who stands "
@@ -148,6 +161,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("air_experiment", "run"),
         figures=_later("air_plots", "figures"),
         table=_later("air_plots", "table"),
+        judge=_later("air_claims", "judge"),
         limits=(
             "The closed forms leave out that air dims the light on its way to the ground, that it "
             "lies in the shade of what stands in it, and that its glow varies with height; the "

@@ -1,4 +1,4 @@
-"""Figures as SVG text, every one with its text alternative; the only file that draws.
+"""Figures as SVG text with the numbers behind it and a text alternative; the only file that draws.
 
 Colours are those of Okabe & Ito, "Color Universal Design" (2008), and no two series differ in
 colour alone. Error bars are 95 % intervals of the mean over fields.
@@ -8,7 +8,7 @@ import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, Union
 
 import matplotlib as mpl
 import numpy as np
@@ -35,13 +35,24 @@ _STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Figure:
-    """A finished figure: SVG text, and in words what it shows for those who do not see it."""
+    """A finished figure: SVG text, and in words what it shows for those who do not see it.
+
+    drawn  the numbers that it shows, none for a figure that is only a picture
+    kind   ``law``: counts with their prediction and the ratio of the two; ``ratio``; ``curves``
+    axis, scale   what the axes are, and ``log`` or ``linear``; horizontal, vertical
+    mark   a value on the horizontal axis that matters, and its name
+    """
 
     name: str
     title: str
     caption: str
     alt: str
     svg: str
+    drawn: tuple[Union["Series", "Curve"], ...] = ()
+    kind: Literal["law", "ratio", "curves"] = "curves"
+    axis: tuple[str, str] = ("", "")
+    scale: tuple[str, str] = ("log", "log")
+    mark: tuple[float, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -93,7 +104,9 @@ def against_law(
         below.axhline(1.0, color=_GREY, lw=1.2)
         below.set(xlabel=axis[0], ylabel="measured ÷\npredicted")
         _limit_residuals(below, series)
-        return Figure(name, title, caption, _law_in_words(axis, series), _svg(canvas, name))
+        words, scale = _law_in_words(axis, series), ("log", "log")
+        picture = _svg(canvas, name)
+        return Figure(name, title, caption, words, picture, tuple(series), "law", axis, scale, mark)
 
 
 def examined_over_displayed(
@@ -116,7 +129,8 @@ def examined_over_displayed(
             for s in series
         ]
         alt = f"Plot of {axis[1]} against {axis[0]}. " + " ".join(words)
-        return Figure(name, title, caption, alt, _svg(canvas, name))
+        picture, scale = _svg(canvas, name), ("log", "linear")
+        return Figure(name, title, caption, alt, picture, tuple(series), "ratio", axis, scale)
 
 
 @dataclass(frozen=True)
@@ -161,7 +175,8 @@ def curves(
             axes.set_xticks(sorted({x for each in drawn for x in each.x}))
         axes.tick_params(which="minor", labelbottom=False, labelleft=False)
         axes.legend(loc="best")
-        return Figure(name, title, caption, alt, _svg(canvas, name))
+        picture, scale = _svg(canvas, name), (x_scale, "log")
+        return Figure(name, title, caption, alt, picture, tuple(drawn), "curves", axis, scale)
 
 
 def _counts(axes: Axes, series: Series, number: int) -> None:

@@ -1,13 +1,18 @@
-"""The report of a folder of records: one page that opens offline, and the same in Markdown."""
+"""The report of a folder of records: one page that opens offline, Markdown, CSV and JSON."""
 
+import base64
 import os
+from dataclasses import replace
 from pathlib import Path
 
-from bench.experiments import EXPERIMENTS
+from bench.claims import Claim
+from bench.experiments import EXPERIMENTS, Experiment
+from bench.pictures import pictures_of
 from bench.records import Record, read_records
 from bench.report_html import page
-from bench.report_markdown import FIGURES, document
+from bench.report_markdown import FIGURES, document, picture_path
 from bench.report_parts import Section
+from bench.report_tables import TABLES, claims_csv, claims_json, points_csv
 from lod.errors import InputError
 
 
@@ -23,28 +28,58 @@ def write_report(folder: Path) -> tuple[Path, Path]:
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
     sections = [_section(record) for record in records]
     html, markdown = folder / "report.html", folder / "report.md"
-    texts = {html: page(sections), markdown: document(sections)}
-    for section in sections:
-        for figure in section.figures:
-            texts[folder / FIGURES / f"{section.anchor}-{figure.name}.svg"] = figure.svg
+    files: dict[Path, str | bytes] = {html: page(sections), markdown: document(sections)}
+    files |= {folder / name: text for name, text in _beside(sections).items()}
     try:
-        for path, text in texts.items():
-            _write(path, text)
+        for path, content in files.items():
+            _write(path, content)
     except OSError as error:
         raise InputError("DIR", str(folder), f"a folder to write into ({error.strerror})") from None
     return html, markdown
 
 
+def _beside(sections: list[Section]) -> dict[str, str | bytes]:
+    """What stands beside the page: figures, pictures and numbers, by their names."""
+    files: dict[str, str | bytes] = {
+        "claims.csv": claims_csv(sections),
+        "claims.json": claims_json(sections),
+    }
+    for section in sections:
+        files[f"{TABLES}/{section.anchor}.csv"] = points_csv(section)
+        for figure in section.figures:
+            files[f"{FIGURES}/{section.anchor}-{figure.name}.svg"] = figure.svg
+        for each in section.pictures:
+            for number, (_, data) in enumerate(each.layers):
+                files[picture_path(section, each, number)] = base64.b64decode(data)
+    return files
+
+
 def _section(record: Record) -> Section:
     experiment = EXPERIMENTS.get(record.experiment)
     if experiment is None:
-        return Section(record, record.experiment, (), ((), []))
-    question, figures = experiment.question, experiment.figures(record)
-    return Section(record, question, figures, experiment.table(record), experiment.limits)
+        shown = pictures_of(record)
+        return Section(record, record.experiment, record.claims, (), ((), []), pictures=shown)
+    judged = replace(record, claims=_judged(experiment, record))
+    return Section(
+        record,
+        experiment.question,
+        judged.claims,
+        experiment.figures(judged),
+        experiment.table(judged),
+        experiment.limits,
+        pictures_of(record),
+    )
 
 
-def _write(path: Path, text: str) -> None:
+def _judged(experiment: Experiment, record: Record) -> tuple[Claim, ...]:
+    """The claims judged from the samples; those in the record where that takes more than them."""
+    if experiment.judge is None or not record.points:
+        return record.claims
+    return experiment.judge(record.points)
+
+
+def _write(path: Path, content: str | bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.part")
-    temporary.write_text(text, encoding="utf-8")
+    temporary.write_bytes(content.encode() if isinstance(content, str) else content)
     os.replace(temporary, path)

@@ -1,12 +1,15 @@
-"""The report as one HTML page: no script, no request, everything inside."""
+"""The report as one HTML page: no request, everything inside, readable without its script."""
 
+import json
 from collections.abc import Iterable, Sequence
 from html import escape
+from importlib.resources import files
 from pathlib import Path
 from string import Template
 
 from bench.claims import Claim
 from bench.figures import Figure
+from bench.pictures import Pictures
 from bench.report_parts import (
     CLAIM_HEADS,
     GLOSSARY,
@@ -16,10 +19,16 @@ from bench.report_parts import (
     groups,
     provenance_rows,
     repeat,
+    verdict,
     words,
 )
+from bench.report_plots import numbers, plot
 
 _TEMPLATE = Path(__file__).with_name("report_template.html")
+_SOME = 4
+"""Claims that do not hold, at the head of the page; more of them are folded away."""
+
+_SCRIPT = Path(__file__).with_name("report_page.js")
 
 
 def page(sections: Sequence[Section]) -> str:
@@ -33,14 +42,38 @@ def page(sections: Sequence[Section]) -> str:
         sections="\n".join(_section(s) for s in sections),
         glossary="\n".join(f"<dt>{escape(w)}</dt><dd>{escape(t)}</dd>" for w, t in GLOSSARY),
         records=_records(sections),
+        summary="\n".join(map(_summary, sections)),
+        plotly=_scripted((files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")),
+        script=_scripted(_SCRIPT.read_text(encoding="utf-8")),
     )
+
+
+def _scripted(text: str) -> str:
+    """Text that can stand in a script element."""
+    return text.replace("</", "<\\/")
+
+
+def _summary(section: Section) -> str:
+    """A row of the summary: how many claims of each verdict."""
+    counts = "".join(f"<td>{sum(c.verdict == each for c in section.claims)}</td>" for each in MARKS)
+    kind = "quick" if section.record.quick else "full"
+    return (
+        f'<tr><th scope="row"><a href="#{section.anchor}">{escape(section.record.experiment)}</a>'
+        f"</th>{counts}<td>{kind}</td><td>{_origin(section)}</td></tr>"
+    )
+
+
+def _origin(section: Section) -> str:
+    """The record, by its hash, and where all that is known of it stands."""
+    short = section.record.sha256[:8]
+    return f'<a class="origin" href="#{section.anchor}-record">record {short}</a>'
 
 
 def _answer(section: Section) -> str:
     quick = '<span class="quick">quick run: fewer samples</span>' if section.record.quick else ""
     return (
         f'<div class="answer"><p class="question">{escape(section.question)}</p>'
-        f"<p><strong>{escape(answer(section.record.claims))}</strong> {quick}</p>"
+        f"<p><strong>{escape(answer(section.claims))}</strong> {quick} {_origin(section)}</p>"
         f"{_open(section)}</div>"
     )
 
@@ -49,29 +82,35 @@ def _open(section: Section) -> str:
     """The claims that do not hold, by name."""
     rows = [
         f'<li><span class="{c.verdict}">{c.verdict}</span>: {escape(c.about)} {_name(c.name)}</li>'
-        for c in section.record.claims
+        for c in section.claims
         if c.verdict != "holds"
     ]
-    return f'<ul class="open">{"".join(rows)}</ul>' if rows else ""
+    listed = f'<ul class="open">{"".join(rows)}</ul>' if rows else ""
+    if len(rows) <= _SOME:
+        return listed
+    return f"<details><summary>The {len(rows)} claims that do not hold</summary>{listed}</details>"
 
 
 def _section(section: Section) -> str:
-    tables = [_claims(title, c) for title, c in groups(section.record.claims).items()]
+    origin = _origin(section)
+    tables = [_claims(title, c, origin) for title, c in groups(section.claims).items()]
     figures = "\n".join(_figure(section, figure) for figure in section.figures)
+    pictures = "\n".join(_pictures(section, each) for each in section.pictures)
     limits = "\n".join(f"<li>{_code(limit)}</li>" for limit in section.limits)
     return f"""
 <section id="{section.anchor}" aria-labelledby="{section.anchor}-title">
 <h2 id="{section.anchor}-title">{escape(section.title)}</h2>
 {"".join(tables[:1])}
 <div class="figures">{figures}</div>
+{pictures}
 {"".join(tables[1:])}
 <h3>What this does not say</h3><ul>{limits}</ul>
-<details><summary>Every point, as numbers</summary>
-{_table(*section.table, label="Every point")}</details>
+<details><summary>Every point, as numbers</summary><p>From {origin}.</p>
+{_table(*section.table, label=f"Every point of {section.title}")}</details>
 </section>"""
 
 
-def _claims(title: str, claims: Sequence[Claim]) -> str:
+def _claims(title: str, claims: Sequence[Claim], origin: str) -> str:
     """One row a claim; on a narrow screen the style makes a card of each, labelled cell by cell."""
     rows = "\n".join(_claim(claim) for claim in claims)
     heads = _heads(CLAIM_HEADS).replace("<tr>", '<tr role="row">', 1)
@@ -79,13 +118,14 @@ def _claims(title: str, claims: Sequence[Claim]) -> str:
     return (
         f'<table class="claims" role="table"><caption>{escape(title)}</caption>'
         f'<thead role="rowgroup">{heads}</thead><tbody role="rowgroup">{rows}</tbody></table>'
+        f"<p>From {origin}.</p>"
     )
 
 
 def _claim(claim: Claim) -> str:
     cells = [
         f'<td role="cell" class="{claim.verdict}"><span aria-hidden="true">'
-        f"{MARKS[claim.verdict]}</span> {claim.verdict}</td>"
+        f"{MARKS[claim.verdict]}</span> {verdict(claim)}</td>"
     ]
     for head, cell in zip(CLAIM_HEADS[1:], words(claim), strict=True):
         text = _name(cell) if head == "name" else escape(cell)
@@ -99,18 +139,59 @@ def _name(name: str) -> str:
 
 
 def _figure(section: Section, figure: Figure) -> str:
+    """The still picture; the plot that takes its place where scripts run; and the numbers."""
+    name, drawn = f"{section.anchor}-{figure.name}", plot(figure)
     svg = figure.svg.replace("<svg", f'<svg role="img" aria-label="{escape(figure.alt)}"', 1)
     # Several records may show the same figure: ids stay unique on the page.
-    svg = svg.replace(f"{figure.name}-", f"{section.anchor}-{figure.name}-")
+    svg = svg.replace(f"{figure.name}-", f"{name}-")
+    body = f'<figure id="{name}-figure"><h3>{escape(figure.title)}</h3>{svg}'
+    if drawn is not None:
+        body = body.replace("<figure", '<figure class="interactive"', 1) + _plot(figure, drawn)
+    return f"{body}<figcaption>{escape(figure.caption)} {_origin(section)}</figcaption></figure>"
+
+
+def _plot(figure: Figure, drawn: dict[str, object]) -> str:
+    data = _scripted(json.dumps(drawn, ensure_ascii=False, allow_nan=False))
+    label = f"{figure.alt} Arrow keys go from point to point."
     return (
-        f"<figure><h3>{escape(figure.title)}</h3>{svg}"
-        f"<figcaption>{escape(figure.caption)}</figcaption></figure>"
+        f'<div class="plot" role="group" tabindex="0" aria-label="{escape(label)}" hidden>'
+        f'<div aria-hidden="true"></div></div>'
+        f'<script type="application/json">{data}</script>'
+        f"<details><summary>Numbers of this figure</summary>"
+        f"{_table(*numbers(figure), label=f'Numbers of: {figure.title}')}</details>"
+    )
+
+
+def _pictures(section: Section, pictures: Pictures) -> str:
+    """Two of the pictures over each other, and a slider between them."""
+    name = f"{section.anchor}-{pictures.name}"
+    images = [f"data:image/webp;base64,{data}" for _, data in pictures.layers]
+    labels = [label for label, _ in pictures.layers]
+    selects = "".join(
+        f'<label>{side} <select autocomplete="off">'
+        + "".join(
+            f'<option data-src="{image}" data-alt="{escape(f"{label}. {pictures.alt}")}"'
+            f"{' selected' if number == chosen else ''}>{escape(label)}</option>"
+            for number, (label, image) in enumerate(zip(labels, images, strict=True))
+        )
+        + "</select></label>"
+        for side, chosen in (("left", 0), ("right", 1))
+    )
+    shown = "".join(
+        f'<img src="{images[number]}" alt="{escape(f"{labels[number]}. {pictures.alt}")}">'
+        for number in (1, 0)
+    )
+    return (
+        f'<figure class="pictures" id="{name}-pictures"><h3>{escape(pictures.title)}</h3>'
+        f'<div class="pair">{shown}</div><div class="controls">{selects}<label>divide at '
+        f'<input type="range" min="0" max="100" value="50" autocomplete="off"></label></div>'
+        f"<figcaption>{escape(pictures.caption)} {_origin(section)}</figcaption></figure>"
     )
 
 
 def _records(sections: Sequence[Section]) -> str:
     return "\n".join(
-        f"<h3>{escape(s.title)}</h3>{_facts(s)}"
+        f'<h3 id="{s.anchor}-record">{escape(s.title)}</h3>{_facts(s)}'
         f"<p>Repeat it: <code>{escape(repeat(s))}</code>. The same seed gives the same samples, "
         f"and so the same SHA-256 of samples.</p>"
         for s in sections
@@ -118,7 +199,7 @@ def _records(sections: Sequence[Section]) -> str:
 
 
 def _facts(section: Section) -> str:
-    table = _table(("what", "value"), provenance_rows(section), section.title)
+    table = _table(("what", "value"), provenance_rows(section), f"Provenance of {section.title}")
     return table.replace("<table>", '<table class="facts">', 1)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
+from bench.pictures import Pictures
 from bench.report_parts import (
     CLAIM_HEADS,
     GLOSSARY,
@@ -11,6 +12,7 @@ from bench.report_parts import (
     groups,
     provenance_rows,
     repeat,
+    verdict,
     words,
 )
 
@@ -27,17 +29,29 @@ def document(sections: Sequence[Section]) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
+def picture_path(section: Section, each: Pictures, number: int) -> str:
+    """Where a picture lies, from report.md."""
+    return f"{FIGURES}/{section.anchor}-{each.name}-{number}.webp"
+
+
 def _section(section: Section) -> Iterable[str]:
-    record = section.record
     yield f"## {section.title}"
-    yield f"**{section.question}** {answer(record.claims)}"
-    for title, claims in groups(record.claims).items():
+    yield f"**{section.question}** {answer(section.claims)}"
+    for title, claims in groups(section.claims).items():
         yield f"### {title}"
-        rows = [(f"{MARKS[c.verdict]} {c.verdict}", *words(c)) for c in claims]
+        rows = [(f"{MARKS[c.verdict]} {verdict(c)}", *words(c)) for c in claims]
         yield _table(CLAIM_HEADS, rows)
     for figure in section.figures:
         path = f"{FIGURES}/{section.anchor}-{figure.name}.svg"
         yield f"### {figure.title}\n\n![{figure.alt}]({path})\n\n{figure.caption}"
+    for each in section.pictures:
+        yield f"### {each.title}\n\n{each.caption}"
+        paths = [picture_path(section, each, number) for number in range(len(each.layers))]
+        cells = [
+            f"![{label}. {each.alt}]({path})"
+            for (label, _), path in zip(each.layers, paths, strict=True)
+        ]
+        yield _table([label for label, _ in each.layers], [cells])
     yield "### What this does not say\n\n" + "\n".join(f"- {limit}" for limit in section.limits)
     heads, rows = section.table
     if rows:

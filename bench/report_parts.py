@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from bench.claims import Claim
 from bench.experiments import Table
 from bench.figures import Figure
+from bench.pictures import NOTE, Pictures
 from bench.records import Record
 
 MARKS = {"holds": "✓", "refuted": "✗", "undecided": "?"}
@@ -39,13 +40,18 @@ GLOSSARY = (
 
 @dataclass(frozen=True)
 class Section:
-    """One record, with the figures and the table made from it, and what it does not say."""
+    """One record, with all that is made from it, and what it does not say.
+
+    claims  judged here and now from the record's samples
+    """
 
     record: Record
     question: str
+    claims: tuple[Claim, ...]
     figures: tuple[Figure, ...]
     table: Table
     limits: tuple[str, ...] = ()
+    pictures: tuple[Pictures, ...] = ()
 
     @property
     def anchor(self) -> str:
@@ -83,6 +89,13 @@ def groups(claims: Sequence[Claim]) -> dict[str, list[Claim]]:
         title = f"{METRICS.get(metric, metric)} — {species} species" if rest else "Claims"
         grouped.setdefault(title, []).append(claim)
     return grouped
+
+
+def verdict(claim: Claim) -> str:
+    """The verdict, and within what where something holds."""
+    if claim.verdict == "holds" and claim.relation == "equals" and claim.tolerance > 0:
+        return f"holds within {claim.tolerance:g}"
+    return claim.verdict
 
 
 def claimed(claim: Claim) -> str:
@@ -138,7 +151,8 @@ def provenance_rows(section: Section) -> list[tuple[str, str]]:
         ("system", f"{origin.platform}, Python {origin.python}"),
         ("packages", versions),
     ]
-    return rows + [(key.replace("_", " "), _note(value)) for key, value in record.notes.items()]
+    notes = ((key, value) for key, value in record.notes.items() if key != NOTE)
+    return rows + [(key.replace("_", " "), _note(value)) for key, value in notes]
 
 
 def _note(value: object) -> str:

@@ -1,5 +1,7 @@
 """The page stands alone, says what the records say, and can be read by everyone."""
 
+import csv
+import json
 import os
 import re
 from collections import Counter
@@ -8,14 +10,14 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from bench import scaling
-from bench.figures import Series, against_law
+from bench.figures import Figure, Series, against_law
+from bench.pictures import pictures
 from bench.records import write_record
 from bench.report import write_report
 from bench.report_parts import GLOSSARY, MARKS, answer, four
-from bench.sampling import Effort
-from bench.scaling_cases import Case
+from bench.report_plots import numbers, plot
 from bench.scaling_figures import figures, half_interval, table
 from lod.errors import InputError
 
@@ -23,32 +25,9 @@ VOID = {"meta", "link", "br", "wbr", "hr", "img", "input"}
 
 
 @pytest.fixture(scope="module")
-def record():
-    base = Case("density", "figure", "blake", density=0.02, detail=10.0)
-    grid = (
-        *(replace(base, density=0.01 * k) for k in (1, 3)),
-        *(replace(base, sweep="detail", detail=10.0 * k) for k in (1, 2)),
-        *(replace(base, sweep="world", extent=50.0 * k) for k in (1, 10, 100)),
-        *(replace(base, metric="bounded", detail=5.0 * k) for k in (1, 2)),
-    )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scaling, "cases", lambda: grid)
-        patch.setattr(scaling, "QUICK", Effort(0.1, 3, 20))
-        return scaling.run(quick=True)
-
-
-@pytest.fixture(scope="module")
 def bare(record):
     """Claims without points, so without figures: quick to write."""
     return replace(record, experiment="other", points=())
-
-
-@pytest.fixture(scope="module")
-def folder(record, tmp_path_factory):
-    place = tmp_path_factory.mktemp("results")
-    write_record(record, place)
-    write_report(place)
-    return place
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +61,12 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        if "style" not in self.open:
+        if not {"style", "script"} & set(self.open):
             self.text += data
+
+
+def without_scripts(html):
+    return re.sub(r"<script.*?</script>", "<script></script>", html, flags=re.DOTALL)
 
 
 def test_the_page_nests_and_has_one_heading_a_language_and_a_title(html):
@@ -95,8 +78,11 @@ def test_the_page_nests_and_has_one_heading_a_language_and_a_title(html):
 
 
 def test_the_page_asks_for_nothing(html):
+    html = without_scripts(html)
     page = Page(html)
-    assert not {tag for tag, _ in page.tags} & {"script", "img", "iframe", "object", "image"}
+    assert not {tag for tag, _ in page.tags} & {"img", "iframe", "object", "image"}
+    policy = next(a["content"] for _, a in page.tags if "http-equiv" in a)
+    assert policy.startswith("default-src 'none'") and "http" not in policy
     for _, attributes in page.tags:
         for key, value in attributes.items():
             if key in ("href", "src", "xlink:href", "action", "data", "poster"):
@@ -111,7 +97,7 @@ def test_ids_are_unique_and_every_reference_has_its_target(html):
     assert {name: n for name, n in ids.items() if n > 1} == {}
     links = [a[key] for _, a in page.tags for key in ("href", "xlink:href") if key in a]
     wanted = {link[1:] for link in links if link.startswith("#")}
-    wanted |= {target[1:] for target in re.findall(r"url\(([^)]*)\)", html)}
+    wanted |= {target[1:] for target in re.findall(r"url\(([^)]*)\)", without_scripts(html))}
     assert wanted <= set(ids)
 
 
@@ -176,6 +162,72 @@ def test_a_changed_record_changes_the_verdict(bare, tmp_path):
     write_record(replace(bare, claims=tuple(claims)), tmp_path)
     html = write_report(tmp_path)[0].read_text(encoding="utf-8")
     assert f"{len(claims)} are refuted" in Page(html).text
+
+
+def test_verdicts_follow_from_the_samples(record, tmp_path):
+    edited = replace(record, points=tuple(trebled(point) for point in record.points))
+    before, after = (
+        {c["name"]: c for c in claims_of(each, tmp_path / str(k))}
+        for k, each in enumerate((record, edited))
+    )
+    assert before == {c.name: c.as_json() for c in record.claims}
+    name = "blake/figure/objects/ratio"
+    assert before[name]["verdict"] != "refuted" and after[name]["verdict"] == "refuted"
+
+
+def trebled(point):
+    return replace(point, samples={k: [3 * n for n in v] for k, v in point.samples.items()})
+
+
+def claims_of(record, folder):
+    write_record(record, folder)
+    html, _ = write_report(folder)
+    (told,) = json.loads((folder / "claims.json").read_text())
+    assert told["record_sha256"] == record.sha256
+    rows = list(csv.DictReader((folder / "claims.csv").read_text().splitlines()))
+    assert [row["verdict"] for row in rows] == [c["verdict"] for c in told["claims"]]
+    text = Page(html.read_text(encoding="utf-8")).text
+    assert all(four(c["measured"]) in text for c in told["claims"])
+    return told["claims"]
+
+
+def test_every_table_and_figure_names_its_record(html, record, drawn):
+    links = re.findall(r'<a class="origin" href="#([^"]*)">record (\w+)</a>', html)
+    assert {short for _, short in links} == {record.sha256[:8]}
+    assert {anchor for anchor, _ in links} == {f"scaling-{record.sha256[:8]}-record"}
+    tables = html.count('<table class="claims"')
+    assert len(links) == tables + len(drawn) + 3  # summary, answer, every point
+
+
+def test_a_plot_holds_the_numbers_of_its_figure(drawn):
+    for figure in drawn:
+        spec, (heads, rows) = plot(figure), numbers(figure)
+        assert json.loads(json.dumps(spec, allow_nan=False)) == spec
+        assert len(rows) == sum(len(each.x) for each in figure.drawn) > 0
+        assert {len(row) for row in rows} == {len(heads)}
+        names = {trace.get("name") for trace in spec["data"]}
+        assert {each.label for each in figure.drawn} <= names
+        marked = [t for t in spec["data"] if "marker" in t and t.get("showlegend", True)]
+        symbols = [trace["marker"]["symbol"] for trace in marked]
+        assert len(set(symbols)) == len(figure.drawn)
+    assert plot(Figure("name", "title", "caption", "alt", "<svg/>")) is None
+
+
+def test_pictures_of_a_record_stand_on_the_page_and_beside_it(bare, tmp_path):
+    grey = np.full((4, 6, 3), 128, np.uint8)
+    words = "Title", "Caption", "What it shows"
+    note = pictures("view", words, {"whole": grey, "pruned": grey // 2})
+    record = replace(bare, notes={"pictures": [note]})
+    write_record(record, tmp_path)
+    html, markdown = (path.read_text(encoding="utf-8") for path in write_report(tmp_path))
+    tags = Page(html).tags
+    assert [a["alt"] for t, a in tags if t == "img"] == [
+        f"{name}. What it shows" for name in ("pruned", "whole")
+    ]
+    paths = re.findall(r"!\[[^\]]*\]\((figures/[^)]*webp)\)", markdown)
+    assert [Image.open(tmp_path / path).size for path in paths] == [(6, 4)] * 2
+    with pytest.raises(InputError, match="one size"):
+        pictures("view", words, {"whole": grey, "pruned": grey[:2]})
 
 
 def test_two_records_stand_side_by_side(record, tmp_path):

@@ -1,0 +1,177 @@
+"""Figures as plain data for the page's own plots: what Plotly.js draws, hovers and zooms.
+
+No two series differ in colour alone: each has a marker of its own, filled or open.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from math import log10
+from typing import Any
+
+from bench.figures import COLOURS, Curve, Figure, Series
+
+_GREY = "#595959"
+_SYMBOLS = ("circle", "square", "triangle-up", "diamond", "triangle-down", "cross")
+_GRID = {"gridcolor": "#E3E3E3", "zeroline": False, "showline": True, "linecolor": _GREY}
+
+Plot = dict[str, Any]
+
+
+def plot(figure: Figure) -> Plot | None:
+    """Traces and layout of a figure; None for one that holds no numbers."""
+    if not figure.drawn:
+        return None
+    if figure.kind == "law":
+        return _law(figure)
+    return {"data": list(_traces(figure)), "layout": _layout(figure)}
+
+
+def numbers(figure: Figure) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """The same points as heads and rows, for those who read rather than look."""
+    x, y = figure.axis
+    heads = ("series", x, y, "from", "to", "predicted")
+    return heads, [row for each in figure.drawn for row in _rows(each, figure.kind)]
+
+
+def _rows(each: Series | Curve, kind: str) -> Iterator[tuple[str, ...]]:
+    if isinstance(each, Curve):
+        bands = zip(each.low, each.high, strict=True) if each.low else [("", "")] * len(each.x)
+        fitted = each.line[1] if len(each.line[1]) == len(each.x) else [""] * len(each.x)
+        for x, y, band, line in zip(each.x, each.y, bands, fitted, strict=True):
+            yield (each.label, *map(_short, (x, y, *band, line)))
+        return
+    if kind == "ratio":
+        for x, y in zip(each.x, each.ratio.tolist(), strict=True):
+            yield (each.label, _short(x), _short(y), "", "", "")
+        return
+    for x, y, half, law in zip(each.x, each.measured, each.half, each.predicted, strict=True):
+        yield (each.label, *map(_short, (x, y, y - half, y + half, law)))
+
+
+def _short(value: Any) -> str:
+    return value if isinstance(value, str) else f"{float(value):.5g}"
+
+
+def _law(figure: Figure) -> Plot:
+    """Counts above, measured ÷ predicted below, one horizontal axis."""
+    data: list[Plot] = []
+    for number, each in enumerate(figure.drawn):
+        assert isinstance(each, Series)
+        line = {"color": _GREY, "width": 1.4}
+        data.append(
+            {
+                **_points("predicted, nothing fitted", each.x, each.predicted),
+                "mode": "lines",
+                "line": line,
+                "legendgroup": "law",
+                "showlegend": number == 0,
+            }
+        )
+    for number, each in enumerate(figure.drawn):
+        assert isinstance(each, Series)
+        mark = {"mode": "markers", "marker": _marker(number, 8), "legendgroup": str(number)}
+        data.append(
+            {**_points(each.label, each.x, each.measured), **mark, "error_y": _bars(each.half)}
+        )
+        below = {**_points(each.label, each.x, each.ratio.tolist()), "yaxis": "y2"}
+        below["error_y"] = _bars(each.ratio_half.tolist())
+        data.append({**below, **mark, "showlegend": False})
+    layout = _layout(figure)
+    layout["yaxis"] |= {"domain": [0.34, 1.0]}
+    layout["yaxis2"] = {**_GRID, **_title("measured ÷ predicted"), "domain": [0.0, 0.27]}
+    layout["xaxis"] |= {"anchor": "y2"}
+    layout["shapes"] = [*layout.get("shapes", []), _level(1.0)]
+    return {"data": data, "layout": layout}
+
+
+def _traces(figure: Figure) -> Iterator[Plot]:
+    for number, each in enumerate(figure.drawn):
+        marker, colour = _marker(number, 7), COLOURS[number % len(COLOURS)]
+        group = {"legendgroup": str(number)}
+        if isinstance(each, Series):
+            yield {
+                **_points(each.label, each.x, each.ratio.tolist()),
+                **group,
+                "mode": "markers",
+                "marker": marker,
+            }
+            continue
+        if each.low:
+            yield _edge(each.x, each.high, group)
+            faint = {"fill": "tonexty", "fillcolor": f"{colour}33"}
+            yield {**_edge(each.x, each.low, group), **faint}
+        if len(each.line[0]):
+            dash = {"color": colour, "width": 1.3, "dash": "dash"}
+            yield {**_edge(*each.line, group), "line": dash}
+        style = {"mode": "lines+markers", "marker": marker, "line": {"color": colour, "width": 1}}
+        yield {**_points(each.label, each.x, each.y), **group, **style}
+
+
+def _edge(x: Iterable[float], y: Iterable[float], group: Plot) -> Plot:
+    quiet = {"mode": "lines", "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False}
+    return {"type": "scatter", "x": list(x), "y": list(y), **group, **quiet}
+
+
+def _points(label: str, x: Iterable[float], y: Iterable[float]) -> Plot:
+    shown = "%{fullData.name}<br>%{x:.4~g}: %{y:.4~g}<extra></extra>"
+    return {
+        "type": "scatter",
+        "name": label,
+        "hovertemplate": shown,
+        "x": [float(v) for v in x],
+        "y": [float(v) for v in y],
+    }
+
+
+def _bars(half: Sequence[float]) -> Plot:
+    return {"type": "data", "array": [float(v) for v in half], "thickness": 1.2, "width": 3}
+
+
+def _marker(number: int, size: int) -> Plot:
+    colour = COLOURS[number % len(COLOURS)]
+    symbol = _SYMBOLS[number % len(_SYMBOLS)] + ("" if number % 2 == 0 else "-open")
+    return {"color": colour, "symbol": symbol, "size": size, "line": {"color": colour, "width": 2}}
+
+
+def _layout(figure: Figure) -> Plot:
+    x_scale, y_scale = figure.scale
+    x = [v for each in figure.drawn for v in each.x]
+    y = [v for each in figure.drawn for v in (each.y if isinstance(each, Curve) else each.measured)]
+    layout: Plot = {
+        "xaxis": {**_GRID, **_title(figure.axis[0]), **_scale(x_scale, x)},
+        "yaxis": {**_GRID, **_title(figure.axis[1]), **_scale(y_scale, y)},
+    }
+    if figure.kind == "ratio":
+        layout["yaxis"]["rangemode"] = "tozero"
+        layout["shapes"] = [_level(1.0) | {"yref": "y"}]
+    if figure.mark:
+        at, name = figure.mark
+        line = {"color": _GREY, "width": 1.2, "dash": "dot"}
+        layout["shapes"] = [
+            {"type": "line", "x0": at, "x1": at, "y0": 0, "y1": 1, "yref": "paper", "line": line}
+        ]
+        layout["annotations"] = [_note(at, name, x_scale)]
+    return layout
+
+
+def _scale(scale: str, values: Sequence[float]) -> Plot:
+    """On a logarithmic axis of more than a decade and a half, powers of ten alone are named."""
+    chosen: Plot = {"type": scale, "exponentformat": "power", "automargin": True}
+    if scale == "log" and max(values) > 30 * min(values) > 0:
+        chosen |= {"dtick": 1, "minor": {"ticks": "outside", "ticklen": 3, "dtick": "D1"}}
+    return chosen
+
+
+def _title(text: str) -> Plot:
+    return {"title": {"text": text}}
+
+
+def _level(y: float) -> Plot:
+    line = {"color": _GREY, "width": 1.2}
+    ends = {"x0": 0, "x1": 1, "xref": "paper", "y0": y, "y1": y, "yref": "y2"}
+    return {"type": "line", **ends, "line": line}
+
+
+def _note(x: float, name: str, scale: str) -> Plot:
+    at = log10(x) if scale == "log" else x
+    place = {"x": at, "y": 1, "yref": "paper", "xanchor": "left", "yanchor": "top"}
+    return {"text": name, "showarrow": False, **place}

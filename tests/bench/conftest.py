@@ -1,0 +1,34 @@
+"""A small record of the scaling experiment, measured once, and its report."""
+
+from dataclasses import replace
+
+import pytest
+
+from bench import scaling
+from bench.records import write_record
+from bench.report import write_report
+from bench.sampling import Effort
+from bench.scaling_cases import Case
+
+
+@pytest.fixture(scope="session")
+def record():
+    base = Case("density", "figure", "blake", density=0.02, detail=10.0)
+    grid = (
+        *(replace(base, density=0.01 * k) for k in (1, 3)),
+        *(replace(base, sweep="detail", detail=10.0 * k) for k in (1, 2)),
+        *(replace(base, sweep="world", extent=50.0 * k) for k in (1, 10, 100)),
+        *(replace(base, metric="bounded", detail=5.0 * k) for k in (1, 2)),
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scaling, "cases", lambda: grid)
+        patch.setattr(scaling, "QUICK", Effort(0.1, 3, 20))
+        return scaling.run(quick=True)
+
+
+@pytest.fixture(scope="session")
+def folder(record, tmp_path_factory):
+    place = tmp_path_factory.mktemp("results")
+    write_record(record, place)
+    write_report(place)
+    return place
