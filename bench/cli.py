@@ -12,7 +12,10 @@ import click
 
 from lod.errors import InputError
 
-COMMANDS = ("doctor", "list", "count", "render", "verify", "run", "report", "frames", "usd", "ids")
+COMMANDS = (
+    *("doctor", "list", "count", "render", "verify", "run", "report", "compare", "frames", "usd"),
+    "ids",
+)
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"
 

@@ -1,0 +1,110 @@
+"""Two runs are compared claim by claim, and only where they can be."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from bench.claims import Claim
+from bench.cli import main
+from bench.comparison import compare, compare_paths
+from bench.provenance import provenance
+from bench.records import Point, Record, write_record
+from lod.errors import InputError
+
+SCHEMA = json.loads(Path("bench/record.schema.json").read_text(encoding="utf-8"))
+RESULTS = Path("results/reference")
+HELD = Claim("a", "about", "a ratio", "§4.1", 1.0, 0.02, 1.0, 0.99, 1.01)
+NEAR = replace(HELD, measured=1.002, low=0.992, high=1.012)
+APART = replace(HELD, measured=1.015, low=1.012, high=1.018)
+FALSE = replace(HELD, measured=1.5, low=1.4, high=1.6)
+
+
+def a_record(claims=(HELD,), samples=(1, 2), made="2026-01-01T00:00:00Z", **origin):
+    point = Point({"x": 1}, {"n": 1.0}, {"n": list(samples)})
+    found = replace(provenance("ab" * 32, 0), **origin)
+    return Record("scaling", 1, True, made, found, (point,), tuple(claims), {})
+
+
+@pytest.mark.parametrize(
+    "after, change",
+    [
+        ((HELD,), "same"),
+        ((NEAR,), "within the intervals"),
+        ((APART,), "moved"),
+        ((FALSE,), "verdict"),
+        ((), "gone"),
+    ],
+)
+def test_each_claim_tells_what_became_of_it(after, change):
+    found = compare(a_record(), a_record(after))
+    assert [each.change for each in found.differences] == [change]
+
+
+def test_a_claim_that_is_new_is_said_to_be(tmp_path):
+    found = compare(a_record(()), a_record())
+    assert [each.change for each in found.differences] == ["new"]
+    assert found.same_samples and found.origin == {}
+    other = compare(a_record(), a_record(samples=(1, 3), seed=4, commit="0" * 40))
+    assert not other.same_samples and set(other.origin) == {"seed", "commit"}
+
+
+@pytest.mark.parametrize(
+    "change", [{"scene": "cd" * 32}, {"variant": "x"}, {"threads": 2}, {"cpu": "y"}, {"cores": 99}]
+)
+def test_what_cannot_be_compared_is_refused(change):
+    with pytest.raises(InputError, match=next(iter(change))):
+        compare(a_record(), a_record(**change))
+
+
+@pytest.mark.parametrize("change", [{"quick": False}, {"version": 2}, {"experiment": "figure"}])
+def test_other_questions_are_refused(change):
+    with pytest.raises(InputError, match=next(iter(change))):
+        compare(a_record(), replace(a_record(), **change))
+
+
+def test_folders_are_compared_by_their_newest_records(tmp_path, capfd):
+    one, other = tmp_path / "one", tmp_path / "other"
+    write_record(a_record((FALSE,)), one)
+    write_record(a_record(made="2026-01-02T00:00:00Z"), one)
+    write_record(a_record((NEAR,)), other)
+    (found,) = compare_paths(one, other)
+    assert found.differences[0].change == "within the intervals"
+    with pytest.raises(SystemExit) as left:
+        main(["compare", str(one), str(other), "--json"])
+    assert left.value.code == 0
+    assert json.loads(capfd.readouterr().out)["differences"][0]["name"] == "a"
+    with pytest.raises(SystemExit) as left:
+        main(["compare", str(one), str(other)])
+    assert left.value.code == 0 and "0 of 1 claims are the same" in capfd.readouterr().out
+
+
+def test_paths_of_two_kinds_and_folders_with_nothing_shared_are_refused(tmp_path, capfd):
+    path = write_record(a_record(), tmp_path / "one")
+    (tmp_path / "none").mkdir()
+    for pair in ((path, tmp_path), (tmp_path / "one", tmp_path / "none")):
+        with pytest.raises(SystemExit) as left:
+            main(["compare", *map(str, pair)])
+        assert left.value.code == 2 and "A B" in capfd.readouterr().err
+
+
+# The published schema
+
+
+def test_records_follow_the_published_schema(tmp_path):
+    check = jsonschema.Draft202012Validator(SCHEMA)
+    check.check_schema(SCHEMA)
+    paths = [*RESULTS.glob("*-*.json"), write_record(a_record(), tmp_path)]
+    assert len(paths) >= 3
+    for path in paths:
+        check.validate(json.loads(path.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("key", ["provenance", "points", "claims", "quick"])
+def test_a_record_that_lacks_something_breaks_the_schema(tmp_path, key):
+    data = json.loads(write_record(a_record(), tmp_path).read_text(encoding="utf-8"))
+    del data["content"][key]
+    with pytest.raises(jsonschema.ValidationError, match=key):
+        jsonschema.validate(data, SCHEMA)
