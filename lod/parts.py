@@ -2,7 +2,7 @@
 part.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -127,7 +127,9 @@ class Triangles:
 
     vertices (v, 3) [m]; normals (v, 3) unit; colours (v, 3) linear Rec.709 albedo, 0 to 1
     faces (f, 3) rows of ``vertices``, counter-clockwise seen from outside; owner (f,) row of the
-    part
+    part; what gives light itself has also
+    glow (f,) row of ``glows``; glows (k, 3) linear Rec.709 radiance outwards, at least 0, in units
+    of the sky
     """
 
     vertices: np.ndarray
@@ -135,10 +137,12 @@ class Triangles:
     colours: np.ndarray
     faces: np.ndarray
     owner: np.ndarray
+    glow: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    glows: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
         freeze(self, vertices=np.float64, normals=np.float64, colours=np.float64)
-        freeze(self, faces=np.int64, owner=np.int64)
+        freeze(self, faces=np.int64, owner=np.int64, glow=np.int64, glows=np.float64)
 
     def __len__(self) -> int:
         return len(self.faces)

@@ -13,10 +13,11 @@ from pydantic import ValidationError
 
 from lod.errors import InputError
 from scenes.preset_errors import NAMED, explain, known_keys, nearest_key, nearest_name
-from scenes.preset_tables import PlacedPreset, Preset, SpeciesPreset
+from scenes.preset_tables import PlacedPreset, PlumePreset, Preset, SpeciesPreset
 
 __all__ = [
     "PlacedPreset",
+    "PlumePreset",
     "Preset",
     "Setting",
     "SpeciesPreset",

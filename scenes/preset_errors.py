@@ -9,7 +9,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from lod.errors import InputError
-from scenes.preset_tables import PlacedPreset, Preset, SpeciesPreset
+from scenes.preset_tables import PlacedPreset, PlumePreset, Preset, SpeciesPreset
 
 Blame = Callable[[str], str]
 
@@ -69,7 +69,11 @@ def dotted(location: Sequence[int | str]) -> str:
     return "".join(steps).removesuffix(".[key]").lstrip(".")
 
 
-NAMED: dict[str, type[BaseModel]] = {"species": SpeciesPreset, "placed": PlacedPreset}
+NAMED: dict[str, type[BaseModel]] = {
+    "species": SpeciesPreset,
+    "placed": PlacedPreset,
+    "plumes": PlumePreset,
+}
 """Tables of tables whose names the user chooses."""
 
 

@@ -321,6 +321,17 @@ class PlacedPreset(Table):
     walks: Annotated[bool, key("moves on the spot")] = False
 
 
+class PlumePreset(Table):
+    """Smoke or flames rising from the ground."""
+
+    kind: Annotated[Literal["smoke", "flames"], key("what rises")]
+    position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
+    size: Annotated[SizeFactor, key("size factor")] = 1.0
+    wind: Annotated[
+        float, key("where it blows to, clockwise from north [degrees]", least=-360, most=360)
+    ] = 60.0
+
+
 class RenderPreset(Table):
     """How the picture is made."""
 
@@ -369,6 +380,7 @@ class Preset(Table):
     terrain: TerrainPreset = TerrainPreset()
     species: dict[SpeciesName, SpeciesPreset] = {}
     placed: dict[SpeciesName, PlacedPreset] = {}
+    plumes: dict[SpeciesName, PlumePreset] = {}
     render: RenderPreset = RenderPreset()
     output: OutputPreset = OutputPreset()
 

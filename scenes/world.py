@@ -10,8 +10,9 @@ from lod.view import View
 from scenes.camera_path import camera_at
 from scenes.field import Species, SpeciesField
 from scenes.models import made
+from scenes.particles import KINDS, Plume
 from scenes.placed import Placed
-from scenes.preset import PlacedPreset, Preset, SpeciesPreset
+from scenes.preset import PlacedPreset, PlumePreset, Preset, SpeciesPreset
 from scenes.sight import sight_of
 from scenes.terrain import Terrain
 from scenes.weather import Weather
@@ -24,11 +25,12 @@ class World:
     terrain: Terrain
     fields: tuple[SpeciesField, ...]
     placed: tuple[Placed, ...] = ()
+    plumes: tuple[Plume, ...] = ()
 
     @property
     def representations(self) -> tuple[Representation, ...]:
         """Everything that the pruner and the renderer ask."""
-        return (self.terrain, *self.fields, *self.placed)
+        return (self.terrain, *self.fields, *self.placed, *self.plumes)
 
     @cached_property
     def top_m(self) -> float:
@@ -36,7 +38,8 @@ class World:
         troupes = [each.troupe for each in self.fields] + [each.troupe for each in self.placed]
         trees = (tree for troupe in troupes for tree in troupe.atlas.hierarchies)
         tallest = max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
-        return self.terrain.bounds()[1] + tallest
+        highest = max((each.top_m for each in self.plumes), default=0.0)
+        return self.terrain.bounds()[1] + max(tallest, highest)
 
 
 def build_world(preset: Preset) -> World:
@@ -51,7 +54,10 @@ def build_world(preset: Preset) -> World:
     placed = tuple(
         placed_of(name, table, terrain, weather) for name, table in preset.placed.items()
     )
-    return World(terrain, fields, placed)
+    plumes = tuple(
+        plume_of(name, table, preset.seed, terrain) for name, table in preset.plumes.items()
+    )
+    return World(terrain, fields, placed, plumes)
 
 
 def species_of(name: str, table: SpeciesPreset, weather: Weather) -> Species:
@@ -81,6 +87,11 @@ def exposure_at(world: World, preset: Preset, frame: int) -> Exposure | None:
     size = preset.render.size
     opens, closes = (camera_at(preset.camera, size, end, world.terrain) for end in ends)
     return Exposure(opens, closes, *(time_of(preset, end) for end in ends))
+
+
+def plume_of(name: str, table: PlumePreset, seed: int, terrain: Terrain) -> Plume:
+    """Smoke or flames as a preset places them."""
+    return Plume(name, KINDS[table.kind], seed, *table.position, terrain, table.size, table.wind)
 
 
 def view_at(world: World, preset: Preset, frame: int) -> View:

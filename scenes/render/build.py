@@ -283,12 +283,18 @@ def _curve(name: str, shape: Description) -> Any:
 
 
 def _mesh(name: str, shape: Description) -> Any:
-    """Triangles with vertex normals, coloured by their vertices, the same from both sides."""
+    """Triangles with vertex normals, coloured by their vertices, the same from both sides.
+
+    What gives light has one radiance all over, and only outwards.
+    """
     reflectance = {"type": "mesh_attribute", "name": "vertex_color"}
     properties = mi.Properties()
     properties["mesh_bsdf"] = mi.load_dict(
         {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
     )
+    if "glow" in shape:
+        radiance = {"type": "rgb", "value": shape["glow"].tolist()}
+        properties["mesh_emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
     mesh = mi.Mesh(
         name, len(shape["vertices"]), len(shape["faces"]), properties, has_vertex_normals=True
     )

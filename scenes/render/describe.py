@@ -5,7 +5,7 @@ triangles one mesh for each representation. Object ids are the frame's own: 0 is
 representation has a range of its own, from 1 up.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -52,9 +52,10 @@ def describe(
         _check(v)
         if isinstance(v.shape, Sticks):
             sticks.append((v.shape, owner, v.later))
-        elif len(v.shape):
+            continue
+        for mesh, rows in _meshes(v.shape):
             name = f"mesh{len(shapes):03d}"
-            shapes[name], ids[name] = _mesh(v.shape), owner[v.shape.owner]
+            shapes[name], ids[name] = mesh, owner[v.shape.owner[rows]]
     for batch in batches(sticks):
         name = f"sticks{len(shapes):03d}"
         shapes[name], ids[name] = _curve(batch), batch.ids
@@ -92,13 +93,27 @@ def _curve(batch: Batch) -> Description:
     }
 
 
-def _mesh(triangles: Triangles) -> Description:
+def _meshes(triangles: Triangles) -> Iterator[tuple[Description, np.ndarray]]:
+    """A mesh of all faces, or one of each radiance, and which faces are in it."""
+    if not len(triangles.glows):
+        if len(triangles):
+            everywhere = np.arange(len(triangles.vertices))
+            yield _mesh(triangles, everywhere, triangles.faces), np.arange(len(triangles))
+        return
+    for number, glow in enumerate(triangles.glows):
+        rows = np.flatnonzero(triangles.glow == number)
+        if len(rows):
+            corners, faces = np.unique(triangles.faces[rows], return_inverse=True)
+            yield {**_mesh(triangles, corners, faces.reshape(-1, 3)), "glow": glow}, rows
+
+
+def _mesh(triangles: Triangles, corners: np.ndarray, faces: np.ndarray) -> Description:
     return {
         "type": "mesh",
-        "vertices": triangles.vertices.astype(np.float32),
-        "normals": triangles.normals.astype(np.float32),
-        "colours": triangles.colours.astype(np.float32),
-        "faces": triangles.faces.astype(np.uint32),
+        "vertices": triangles.vertices[corners].astype(np.float32),
+        "normals": triangles.normals[corners].astype(np.float32),
+        "colours": triangles.colours[corners].astype(np.float32),
+        "faces": faces.astype(np.uint32),
     }
 
 
@@ -136,6 +151,9 @@ def _check(v: Visible) -> None:
         numbers = {"vertices": shape.vertices, "normals": shape.normals}
         rows = {"faces": (shape.faces, len(shape.vertices)), "owner": (shape.owner, parts)}
         colours = shape.colours
+        if len(shape.glows):
+            rows["glow"] = (shape.glow, len(shape.glows))
+            _check_range(f"{v.name} glow", shape.glows, 0, 1e6)
     for name, values in numbers.items():
         _check_range(f"{v.name} {name}", values, -3e38, 3e38)
     _check_range(f"{v.name} albedo", colours, 0, 1)

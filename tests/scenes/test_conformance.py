@@ -15,6 +15,7 @@ from scenes.animals import animal
 from scenes.boulder import boulder_prototypes
 from scenes.field import Species, SpeciesField
 from scenes.models import MODELS, made
+from scenes.particles import KINDS, Plume
 from scenes.placed import Placed
 from scenes.rig_actor import actor_of, in_pose_of
 from scenes.rig_figure import rigged_people
@@ -71,7 +72,14 @@ def terrain(**changes):
     return Subject(make, look(Corner(3, -70), eye, 20.0, -10.0, 60.0, (90, 50)), 3.0)
 
 
+def plume(kind):
+    make = partial(Plume, kind, KINDS[kind], 5, 0.0, 0.0, GROUND)
+    height = KINDS[kind].height
+    return Subject(make, camera(2.5 * height, 0.5 * height), 0.5)
+
+
 SUBJECTS = {
+    **{kind: partial(plume, kind) for kind in KINDS},
     **{model: partial(species, model, 3, False, Weather("summer", 0.0)) for model in MODELS},
     **{f"walking {model}": partial(species, model, 4, True, WINDY) for model in LEGGED},
     **{f"swaying {model}": partial(species, model, 2, False, WINDY) for model in TREES},
@@ -84,7 +92,7 @@ SUBJECTS = {
 }
 
 
-QUICK = ("rabbit", "walking ostrich", "swaying tree", "actor", "terrain")
+QUICK = ("rabbit", "walking ostrich", "swaying tree", "actor", "terrain", "flames")
 each_subject = [
     pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in SUBJECTS
 ]

@@ -199,3 +199,20 @@ def test_what_moves_is_told_stick_by_stick(make):
     (moves,) = found["moves"].values()
     assert np.array_equal(moves[:, 0], shift) and np.array_equal(moves[:, 1], 2 * shift)
     assert describe(make.camera(), [still], make.light, 2)["moves"] == {}
+
+
+def test_what_glows_is_a_mesh_of_each_radiance(make):
+    ground = make.ground()
+    glows = np.array([[2.0, 1.0, 0.0], [9.0, 9.0, 9.0], [1.0, 0.0, 0.0]])
+    fire = replace(
+        ground, name="fire", shape=replace(ground.shape, glow=np.array([2, 0]), glows=glows)
+    )
+    shapes = described(make, ground, fire)["shapes"]
+    assert [shape.get("glow", np.zeros(0)).tolist() for shape in shapes.values()] == [
+        [],
+        [2.0, 1.0, 0.0],
+        [1.0, 0.0, 0.0],
+    ]
+    assert [len(shape["faces"]) for shape in shapes.values()] == [2, 1, 1]
+    with pytest.raises(InputError, match="fire glow"):
+        described(make, replace(fire, shape=replace(fire.shape, glows=-glows)))
