@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
 
 from bench.air_targets import DISTANCES, extinction_seen, visibility_seen
 from bench.claims import Claim, claim
 from bench.records import Point
-from bench.statistics import CONFIDENCE, Estimate
+from bench.statistics import Estimate, mean
 from lod.air import Air, rgb_extinction
 
 BAND_EDGES_M = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)
@@ -98,11 +97,3 @@ def _colour(point: Point) -> list[Claim]:
 def label(point: Point) -> str:
     """The band in words."""
     return "in the sky" if point.case["from"] == SKY else f"from {point.case['from']:g} m"
-
-
-def mean(values: np.ndarray) -> Estimate:
-    """Mean with Student's interval."""
-    error = float(values.std(ddof=1)) / len(values) ** 0.5
-    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(values) - 1)) * error
-    value = float(values.mean())
-    return Estimate(value, value - half, value + half, error, 1.0, len(values))

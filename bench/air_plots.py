@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from bench.air_claims import SKY, label, mean
+from bench.air_claims import SKY, label
 from bench.air_targets import DISTANCES
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
+from bench.statistics import mean
 
 
 def figures(record: Record) -> tuple[Figure, ...]:

@@ -77,6 +77,46 @@ def _later(module: str, name: str) -> Any:
     return call
 
 
+def _run_fidelity(
+    quick: bool = False, progress: Progress = silent, seed: int = 0
+) -> "bench.records.Record":
+    from bench import fidelity_experiment
+
+    return fidelity_experiment.run(quick, progress, seed)
+
+
+def _fidelity_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
+    from bench import fidelity_plots
+
+    return fidelity_plots.figures(record)
+
+
+def _fidelity_table(record: "bench.records.Record") -> Table:
+    from bench import fidelity_plots
+
+    return fidelity_plots.table(record)
+
+
+def _run_pixels(
+    quick: bool = False, progress: Progress = silent, seed: int = 0
+) -> "bench.records.Record":
+    from bench import pixels_experiment
+
+    return pixels_experiment.run(quick, progress, seed)
+
+
+def _pixels_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
+    from bench import pixels_plots
+
+    return pixels_plots.figures(record)
+
+
+def _pixels_table(record: "bench.records.Record") -> Table:
+    from bench import pixels_plots
+
+    return pixels_plots.table(record)
+
+
 EXPERIMENTS: dict[str, Experiment] = {
     "scaling": Experiment(
         about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
@@ -170,6 +210,32 @@ EXPERIMENTS: dict[str, Experiment] = {
             "atmosphere already; its phase function is one of clean continental air.",
             "RGB and spectral pictures also differ in the coefficients of the sky's model: the "
             "row of the sky shows by how much.",
+        ),
+    ),
+    "fidelity": Experiment(
+        about="image error against parts, memory and time, every metric, τ from ⅛ to 8 pixels",
+        question="What does pruning do to the picture, and which metric does least for its parts?",
+        run=_run_fidelity,
+        figures=_fidelity_figures,
+        table=_fidelity_table,
+        limits=(
+            "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
+            "and so are the limits that they set; what lies beyond 170 m is not there at all.",
+            "FLIP is of one exposure and 67 pixels per degree; more of either shows more.",
+            "Memory is what lodbench foretells from sticks and triangles, as `--max-memory` does.",
+        ),
+    ),
+    "pixels": Experiment(
+        about="parts of an object against the pixels that it covers alone",
+        question="Does an object ever consist of many more parts than the pixels it covers?",
+        run=_run_pixels,
+        figures=_pixels_figures,
+        table=_pixels_table,
+        limits=(
+            "Objects nearer than two of their bounds are left out: they cover far more pixels than "
+            "they have parts.",
+            "Flat ground and an eye 1.6 m up; each object is aimed at, as by a small picture.",
+            "A pixel counts as covered when any of 16 places in it is.",
         ),
     ),
 }

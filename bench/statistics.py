@@ -83,6 +83,14 @@ def share(counts: Reals, out_of: Reals) -> Estimate:
     return Estimate(value, low, high, error, 1.0, len(counts))
 
 
+def mean(values: Reals) -> Estimate:
+    """Mean with Student's interval."""
+    error = float(values.std(ddof=1)) / len(values) ** 0.5
+    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(values) - 1)) * error
+    value = float(values.mean())
+    return Estimate(value, value - half, value + half, error, 1.0, len(values))
+
+
 def standard_error(counts: Reals) -> float:
     """Standard error of the mean, as a share of the mean; infinite where nothing was counted."""
     mean = float(np.mean(counts))

@@ -61,13 +61,17 @@ USUAL = Look()
 
 def display(rgb: np.ndarray, exposure: float, tone: str = USUAL.tone) -> np.ndarray:
     """Linear Rec.709 times ``exposure``, through the curve, as 8-bit sRGB, (h, w, 3)."""
+    return np.rint(encoded(rgb, exposure, tone) * 255).astype(np.uint8)
+
+
+def encoded(rgb: np.ndarray, exposure: float, tone: str = USUAL.tone) -> np.ndarray:
+    """The same before it is rounded, 0 to 1: rounding alone is a difference of its own."""
     if not (math.isfinite(exposure) and exposure > 0):
         raise InputError("exposure", exposure, "a factor above 0", "try 1")
     from colour.models import eotf_inverse_sRGB
 
     x = np.maximum(rgb.astype(np.float64), 0.0) * exposure
-    toned = np.clip(TONE_CURVES[tone](x), 0.0, 1.0)
-    return np.rint(np.asarray(eotf_inverse_sRGB(toned)) * 255).astype(np.uint8)
+    return np.asarray(eotf_inverse_sRGB(np.clip(TONE_CURVES[tone](x), 0.0, 1.0)))
 
 
 def exposure_of(rgb: np.ndarray) -> float:

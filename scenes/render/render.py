@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from lod.air import Air
@@ -31,8 +31,33 @@ def render_frame(
     """
     if extras.denoise:
         check_denoiser()
+    stage = staged(camera, visible, air, light, quality, extras.after)
+    layers = taken(stage, quality, frame, watch)
+    return _with_denoised(layers) if extras.denoise else layers
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A scene that is built, ready for any number of pictures of it; ``seconds`` of its stages."""
+
+    built: Any
+    haze: Any
+    variant: str
+    statistics: dict[str, int]
+    seconds: dict[str, float]
+
+
+def staged(
+    camera: Camera,
+    visible: Sequence[Visible],
+    air: Air,
+    light: Light,
+    quality: Quality,
+    after: Camera | None = None,
+) -> Stage:
+    """Build what ``render_frame`` renders. Of the quality, seed and spp may change later."""
     start = time.perf_counter()
-    description = describe(camera, visible, light, quality.max_depth, extras.after)
+    description = describe(camera, visible, light, quality.max_depth, after)
     if quality.haze == "medium":
         description = with_medium(description, air)
     described = time.perf_counter()
@@ -40,16 +65,26 @@ def render_frame(
     variants.use(name)
     from scenes.render.build import build
     from scenes.render.haze import haze_of
-    from scenes.render.samples import layers_of
 
     built = build(description)
     haze = haze_of(built, air, quality.haze)
-    ready = time.perf_counter()
-    samples = _driver(name, quality.haze)(built, haze, quality, frame, watch)
-    traced = time.perf_counter()
-    seconds = {"describe": described - start, "build": ready - described, "trace": traced - ready}
-    layers = layers_of(samples, built, seconds, _statistics(description))
-    return _with_denoised(layers) if extras.denoise else layers
+    seconds = {"describe": described - start, "build": time.perf_counter() - described}
+    return Stage(built, haze, name, _statistics(description), seconds)
+
+
+def taken(
+    stage: Stage,
+    quality: Quality,
+    frame: int = 0,
+    watch: Callable[[int], object] = lambda samples: None,
+) -> Layers:
+    """One picture of a stage; its variant is still the one that is set."""
+    from scenes.render.samples import layers_of
+
+    start = time.perf_counter()
+    samples = _driver(stage.variant, quality.haze)(stage.built, stage.haze, quality, frame, watch)
+    seconds = {**stage.seconds, "trace": time.perf_counter() - start}
+    return layers_of(samples, stage.built, seconds, stage.statistics)
 
 
 def _with_denoised(layers: Layers) -> Layers:

@@ -1,0 +1,130 @@
+"""How far one picture is from another: numbers of every pair of seeds, as integers.
+
+Pictures are linear radiance; ``Shown`` says how they are displayed: one exposure for a view, that
+of its reference, the curve of scenes.render.display, not rounded to 8 bits.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from bench.excess_flip import PIXELS_PER_DEGREE, mean_flip
+from scenes.render.display import encoded, exposure_of
+from scenes.render.frame import SKY_Z, Layers
+
+BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
+"""Distances of the bands of mean luminance; and the sky."""
+
+EPSILON = 0.01
+"""Added to the squared reference of relMSE, in exposed light."""
+
+_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+
+Picture = Float64[np.ndarray, "h w 3"]
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The unpruned view: two pictures of every pair of seeds, and what is measured against them.
+
+    same, other   with the seed of the tested picture, and with another
+    exposure, mean  of all pictures of ``other``; ``mean`` is exposed
+    Z  (h, w) distance of what each pixel shows [m]
+    """
+
+    same: tuple[Picture, ...]
+    other: tuple[Picture, ...]
+    exposure: float
+    mean: Picture
+    Z: np.ndarray
+
+
+def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
+    """From rendered frames."""
+    pictures = [[each.rgb.astype(np.float64) for each in row] for row in (same, other)]
+    mean = np.mean(pictures[1], axis=0)
+    exposure = exposure_of(mean)
+    return Reference(tuple(pictures[0]), tuple(pictures[1]), exposure, mean * exposure, same[0].Z)
+
+
+def measured(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]:
+    """All errors of every pair: FLIP and SSIM with their floors, relMSE, and its bias alone.
+
+    In millionths; luminance in 10⁻⁹ of its unit.
+    """
+    pairs = range(len(tested))
+    test, same, other = (
+        [encoded(p, whole.exposure).astype(np.float32) for p in row]
+        for row in (tested, whole.same, whole.other)
+    )
+    return {
+        "flip": [_ppm(mean_flip(test[k], other[k])) for k in pairs],
+        "flip_floor": [_ppm(mean_flip(same[k], other[k])) for k in pairs],
+        "ssim": [_ppm(ssim(test[k], other[k])) for k in pairs],
+        "ssim_floor": [_ppm(ssim(same[k], other[k])) for k in pairs],
+        "relmse": [_ppm(rel_mse(tested[k], whole.other[k], whole)) for k in pairs],
+        "relmse_floor": [_ppm(rel_mse(whole.same[k], whole.other[k], whole)) for k in pairs],
+        "relmse_bias": [_ppm(each) for each in bias(tested, whole)],
+        **_luminances(tested, whole),
+    }
+
+
+def ssim(one: np.ndarray, two: np.ndarray) -> float:
+    """Structural similarity of two displayed pictures (Wang et al. 2004), by scikit-image."""
+    from skimage.metrics import structural_similarity
+
+    found = structural_similarity(
+        one, two, channel_axis=2, data_range=1.0, gaussian_weights=True, sigma=1.5
+    )
+    return float(found)
+
+
+def rel_mse(one: Picture, two: Picture, whole: Reference) -> float:
+    """Mean of the squared difference over the squared reference."""
+    return _product(one - two, one - two, whole)
+
+
+def bias(tested: Sequence[Picture], whole: Reference) -> list[float]:
+    """relMSE without noise: products of differences whose seeds are independent.
+
+    E[(Tᵢ − Rᵢ)(Tⱼ − Rⱼ)] = (E[T] − E[R])² for i ≠ j; here j follows i, round and round.
+    """
+    apart = [one - two for one, two in zip(tested, whole.same, strict=True)]
+    return [_product(apart[k - 1], apart[k], whole) for k in range(len(apart))]
+
+
+def _product(one: Picture, two: Picture, whole: Reference) -> float:
+    return float(np.mean(one * two * whole.exposure**2 / (whole.mean**2 + EPSILON)))
+
+
+def _luminances(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]:
+    """Mean luminance of every picture by what the reference shows there."""
+    edges = (*BAND_EDGES_M, float(SKY_Z))
+    made: dict[str, list[int]] = {}
+    for low, high in zip(edges, (*edges[1:], np.inf), strict=True):
+        mine = (whole.Z >= low) & (whole.Z < high)
+        name = band_name(low)
+        made[f"pixels {name}"] = [int(mine.sum())]
+        for which, row in (("tested", tested), ("reference", whole.same)):
+            light = [float((p[mine] @ _LUMINANCE).mean()) if mine.any() else 0.0 for p in row]
+            made[f"{which} {name}"] = [round(1e9 * each) for each in light]
+    return made
+
+
+def band_name(low: float) -> str:
+    """The band that begins at a distance."""
+    return "sky" if low == float(SKY_Z) else f"from {low:g} m"
+
+
+BANDS = tuple(band_name(low) for low in (*BAND_EDGES_M, float(SKY_Z)))
+
+
+def _ppm(value: float) -> int:
+    return round(1e6 * value)
+
+
+def displayed_as(whole: Reference) -> dict[str, float]:
+    """How pictures were looked at, for the record."""
+    return {"exposure": round(whole.exposure, 6), "pixels_per_degree": PIXELS_PER_DEGREE}

@@ -1,0 +1,164 @@
+"""What the fidelity experiment looks at: three views of a finite world, pruned in many ways.
+
+The reference is the unpruned window with the ground at GROUND_DETAIL, where every tile in view is
+as fine as it gets. Off-screen casters are the objects wholly out of view: they are seen only
+through shadow and bounced light.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from lod.errors import InputError
+from lod.fade import looks
+from lod.metric import metric_named
+from lod.parts import Representation
+from lod.prune import Cut, cut_of, prune
+from lod.view import View, in_view
+from scenes.preset import Preset, load_preset
+from scenes.render.frame import Visible
+from scenes.shot import short_ids
+from scenes.world import World, build_world, view_at
+
+VIEWS = {
+    "eye level": (),
+    "aerial": ("camera.height=40", "camera.pitch=-25"),
+    "hazy": ("air.visibility=200m",),
+}
+METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
+DETAILS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+QUICK_DETAILS = (0.25, 1.0, 4.0)
+
+SPECIES, GROUND = "species", "ground"
+"""What is pruned in the sweeps: everything that stands on the ground, which is whole then; or the
+ground alone, by the default metric. A law is known of the species, and not of the ground."""
+
+PIECES = ("objects", "casters", "no casters", "everything")
+"""What is pruned at PIECES_DETAIL by the default metric: objects in view, those out of it, those
+wholly left out, all there is with the ground. The rest is as in the reference."""
+
+PIECES_DETAIL = 1.0
+GROUND_DETAIL = 1 / 32
+MOST_PARTS = 500_000
+"""The ceiling: a reference may not have more parts."""
+
+WORLD = (
+    "world.extent=240",
+    "camera.heading=140",
+    "terrain.reach=256",
+    "terrain.finest=1",
+    "terrain.amplitude=4",
+    "terrain.wavelength=256",
+    "species.figure.density=0.004",
+    "species.figure.prototypes=4",
+    "species.tree.density=0.0006",
+    "species.tree.prototypes=2",
+    "render.size=64x36",
+    "render.max_depth=3",
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One way to prune one view; ``pruned`` is SPECIES, GROUND or one of PIECES."""
+
+    view: str
+    metric: str
+    detail: float
+    pruned: str = SPECIES
+
+
+def cases(quick: bool) -> list[Case]:
+    """Every view by every metric and detail, and what its pieces cost."""
+    details = QUICK_DETAILS if quick else DETAILS
+    made = [Case(v, m, d) for v in VIEWS for m in METRICS_TRIED for d in details]
+    ground = (PIECES_DETAIL,) if quick else DETAILS
+    made += [Case(v, "blake", d, GROUND) for v in VIEWS for d in ground]
+    return made + [Case(v, "blake", PIECES_DETAIL, piece) for v in VIEWS for piece in PIECES]
+
+
+def preset_of(view: str) -> Preset:
+    """The preset ``meadow`` in a window, as the view sees it."""
+    return load_preset("meadow", (*WORLD, *VIEWS[view]))
+
+
+@lru_cache(maxsize=1)
+def world() -> World:
+    """The same for all views: they differ in camera and air alone."""
+    return build_world(preset_of("eye level"))
+
+
+def view_of(case: Case) -> View:
+    """The view that prunes, as its preset says but for metric and detail."""
+    plain = view_at(world(), preset_of(case.view), 1)
+    return replace(plain, metric=metric_named(case.metric), detail=case.detail)
+
+
+@lru_cache(maxsize=len(VIEWS))
+def reference(view: str) -> tuple[Visible, ...]:
+    """Everything, and the ground as fine as it gets. Raises InputError above the ceiling."""
+    made = []
+    for each in world().representations:
+        full = _full(each, view)
+        made.append(_visible(each, full, prune(each, full)))
+    if parts_in(made) > MOST_PARTS:
+        raise InputError("reference", parts_in(made), f"at most {MOST_PARTS} parts")
+    return tuple(made)
+
+
+def displayed(case: Case) -> list[Visible]:
+    """What is in the picture of a case."""
+    view, made = view_of(case), []
+    for each in world().representations:
+        ground = each is world().terrain
+        if case.pruned in ("everything", GROUND if ground else SPECIES):
+            made.append(_visible(each, view, prune(each, view)))
+        elif ground or case.pruned == GROUND:
+            made += [whole for whole in reference(case.view) if whole.name == each.name]
+        else:
+            made += _pieces(each, case, view)
+    return made
+
+
+def _pieces(each: Representation, case: Case, view: View) -> list[Visible]:
+    """A species, its objects in view and out of it pruned or not as the case says."""
+    full = _full(each, case.view)
+    pruned, whole = prune(each, view), prune(each, full)
+    inside, outside = ((pruned, view), (whole, full))
+    if case.pruned != "objects":
+        inside, outside = outside, inside
+    made = [_visible(each, inside[1], _objects(inside[0], view, True))]
+    if case.pruned != "no casters":
+        made.append(_visible(each, outside[1], _objects(outside[0], view, False)))
+    return made
+
+
+def _objects(cut: Cut, view: View, seen: bool) -> Cut:
+    """The objects of a cut that are in view, or those that are not."""
+    parts = cut.parts
+    roots = np.flatnonzero(parts.whole < 0)
+    inside = np.zeros(int(parts.object.max(initial=-1)) + 1, bool)
+    inside[parts.object[roots]] = in_view(view, parts.centre[roots], parts.bound[roots])
+    rows = np.flatnonzero(inside[parts.object] == seen)
+    place = np.full(len(parts) + 1, -1)  # the last for what has no whole
+    place[rows] = np.arange(len(rows))
+    taken = parts.take(rows)
+    return cut_of(replace(taken, whole=place[taken.whole]), 0, 0)
+
+
+def _full(each: Representation, view: str) -> View:
+    """The view that shows all there is of it."""
+    ground = each is world().terrain
+    found = view_of(Case(view, "blake" if ground else "full", GROUND_DETAIL if ground else 1.0))
+    return replace(found, fade=0.0, sight=None, offscreen_detail=1.0)
+
+
+def _visible(each: Representation, view: View, cut: Cut) -> Visible:
+    return Visible(each.name, short_ids(cut), each.appearance(cut.parts, looks(cut, view)))
+
+
+def parts_in(visible: Sequence[Visible]) -> int:
+    """Parts of the species; the ground's tiles are no parts that a law knows."""
+    return sum(len(each.cut) for each in visible if each.name != world().terrain.name)

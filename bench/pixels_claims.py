@@ -1,0 +1,47 @@
+"""What the pixels experiment claims, judged from its raw counts alone."""
+
+import numpy as np
+from scipy import stats
+
+from bench.claims import Claim, claim
+from bench.records import Point
+from bench.statistics import CONFIDENCE, Estimate
+from lod.arrays import Reals
+
+MOST, SHARE = 4.0, 0.95
+"""Refuted where more than 5 % of the objects have more parts to a pixel than this."""
+
+_SOURCE = "§4.1, issue 6"
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """One claim for every point, by pixels covered."""
+    return tuple(_claim(point) for point in points)
+
+
+def _claim(point: Point) -> Claim:
+    case = point.case
+    about = (
+        f"A {case['species']} hardly ever has many more parts than it covers pixels, "
+        f"τ = {case['detail']:g} px."
+    )
+    words = about, "95th percentile of parts ÷ pixels covered", _SOURCE
+    name = f"{case['metric']}/{case['species']}/pixels_{case['detail']:g}px"
+    return claim(name, words, MOST, 0, quantile(ratios(point), SHARE), "at most")
+
+
+def ratios(point: Point, out_of: str = "pixels") -> Reals:
+    """Parts over pixels of every object; over ``area``, where it is not 0, in pixels."""
+    parts, covered = (np.array(point.samples[k], np.float64) for k in ("parts", out_of))
+    if out_of == "area":
+        covered = covered / 1000
+    return parts[covered > 0] / covered[covered > 0]
+
+
+def quantile(values: Reals, share: float) -> Estimate:
+    """A quantile with its interval by order statistics, whatever the distribution."""
+    ordered, n = np.sort(values), len(values)
+    ends = stats.binom.ppf([(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], n, share).astype(int)
+    low, high = ordered[np.clip(ends - [1, 0], 0, n - 1)]
+    value = float(np.clip(np.quantile(ordered, share), low, high))
+    return Estimate(value, float(low), float(high), float(high - low) / 4, 1.0, n)

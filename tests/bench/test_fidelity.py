@@ -1,0 +1,148 @@
+"""Fidelity: what is measured is right where it is known, and the verdicts follow from it."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench import fidelity_plots
+from bench.fidelity_claims import judge, reached
+from bench.fidelity_measure import BANDS, bias, measured, reference_of
+from bench.fidelity_scene import (
+    DETAILS,
+    GROUND,
+    METRICS_TRIED,
+    PIECES,
+    PIECES_DETAIL,
+    SPECIES,
+    Case,
+    cases,
+    displayed,
+    parts_in,
+    reference,
+)
+from bench.provenance import provenance
+from bench.records import Point, Record
+from scenes.render.frame import Layers
+
+SHAPE = (12, 16)
+PAIRS = 8
+
+
+def frame(rgb):
+    zero = np.zeros(SHAPE)
+    Z = np.broadcast_to(np.linspace(5.0, 250.0, SHAPE[0])[:, None], SHAPE)
+    flat = np.zeros((*SHAPE, 3))
+    return Layers(rgb, Z, flat, flat, zero, zero, zero)
+
+
+def noisy(seed, noise=0.02, offset=0.0):
+    rng = np.random.Generator(np.random.Philox(seed))
+    base = np.linspace(0.2, 0.8, SHAPE[1])[None, :, None] * np.ones((*SHAPE, 3))
+    return frame(base + offset + noise * rng.standard_normal((*SHAPE, 3)))
+
+
+def whole(noise=0.02):
+    seeds = range(2 * PAIRS)
+    frames = [noisy(seed, noise) for seed in seeds]
+    return reference_of(frames[0::2], frames[1::2])
+
+
+def offset_by(offset, noise=0.02):
+    return [noisy(100 + k, noise, offset).rgb.astype(np.float64) for k in range(PAIRS)]
+
+
+def test_bias_is_found_beneath_noise_four_times_as_large():
+    """A planted offset of 0.01 beneath noise of 0.04: the products find its square alone."""
+    known = whole(0.04)
+    wanted = np.mean((0.01 * known.exposure) ** 2 / (known.mean**2 + 0.01))
+    found = np.array(bias(offset_by(0.01, 0.04), known))
+    assert found.mean() == pytest.approx(wanted, abs=4 * found.std() / PAIRS**0.5)
+    none = np.array(bias(offset_by(0.0, 0.04), known))
+    assert abs(none.mean()) < wanted / 2
+
+
+def test_nothing_changed_measures_as_its_floor():
+    known = whole()
+    found = measured(list(known.same), known)
+    for name in ("flip", "ssim", "relmse"):
+        assert found[name] == found[f"{name}_floor"]
+    assert found["relmse_bias"] == [0] * PAIRS
+    for band in (b for b in BANDS if found[f"pixels {b}"][0]):
+        assert found[f"tested {band}"] == found[f"reference {band}"]
+    worse = measured(offset_by(0.2), known)
+    assert min(worse["flip"]) > max(worse["flip_floor"])
+    assert max(worse["ssim"]) < min(worse["ssim_floor"]) + 100_000
+
+
+def point(metric, detail, excess, parts, floor=5000, view="aerial", pruned=SPECIES):
+    flat = {f"{which} {b}": [1000] * PAIRS for which in ("tested", "reference") for b in BANDS}
+    spread = [-20, 20] * (PAIRS // 2)
+    samples = {
+        **flat,
+        **{f"pixels {b}": [100] for b in BANDS},
+        "flip": [floor + round(1e6 * excess) + each for each in spread],
+        "flip_floor": [floor] * PAIRS,
+        **{k: [990_000] * PAIRS for k in ("ssim", "ssim_floor")},
+        **{f"relmse{k}": [100] * PAIRS for k in ("", "_floor", "_bias")},
+        **{k: [5] for k in ("sticks", "triangles", "foretold_bytes", "prune_us", "build_us")},
+        "parts": [parts],
+        "trace_us": [5] * PAIRS,
+    }
+    return Point({"view": view, "metric": metric, "detail": detail, "pruned": pruned}, {}, samples)
+
+
+def planted(rival=2.0):
+    """Excess 0.01·τ by every metric; the others have ``rival`` times as many parts as blake."""
+    made = []
+    for metric in METRICS_TRIED:
+        factor = 1.0 if metric == "blake" else rival
+        made += [point(metric, d, 0.01 * d, round(1e5 * factor / d**2)) for d in DETAILS]
+    made += [point("blake", PIECES_DETAIL, 0.004, 10, pruned=piece) for piece in PIECES]
+    return tuple(made)
+
+
+def test_where_the_excess_comes_up_to_an_error_is_read_between_details():
+    row = [p for p in planted() if p.case["metric"] == "blake" and p.case["pruned"] == SPECIES]
+    detail, parts = reached(row, np.arange(PAIRS), 0.015)
+    assert detail == pytest.approx(1.5, rel=1e-6)
+    assert parts == pytest.approx(1e5 / 1.5**2, rel=1e-3)
+    assert np.isnan(reached(row[:2], np.arange(PAIRS), 0.5)).all()
+
+
+def test_verdicts_follow_from_samples():
+    verdict = {c.name: c.verdict for c in judge(planted(rival=2.0))}
+    assert verdict["bounded/aerial/parts"] == "holds"
+    assert verdict["floor/aerial"] == "holds"
+    assert verdict["blake/aerial/luminance_from_0_m"] == "holds"
+    assert "refuted" == {c.name: c.verdict for c in judge(planted(rival=0.5))}["depth/aerial/parts"]
+    noisy_floor = tuple(
+        replace(p, samples={**p.samples, "flip_floor": [20_000] * PAIRS}) for p in planted()
+    )
+    assert {c.name: c.verdict for c in judge(noisy_floor)}["floor/aerial"] == "refuted"
+
+
+def test_the_report_draws_every_view_with_its_floor():
+    points = planted()
+    made = Record("fidelity", 1, True, "", provenance("", 0), points, judge(points), {})
+    heads, rows = fidelity_plots.table(made)
+    assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
+    for figure in fidelity_plots.figures(made):
+        assert "noise floor is 0.0050" in figure.caption
+        assert not re.search(r"\bnan\b", figure.svg)
+
+
+@pytest.mark.slow
+def test_pieces_put_together_are_the_whole():
+    """Objects in view and out of it are each pruned alone, and nothing is lost between them."""
+    view, full = "eye level", reference("eye level")
+    kinds = (*PIECES, SPECIES, GROUND)
+    by_piece = {kind: displayed(Case(view, "blake", 1.0, kind)) for kind in kinds}
+    everything, pruned = parts_in(full), parts_in(by_piece[SPECIES])
+    assert parts_in(by_piece[GROUND]) == everything
+    assert parts_in(by_piece["everything"]) == pruned
+    saved = [everything - parts_in(by_piece[k]) for k in ("objects", "casters")]
+    assert sum(saved) == everything - pruned
+    assert parts_in(by_piece["no casters"]) < parts_in(by_piece["casters"]) < everything
+    assert len(cases(False)) == 3 * (4 * 7 + 7 + 4)
