@@ -15,7 +15,7 @@ from lod.runs import in_runs
 from lod.thinning import thinning
 from scenes.atlas import Atlas
 from scenes.rig_cast import Bodies, Cast
-from scenes.rig_pose import at_point, matrix, reach_joint, scratch, stand
+from scenes.rig_pose import at_point, matrix, pose_wanted, scratch, stand, want
 
 _SHORTEST_RUN = 8192
 """Sticks for which another thread is worth its start."""
@@ -75,23 +75,27 @@ def _emit(  # type: ignore[no-untyped-def]
     start, end, joint0, joint1 = ends
     radius0, radius1, tints = sizes
     n = len(stick)
-    frame, done = scratch(most)
+    frame, state = scratch(most)
     m = 0
     while m < n:
         o = objects[owner[m]]
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = stand(t, frame, done, variant[o], phase[o], at)
+        stance = stand(t, frame, state, variant[o], phase[o], at)
+        last = m
+        while last < n and objects[owner[last]] == o:
+            want(t.joint, stance, state, joint0[stick[last]] + 1)
+            want(t.joint, stance, state, joint1[stick[last]] + 1)
+            last += 1
+        pose_wanted(t, frame, state, stance, feet, o, 1, stance[2])
         row, turn = 0, matrix(frame, 0)
-        while m < n and objects[owner[m]] == o:
+        while m < last:
             k = stick[m]
             if joint0[k] + 1 != row:
                 row = joint0[k] + 1
-                reach_joint(t, frame, done, stance, feet[o], row)
                 turn = matrix(frame, row)
             a = at_point(frame, row, turn, start[k, 0], start[k, 1], start[k, 2])
             if joint1[k] + 1 != row:
                 row = joint1[k] + 1
-                reach_joint(t, frame, done, stance, feet[o], row)
                 turn = matrix(frame, row)
             b = at_point(frame, row, turn, end[k, 0], end[k, 1], end[k, 2])
             starts[m, 0], starts[m, 1], starts[m, 2] = a

@@ -17,12 +17,12 @@ from scenes.rig_turns import times, turn
 
 
 @njit(cache=True)
-def plant_leg(frame, hip, knee, ankle, offset, first, longest, limits, foot, cos, sin):  # type: ignore[no-untyped-def]
+def plant_leg(frame, hip, knee, ankle, offset, first, longest, limits, leg, foot, cos, sin):  # type: ignore[no-untyped-def]
     """Bend the leg in rows hip, knee, ankle of ``frame`` (x, y, z and quaternion), changing them.
 
     offset: bones and bend; first: what to add to a row of ``frame`` for the joint's row of
         ``offset``; longest: how far the leg stretches [m]
-    limits (6,) of the ankle: least tan x, sin y, tan z, then the greatest
+    limits (l, 6) of ankles, this one's in row ``leg``: least tan x, sin y, tan z, then the greatest
     foot (6,): print x, y, z; how far ahead of the prototype's it is; the turn of the ground under
         it, its x and y; cos, sin: of the heading. Row 0 stands on level ground.
     """
@@ -50,11 +50,11 @@ def plant_leg(frame, hip, knee, ankle, offset, first, longest, limits, foot, cos
     _place(frame, ankle, knee, turn(qx, qy, qz, qw, sx, sy, sz))
     f = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
     _face(frame, ankle, times(ax, ay, 0.0, aw, f[0], f[1], f[2], f[3]))
-    _within(frame, knee, ankle, limits)
+    _within(frame, knee, ankle, limits, leg)
 
 
 @njit(cache=True)
-def _within(frame, knee, ankle, limits):  # type: ignore[no-untyped-def]
+def _within(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
     """Turn the ankle no further in the knee's frame than its limits, angle by angle of Rz·Ry·Rx."""
     ux, uy, uz, uw = frame[knee, 3], frame[knee, 4], frame[knee, 5], frame[knee, 6]
     f = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
@@ -63,9 +63,9 @@ def _within(frame, knee, ankle, limits):  # type: ignore[no-untyped-def]
     if across <= 0.0 or along <= 0.0:
         return
     a, b, c = 2.0 * (w * x + y * z) / across, 2.0 * (w * y - z * x), 2.0 * (w * z + x * y) / along
-    p = min(max(a, limits[0]), limits[3])
-    q = min(max(b, limits[1]), limits[4])
-    r = min(max(c, limits[2]), limits[5])
+    p = min(max(a, limits[leg, 0]), limits[leg, 3])
+    q = min(max(b, limits[leg, 1]), limits[leg, 4])
+    r = min(max(c, limits[leg, 2]), limits[leg, 5])
     if p == a and q == b and r == c:
         return
     a, b, c = math.atan(p) / 2, math.asin(q) / 2, math.atan(r) / 2

@@ -2,9 +2,10 @@
 
 A ``Cast`` lays the rigs and motions of all prototypes of a species end to end; ``Bodies`` say
 where each object stands and how far through its cycle it is. The walk takes pairs (object, point)
-or (object, stick), those of one object together, and evaluates every joint that is needed once an
-object: slerp between two keys, product with the joint above, offset. Legs are bent so that feet
-stand where ``rig_stand`` has put them (``rig_plant``).
+or (object, stick), those of one object together. It marks the joints that these ride on, then poses
+them in one loop, parents first: slerp between two keys, product with the joint above, offset. Legs
+are bent so that feet stand where ``rig_stand`` has put them (``rig_plant``). What is called once a
+joint is given no arrays that it could do without: handing one over costs as much as a turn.
 
 Same input, same bytes: one thread, no reordered arithmetic.
 """
@@ -61,19 +62,18 @@ def pose_points(
 @njit(cache=True)
 def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, ends):  # type: ignore[no-untyped-def]
     """Every end of the items, (ends, m, 3). ``ends``: places and joints in the table of items."""
-    frame, done = scratch(most)
+    frame, state = scratch(most)
     out = np.empty((len(ends), len(rows), 3))
     m = 0
     while m < len(rows):
         o, first = rows[m], m
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = stand(t, frame, done, variant[o], phase[o], at)
+        stance = stand(t, frame, state, variant[o], phase[o], at)
         while m < len(rows) and rows[m] == o:
             for _, on in ends:
-                row = on[items[m]] + 1
-                if not done[row]:
-                    reach_joint(t, frame, done, stance, feet[o], row)
+                want(t.joint, stance, state, on[items[m]] + 1)
             m += 1
+        pose_wanted(t, frame, state, stance, feet, o, 1, stance[2])
         e = 0
         for place, on in ends:
             _put(frame, items, place, on, out[e], first, m)
@@ -81,10 +81,13 @@ def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, end
     return out
 
 
+_UNKNOWN, _WANTED, POSED = 0, 1, 2
+"""How far the frame of a joint is."""
+
 NO_TURN = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 """The matrix that turns nothing."""
 
-NO_STANCE = (0, 0, 0, 0, 0.0, 0.0, 0.0)
+NO_STANCE = (0, 0, 0, 0, 0, 0.0, 0.0, 0.0)
 """What ``stand`` gives, before anything stands."""
 
 
@@ -125,76 +128,90 @@ def _put(frame, sticks, points, joints, out, first, last):  # type: ignore[no-un
 
 @njit(cache=True)
 def scratch(most):  # type: ignore[no-untyped-def]
-    """Room to pose one object of up to ``most`` joints: frames, and which of them are done.
+    """Room to pose one object of up to ``most`` joints: frames, and how far each of them is.
 
     Row 0 of the frames is the object's own, row j + 1 that of joint j; the last is its bob.
     """
-    return np.zeros((most + 2, 7)), np.zeros(most + 1, np.bool_)
+    return np.zeros((most + 2, 7)), np.zeros(most + 1, np.int8)
 
 
 @njit(cache=True)
-def stand(t, frame, done, v, p, at):  # type: ignore[no-untyped-def]
+def stand(t, frame, state, v, p, at):  # type: ignore[no-untyped-def]
     """Begin an object of prototype v at phase p: its own frame and bob."""
     x, y, z, cos, sin = at
     frame[0, 0], frame[0, 1], frame[0, 2], frame[0, 3], frame[0, 4] = x, y, z, 0.0, 0.0
     frame[0, 5] = math.copysign(math.sqrt(max(0.0, (1.0 - cos) / 2)), sin)
     frame[0, 6] = math.sqrt(max(0.0, (1.0 + cos) / 2))
     keys, n, first = t.cast[v, 3], t.cast[v, 1], t.cast[v, 0]
-    done[0], done[1 : n + 1] = True, False
+    state[0], state[1 : n + 1] = POSED, _UNKNOWN
     along = p * keys
     k = min(int(along), keys - 1)
-    key, share, bob, s = t.cast[v, 2] + k * n, along - k, len(frame) - 1, t.cast[v, 4] + k
+    share, bob, s = along - k, len(frame) - 1, t.cast[v, 4] + k
     for c in range(3):
         frame[bob, c] = (1 - share) * t.shift[s, c] + share * t.shift[s + 1, c]
-    return v, first, n, key, share, cos, sin
+    return v, first, n, t.cast[v, 2], k * n, share, cos, sin
 
 
-@njit(cache=True)
-def reach_joint(t, frame, done, stance, feet, row):  # type: ignore[no-untyped-def]
-    """Pose the joint in a row of ``frame``, and all that it rides on, where that is not done.
-
-    feet (legs, 6): of the object, as in ``Bodies``.
+@njit(cache=True, inline="always")
+def want(joint, stance, state, row):  # type: ignore[no-untyped-def]
+    """Mark the joint in a row of ``frame``, and all that it rides on, as wanted; gives the first
+    row that is.
     """
-    joint, first = t.joint, stance[1]
-    while not done[row]:
-        up = row
-        above = joint[first + up - 1, 0] + 1
-        while not done[above]:
-            up = above
-            above = joint[first + up - 1, 0] + 1
-        _pose(t, frame, done, stance, feet, up)
+    lowest = row
+    while state[row] == _UNKNOWN:
+        state[row], lowest = _WANTED, row
+        row = joint[stance[1] + row - 1, 0] + 1
+    return lowest
 
 
 @njit(cache=True)
-def _pose(t, frame, done, stance, feet, row):  # type: ignore[no-untyped-def]
-    """Pose one joint whose parent is done; with a hip, all of its leg."""
+def pose_wanted(t, frame, state, stance, feet, o, lowest, highest):  # type: ignore[no-untyped-def]
+    """Pose the joints of object ``o`` that are wanted, from row to row, parents first; with a hip,
+    all of its leg.
+
+    feet (n, legs, 6): as in ``Bodies``.
+    """
     joint, offset, turns = t.joint, t.offset, t.turns
-    v, first, n, key, share, cos, sin = stance
-    _evaluate(joint, offset, turns, frame, first, n, key, share, row)
-    done[row] = True
-    leg = joint[first + row - 1, 4]
-    if leg >= 0:
-        foot = feet[leg]
+    v, first, _, _, _, _, cos, sin = stance
+    for row in range(lowest, highest + 1):
+        if state[row] != _WANTED:
+            continue
+        _evaluate(joint, offset, turns, frame, stance, row)
+        state[row] = POSED
+        leg = joint[first + row - 1, 4]
+        if leg < 0:
+            continue
+        foot = (
+            feet[o, leg, 0],
+            feet[o, leg, 1],
+            feet[o, leg, 2],
+            feet[o, leg, 3],
+            feet[o, leg, 4],
+            feet[o, leg, 5],
+        )
         if foot[2] == frame[0, 2] and foot[3] == 0.0 and foot[4] == 0.0 and foot[5] == 0.0:
-            return  # on level ground, at the prototype's own stride
+            continue  # on level ground, at the prototype's own stride
         knee, ankle = joint[first + row - 1, 2] + 1, joint[first + row - 1, 3] + 1
-        _evaluate(joint, offset, turns, frame, first, n, key, share, knee)
-        _evaluate(joint, offset, turns, frame, first, n, key, share, ankle)
-        stretch, limits = t.leg[t.cast[v, 5] + leg, 5], t.ankle[t.cast[v, 5] + leg]
-        plant_leg(frame, row, knee, ankle, offset, first - 1, stretch, limits, foot, cos, sin)
-        done[knee] = done[ankle] = True
+        _evaluate(joint, offset, turns, frame, stance, knee)
+        _evaluate(joint, offset, turns, frame, stance, ankle)
+        at = t.cast[v, 5] + leg
+        bones = offset, first - 1, t.leg[at, 5], t.ankle, at
+        plant_leg(frame, row, knee, ankle, *bones, foot, cos, sin)
+        state[knee] = state[ankle] = POSED
 
 
-@njit(cache=True)
-def _evaluate(joint, offset, turns, frame, first, n, key, share, row):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _evaluate(joint, offset, turns, frame, stance, row):  # type: ignore[no-untyped-def]
     """Frame of a joint from that of its parent, which is done: slerp, product, offset."""
-    at, a = first + row - 1, key + row - 1
-    qx, qy, qz, qw = turns[a, 0], turns[a, 1], turns[a, 2], turns[a, 3]
+    at, a = stance[1] + row - 1, stance[3] + row - 1
     if joint[at, 1]:
-        b = a + n
-        u, v = slerp_weights(share, turns[a, 4], turns[a, 5])
-        qx, qy = u * qx + v * turns[b, 0], u * qy + v * turns[b, 1]
-        qz, qw = u * qz + v * turns[b, 2], u * qw + v * turns[b, 3]
+        a += stance[4]
+        b = a + stance[2]
+        u, v = slerp_weights(stance[5], turns[a, 4], turns[a, 5])
+        qx, qy = u * turns[a, 0] + v * turns[b, 0], u * turns[a, 1] + v * turns[b, 1]
+        qz, qw = u * turns[a, 2] + v * turns[b, 2], u * turns[a, 3] + v * turns[b, 3]
+    else:
+        qx, qy, qz, qw = turns[a, 0], turns[a, 1], turns[a, 2], turns[a, 3]
     up = joint[at, 0] + 1
     x, y, z = offset[at, 0], offset[at, 1], offset[at, 2]
     if up == 0:

@@ -20,7 +20,17 @@ from lod.runs import in_runs
 from lod.view import View
 from scenes.atlas import Atlas
 from scenes.rig_cast import Bodies, Cast
-from scenes.rig_pose import NO_STANCE, NO_TURN, at_point, matrix, reach_joint, scratch, stand
+from scenes.rig_pose import (
+    NO_STANCE,
+    NO_TURN,
+    POSED,
+    at_point,
+    matrix,
+    pose_wanted,
+    scratch,
+    stand,
+    want,
+)
 
 _ROOM = 2**20
 """Rows in one buffer at first; memory is taken only as it fills."""
@@ -167,7 +177,7 @@ def _walk(  # type: ignore[no-untyped-def]
     Gives the object it stopped before, rows filled, and parts examined.
     """
     place, limits, links, rest, spread = table
-    frame, done = scratch(joints)
+    frame, state = scratch(joints)
     slot = np.empty(most, np.int32)
     n, examined, o = 0, 0, first
     while o < last and n + most <= out.shape[1]:
@@ -196,13 +206,15 @@ def _walk(  # type: ignore[no-untyped-def]
                         passed, decided = seen == _SEEN, seen != _PARTLY
                 if not decided:
                     if not stands:
-                        stance = stand(t, frame, done, v, phase[o], at)
+                        stance = stand(t, frame, state, v, phase[o], at)
                         turn, stands = matrix(frame, 0), True
                     row = links[k, 1]
                     if row == 0:
                         x, y, z = at_point(frame, 0, turn, place[k, 0], place[k, 1], place[k, 2])
                     else:
-                        reach_joint(t, frame, done, stance, feet[o], row)
+                        if state[row] != POSED:
+                            lowest = want(t.joint, stance, state, row)
+                            pose_wanted(t, frame, state, stance, feet, o, lowest, row)
                         x, y, z = place[k, 0], place[k, 1], place[k, 2]
                         if x == 0.0 and y == 0.0 and z == 0.0:
                             x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
