@@ -77,46 +77,6 @@ def _later(module: str, name: str) -> Any:
     return call
 
 
-def _run_fidelity(
-    quick: bool = False, progress: Progress = silent, seed: int = 0
-) -> "bench.records.Record":
-    from bench import fidelity_experiment
-
-    return fidelity_experiment.run(quick, progress, seed)
-
-
-def _fidelity_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
-    from bench import fidelity_plots
-
-    return fidelity_plots.figures(record)
-
-
-def _fidelity_table(record: "bench.records.Record") -> Table:
-    from bench import fidelity_plots
-
-    return fidelity_plots.table(record)
-
-
-def _run_pixels(
-    quick: bool = False, progress: Progress = silent, seed: int = 0
-) -> "bench.records.Record":
-    from bench import pixels_experiment
-
-    return pixels_experiment.run(quick, progress, seed)
-
-
-def _pixels_figures(record: "bench.records.Record") -> tuple["bench.figures.Figure", ...]:
-    from bench import pixels_plots
-
-    return pixels_plots.figures(record)
-
-
-def _pixels_table(record: "bench.records.Record") -> Table:
-    from bench import pixels_plots
-
-    return pixels_plots.table(record)
-
-
 EXPERIMENTS: dict[str, Experiment] = {
     "scaling": Experiment(
         about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
@@ -154,6 +114,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="what haze takes of each size of part, from V = 0.5 to 50 km, measured and predicted",
         question="Which parts does haze hide, and does the law know how many?",
         run=_later("haze_experiment", "run"),
+        run_spread=_later("haze_experiment", "run"),
         figures=_later("haze_plots", "figures"),
         table=_later("haze_plots", "table"),
         judge=_later("haze_claims", "judge"),
@@ -169,6 +130,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="what display and eye leave out, from 20 to 120 pixels per degree",
         question="How much detail is lost on the eye, by blur and by contrast?",
         run=_later("eye_experiment", "run"),
+        run_spread=_later("eye_experiment", "run"),
         figures=_later("eye_plots", "figures"),
         table=_later("eye_plots", "table"),
         judge=_later("eye_claims", "judge"),
@@ -215,9 +177,9 @@ EXPERIMENTS: dict[str, Experiment] = {
     "fidelity": Experiment(
         about="image error against parts, memory and time, every metric, τ from ⅛ to 8 pixels",
         question="What does pruning do to the picture, and which metric does least for its parts?",
-        run=_run_fidelity,
-        figures=_fidelity_figures,
-        table=_fidelity_table,
+        run=_later("fidelity_experiment", "run"),
+        figures=_later("fidelity_plots", "figures"),
+        table=_later("fidelity_plots", "table"),
         limits=(
             "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
             "and so are the limits that they set; what lies beyond 170 m is not there at all.",
@@ -228,9 +190,9 @@ EXPERIMENTS: dict[str, Experiment] = {
     "pixels": Experiment(
         about="parts of an object against the pixels that it covers alone",
         question="Does an object ever consist of many more parts than the pixels it covers?",
-        run=_run_pixels,
-        figures=_pixels_figures,
-        table=_pixels_table,
+        run=_later("pixels_experiment", "run"),
+        figures=_later("pixels_plots", "figures"),
+        table=_later("pixels_plots", "table"),
         limits=(
             "Objects nearer than two of their bounds are left out: they cover far more pixels than "
             "they have parts.",

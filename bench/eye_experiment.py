@@ -25,6 +25,7 @@ from bench.sight_measure import (
     seed_of,
     view_through,
 )
+from bench.spread import Each, in_turn
 from lod.cascade import Widths, widths_seen
 from lod.eye import Display
 from lod.sight import STANDARD_EYE, Sight
@@ -40,14 +41,17 @@ WIDTH = 640
 FIELDS, QUICK_FIELDS = 60, 10
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Count parts on every display, and judge every claim."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
     grid = [(species, ppd) for species in DENSITY for ppd in PIXELS_PER_DEGREE]
     points: list[Point] = []
+    measured = each(measure, [(*case, fields, seed) for case in grid])
     for number, (species, ppd) in enumerate(grid):
         progress(number, len(grid), f"{species}, {ppd:g} pixels per degree")
-        points.append(measure(species, ppd, fields, seed))
+        points.append(next(measured))
     progress(len(grid), len(grid), "judged")
     return Record(
         experiment=NAME,

@@ -24,6 +24,7 @@ from bench.sight_measure import (
     seed_of,
     view_through,
 )
+from bench.spread import Each, in_turn
 from lod.air import Air, least_extinction
 from lod.cascade import Widths, widths_seen
 from lod.sight import STANDARD_DISPLAY, STANDARD_EYE, Sight
@@ -46,13 +47,16 @@ size is gone. An eye: before a display of 67 pixels per degree."""
 FIELDS, QUICK_FIELDS = 80, 12
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Count every size of part through every air, and judge every claim."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
     points: list[Point] = []
+    measured = each(measure, [(*case, fields, seed) for case in CASES])
     for number, case in enumerate(CASES):
         progress(number, len(CASES), f"{case[0]}, {case[1]}, {case[2]} px")
-        points += measure(*case, fields, seed)
+        points += next(measured)
     progress(len(CASES), len(CASES), "judged")
     cases = [point.case for point in points]
     return Record(
