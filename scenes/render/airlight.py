@@ -10,15 +10,14 @@ HORIZON_DEG = 0.5
 """Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
 
 AZIMUTHS = 1440
-"""Rows of a table of airlight, evenly spaced clockwise from north; another is the first again."""
+"""Rows of a table of airlight, evenly spaced clockwise from north."""
 
 
 def horizon(light: Description) -> np.ndarray:
-    """Radiance at the horizon by azimuth, (n + 1, bands); never negative."""
+    """Radiance at the horizon by azimuth, (AZIMUTHS, bands); never negative."""
     angles, up = np.arange(AZIMUTHS) / AZIMUTHS * 2 * np.pi, np.radians(HORIZON_DEG)
     east, north = np.cos(up) * np.sin(angles), np.cos(up) * np.cos(angles)
-    rows = sky_radiance(light, np.stack((east, north, np.full(AZIMUTHS, np.sin(up))), axis=1))
-    return np.concatenate((rows, rows[:1]))
+    return sky_radiance(light, np.stack((east, north, np.full(AZIMUTHS, np.sin(up))), axis=1))
 
 
 def sky_radiance(light: Description, directions: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from scenes.render.bands import Bands, bands_of
 from scenes.render.describe import MEDIUM, Description
+from scenes.render.table import looked_up, row_above
 
 GUIDES = {
     "depth": slice(0, 1),
@@ -23,6 +24,9 @@ GUIDES = {
 
 ORDERS = 64
 """Edges of a path through a medium, bounces and scatterings together."""
+
+_ROWS, _COLUMNS = 256, 144
+"""Of a picture of all directions."""
 
 BLOCK_SIZE = 32
 """Fixed, because Mitsuba derives it from the thread count otherwise, and the noise from it."""
@@ -64,7 +68,7 @@ def build(description: Description) -> Built:
     scene = mi.load_dict(
         {
             "type": "scene",
-            "sky": sky(description["light"], sun_scale=0.0),
+            "sky": _surroundings(description["light"]),
             "sun": _sun(description["light"]),
             **contents,
         }
@@ -140,6 +144,23 @@ def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> D
     }
 
 
+def _surroundings(light: Description) -> Any:
+    """The sky, or where the frame is lit through a layer of air, what of both comes down to the
+    ground, as a picture of all directions."""
+    if "layer" not in light:
+        return sky(light, sun_scale=0.0)
+    up = np.sin(np.pi * (0.5 - (np.arange(_ROWS) + 0.5) / _ROWS))
+    turn = (np.arange(_COLUMNS) + 0.5) / _COLUMNS
+    table = light["layer"].arriving
+    turns, rows = np.broadcast_arrays(turn, row_above(len(table), up)[:, None])
+    picture = looked_up(table, rows, turns) * (up > 0)[:, None, None]
+    return {
+        "type": "envmap",
+        "bitmap": mi.Bitmap(np.ascontiguousarray(picture, np.float32)),
+        "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
+    }
+
+
 def sun_disc(light: Description) -> tuple[np.ndarray, float]:
     """Radiance of the sun's disc, (bands,), never negative, and the cosine of its angular
     radius."""
@@ -190,6 +211,8 @@ def sun_irradiance(light: Description) -> np.ndarray:
 def _sun(light: Description) -> Description:
     """The sun as a direction of the same irradiance. It has no penumbra."""
     made, irradiance = bands(), sun_irradiance(light)
+    if layer := light.get("layer"):
+        irradiance = irradiance * layer.sun
     colour: Description = {"type": "rgb", "value": irradiance.tolist()}
     if made.is_spectral:
         low, high = made.wavelengths[[0, -1]].tolist()

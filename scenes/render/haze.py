@@ -1,22 +1,27 @@
 """Haze along a ray, in closed form: L·T + L_air·(1 − T), T = exp(−∫β) (Koschmieder 1924).
 
-β has one value for each band of the picture. L_air is the airlight in the ray's azimuth. Rays that
-meet nothing and go below ``HORIZON_DEG`` get it whole. Above it they get the sky as it is, which
-holds its haze already; mist, which it does not hold, veils it on the way out.
+β has one value for each band of the picture. Analytic: L_air is the horizon's sky in the ray's
+azimuth. Rays that meet nothing and go below ``HORIZON_DEG`` get it whole. Above it they get the sky
+as it is, which holds its haze already; mist, which it does not hold, veils it on the way out.
+
+Scattered: L_air is the source term of the air at the mean height that the light of the path comes
+from, exact where it is a line in height and β is even. Rays that meet nothing see the sky through
+the layer.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from lod.air import Air, PathBands, extinction, mist_extinction, optical_depth
+from lod.air import Air, PathBands, mist_extinction, optical_depth
 from lod.arrays import Reals
 from lod.mist import depth_beyond
+from lod.slab import path_share
 from scenes.render.airlight import HORIZON_DEG, horizon
 from scenes.render.bands import Bands
 from scenes.render.build import Built, bands, sun_disc
-from scenes.render.describe import Description
-from scenes.render.scattered import scattered
+from scenes.render.scattered import Layer
+from scenes.render.table import looked_up, row_above, row_by_sine, turn_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +30,9 @@ class Haze:
 
     air       what lies in between; bands of the picture, wavelengths of which are (bands,) [nm]
     eye_m     height of the eye above the datum
-    airlight  (n + 1, bands) radiance at the horizon, by azimuth, evenly spaced; last row = first
+    airlight  (rows, columns, bands) by direction, at the eye; see scenes.render.table.row_by_sine
+    slope     the same, of the airlight per metre upwards [1/m]; None = even
+    seen      (rows, columns, bands) of what meets nothing, see row_above; None = as it is rendered
     lowest    sine of the elevation below which a ray that meets nothing gets the airlight
     to_sun    (3,); sun (bands,) radiance of the disc; sun_cosine of its angular radius
     """
@@ -34,6 +41,8 @@ class Haze:
     bands: Bands
     eye_m: float
     airlight: np.ndarray
+    slope: np.ndarray | None
+    seen: np.ndarray | None
     lowest: float
     to_sun: np.ndarray
     sun: np.ndarray
@@ -45,27 +54,23 @@ class Haze:
         return self.bands.wavelengths
 
 
-def haze_of(built: Built, air: Air, kind: str = "analytic") -> Haze:
-    """The air of a built scene, its airlight that of ``kind`` (one of frame.HAZES)."""
+def haze_of(built: Built, air: Air) -> Haze:
+    """The air of a built scene, and its light: scattered where the scene is lit through a layer."""
     light = built.description["light"]
     sun, cosine = sun_disc(light)
+    layer: Layer | None = light.get("layer")
     return Haze(
         air=air,
         bands=bands(),
         eye_m=float(built.description["camera"]["eye"][2]),
-        airlight=_airlight(built.description, air, kind),
-        lowest=float(np.sin(np.radians(HORIZON_DEG))),
+        airlight=layer.source.level if layer else horizon(light)[None],
+        slope=layer.source.slope if layer else None,
+        seen=layer.seen if layer else None,
+        lowest=0.0 if layer else float(np.sin(np.radians(HORIZON_DEG))),
         to_sun=light["to_sun"],
-        sun=sun,
+        sun=sun * layer.through_to_sun if layer else sun,
         sun_cosine=cosine,
     )
-
-
-def _airlight(description: Description, air: Air, kind: str) -> np.ndarray:
-    if kind != "scattered":
-        return horizon(description["light"])
-    beta = extinction(air, description["camera"]["eye"][2:], bands().wavelengths)[0]
-    return scattered(description, beta)
 
 
 def depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
@@ -74,18 +79,43 @@ def depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
     return optical_depth(haze.air, start, start + distance * rise, distance, haze.wavelengths)
 
 
-def depth_of_sky(haze: Haze, rise: Reals) -> PathBands:
-    """∫β of the mist from the eye to where it ends, upwards: what veils the sky."""
-    beta = mist_extinction(haze.air, haze.wavelengths)
-    if haze.air.mist is None:
-        return np.zeros((len(rise), len(beta)))
-    return depth_beyond(haze.air.mist, np.full_like(rise, haze.eye_m), rise)[:, None] * beta
+def veil(haze: Haze, directions: np.ndarray) -> np.ndarray:
+    """Transmittance of the mist from the eye to where it ends, (…, 3) → (…, bands); below the
+    horizon as at it. 1 where ``seen`` holds the mist already."""
+    rise = np.maximum(directions[..., 2].astype(np.float64).ravel(), haze.lowest)
+    if haze.seen is not None or haze.air.mist is None:
+        return np.ones((*directions.shape[:-1], len(haze.wavelengths)))
+    metres = depth_beyond(haze.air.mist, np.full_like(rise, haze.eye_m), rise)
+    depth = metres[:, None] * mist_extinction(haze.air, haze.wavelengths)
+    return np.exp(-depth).reshape(*directions.shape[:-1], -1)
+
+
+def beyond(haze: Haze, directions: np.ndarray, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of rays that meet nothing: the share they show of the sky as rendered, and the light added to
+    it, (…, bands) each. ``low`` (…) says which show the airlight alone."""
+    air = airlight_towards(haze, directions)
+    if haze.seen is None:
+        through = np.where(low[..., None], 0.0, veil(haze, directions))
+        return through, air * (1 - through)
+    up = directions[..., 2]
+    sky = looked_up(haze.seen, row_above(len(haze.seen), up), turn_of(directions))
+    return np.zeros_like(sky), np.where(up[..., None] > 0, sky, air)
 
 
 def airlight_towards(haze: Haze, directions: np.ndarray) -> np.ndarray:
-    """Airlight in the azimuth of each direction, (…, 3) → (…, 3)."""
-    turn = np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0
-    at = turn * (len(haze.airlight) - 1)
-    row = np.minimum(at.astype(np.int64), len(haze.airlight) - 2)
-    share = (at - row)[..., None]
-    return haze.airlight[row] * (1 - share) + haze.airlight[row + 1] * share
+    """Airlight of each direction at the eye, (…, 3) → (…, bands)."""
+    row = row_by_sine(len(haze.airlight), directions[..., 2])
+    return looked_up(haze.airlight, row, turn_of(directions))
+
+
+def airlight_on_the_way(
+    haze: Haze, directions: np.ndarray, distance: np.ndarray, depth: np.ndarray
+) -> np.ndarray:
+    """Airlight of paths of a length (…) and an optical depth (…, bands), (…, bands)."""
+    air = airlight_towards(haze, directions)
+    if haze.slope is None:
+        return air
+    row = row_by_sine(len(haze.slope), directions[..., 2])
+    slope = looked_up(haze.slope, row, turn_of(directions))
+    rise = (distance * directions[..., 2])[..., None]
+    return air + slope * rise * path_share(depth)

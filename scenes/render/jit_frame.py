@@ -19,7 +19,8 @@ _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
 
 _SMALL = 2e-3
-"""Below it (1 − exp(−x))/x is 1 − x/2, in float32 more exactly than by its own formula."""
+"""Below it (1 − exp(−x))/x is 1 − x/2, in float32 more exactly than by its own formula; the like for
+haze.airlight_on_the_way."""
 
 
 def render_jit(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
@@ -91,14 +92,17 @@ def _add(
 
 def _hazy(haze: Haze, colour: Any, distance: Any, direction: Any) -> Any:
     """Radiance of samples in their air; distance 0 means that nothing was met."""
-    air = _airlight_towards(haze, direction)
-    low = direction.z < haze.lowest
-    disc = dr.dot(direction, mi.Vector3f(_opaque(haze.to_sun))) > haze.sun_cosine
-    sky = dr.select(low, air, colour) + dr.select(disc, _opaque(haze.sun), 0.0)
     depth = distance * _opaque(haze_extinction(haze.air, haze.wavelengths))
     if haze.air.mist:
         metres = _mist_metres(haze.air.mist, haze.eye_m, distance, direction.z, haze.lowest)
         depth += metres * _opaque(mist_extinction(haze.air, haze.wavelengths))
+    air = _airlight(haze, direction, distance * direction.z, depth)
+    low = direction.z <= haze.lowest
+    sky = dr.select(low, air, colour if haze.seen is None else _sky_seen(haze.seen, direction))
+    disc = dr.dot(direction, mi.Vector3f(_opaque(haze.to_sun))) > haze.sun_cosine
+    sky += dr.select(disc, _opaque(haze.sun), 0.0)
+    if haze.seen is not None:  # which holds what the air does to the sky
+        depth = dr.select(distance > 0, depth, 0.0)
     through = dr.exp(-depth)
     return dr.fma(dr.select(distance > 0, colour, sky), through, air * (1 - through))
 
@@ -123,13 +127,36 @@ def _opaque(values: np.ndarray) -> Any:
     return mi.Color3f([dr.opaque(mi.Float, float(value)) for value in values])
 
 
-def _airlight_towards(haze: Haze, direction: Any) -> Any:
-    """haze.airlight_towards, for Dr.Jit arrays."""
-    rows = len(haze.airlight) - 1
-    table = mi.Float(haze.airlight.astype(np.float32).reshape(-1))
+def _airlight(haze: Haze, direction: Any, rise: Any, depth: Any) -> Any:
+    """haze.airlight_on_the_way, for Dr.Jit arrays; ``rise`` in metres over the whole path."""
+    row = (direction.z + 1) / 2 * len(haze.airlight) - 0.5
+    air = _looked_up(haze.airlight, row, direction)
+    if haze.slope is None:
+        return air
+    t = dr.maximum(depth, _SMALL)
+    share = dr.select(depth > _SMALL, 1 / t - 1 / (dr.exp(t) - 1), 0.5 - depth / 12)
+    return dr.fma(_looked_up(haze.slope, row, direction), rise * share, air)
+
+
+def _sky_seen(seen: np.ndarray, direction: Any) -> Any:
+    """table.row_above looked up, for Dr.Jit arrays."""
+    row = dr.sqrt(dr.maximum(direction.z, 0.0)) * (len(seen) - 1)
+    return _looked_up(seen, row, direction)
+
+
+def _looked_up(table: np.ndarray, row: Any, direction: Any) -> Any:
+    """table.looked_up in the azimuth of a direction, for Dr.Jit arrays."""
+    rows, columns = table.shape[:2]
+    values = mi.Float(table.astype(np.float32).reshape(-1))
     turn = dr.atan2(direction.x, direction.y) / (2 * math.pi)
-    at = (turn - dr.floor(turn)) * rows
-    row = dr.minimum(mi.UInt32(at), rows - 1)
-    share = at - mi.Float(row)
-    here = dr.gather(mi.Color3f, table, row)
-    return dr.fma(dr.gather(mi.Color3f, table, row + 1) - here, share, here)
+    row, column = dr.clip(row, 0.0, rows - 1.0), (turn - dr.floor(turn)) * columns
+    low, left = mi.UInt32(row), mi.UInt32(column)
+    down, across = row - mi.Float(low), column - mi.Float(left)
+    high, left, right = dr.minimum(low + 1, rows - 1), left % columns, (left + 1) % columns
+
+    def between(line: Any) -> Any:
+        first = dr.gather(mi.Color3f, values, line * columns + left)
+        return dr.fma(dr.gather(mi.Color3f, values, line * columns + right) - first, across, first)
+
+    lower = between(low)
+    return dr.fma(between(high) - lower, down, lower) if rows > 1 else lower

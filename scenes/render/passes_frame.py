@@ -3,10 +3,10 @@
 The renderer hands back means over a pixel, and the mean of L·T(d) is not the mean of L times T of
 the mean d. With T̄ the pixel's mean transmittance and A the airlight, it is
 
-    mean(L·T + A·(1 − T)) = T̄·mean(L) + A·(1 − T̄) + mean((T − T̄)·L).
+    mean(L·T + A·(1 − T)) = T̄·mean(L) + mean(A·(1 − T)) + mean((T − T̄)·L).
 
-mean(L) comes from a picture of stratified samples. T̄ comes from a film with a square of pixels for
-each pixel, one sample in each. The last term, 0 wherever a pixel is all at one distance, comes from
+mean(L) comes from a picture of stratified samples. T̄ and the light
+of the air come from a film with a square of pixels for each pixel, one sample in each. The last term, 0 wherever a pixel is all at one distance, comes from
 a smaller square in which radiance and distance are passes with one seed, and so along the same rays
 (the renderer seeds each film pixel on its own). All three are independent: nothing is biased.
 
@@ -28,7 +28,7 @@ import numpy as np
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.film import pixel_directions
 from scenes.render.frame import Quality, sampler_seed
-from scenes.render.haze import Haze, airlight_towards, depth_of_sky, depth_to
+from scenes.render.haze import Haze, airlight_on_the_way, beyond, depth_to, veil
 from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups, square_sides
 
@@ -82,10 +82,9 @@ class _Band:
         image = self._image()
         bad = ~np.isfinite(image)
         directions = pixel_directions(self.camera, 1, self.rows)
-        air = airlight_towards(self.haze, directions)
         low = directions[..., 2] < max(self.haze.lowest, self._slack)
-        through, sun = self._through(low)
-        seen = through * np.where(bad, 0.0, image) + air * (1 - through) + sun
+        through, added = self._through(low)
+        seen = through * np.where(bad, 0.0, image) + added
         if self.spp > 1:
             seen += self._correction(low, through)
         return seen @ self.haze.bands.to_rgb, int(np.count_nonzero(bad.any(axis=-1)))
@@ -105,17 +104,18 @@ class _Band:
         return math.sqrt(2) * tan_x / self.camera["size"][0]
 
     def _through(self, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean transmittance, and what is seen of the sun's disc, (h, w, bands) each."""
-        through = sun = np.zeros((*low.shape, len(self.haze.wavelengths)))
+        """Mean transmittance, and the light of the air and of the sun's disc, (h, w, bands)
+        each."""
+        through = added = np.zeros((*low.shape, len(self.haze.wavelengths)))
         for number, side in enumerate(square_sides(self.spp)):
             distance = self._trace("distance", side, 1, _THROUGH, number)[..., :1]
             directions = pixel_directions(self.camera, side, self.rows)
-            here = self._transmittance(distance, directions, low, side)
+            here, air = self._air(distance, directions, low, side)
             disc = (directions @ self.haze.to_sun > self.haze.sun_cosine) & (distance[..., 0] == 0)
-            veil = np.exp(-self._sky_depth(directions))
+            sun = disc[..., None] * veil(self.haze, directions) * self.haze.sun
             through = through + _pixel_sum(here, side)
-            sun = sun + _pixel_sum(disc[..., None] * veil, side) * self.haze.sun
-        return through / self.spp, sun / self.spp
+            added = added + _pixel_sum(air + sun, side)
+        return through / self.spp, added / self.spp
 
     def _correction(self, low: np.ndarray, through: np.ndarray) -> np.ndarray:
         """Mean of (T − T̄)·L over a quarter of the samples, (h, w, bands)."""
@@ -125,25 +125,23 @@ class _Band:
             radiance = self._trace("image", side, 1, _CORRECTION, number)
             distance = self._trace("distance", side, 1, _CORRECTION, number)[..., :1]
             directions = pixel_directions(self.camera, side, self.rows)
-            here = self._transmittance(distance, directions, low, side)
+            here, _ = self._air(distance, directions, low, side)
             departure = here - _spread(through, side)
             total += _pixel_sum(departure * np.nan_to_num(radiance, posinf=0.0, neginf=0.0), side)
         return total / count
 
-    def _transmittance(
+    def _air(
         self, distance: np.ndarray, directions: np.ndarray, low: np.ndarray, side: int
-    ) -> np.ndarray:
-        """T of each film pixel: of the air up to what it meets, or of the mist before the sky; 0
-        for what meets nothing and goes below the horizon."""
-        beyond = np.where(_spread(low[..., None], side), 0.0, np.exp(-self._sky_depth(directions)))
-        metres, rise = distance.astype(np.float64).ravel(), _rise(directions)
-        depth = depth_to(self.haze, metres, rise).reshape(beyond.shape)
-        return np.where(distance > 0, np.exp(-depth), beyond)
-
-    def _sky_depth(self, directions: np.ndarray) -> np.ndarray:
-        """∫β of the mist to its end, (h, w, bands); what goes lower counts as at the horizon."""
-        rise = np.maximum(_rise(directions), self.haze.lowest)
-        return depth_of_sky(self.haze, rise).reshape(*directions.shape[:2], -1)
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """T of each film pixel and the light that its air adds, up to what is met there, or to the
+        sky, (h, w, bands) each."""
+        sky, in_sky = beyond(self.haze, directions, _spread(low[..., None], side)[..., 0])
+        metres, rise = distance.astype(np.float64)[..., 0], directions[..., 2].astype(np.float64)
+        depth = depth_to(self.haze, metres.ravel(), rise.ravel()).reshape(sky.shape)
+        through = np.exp(-depth)
+        air = airlight_on_the_way(self.haze, directions, metres, depth)
+        met = distance > 0
+        return np.where(met, through, sky), np.where(met, air * (1 - through), in_sky)
 
     def add_guides(self, total: Samples, side: int) -> None:
         """Albedo, and what one sample of each pixel meets."""
@@ -164,11 +162,6 @@ class _Band:
         chosen = self.built.integrators[name]
         image = mi.render(self.built.scene, sensor=view, integrator=chosen, spp=spp, seed=seed)
         return np.array(image)
-
-
-def _rise(directions: np.ndarray) -> np.ndarray:
-    """Metres upwards a metre, of all directions in one row."""
-    return directions[..., 2].astype(np.float64).ravel()
 
 
 def _pixel_sum(film: np.ndarray, side: int) -> np.ndarray:

@@ -65,9 +65,12 @@ def staged(
     variants.use(name)
     from scenes.render.build import build
     from scenes.render.haze import haze_of
+    from scenes.render.scattered import with_layer
 
+    if quality.haze == "scattered":
+        description = with_layer(description, air)
     built = build(description)
-    haze = haze_of(built, air, quality.haze)
+    haze = haze_of(built, air)
     seconds = {"describe": described - start, "build": time.perf_counter() - described}
     return Stage(built, haze, name, _statistics(description), seconds)
 

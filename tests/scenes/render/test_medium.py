@@ -12,6 +12,7 @@ from scenes.render.describe import describe
 from scenes.render.frame import SKY_Z, Quality
 from scenes.render.haze import airlight_towards, haze_of
 from scenes.render.render import render_frame
+from scenes.render.scattered import with_layer
 
 AIR = Air(2000.0)
 
@@ -22,8 +23,8 @@ def far_along(make, variant, heading, spp=2048):
     quality = Quality(variant, spp, 1, 16, "medium")
     seen = render_frame(camera, [], AIR, make.light, quality).rgb.mean(axis=(0, 1))
     variants.use(variant)
-    built = build(describe(camera, [], make.light, 4))
-    return seen, airlight_towards(haze_of(built, AIR, "scattered"), camera.forward)
+    built = build(with_layer(describe(camera, [], make.light, 4), AIR))
+    return seen, airlight_towards(haze_of(built, AIR), camera.forward)
 
 
 @pytest.mark.parametrize("heading", [20.0, 200.0])

@@ -1,0 +1,34 @@
+"""Radiance by direction in tables: rows by elevation, columns clockwise from north, evenly."""
+
+import numpy as np
+
+
+def looked_up(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Between the four nearest entries of a table (rows, columns, bands), (…, bands).
+
+    ``row`` (…) counts from 0 and stays within the table; ``turn`` (…) is in whole turns.
+    """
+    rows, columns = table.shape[:2]
+    row, column = np.clip(row, 0, rows - 1), turn % 1.0 * columns
+    low, left = np.floor(row).astype(np.int64), np.floor(column).astype(np.int64)
+    down, across = (row - low)[..., None], (column - left)[..., None]
+    high, left, right = np.minimum(low + 1, rows - 1), left % columns, (left + 1) % columns
+    lower = table[low, left] * (1 - across) + table[low, right] * across
+    upper = table[high, left] * (1 - across) + table[high, right] * across
+    return lower * (1 - down) + upper * down
+
+
+def turn_of(directions: np.ndarray) -> np.ndarray:
+    """Azimuth in whole turns clockwise from north, (…, 3) → (…), 0 to 1."""
+    return np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0
+
+
+def row_by_sine(rows: int, up: np.ndarray) -> np.ndarray:
+    """Where rows are the middles of even steps in the sine of elevation, from −1 to 1."""
+    return (up + 1) / 2 * rows - 0.5
+
+
+def row_above(rows: int, up: np.ndarray) -> np.ndarray:
+    """Where rows run from the horizon to straight up, evenly in the root of the sine of elevation:
+    most of them where the sky changes most."""
+    return np.sqrt(np.clip(up, 0.0, 1.0)) * (rows - 1)
