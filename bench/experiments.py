@@ -165,9 +165,10 @@ EXPERIMENTS: dict[str, Experiment] = {
         table=_later("air_plots", "table"),
         judge=_later("air_claims", "judge"),
         limits=(
-            "The closed forms leave out that air dims the light on its way to the ground, that it "
-            "lies in the shade of what stands in it, and that its glow varies with height; the "
-            "airlight of the horizon's sky also leaves out which way the sun stands to the air.",
+            "The closed forms leave out that air lies in the shade of what stands in it. The "
+            "airlight of the horizon's sky leaves out which way the sun stands to the air, that "
+            "its glow varies with height, and that it dims the light on its way to the ground; the "
+            "scattered one has all that for even ground at the mean height.",
             "The medium is a layer 10 m higher than the scene, under a sky that holds a whole "
             "atmosphere already; its phase function is one of clean continental air.",
             "RGB and spectral pictures also differ in the coefficients of the sky's model: the "

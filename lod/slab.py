@@ -28,7 +28,8 @@ LOWEST_SUN = 1e-3
 """Sine of the elevation below which the sun is as at it: the way to it would be endless."""
 
 _SMALL = 1e-3
-_SETTLED, _MOST_ROUNDS = 1e-5, 200
+_SETTLED, _MOST_ROUNDS = 1e-4, 200
+"""Repeated until J changes by less than this share of its greatest value."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class Lit:
 
     def __post_init__(self) -> None:
         names = ("height", "depth", "to_sun", "sun", "sky", "ground")
-        freeze(self, **{name: np.float64 for name in names})
+        freeze(self, **dict.fromkeys(names, np.float64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,9 +127,7 @@ def sun_at(lit: Lit) -> Float64[np.ndarray, "levels bands"]:
     return lit.sun * np.exp(-above / max(float(lit.to_sun[2]), LOWEST_SUN))
 
 
-def radiance(
-    lit: Lit, source: np.ndarray
-) -> Float64[np.ndarray, "levels rings spokes bands"]:
+def radiance(lit: Lit, source: np.ndarray) -> Float64[np.ndarray, "levels rings spokes bands"]:
     """L at every height: downwards through the layer, off the ground, and up again."""
     half, up = RINGS // 2, _up()[RINGS // 2 :]
     steps = lit.depth[:, None, None] / up[:, None, None]

@@ -3,8 +3,8 @@
 import mitsuba as mi
 import numpy as np
 
-from scenes.render.build import radiance, sky
 from scenes.render.describe import Description
+from scenes.render.emitters import radiance, sky
 
 HORIZON_DEG = 0.5
 """Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""

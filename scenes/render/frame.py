@@ -20,8 +20,8 @@ SKY_Z = np.float32(1e10)
 SEED_LIMIT = 2**63
 
 HAZES = ("analytic", "scattered", "medium")
-"""Closed form whose airlight is the horizon's sky; closed form whose airlight is what the air
-scatters once, of sun, sky and ground; a medium that scatters light (the reference)."""
+"""Closed form whose airlight is the horizon's sky; closed form in the light of a layer of air,
+which scatters what sun, sky and ground send; a medium that scatters light (the reference)."""
 
 
 @dataclass(frozen=True, eq=False)

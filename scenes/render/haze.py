@@ -19,7 +19,8 @@ from lod.mist import depth_beyond
 from lod.slab import path_share
 from scenes.render.airlight import HORIZON_DEG, horizon
 from scenes.render.bands import Bands
-from scenes.render.build import Built, bands, sun_disc
+from scenes.render.build import Built
+from scenes.render.emitters import bands, sun_disc
 from scenes.render.scattered import Layer
 from scenes.render.table import looked_up, row_above, row_by_sine, turn_of
 

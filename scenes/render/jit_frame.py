@@ -19,8 +19,8 @@ _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
 
 _SMALL = 2e-3
-"""Below it (1 − exp(−x))/x is 1 − x/2, in float32 more exactly than by its own formula; the like for
-haze.airlight_on_the_way."""
+"""Below it (1 − exp(−x))/x is 1 − x/2 and slab.path_share ½ − x/12, in float32 more exactly than by
+their own formulae."""
 
 
 def render_jit(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:

@@ -5,10 +5,11 @@ the mean d. With T̄ the pixel's mean transmittance and A the airlight, it is
 
     mean(L·T + A·(1 − T)) = T̄·mean(L) + mean(A·(1 − T)) + mean((T − T̄)·L).
 
-mean(L) comes from a picture of stratified samples. T̄ and the light
-of the air come from a film with a square of pixels for each pixel, one sample in each. The last term, 0 wherever a pixel is all at one distance, comes from
-a smaller square in which radiance and distance are passes with one seed, and so along the same rays
-(the renderer seeds each film pixel on its own). All three are independent: nothing is biased.
+mean(L) comes from a picture of stratified samples. T̄ and the light of the air come from a film with
+a square of pixels for each pixel, one sample in each. The last term, 0 wherever a pixel is all at
+one distance, comes from a smaller square in which radiance and distance are passes with one seed,
+and so along the same rays (the renderer seeds each film pixel on its own). All three are
+independent: nothing is biased.
 
 Measured against 2048 samples a pixel of the JIT driver, sticks in haze of 800 m, 16 samples each:
 mean within 1e-4, relMSE 0.0009 (JIT driver: 0.0003). One sample a pass, without strata: unbiased,

@@ -12,10 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.air import Air, optical_depth
-from lod.slab import LOWEST_SUN, RINGS, SPOKES, Lit, Scattering, Source, directions, line_at, path_share, solve
+from lod.slab import (
+    LOWEST_SUN,
+    RINGS,
+    SPOKES,
+    Lit,
+    Scattering,
+    Source,
+    directions,
+    line_at,
+    path_share,
+    solve,
+)
 from scenes.render.airlight import sky_radiance
-from scenes.render.build import bands, sun_irradiance
 from scenes.render.describe import Description
+from scenes.render.emitters import bands, sun_irradiance
 from scenes.render.medium import ALBEDO, ASYMMETRY, extent
 from scenes.render.table import looked_up, row_by_sine, turn_of
 
@@ -31,8 +42,9 @@ class Layer:
     """The light of a frame; tables as in scenes.render.table.
 
     source    at the eye
-    seen      (rows, columns, bands) radiance from above the horizon, at the eye
-    arriving  the same at the ground; rows by table.row_above; sun (bands,) the share of the sun's light that is left there
+    seen      (rows, columns, bands) radiance from above the horizon, at the eye; rows by row_above
+    arriving  the same at the ground
+    sun       (bands,) the share of the sun's light that is left at the ground
     through_to_sun  (bands,) the same at the eye
     """
 
@@ -104,9 +116,7 @@ def _sky_directions() -> np.ndarray:
     return np.stack((level * np.sin(turn), level * np.cos(turn), z), axis=2)
 
 
-def _through(
-    sky: np.ndarray, source: Source, air: Air, at_m: float, top_m: float
-) -> np.ndarray:
+def _through(sky: np.ndarray, source: Source, air: Air, at_m: float, top_m: float) -> np.ndarray:
     """The sky as seen from a height, through what is left of the layer."""
     way = _sky_directions()
     rise = np.full(way.shape[0], top_m - at_m)

@@ -8,7 +8,7 @@ from lod.mist import Mist, depth_beyond
 from lod.rgb_bands import rgb_wavelengths
 from scenes.render import variants
 from scenes.render.airlight import horizon
-from scenes.render.build import sun_disc
+from scenes.render.emitters import sun_disc
 from scenes.render.frame import SKY_Z, Light
 from scenes.render.render import render_frame
 

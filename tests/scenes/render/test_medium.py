@@ -24,7 +24,7 @@ def far_along(make, variant, heading, spp=2048):
     seen = render_frame(camera, [], AIR, make.light, quality).rgb.mean(axis=(0, 1))
     variants.use(variant)
     built = build(with_layer(describe(camera, [], make.light, 4), AIR))
-    return seen, airlight_towards(haze_of(built, AIR), camera.forward)
+    return seen, airlight_towards(haze_of(built, AIR), camera.forward[None])[0]
 
 
 @pytest.mark.parametrize("heading", [20.0, 200.0])

@@ -1,0 +1,88 @@
+"""A layer of air between sky and ground: what must hold of its light whatever the method."""
+
+import numpy as np
+import pytest
+
+from lod.slab import (
+    RINGS,
+    SPOKES,
+    Lit,
+    Scattering,
+    directions,
+    line_at,
+    path_share,
+    phase,
+    radiance,
+    solve,
+    sun_at,
+)
+
+HAZE = Scattering(0.97, 0.71)
+SUN = np.array((0.48, 0.64, 0.6))
+
+
+def lit(thickness=0.1, sky=0.0, sun=0.0, ground=0.0, steps=8):
+    """One band, 80 m."""
+    return Lit(
+        height=np.linspace(0.0, 80.0, steps + 1),
+        depth=np.full((steps, 1), thickness / steps),
+        to_sun=SUN,
+        sun=np.array([sun]),
+        sky=np.full((RINGS // 2, SPOKES, 1), sky),
+        ground=np.array([ground]),
+    )
+
+
+def flux(light):
+    """Net, downwards, of each height's light, (levels,)."""
+    up = directions()[..., 2]
+    return (light[..., 0] * up).sum(axis=(1, 2)) * 4 * np.pi / (RINGS * SPOKES)
+
+
+def test_light_that_is_even_all_round_stays_so():
+    """Nothing absorbs, the ground is white: one radiance everywhere, in balance."""
+    source = solve(lit(0.3, sky=0.2, ground=1.0), Scattering(1.0, 0.71))
+    assert np.allclose(source, 0.2, rtol=1e-3)
+
+
+@pytest.mark.parametrize("ground", [0.0, 0.4])
+def test_air_that_absorbs_nothing_passes_the_same_flux_at_every_height(ground):
+    between = lit(0.4, sky=0.1, sun=1.0, ground=ground)
+    light = radiance(between, solve(between, Scattering(1.0, 0.71)))
+    net = flux(light) + sun_at(between)[:, 0] * SUN[2]
+    assert np.allclose(net, net[0], rtol=5e-3)
+
+
+def test_a_thin_layer_scatters_once():
+    """J of the sun alone tends to ϖ·p·E where nothing comes twice."""
+    source = solve(lit(1e-7, sun=2.0), HAZE)
+    once = 0.97 * phase(directions() @ SUN, 0.71) * 2.0
+    assert np.allclose(source[..., 0], once[None], rtol=1e-3)
+
+
+def test_the_phase_function_sums_to_one_and_has_its_mean_cosine():
+    cosine = (np.arange(4000) + 0.5) / 2000 - 1
+    weight = phase(cosine, 0.71) * 2 * np.pi / 2000
+    assert weight.sum() == pytest.approx(1.0, rel=1e-4)
+    assert (weight * cosine).sum() == pytest.approx(0.71, rel=1e-4)
+
+
+def test_finer_steps_change_nothing_that_counts():
+    few, many = (solve(lit(0.1, 0.1, 1.0, 0.2, steps), HAZE) for steps in (8, 32))
+    assert np.allclose(few, many[::4], rtol=3e-3)
+
+
+def test_the_line_of_a_line_is_itself():
+    between = lit()
+    height = between.height[:, None, None, None]
+    line = line_at(between, np.broadcast_to(3 + 0.5 * height, (9, 2, 3, 1)), 10.0)
+    assert np.allclose(line.level, 8.0) and np.allclose(line.slope, 0.5)
+
+
+def test_where_the_light_of_a_path_comes_from():
+    depth = np.array([0.0, 1e-4, 1e-3, 0.3, 4.0, 800.0])
+    x = (np.arange(200000) + 0.5) / 200000
+    weight = np.exp(-depth[:, None] * x)
+    expected = (weight * x).sum(axis=1) / weight.sum(axis=1)
+    assert np.allclose(path_share(depth), expected, rtol=1e-3)
+    assert (np.diff(path_share(np.linspace(0, 5, 5000))) < 0).all()
