@@ -273,6 +273,8 @@ class TerrainPreset(Table):
     finest: Annotated[
         PowerOfTwo, key("finest spacing of the mesh [m], a power of two", least=2**-5, most=1)
     ] = 0.25
+    ridged: Annotated[bool, key("crests, as of mountains")] = False
+    cover: Annotated[Literal["grassy", "bare", "snowy"], key("what lies on it")] = "grassy"
 
 
 Model = Annotated[

@@ -17,7 +17,16 @@ from jaxtyping import Float64
 from lod.arrays import Points, Reals
 from lod.camera import Corner
 from lod.errors import InputError
-from scenes.terrain_noise import BOUND, STEEPEST, Octaves, octave_sums, octaves_at, unit_rms
+from scenes.terrain_noise import (
+    BOUND,
+    RIDGED_MEAN,
+    RIDGED_RMS,
+    STEEPEST,
+    Octaves,
+    octave_sums,
+    octaves_at,
+    unit_rms,
+)
 
 SHORTEST_M = 0.25
 """Wavelength of the last octave: what is smaller is no relief but grass."""
@@ -33,12 +42,15 @@ class Relief:
     amplitude   RMS of the relief [m]; 0 = perfectly flat, z = 0
     wavelength  longest wavelength [m], a power of two from 1 m up
     hurst       H in (0, 1]: the larger, the smoother the small relief beside the large
+    ridged      octaves have crests where the noise crosses 0, as 1 − |noise| has (Musgrave, in
+                Ebert et al. 2003, *Texturing & Modeling*, ch. 16)
     """
 
     seed: int
     amplitude: float
     wavelength: float
     hurst: float
+    ridged: bool = False
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.amplitude) and self.amplitude >= 0):
@@ -69,6 +81,16 @@ class Relief:
         share = 2.0 ** (-self.hurst * np.arange(len(self.exponents)))
         return self.amplitude * share / math.sqrt(np.sum(share**2))
 
+    @property
+    def unit(self) -> float:
+        """RMS of unit noise, or of its crests; those too are never beyond BOUND and STEEPEST."""
+        return RIDGED_RMS if self.ridged else unit_rms()
+
+    @property
+    def crest(self) -> float:
+        """Mean of the crests' |noise|; 0 where there are none."""
+        return RIDGED_MEAN if self.ridged else 0.0
+
     def bounds(self) -> tuple[float, float]:
         """Heights that no point of the relief is beyond [m]."""
         highest = self.bound_below(math.inf)
@@ -76,7 +98,7 @@ class Relief:
 
     def bound_below(self, wavelength: float) -> float:
         """Height that the octaves shorter than ``wavelength`` together never exceed [m]."""
-        return BOUND / unit_rms() * float(np.sum(self.rms[self.wavelengths < wavelength]))
+        return BOUND / self.unit * float(np.sum(self.rms[self.wavelengths < wavelength]))
 
     def within(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], radius: Reals
@@ -86,14 +108,14 @@ class Relief:
         An octave leaves its height at the point by at most its steepest slope × radius; one so
         short that its bound is less than that is left out, and its bound taken instead.
         """
-        highest = BOUND / unit_rms() * self.rms
-        steepest = STEEPEST / unit_rms() * self.rms / self.wavelengths
+        highest = BOUND / self.unit * self.rms
+        steepest = STEEPEST / self.unit * self.rms / self.wavelengths
         most = np.minimum(highest, steepest * radius[:, None]).sum(axis=1)
         if self.amplitude == 0:
             return -most, most
         # Sides are powers of two: rounded up, it leaves out just the octaves shorter than it.
         shortest = 2.0 ** np.ceil(np.log2(STEEPEST / BOUND * radius))
-        height = octave_sums(_octaves(self, corner), xy, shortest, limit_value=True)[:, 0]
+        height = octave_sums(_octaves(self, corner), xy, shortest, True, self.crest)[:, 0]
         return height - most, height + most
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
@@ -112,7 +134,7 @@ class Relief:
         """Full height [m], and its two slopes without octaves shorter than ``shortest``, (n, 3)."""
         if self.amplitude == 0:
             return np.zeros((len(xy), 3))
-        return octave_sums(_octaves(self, corner), xy, shortest)
+        return octave_sums(_octaves(self, corner), xy, shortest, crest=self.crest)
 
 
 def normals(sums: Float64[np.ndarray, "n 3"]) -> Points:
@@ -123,4 +145,4 @@ def normals(sums: Float64[np.ndarray, "n 3"]) -> Points:
 
 @lru_cache(maxsize=64)
 def _octaves(relief: Relief, corner: Corner) -> Octaves:
-    return octaves_at(corner, relief.seed ^ _STREAM, relief.exponents, relief.rms / unit_rms())
+    return octaves_at(corner, relief.seed ^ _STREAM, relief.exponents, relief.rms / relief.unit)

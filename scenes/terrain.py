@@ -30,7 +30,7 @@ from lod.sight import seen_limits
 from lod.view import View, distance
 from scenes.part_contrast import GROUND_CONTRAST
 from scenes.relief import Relief
-from scenes.terrain_colour import ground_colours
+from scenes.terrain_colour import COVERS, ground_colours
 from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh, vertex_normals
 from scenes.terrain_morph import Places, blended, blended_normals, lineage
 from scenes.terrain_patches import Squares, balanced, quarters_of, uncovered_quarters
@@ -71,6 +71,7 @@ class Terrain:
 
     amplitude, wavelength, hurst   of the relief (scenes.relief); amplitude 0 is flat
     finest   spacing of the finest mesh [m], a power of two
+    ridged   whether every octave has crests (scenes.relief); cover: one of COVERS
     """
 
     seed: int
@@ -79,6 +80,8 @@ class Terrain:
     hurst: float
     reach: float
     finest: float = 0.125
+    ridged: bool = False
+    cover: str = "grassy"
     name: str = "terrain"
 
     def __post_init__(self) -> None:
@@ -86,12 +89,14 @@ class Terrain:
             raise InputError("terrain.reach", self.reach, "16 m to 1e7 m", "try 40000")
         if not (2**-5 <= self.finest <= 1 and math.log2(self.finest).is_integer()):
             raise InputError("terrain.finest", self.finest, "a power of two, 1/32 m to 1 m")
+        if self.cover not in COVERS:
+            raise InputError("terrain.cover", self.cover, f"one of {', '.join(COVERS)}")
         _ = self.relief
 
     @cached_property
     def relief(self) -> Relief:
         """The shape of the ground; raises InputError where its parameters make none."""
-        return Relief(self.seed, self.amplitude, self.wavelength, self.hurst)
+        return Relief(self.seed, self.amplitude, self.wavelength, self.hurst, self.ridged)
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
         """Height of the full relief above the datum at points ``xy`` from ``corner`` [m]."""
@@ -268,7 +273,8 @@ class Terrain:
         corner, xy = view.camera.corner, points[:, :2]
         sums = self.relief.sums(corner, xy, np.maximum(2 * spacing, SLOPE_M))
         rise, slope = sums[:, 0] / (self.amplitude or 1.0), np.hypot(sums[:, 1], sums[:, 2])
-        return ground_colours(self.seed, corner, xy, rise, slope, spacing)
+        cover = COVERS[self.cover]
+        return ground_colours(self.seed, corner, xy, rise, slope, spacing, cover)
 
     def _spacing_at(self, view: View, points: Points) -> Reals:
         """Spacing of the tiles in view that far away, running smoothly over each band [m]."""

@@ -32,6 +32,10 @@ search, which a test repeats)."""
 _SHORTEST_RUN = 4096
 """Points for which another thread is worth its start."""
 
+RIDGED_MEAN, RIDGED_RMS = 0.5128, 0.3578
+"""Mean of |unit noise|, and RMS of what is left of it without its mean (measured, which a test
+repeats)."""
+
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)
 _SECOND = np.uint64(0x94D049BB133111EB)
@@ -117,6 +121,7 @@ def _sums(
     xy: np.ndarray,
     shortest: np.ndarray,
     limit_value: bool,
+    crest: float,
     out: np.ndarray,
 ) -> None:
     for i in range(len(xy)):
@@ -130,6 +135,9 @@ def _sums(
             fu, fv = math.floor(u), math.floor(v)
             ix, iy = squares[k, 0] + np.int64(fu), squares[k, 1] + np.int64(fv)
             value, slope_x, slope_y = unit_noise(keys[k], ix, iy, u - fu, v - fv)
+            if crest > 0.0:
+                turned = -1.0 if value > 0.0 else 1.0
+                value, slope_x, slope_y = crest - abs(value), turned * slope_x, turned * slope_y
             out[i, 0] += (kept if limit_value else 1.0) * weight * value
             out[i, 1] += kept * weight / side * slope_x
             out[i, 2] += kept * weight / side * slope_y
@@ -140,18 +148,20 @@ def octave_sums(
     xy: Float64[np.ndarray, "n 2"],
     shortest: Reals,
     limit_value: bool = False,
+    crest: float = 0.0,
 ) -> Float64[np.ndarray, "n 3"]:
     """Weighted sum of the octaves and its two slopes at each point, (n, 3).
 
     Slopes leave out octaves of half of ``shortest`` [m] and less at each point, and fade those in
-    between; so does the value where ``limit_value``. Octaves stand longest first.
+    between; so does the value where ``limit_value``. Octaves stand longest first. With a ``crest``
+    it is the sum of crest − |noise|.
     """
     points, least = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(shortest)
     out = np.zeros((len(points), 3))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
-        _sums(*octaves, points[rows], least[rows], limit_value, out[rows])
+        _sums(*octaves, points[rows], least[rows], limit_value, crest, out[rows])
 
     in_runs(run, len(points), _SHORTEST_RUN)
     return out

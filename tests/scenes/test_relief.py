@@ -12,7 +12,18 @@ from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from scenes import relief as relief_file
 from scenes.relief import SHORTEST_M, Relief, normals
-from scenes.terrain_noise import BOUND, STEEP, STEEPEST, lattice_bits, unit_noise, unit_rms
+from scenes.terrain_noise import (
+    BOUND,
+    RIDGED_MEAN,
+    RIDGED_RMS,
+    STEEP,
+    STEEPEST,
+    lattice_bits,
+    octave_sums,
+    octaves_at,
+    unit_noise,
+    unit_rms,
+)
 
 HOME = Corner(0, 0)
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
@@ -231,3 +242,28 @@ def test_wrong_parameters_are_refused_by_name(change, key):
     good = {"seed": 0, "amplitude": 30.0, "wavelength": 1024.0, "hurst": 0.9}
     with pytest.raises(InputError, match=key):
         Relief(**{**good, **change})
+
+
+def test_crests_have_their_size_and_bounds():
+    """The constants of |noise|, and a ridged relief's RMS, mean and bounds."""
+    xy = np.random.default_rng(5).uniform(0, 3e4, (400_000, 2))
+    octave = octaves_at(Corner(0, 0), 99, range(0, -1, -1), np.ones(1))
+    noise = np.abs(octave_sums(octave, xy, np.full(len(xy), np.inf))[:, 0])
+    assert noise.mean() == pytest.approx(RIDGED_MEAN, rel=0.005)
+    assert noise.std() == pytest.approx(RIDGED_RMS, rel=0.005)
+    relief = Relief(3, 50.0, 64.0, 0.8, ridged=True)
+    height = relief.height(Corner(7, -3), xy)
+    assert height.std() == pytest.approx(50.0, rel=0.03)
+    assert height.mean() == pytest.approx(0.0, abs=1.0)
+    low, high = relief.bounds()
+    assert low < height.min() and height.max() < high
+    low, high = relief.within(Corner(7, -3), xy[:1000], np.full(1000, 3.0))
+    assert np.all((low <= height[:1000]) & (height[:1000] <= high))
+
+
+def test_ridged_slopes_are_those_of_the_heights():
+    relief, xy = Relief(3, 5.0, 64.0, 1.0, True), np.random.default_rng(6).uniform(0, 500, (500, 2))
+    step = np.array((1e-6, 0.0))
+    east = relief.height(Corner(0, 0), xy + step) - relief.height(Corner(0, 0), xy - step)
+    slope = relief.sums(Corner(0, 0), xy, np.zeros(len(xy)))[:, 1]
+    assert np.mean(np.isclose(east / 2e-6, slope, atol=1e-5)) > 0.99  # crests between apart
