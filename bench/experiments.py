@@ -201,4 +201,30 @@ EXPERIMENTS: dict[str, Experiment] = {
             "A pixel counts as covered when any of 16 places in it is.",
         ),
     ),
+    "depth": Experiment(
+        about="surfaces pierced by a ray to the limit, pruned and not",
+        question="Is depth complexity bounded by pruning, and the same in every direction?",
+        run=_later("depth_experiment", "run"),
+        figures=_later("depth_plots", "figures"),
+        table=_later("depth_plots", "table"),
+        judge=_later("depth_claims", "judge"),
+        takes_s=(20.0, 120.0),
+        limits=(
+            "People on flat ground, level rays at the height of chests; every stick is a surface.",
+            "The ground is not counted: a level ray never meets it.",
+        ),
+    ),
+    "spectrum": Experiment(
+        about="power spectra of pruned and unpruned pictures against the cut-off of m",
+        question="Is pruning a low-pass filter?",
+        run=_later("spectrum_experiment", "run"),
+        figures=_later("spectrum_plots", "figures"),
+        table=_later("spectrum_plots", "table"),
+        judge=_later("spectrum_claims", "judge"),
+        takes_s=(40.0, 120.0),
+        limits=(
+            "Pictures of albedo alone, in clear air on flat ground: no light and no noise.",
+            "Edges hold all frequencies: a filter takes them, and larger parts bring their own.",
+        ),
+    ),
 }

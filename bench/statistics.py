@@ -83,6 +83,19 @@ def share(counts: Reals, out_of: Reals) -> Estimate:
     return Estimate(value, low, high, error, 1.0, len(counts))
 
 
+def paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
+    """Σcounts ÷ Σwholes over pairs, by leaving one pair out at a time (the jackknife: Efron and
+    Tibshirani, "An Introduction to the Bootstrap", §11), with Student's t."""
+    n = len(counts)
+    if n < 2 or len(wholes) != n or not (wholes > 0).any():
+        raise InputError("paired_ratio", (n, len(wholes)), "2 pairs or more, not all of nothing")
+    value = float(counts.sum() / wholes.sum())
+    without = (counts.sum() - counts) / (wholes.sum() - wholes)
+    error = math.sqrt((n - 1) * float(without.var()))
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, n - 1)) * error
+    return Estimate(value, value - reach, value + reach, error, 1.0, n)
+
+
 def mean(values: Reals) -> Estimate:
     """Mean with Student's interval."""
     error = float(values.std(ddof=1)) / len(values) ** 0.5

@@ -1,0 +1,54 @@
+"""What the depth experiment claims, judged from its raw counts alone."""
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.records import Point
+from bench.statistics import paired_ratio, slope
+from lod.arrays import Reals
+
+QUADRANTS = 4
+_SOURCE = "§4.1, issue 6"
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Growth with the world, pruned and not; and every quadrant against all of them."""
+    pruned, full = (sorted(_of(points, m), key=lambda p: p.case["extent"]) for m in METRICS_TRIED)
+    made = [_growth(full), _beyond(pruned[-2], pruned[-1])]
+    return (*made, *(_direction(pruned[-1], k) for k in range(QUADRANTS)))
+
+
+METRICS_TRIED = "blake", "full"
+
+
+def _of(points: tuple[Point, ...], metric: str) -> list[Point]:
+    return [point for point in points if point.case["metric"] == metric]
+
+
+def total(point: Point) -> Reals:
+    """Sticks pierced by all rays of each field, (fields,)."""
+    return np.sum([point.samples[f"quadrant {k}"] for k in range(QUADRANTS)], axis=0, dtype=float)
+
+
+def _growth(points: list[Point]) -> Claim:
+    counts = np.concatenate([total(p) for p in points])
+    extent = np.concatenate([np.full(len(total(p)), p.case["extent"]) for p in points])
+    about = "Unpruned, depth complexity grows with the side of the world."
+    words = about, "exponent against the world's side", _SOURCE
+    return claim("full/growth", words, 1.0, 0.2, slope(counts, extent))
+
+
+def _beyond(near: Point, far: Point) -> Claim:
+    """The same fields in two windows, both larger than the limit."""
+    about = "Pruned, depth complexity does not grow with a world that is larger than the limit."
+    sides = f"{far.case['extent']:g} m ÷ {near.case['extent']:g} m"
+    words = about, f"surfaces pierced in the same fields, {sides}", _SOURCE
+    return claim("blake/growth", words, 1.0, 0.02, paired_ratio(total(far), total(near)))
+
+
+def _direction(point: Point, quadrant: int) -> Claim:
+    counts = np.array(point.samples[f"quadrant {quadrant}"], np.float64)
+    about = f"Pruned, depth complexity is the same in every direction: quadrant {quadrant + 1}."
+    words = about, "surfaces pierced ÷ the mean of all directions", _SOURCE
+    found = paired_ratio(QUADRANTS * counts, total(point))
+    return claim(f"blake/direction_{quadrant + 1}", words, 1.0, 0.15, found)

@@ -1,0 +1,46 @@
+"""What the spectrum experiment claims, judged from its raw powers alone."""
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.records import Point
+from bench.statistics import paired_ratio, share
+from lod.arrays import Reals
+
+EDGES = tuple(2.0**k for k in range(-6, 0))
+"""Octaves of frequency [cycles a pixel]: from 1/64 to 1/2; lower ones are in the first."""
+
+_SOURCE = "§2.1, §2.2"
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """For every detail: what is lost lies above the cut-off, and what is above it is lost."""
+    return tuple(each for point in points for each in (_lost_below(point), _left_above(point)))
+
+
+def power(point: Point, name: str, above: bool) -> Reals:
+    """Power above the cut-off, or below it, in every direction, (directions,)."""
+    cutoff = point.predicted["cutoff"]
+    chosen = [k for k in range(len(EDGES) - 1) if (EDGES[k] >= cutoff) == above]
+    rows = [np.array(point.samples[f"{name} {k}"], np.float64) for k in chosen]
+    return np.sum(rows, axis=0)
+
+
+def octaves(point: Point, name: str) -> Reals:
+    """Mean power in every octave."""
+    return np.array([np.mean(point.samples[f"{name} {k}"]) for k in range(len(EDGES) - 1)]) / 1e12
+
+
+def _lost_below(point: Point) -> Claim:
+    below, above = power(point, "lost", False), power(point, "lost", True)
+    about = f"What pruning at {point.case['detail']:g} px takes lies above its cut-off."
+    words = about, "share of the difference's power below 1/(2τ)", _SOURCE
+    found = share(below, below + above)
+    return claim(f"lost_below/tau_{point.case['detail']:g}px", words, 0.1, 0, found, "at most")
+
+
+def _left_above(point: Point) -> Claim:
+    about = f"Pruning at {point.case['detail']:g} px leaves little above its cut-off."
+    words = about, "power above 1/(2τ) ÷ the whole picture's", _SOURCE
+    found = paired_ratio(power(point, "pruned", True), power(point, "whole", True))
+    return claim(f"left_above/tau_{point.case['detail']:g}px", words, 0.1, 0, found, "at most")
