@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 @file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear.")
+@click.option("--view", default="colour", metavar="NAME", help="Of previews: colour or level.")
 @click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Of previews.")
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
@@ -53,6 +54,7 @@ def command(
     frames: str,
     preview: bool,
     tone: str,
+    view: str,
     exposure: float,
     resume: bool,
     overwrite: bool,
@@ -68,7 +70,7 @@ def command(
     if resume and overwrite:
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
     most_bytes = None if max_memory is None else memory_size(max_memory)
-    look = Look(tone, exposure)
+    look = Look(tone, exposure, view)
     chosen = preset_of(preset, **flags)
     check_targets([frame_path(pattern, number) for number in numbers])
     from scenes.budget import within_budget

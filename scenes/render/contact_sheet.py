@@ -9,16 +9,18 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from lod.errors import InputError
-from scenes.render.display import USUAL, Look, display
+from scenes.render.display import USUAL, Look
 from scenes.render.exr import read_exr
+from scenes.render.level_view import pictured
 
 _GAP, _PAPER, _INK = 6, (24, 24, 26), (220, 220, 220)
 
 
 def preview(path: str | Path, out_png: str | Path, look: Look = USUAL) -> Path:
     """One frame as a PNG, exposed for itself."""
-    rgb = read_exr(path)[0].rgb
-    return _save(Image.fromarray(display(rgb, look.exposure_of(rgb), look.tone)), out_png)
+    layers = read_exr(path)[0]
+    picture = pictured(layers, look, look.exposure_of(layers.rgb))
+    return _save(Image.fromarray(picture), out_png)
 
 
 def contact_sheet(
@@ -35,10 +37,10 @@ def contact_sheet(
         raise InputError("contact sheet width", width, "at least 16 pixels a frame")
     tiles, exposure = [], 0.0
     for path in paths:
-        rgb = read_exr(path)[0].rgb
-        exposure = exposure or look.exposure_of(rgb)
-        height = max(1, round(width * rgb.shape[0] / rgb.shape[1]))
-        picture = Image.fromarray(display(rgb, exposure, look.tone))
+        layers = read_exr(path)[0]
+        exposure = exposure or look.exposure_of(layers.rgb)
+        height = max(1, round(width * layers.rgb.shape[0] / layers.rgb.shape[1]))
+        picture = Image.fromarray(pictured(layers, look, exposure))
         tiles.append(picture.resize((width, height), Image.Resampling.LANCZOS))
     labels = [frame_label(path) for path in paths]
     return _save(_sheet(tiles, labels, columns or default_columns(len(tiles))), out_png)

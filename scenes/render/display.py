@@ -38,14 +38,23 @@ to the ACES filmic curve ("ACES Filmic Tone Mapping Curve", 2015); Reinhard et a
 none."""
 
 
+VIEWS = ("colour", "level")
+"""The light of a frame, or the detail level of what is met."""
+
+
 @dataclass(frozen=True)
 class Look:
-    """How pictures are made: a tone curve by name, and stops above the exposure that fits."""
+    """How pictures are made: a tone curve by name, stops above the exposure that fits, and what
+    they show, one of VIEWS.
+    """
 
     tone: str = "filmic"
     stops: float = 0.0
+    view: str = "colour"
 
     def __post_init__(self) -> None:
+        if self.view not in VIEWS:
+            raise InputError("--view", self.view, f"one of {', '.join(VIEWS)}")
         if self.tone not in TONE_CURVES:
             raise InputError("--tone", self.tone, f"one of {', '.join(TONE_CURVES)}")
         if not -20 <= self.stops <= 20:

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from lod.errors import InputError
-from scenes.render.display import USUAL, Look, display
+from scenes.render.display import USUAL, Look
 from scenes.render.exr import read_exr
+from scenes.render.level_view import pictured
 
 
 def movie(
@@ -56,11 +57,11 @@ def _pictures(paths: Sequence[str | Path], look: Look) -> Iterator[np.ndarray]:
     """8-bit sRGB pictures with even sides, as H.264 wants them."""
     exposure = None
     for path in paths:
-        rgb = read_exr(path)[0].rgb
-        exposure = exposure or look.exposure_of(rgb)
-        height, width = rgb.shape[:2]
+        layers = read_exr(path)[0]
+        exposure = exposure or look.exposure_of(layers.rgb)
+        height, width = layers.rgb.shape[:2]
         even = ((0, height % 2), (0, width % 2), (0, 0))
-        yield np.pad(display(rgb, exposure, look.tone), even, mode="edge")
+        yield np.pad(pictured(layers, look, exposure), even, mode="edge")
 
 
 def _arguments(width: int, height: int, fps: float) -> list[str]:
