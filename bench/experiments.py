@@ -227,4 +227,36 @@ EXPERIMENTS: dict[str, Experiment] = {
             "Edges hold all frequencies: a filter takes them, and larger parts bring their own.",
         ),
     ),
+    "cost": Experiment(
+        about="seconds and bytes of a frame, stage by stage, and the metric's share",
+        question="Is the metric cheap beside rendering, and is setting up done once and forgotten?",
+        run=_later("cost_experiment", "run"),
+        figures=_later("cost_plots", "figures"),
+        table=_later("cost_plots", "table"),
+        judge=_later("cost_claims", "judge"),
+        limits=(
+            "One preset, a small picture, wall-clock times of one machine; a larger picture with "
+            "more samples makes the metric's share smaller.",
+            "The metric alone is timed as arrays of distances; in the walk it is one with the "
+            "search, whose whole time stands beside it.",
+            "Memory is the most that a process has held, its libraries with it.",
+        ),
+        takes_s=(60.0, 240.0),
+    ),
+    "world": Experiment(
+        about="one frame in worlds of 10³ to 10¹⁵ objects, and everything of small ones",
+        question="Does a frame cost the same, however large the world is?",
+        run=_later("world_experiment", "run"),
+        figures=_later("world_plots", "figures"),
+        table=_later("world_plots", "table"),
+        judge=_later("world_claims", "judge"),
+        limits=(
+            "Worlds are endless fields seen through a window: none of their objects is stored, "
+            "so that what grows with the world is what a frame examines, and nothing else.",
+            "Seconds of one core, from prune to plain scene; rendering is the same for the same "
+            "scene.",
+            "Unpruned, only as far as the stated number of parts.",
+        ),
+        takes_s=(40.0, 120.0),
+    ),
 }

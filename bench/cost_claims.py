@@ -1,0 +1,70 @@
+"""What the cost experiment claims, judged from its points alone (§4.2)."""
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.figure_fit import median
+from bench.records import Point
+
+STAGES = {
+    "prune": "examine and prune",
+    "appearance": "pose and look",
+    "describe": "describe",
+    "build": "build, with its BVH",
+    "trace": "render, haze included",
+    "write": "write and read back",
+}
+"""The stages that make up a frame, in their order."""
+
+SEQUENCE = 240
+"""Frames over which setting up is spread: ten seconds."""
+
+_LEAST = 6
+"""Values that a median's interval needs."""
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Every claim that these points can decide."""
+    frames, processes = points
+    whole = frame_us(frames)
+    metric = np.array(frames.samples["metric"]) / whole
+    prune = np.array(frames.samples["prune"]) / whole
+    made = [
+        claim(
+            "metric_share",
+            (
+                "Distance, root and comparison of every part examined cost next to nothing.",
+                "share of a frame's time",
+                "§4.2",
+            ),
+            *(0.01, 0.0, median(metric), "at most"),
+        ),
+        claim(
+            "prune_share",
+            (
+                "Finding and pruning, all of it, is small beside rendering.",
+                "share of a frame's time",
+                "§4.2",
+            ),
+            *(0.1, 0.0, median(prune), "at most"),
+        ),
+    ]
+    world = np.array(processes.samples["world"])
+    if len(world) >= _LEAST:
+        made.append(
+            claim(
+                "setup_share",
+                (
+                    f"Setting up the hierarchies vanishes over {SEQUENCE} frames.",
+                    "set-up ÷ time of the frames",
+                    "§4.2",
+                ),
+                *(0.01, 0.0, median(world / (SEQUENCE * np.median(whole))), "at most"),
+            )
+        )
+    return tuple(made)
+
+
+def frame_us(frames: Point) -> np.ndarray:
+    """Time of every warm frame, all its stages [µs]."""
+    return np.sum([frames.samples[stage] for stage in STAGES], axis=0)

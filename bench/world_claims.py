@@ -1,0 +1,109 @@
+"""What the world experiment claims, judged from its points alone (§4.1)."""
+
+import numpy as np
+import statsmodels.api as sm
+from scipy import stats
+
+from bench.claims import Claim, claim
+from bench.figure_fit import median
+from bench.records import Point
+from bench.statistics import CONFIDENCE, Estimate
+
+_CLEAR = 2.5
+"""A world is beyond the limit where its side is so many limit distances: the eye stands in the
+middle, and whoever walks may come from a little further."""
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Every claim that these points can decide."""
+    beyond = beyond_limit(points)
+    unpruned = [p for p in points if p.case["metric"] == "full"]
+    hashes = float(len({p.case["scene"] for p in beyond}))
+    exact = Estimate(hashes, hashes, hashes, 0.0, 1.0, len(beyond))
+    last, largest = beyond[-1], unpruned[-1]
+    saved = median(seconds(largest) / float(np.median(seconds(last))))
+    law = "§4.1"
+    return (
+        claim(
+            "world/same_scene",
+            (
+                "The frame is the same, bit for bit, in every world larger than the limit.",
+                "different scenes among them",
+                law,
+            ),
+            *(1.0, 0.0, exact),
+        ),
+        claim(
+            "world/seconds/slope",
+            (
+                "A larger world takes no longer, once it is larger than the limit.",
+                "exponent of time against objects",
+                law,
+            ),
+            *(0.0, 0.01, power_of_worlds(beyond)),
+        ),
+        claim(
+            "full/seconds/slope",
+            (
+                "Unpruned, every object adds its time.",
+                "exponent of added time against added parts",
+                law,
+            ),
+            *(1.0, 0.1, power_of_parts(unpruned)),
+        ),
+        claim(
+            "full/over_pruned",
+            (
+                f"Every object of a world of {largest.case['objects']:.0e} takes longer than what "
+                f"is displayed of one of {last.case['objects']:.0e}.",
+                "1 ÷ how many times as long",
+                law,
+            ),
+            *(1.0, 0.0, _inverse(saved), "at most"),
+        ),
+    )
+
+
+def beyond_limit(points: tuple[Point, ...]) -> list[Point]:
+    """Pruned worlds that reach beyond the limit distance on all sides."""
+    return [
+        p
+        for p in points
+        if p.case["metric"] != "full" and p.case["side_m"] > _CLEAR * p.case["limit_m"]
+    ]
+
+
+def seconds(point: Point) -> np.ndarray:
+    """Processor's seconds of every repeat."""
+    return np.array(point.samples["cpu_us"], np.float64) / 1e6
+
+
+def power_of_worlds(points: list[Point]) -> Estimate:
+    """Exponent of time against objects, each repeat as a share of its own round of all worlds."""
+    rounds = np.array([seconds(p) for p in points])
+    x = np.log([float(p.case["objects"]) for p in points])
+    return _power(np.repeat(x, rounds.shape[1]), np.log(rounds / rounds.mean(axis=0)).ravel())
+
+
+def power_of_parts(points: list[Point]) -> Estimate:
+    """Exponent of the time that a world takes beyond the smallest, against the parts it has more.
+
+    Ground and camera take their time in an empty world, too.
+    """
+    parts = np.array([float(p.samples["parts"][0]) for p in points])
+    rounds = np.array([seconds(p) for p in points])
+    added = rounds[1:] - np.median(rounds[0])
+    x, y = np.repeat(np.log(parts[1:] - parts[0]), rounds.shape[1]), added.ravel()
+    return _power(x[y > 0], np.log(y[y > 0]))
+
+
+def _power(x: np.ndarray, y: np.ndarray) -> Estimate:
+    """Slope by least squares, errors robust (HC3), with Student's t."""
+    fit = sm.OLS(y, sm.add_constant(x)).fit(cov_type="HC3")
+    value, error = float(fit.params[1]), float(fit.bse[1])
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, fit.df_resid)) * error
+    return Estimate(value, value - reach, value + reach, error, 1.0, len(y))
+
+
+def _inverse(found: Estimate) -> Estimate:
+    return Estimate(1 / found.value, 1 / found.high, 1 / found.low, 0.0, 1.0, found.rows)

@@ -1,0 +1,117 @@
+"""Cost and world: what they claim follows from their samples, and the tables tell them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench import cost_experiment, world_experiment
+from bench.cost_child import measure
+from bench.cost_claims import STAGES, frame_us
+from bench.cost_claims import judge as judge_cost
+from bench.experiments import EXPERIMENTS
+from bench.provenance import provenance
+from bench.records import Point, Record
+from bench.world_claims import beyond_limit
+from bench.world_claims import judge as judge_world
+from scenes.render.variants import choose
+
+
+def frames(**share):
+    """Twelve frames of 1 s, of which stages take these shares, and eight processes."""
+    chance = np.random.default_rng(0)
+    noise = chance.normal(1, 0.02, 12)
+    stages = {**dict.fromkeys(STAGES, 0.0), "trace": 1 - sum(share.values()), **share}
+    samples = {k: [round(1e6 * v * n) for n in noise] for k, v in stages.items()}
+    samples["metric"] = [round(n / 100) for n in samples["prune"]]
+    samples["haze"] = [0] * 12
+    cold = {"world": [2_000_000] * 8, "first_trace": [1_500_000] * 8}
+    cold |= {f"{k}_bytes": [10**9] * 8 for k in ("world", "shoot", "render")}
+    return Point({"what": "frames"}, {}, samples), Point({"what": "processes"}, {}, cold)
+
+
+def test_shares_of_a_frame_are_judged():
+    held = {c.name: c for c in judge_cost(frames(prune=0.05, build=0.3))}
+    assert {c.verdict for c in held.values()} == {"holds"}
+    assert held["prune_share"].measured == pytest.approx(0.05, abs=1e-3)
+    assert held["setup_share"].measured == pytest.approx(2 / 240, rel=0.02)
+    dear = {c.name: c for c in judge_cost(frames(prune=0.5))}
+    assert dear["prune_share"].verdict == "refuted"
+
+
+def test_without_enough_processes_nothing_is_said_of_setting_up():
+    warm, cold = frames(prune=0.05)
+    few = replace(cold, samples={k: v[:2] for k, v in cold.samples.items()})
+    assert "setup_share" not in {c.name for c in judge_cost((warm, few))}
+
+
+def world(metric, objects, parts, seconds, scene="a", side=None):
+    chance = np.random.default_rng(int(objects))
+    times = [round(1e6 * seconds * n) for n in chance.normal(1, 0.01, 12)]
+    case = {"metric": metric, "objects": objects, "scene": scene, "limit_m": 100.0}
+    case["side_m"] = side or objects**0.5
+    return Point(case, {}, {"objects": [1], "parts": [parts], "bytes": [9], "cpu_us": times})
+
+
+def worlds(growth=0.0, scenes="aaaa", unpruned=1.0):
+    pruned = [
+        world("blake", 10.0**k, 1000, 0.1 * 10 ** (growth * (k - 6)), scenes[(k - 6) // 3])
+        for k in (6, 9, 12, 15)
+    ]
+    full = [
+        world("full", float(n), 80 * n, 0.05 + 1e-6 * (80 * n) ** unpruned)
+        for n in (100, 1000, 3000, 10_000)
+    ]
+    return (world("blake", 1e3, 100, 0.02, "small"), *pruned, *full)
+
+
+def test_worlds_beyond_the_limit_are_judged():
+    points = worlds()
+    assert len(beyond_limit(points)) == 4
+    assert {c.name: c.verdict for c in judge_world(points)} == {
+        "world/same_scene": "holds",
+        "world/seconds/slope": "holds",
+        "full/seconds/slope": "holds",
+        "full/over_pruned": "holds",
+    }
+
+
+@pytest.mark.parametrize(
+    "change, name",
+    [
+        ({"growth": 0.05}, "world/seconds/slope"),
+        ({"scenes": "aaab"}, "world/same_scene"),
+        ({"unpruned": 0.8}, "full/seconds/slope"),
+    ],
+)
+def test_a_planted_falsehood_is_refuted(change, name):
+    claims = {c.name: c.verdict for c in judge_world(worlds(**change))}
+    assert claims[name] == "refuted"
+
+
+@pytest.mark.parametrize("name, points", [("cost", frames(prune=0.05)), ("world", worlds())])
+def test_figures_and_table_tell_the_record(name, points):
+    here = provenance("ab" * 32, 0)
+    record = Record(name, 1, True, "2026-01-01T00:00:00Z", here, points, (), {})
+    experiment = EXPERIMENTS[name]
+    heads, rows = experiment.table(record)
+    assert rows and {len(row) for row in rows} == {len(heads)}
+    assert all(len(figure.alt) > 80 and figure.drawn for figure in experiment.figures(record))
+
+
+def test_every_stage_of_a_real_frame_is_timed():
+    found = measure(["render.size=32x18", "render.spp=1", "view.detail=8"], choose(), 1)
+    (row,) = found["warm"]
+    assert {*STAGES, "metric", "tests", "haze"} <= set(row)
+    assert all(row[stage] > 0 for stage in STAGES) and row["tests"] > 10
+    cold = found["cold"]
+    assert 0 < cold["world_bytes"] <= cold["shoot_bytes"] <= cold["render_bytes"]
+    warm, processes = (cost_experiment._columns([each]) for each in (row, cold))
+    whole = frame_us(Point({}, {}, warm))
+    assert whole[0] == sum(row[stage] for stage in STAGES) and processes["world"][0] > 0
+
+
+def test_a_world_is_named_for_its_objects():
+    extent, metric, seed = world_experiment.settings("full", 1e4, 3)
+    assert metric == "view.metric=full" and seed == "seed=3"
+    assert float(extent.partition("=")[2]) > 100
