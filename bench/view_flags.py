@@ -20,6 +20,7 @@ VIEW_KEYS = {
     "haze_aware": "view.haze_aware",
     "display_ppd": "display.pixels_per_degree",
     "fade": "view.fade",
+    "shutter": "view.shutter",
 }
 QUALITY_KEYS = {
     "spp": "render.spp",
@@ -49,6 +50,7 @@ def view_flags(command: Command) -> Command:
             "--max-parts", metavar="N", help="Choose τ so that every frame holds N parts."
         ),
         click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
+        click.option("--shutter", metavar="DEGREES", help="Open, of 360 a frame; 0 = no time."),
         click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
         click.option(
             "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."

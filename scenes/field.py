@@ -110,7 +110,7 @@ class SpeciesField:
 
     @property
     def _moves(self) -> bool:
-        return bool(self.species.patrol_m or self.troupe.sway_m)
+        return bool(self.species.patrol_m or self.troupe.moves)
 
     def roots(self, view: View) -> Parts:
         """The wholes of every cell from which one could be displayed."""

@@ -50,7 +50,7 @@ class Placed:
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time."""
-        if not self.troupe.sway_m:
+        if not self.troupe.moves:
             return parts
         bodies = self._bodies(view.camera.corner, time_s)
         return replace(parts, state=replace(parts.state, bodies=bodies))

@@ -192,6 +192,7 @@ class ViewPreset(Table):
     shutter: Annotated[
         float, key("open, of the 360 a frame lasts [degrees]; 0 = no time", least=0, most=360)
     ] = 0.0
+    motion_aware: Annotated[bool, key("leave out what the open shutter smears")] = True
     fade: Annotated[
         float,
         key("share of its limit distance over which a part shrinks away", least=0, below=1),
@@ -339,6 +340,9 @@ class RenderPreset(Table):
 
     size: Size = (640, 360)
     spp: Annotated[int, key("samples per pixel", least=1, most=65536)] = 16
+    subframes: Annotated[
+        int, key("while the shutter is open; no more than samples", least=1, most=4096)
+    ] = 16
     max_depth: Annotated[int, key("longest light path, in segments", least=1, most=64)] = 4
     variant: Annotated[str, Field(min_length=1), key("Mitsuba variant, or auto")] = "auto"
     haze: Annotated[

@@ -1,37 +1,44 @@
 """From a preset to what the renderer asks for: cuts and their looks, air, light and quality."""
 
 import time
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from lod.camera import Camera
+from lod.exposure import eye_from
 from lod.fade import looks
-from lod.parts import Look, Moving, Parts, Representation, Sticks
+from lod.parts import Look, Moving, Parts, Representation, Sticks, Triangles
 from lod.prune import Cut, prune
 from lod.view import View
+from scenes.camera_path import camera_at
 from scenes.preset import Preset
-from scenes.render.frame import Extras, FileForm, FrameInput, Light, Quality, Visible
+from scenes.render.frame import Extras, FileForm, FrameInput, Instant, Light, Quality, Visible
+from scenes.render.shutter import offsets
 from scenes.sight import air_of
-from scenes.world import World, view_at
+from scenes.world import World, time_of, view_at
 
 
 def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
     """Prune every representation for a frame, and ask what is displayed for its looks."""
-    view, visible, seconds = view_at(world, preset, frame), [], {"prune": 0.0, "appearance": 0.0}
+    view, shown, seconds = view_at(world, preset, frame), [], {"prune": 0.0, "appearance": 0.0}
     after = view_at(world, preset, frame + 1) if preset.output.motion else None
     for each in world.representations:
         start = time.perf_counter()
         cut = prune(each, view)
         pruned = time.perf_counter()
-        look = looks(cut, view)
-        shape = each.appearance(cut.parts, look)
-        later = moved(each, cut.parts, look, view, after) if after else None
-        visible.append(Visible(each.name, short_ids(cut), shape, later))
+        shown.append(Shown(each, cut, looks(cut, view), view))
         seconds["prune"] += pruned - start
         seconds["appearance"] += time.perf_counter() - pruned
+    start = time.perf_counter()
+    later = after.time_s if after else None
+    visible = tuple(visible_at(each, view.time_s, later) for each in shown)
+    seconds["appearance"] += time.perf_counter() - start
     return FrameInput(
         camera=view.camera,
-        visible=tuple(visible),
+        visible=visible,
         air=air_of(preset),
         light=light_of(preset),
         quality=quality_of(preset, variant),
@@ -39,14 +46,83 @@ def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
         form=form_of(preset),
         extras=Extras(after.camera if after else None, preset.output.denoise),
         seconds=seconds,
+        instants=instants_of(world, preset, frame, shown, visible),
     )
 
 
-def moved(each: Representation, parts: Parts, look: Look, view: View, after: View) -> Sticks | None:
-    """The sticks of a cut as they are in the next frame, row by row; None where nothing moves."""
-    later = each.later(parts, view, after.time_s) if isinstance(each, Moving) else parts
-    shape = each.appearance(later, look) if later is not parts else None
-    return shape if isinstance(shape, Sticks) else None
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What one representation displays in a frame, whenever it is looked at."""
+
+    each: Representation
+    cut: Cut
+    look: Look
+    view: View
+
+    def shape(self, time_s: float) -> Sticks | Triangles:
+        """Its looks at a time, in the frame's coordinates."""
+        return self.each.appearance(self.parts(time_s), self.look)
+
+    def parts(self, time_s: float) -> Parts:
+        """The displayed parts as they stand at a time; the very same where nothing moves."""
+        if time_s == self.view.time_s or not isinstance(self.each, Moving):
+            return self.cut.parts
+        return self.each.later(self.cut.parts, self.view, time_s)
+
+    def moves(self, time_s: float) -> bool:
+        """Whether anything stands elsewhere at that time."""
+        return self.parts(time_s) is not self.cut.parts
+
+
+def visible_at(shown: Shown, time_s: float, later_s: float | None) -> Visible:
+    """A cut at a time, with its sticks at a later one, row by row, where they move till then."""
+    later = shown.shape(later_s) if later_s is not None and shown.moves(later_s) else None
+    sticks = later if isinstance(later, Sticks) else None
+    return Visible(shown.each.name, short_ids(shown.cut), shown.shape(time_s), sticks)
+
+
+def instants_of(
+    world: World,
+    preset: Preset,
+    frame: int,
+    shown: Sequence[Shown],
+    visible: tuple[Visible, ...],
+) -> tuple[Callable[[], Instant], ...]:
+    """The sub-frames while the shutter is open, of one and the same cut; none where all is still.
+
+    As many as ``render.subframes``, or as there are samples a pixel if those are fewer.
+    """
+    count = min(preset.render.subframes, preset.render.spp)
+    frames = (frame + preset.view.shutter / 360 * offsets(count)).tolist()
+    cameras = [_camera(world, preset, at, shown[0].view) for at in frames]
+    moves = [any(each.moves(time_of(preset, at)) for each in shown) for at in frames]
+    here = shown[0].view.camera
+    if not any(moves) and all(_stand_together(here, each) for each in cameras):
+        return ()
+
+    def at_one(number: int) -> Instant:
+        at, after = frames[number], None
+        later = time_of(preset, at + 1) if preset.output.motion else None
+        if later is not None:
+            after = _camera(world, preset, at + 1, shown[0].view)
+        now = visible
+        if any(moves) or later is not None:
+            now = tuple(visible_at(each, time_of(preset, at), later) for each in shown)
+        return Instant(cameras[number], now, after)
+
+    return tuple(partial(at_one, number) for number in range(count))
+
+
+def _camera(world: World, preset: Preset, frame: float, view: View) -> Camera:
+    """The camera between frames, in the coordinates of a frame's view."""
+    camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
+    corner = view.camera.corner
+    return replace(camera, corner=corner, eye=eye_from(corner, camera))
+
+
+def _stand_together(a: Camera, b: Camera) -> bool:
+    pairs = ((a.eye, b.eye), (a.forward, b.forward), (a.up, b.up))
+    return all(np.array_equal(one, other) for one, other in pairs)
 
 
 def short_ids(cut: Cut) -> Cut:

@@ -79,6 +79,11 @@ class Troupe:
         return max(_sway(prototype) for prototype in self.rigged)
 
     @cached_property
+    def moves(self) -> bool:
+        """Whether any of them has a motion, and does not just stand."""
+        return any(len(prototype.motion.turns) > 1 for prototype in self.rigged)
+
+    @cached_property
     def swing(self) -> np.ndarray:
         """How fast anything of each prototype moves by its own motion, (v,) [m/s]."""
         return np.array([swing(prototype) for prototype in self.rigged])

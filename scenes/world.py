@@ -79,9 +79,10 @@ def time_of(preset: Preset, frame: float) -> float:
 
 
 def exposure_at(world: World, preset: Preset, frame: int) -> Exposure | None:
-    """While the shutter is open for a frame: half before its time and half after."""
+    """While the shutter is open: half before a frame's time and half after; None where no heed is
+    paid to it."""
     half = preset.view.shutter / 720
-    if half == 0:
+    if half == 0 or not preset.view.motion_aware:
         return None
     ends = frame - half, frame + half
     size = preset.render.size

@@ -72,6 +72,15 @@ def describe(
     }
 
 
+def recaptured(description: Description, camera: Camera, after: Camera | None) -> Description:
+    """The same things from another place, in coordinates of the same corner."""
+    places = {"camera": camera, "after": after}
+    return {
+        **description,
+        **{k: _camera(c, camera.corner) if c else None for k, c in places.items()},
+    }
+
+
 def _camera(camera: Camera, corner: Corner) -> Description:
     away = camera.corner.x - corner.x, camera.corner.y - corner.y, 0
     return {

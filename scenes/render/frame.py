@@ -3,6 +3,7 @@
 import hashlib
 import math
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -130,9 +131,22 @@ PLAIN = FileForm()
 
 
 @dataclass(frozen=True, eq=False)
+class Instant:
+    """One moment of a frame while the shutter is open, in the frame's own coordinates.
+
+    after  the camera a frame's time later, where motion is asked for
+    """
+
+    camera: Camera
+    visible: tuple[Visible, ...]
+    after: Camera | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class FrameInput:
     """All that one frame of a sequence is made from.
 
+    instants   of the sub-frames, made when called; none where nothing moves, or no shutter is open
     fps        frames a second, for the header
     form       of the file
     extras     layers beside the usual ones
@@ -148,6 +162,7 @@ class FrameInput:
     form: FileForm = PLAIN
     extras: Extras = USUAL
     seconds: dict[str, float] = field(default_factory=dict)
+    instants: tuple[Callable[[], Instant], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

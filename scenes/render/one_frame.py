@@ -53,11 +53,15 @@ def render_one(
     """
     from scenes.render.exr import write_exr
     from scenes.render.render import render_frame
+    from scenes.render.shutter import render_exposed
 
     made = _made(settings, frame)
     _check_memory(made, most_bytes, f"frame {frame}")
-    seen = made.camera, made.visible, made.air, made.light, made.quality
-    layers = render_frame(*seen, frame, _counted(made, watch), made.extras)
+    lit, counted = (made.air, made.light, made.quality), _counted(made, watch)
+    if made.instants:
+        layers = render_exposed(made.instants, *lit, frame, counted, made.extras.denoise)
+    else:
+        layers = render_frame(made.camera, made.visible, *lit, frame, counted, made.extras)
     rendered = time.perf_counter()
     header = frame_header(made.camera, made.fps, {**dict(flatten(settings)), "frame": frame})
     digest = write_exr(target, layers, header, made.form)

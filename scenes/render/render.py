@@ -9,7 +9,7 @@ from lod.air import Air
 from lod.camera import Camera
 from scenes.render import variants
 from scenes.render.denoise import check_denoiser, denoised
-from scenes.render.describe import MEDIUM, Description, describe
+from scenes.render.describe import MEDIUM, Description, describe, recaptured
 from scenes.render.frame import USUAL, Extras, Layers, Light, Quality, Visible
 from scenes.render.medium import with_medium
 
@@ -33,7 +33,7 @@ def render_frame(
         check_denoiser()
     stage = staged(camera, visible, air, light, quality, extras.after)
     layers = taken(stage, quality, frame, watch)
-    return _with_denoised(layers) if extras.denoise else layers
+    return with_denoised(layers) if extras.denoise else layers
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,22 @@ def taken(
     return layers_of(samples, stage.built, seconds, stage.statistics)
 
 
-def _with_denoised(layers: Layers) -> Layers:
+def restaged(stage: Stage, camera: Camera, air: Air, after: Camera | None = None) -> Stage:
+    """The same stage from another place, in coordinates of the same corner; not where the air that
+    is part of the scene depends on the place.
+    """
+    start = time.perf_counter()
+    from scenes.render.haze import haze_of
+
+    built = stage.built
+    built = replace(built, description=recaptured(built.description, camera, after))
+    haze = haze_of(built, air)
+    seconds = {"describe": 0.0, "build": time.perf_counter() - start}
+    return replace(stage, built=built, haze=haze, seconds=seconds)
+
+
+def with_denoised(layers: Layers) -> Layers:
+    """The same with a denoised picture beside the raw one."""
     start = time.perf_counter()
     found = denoised(layers)
     return replace(found, seconds={**found.seconds, "denoise": time.perf_counter() - start})

@@ -1,0 +1,168 @@
+"""Motion blur: what moves by L is spread as the quadrature sum of box, pixel and shutter says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lod.camera import Corner, look
+from lod.errors import InputError
+from lod.parts import Sticks
+from scenes.preset import load_preset
+from scenes.render import variants
+from scenes.render.frame import Instant, Visible
+from scenes.render.shutter import offsets, render_exposed
+from scenes.shot import shoot
+from scenes.world import build_world
+
+SUBFRAMES = 16
+SIZE, FOCAL = (96, 6), 48.0
+"""A picture 90° wide: f = 48 px."""
+WIDE_M, AWAY_M = 0.4, 8.0
+LEAN = 1 / SIZE[1]
+
+PAN = (
+    "render.size=48x27",
+    "render.spp=32",
+    "camera.turn=90",
+    "view.shutter=180",
+    "species.tree.density=0",
+    "species.figure.prototypes=1",
+)
+
+
+def camera():
+    return look(Corner(0, 0), np.array((0.0, 0.0, 2.0)), 0.0, 0.0, 90.0, SIZE)
+
+
+def bar_at(make, x):
+    """A wall of WIDE_M, facing the camera AWAY_M ahead of it: a box in every row of the picture.
+
+    It leans by LEAN, so that its edges fall elsewhere in the pixels of each row.
+    """
+    left, right, lean = x - WIDE_M / 2, x + WIDE_M / 2, 6 * LEAN
+    low, high = (AWAY_M, -4), (AWAY_M, 8)
+    corners = [
+        (left - lean, *low),
+        (right - lean, *low),
+        (right + lean, *high),
+        (left + lean, *high),
+    ]
+    return make.quad(corners, albedo=0.8)
+
+
+def profile_variance(make, variant, length_px, subframes=SUBFRAMES):
+    """Of the albedo across the picture [px²], of a bar that goes ``length_px`` while it is open."""
+    metres = length_px * AWAY_M / FOCAL
+    places = (0.3 + metres * offsets(subframes)).tolist()
+    instants = [lambda x=x: Instant(camera(), (bar_at(make, x),)) for x in places]
+    quality = replace(make.quality(variant, subframes * 4), max_depth=2)
+    layers = render_exposed(instants, make.clear, make.light, quality)
+    mass = layers.albedo[..., 0].astype(float)
+    mass /= mass.sum(axis=1, keepdims=True)
+    x = np.arange(SIZE[0]) + 0.5
+    mean = mass @ x
+    return float((mass @ x**2 - mean**2).mean())
+
+
+@pytest.mark.parametrize(
+    "variant",
+    [variants.SCALAR_VARIANT, pytest.param(variants.JIT_VARIANT, marks=pytest.mark.slow)],
+    indirect=True,
+)
+def test_the_profile_of_what_moves_has_the_variance_of_the_quadrature_sum(make, variant):
+    """20 speeds, from 0 to 40 pixels a shutter, within 3 %."""
+    # Bar, the pixel that it falls on, and its lean within a row.
+    own = ((WIDE_M * FOCAL / AWAY_M) ** 2 + 1 + LEAN**2) / 12
+    for length in np.linspace(0, 40, 20).tolist():
+        expected = own + length**2 / 12 * (1 - 1 / SUBFRAMES**2)
+        assert profile_variance(make, variant, length) == pytest.approx(expected, rel=0.03)
+
+
+def test_the_offsets_have_the_variance_that_the_law_asks_for():
+    for n in (1, 2, 16):
+        assert offsets(n).mean() == pytest.approx(0, abs=1e-15)
+        assert offsets(n).var() == pytest.approx((1 - 1 / n**2) / 12)
+
+
+def test_two_sub_frames_are_the_mean_of_two_frames_and_the_ids_those_of_the_second(make, variant):
+    quality = make.quality(variant, 8)
+    scenes = [(bar_at(make, x),) for x in (-1.0, 1.0)]
+    instants = [lambda s=s: Instant(camera(), s) for s in scenes]
+    lit = make.clear, make.light, quality
+    both = render_exposed(instants, *lit)
+    alone = [render_exposed([instant], *lit) for instant in instants]
+    mean = (alone[0].albedo + alone[1].albedo) / 2
+    assert np.allclose(both.albedo.sum(), mean.sum(), rtol=0.06)
+    assert (both.object == alone[1].object).mean() > 0.98
+    assert both.statistics["subframes"] == 2
+
+
+def test_a_moving_camera_builds_its_scene_once_and_gives_the_same_as_building_it_again(
+    make, variant
+):
+    scene = (make.balls([(0, 6, 2)]), make.ground())
+    cameras = [replace(camera(), eye=np.array((x, 0.0, 2.0))) for x in (-0.4, 0.0, 0.4)]
+    lit = make.clear, make.light, make.quality(variant, 6)
+    kept = render_exposed([lambda c=c: Instant(c, scene) for c in cameras], *lit)
+    anew = render_exposed([lambda c=c: Instant(c, scene[:1] + scene[1:]) for c in cameras], *lit)
+    for name in ("rgb", "albedo", "Z", "object"):
+        assert np.array_equal(getattr(kept, name), getattr(anew, name))
+
+
+def test_more_sub_frames_than_samples_are_refused(make):
+    instants = [lambda: Instant(camera(), (make.ground(),))] * 3
+    with pytest.raises(InputError, match="subframes"):
+        render_exposed(instants, make.clear, make.light, make.quality("scalar_rgb", 2))
+
+
+def shot(*settings):
+    preset = load_preset("meadow", (*PAN, *settings))
+    return shoot(build_world(preset), preset, 2, "scalar_rgb")
+
+
+def test_a_pan_has_sub_frames_of_one_and_the_same_cut():
+    made = shot()
+    moments = [instant() for instant in made.instants]
+    assert len(moments) == 16
+    assert all(each.visible is made.visible for each in moments)
+    headings = [np.degrees(np.arctan2(*each.camera.forward[:2])) for each in moments]
+    assert np.allclose(np.diff(headings), 90 / 48 / 16)
+    assert np.mean(headings) == pytest.approx(20 + 90 / 24)
+
+
+def test_the_shutter_prunes_only_where_heed_is_paid_to_it():
+    parts, pruned = (
+        sum(each.cut.displayed_parts for each in shot(f"view.motion_aware={heed}").visible)
+        for heed in ("false", "true")
+    )
+    unblurred = sum(each.cut.displayed_parts for each in shot("view.shutter=0").visible)
+    assert pruned < parts == unblurred
+    assert len(shot("view.motion_aware=false").instants) == 16
+
+
+def test_where_nothing_moves_there_are_no_sub_frames():
+    still = ("camera.speed=0", "camera.turn=0")
+    assert shot(*still).instants == ()
+    assert shot("view.shutter=0").instants == ()
+    assert len(shot("render.spp=5").instants) == 5
+
+
+def test_walkers_are_posed_anew_in_each_sub_frame_and_the_ground_is_not():
+    walking = ("camera.turn=0", "camera.speed=0", "species.figure.patrol=5")
+    first, last = (shot(*walking).instants[k]() for k in (0, -1))
+    names = [each.name for each in first.visible]
+    for name, a, b in zip(names, first.visible, last.visible, strict=True):
+        if isinstance(a.shape, Sticks):
+            moved = np.linalg.norm(b.shape.start - a.shape.start, axis=1)
+            assert name == "figure" and 0 < moved.max() < 0.2
+        else:
+            assert np.array_equal(a.shape.vertices, b.shape.vertices)
+
+
+def test_motion_vectors_of_a_blurred_frame_point_a_whole_frame_ahead():
+    made = shot("output.motion=true")
+    moment = made.instants[8]()
+    turned = np.degrees(np.arccos(moment.after.forward @ moment.camera.forward))
+    assert turned == pytest.approx(90 / 24 * np.cos(np.radians(1)), rel=1e-3)
+    assert isinstance(made.visible[0], Visible)
