@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lod.air import Air
+from lod.mist import Mist
 from scenes.render import medium, variants
 from scenes.render.describe import describe
 from scenes.render.emitters import radiance, surroundings
@@ -57,14 +58,15 @@ def test_ground_and_sky_are_as_bright_as_in_the_medium(make, variant, monkeypatc
     assert np.allclose(closed, medium_rows, rtol=0.03)
 
 
-def test_no_seam_at_the_horizon_and_both_drivers_alike(make):
+@pytest.mark.parametrize("air", [AIR, Air(20e3, Mist(400.0, 5.0, 30.0))])
+def test_no_seam_at_the_horizon_and_both_drivers_alike(make, air):
     for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT):
         if variants.works(name) is not True:
             pytest.skip(f"{name} does not work here")
     camera = make.camera((4, 60), fov=0.4, eye=(0, 0, 60))
     scalar, jit = (
         render_frame(
-            camera, [make.ground(30e3)], AIR, make.light, Quality(name, 4, 1, 4, "scattered")
+            camera, [make.ground(30e3)], air, make.light, Quality(name, 4, 1, 4, "scattered")
         ).rgb.mean(axis=1)
         for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT)
     )
