@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 from scenes.render.display import Look, display
 from scenes.render.frame import Layers
 
-LEVELS = 9
+LEVELS = 13
 """Levels that have a colour of their own; finer ones have that of the last."""
 
 SKY = (214, 218, 222)

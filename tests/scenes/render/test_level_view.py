@@ -10,9 +10,9 @@ from scenes.render.level_view import LEVELS, SKY, by_level, level_colours, pictu
 
 
 def frame(width=400, height=200):
-    """Sky above, then levels 0 to 11 in columns, all of them facing up."""
+    """Sky above, then levels 0 to 15 in columns, all of them facing up."""
     shape = height, width
-    level = np.broadcast_to(np.arange(width) * 12 // width, shape)
+    level = np.broadcast_to(np.arange(width) * 16 // width, shape)
     normal = np.broadcast_to(np.array((0.0, 0.0, 1.0)), (*shape, 3))
     met = np.broadcast_to(np.arange(height)[:, None] >= 50, shape)
     grey, depth = np.full((*shape, 3), 0.2), np.full(shape, 5.0)
@@ -24,7 +24,7 @@ def test_every_level_has_its_colour_and_the_sky_its_own():
     picture = by_level(frame())
     assert np.all(picture[:50] == SKY)
     row = picture[100]
-    seen = [row[int((level + 0.5) * 400 / 12)] for level in range(12)]
+    seen = [row[int((level + 0.5) * 400 / 16)] for level in range(16)]
     distinct = np.unique(np.array(seen), axis=0)
     assert len(distinct) == LEVELS
     for level, colour in enumerate(seen):
