@@ -1,0 +1,99 @@
+"""How many triangles the ground takes, and how true its skyline is: ``python -m
+bench.terrain_benchmark [--quick]``.
+
+The ground of a preset at τ = 1 in pictures of growing size, on one core: tiles, triangles, seconds
+of the processor from nothing to the mesh, and the share of the picture's columns in which the
+skyline is within a pixel of that at τ = ¼. The air is clear: haze would leave some of it out.
+"""
+
+import time
+from dataclasses import replace
+
+import click
+import numba
+import numpy as np
+from numba import njit
+
+from bench.output import table
+from lod.camera import Camera
+from lod.fade import looks
+from lod.metric import METRICS
+from lod.parts import Triangles
+from lod.prune import prune
+from lod.view import View
+from scenes.camera_path import camera_at
+from scenes.preset import load_preset
+from scenes.terrain import Terrain
+
+SIZES = ("320x180", "640x360", "1280x720")
+PRESETS = ("meadow", "mountain")
+REFERENCE = 0.25
+"""τ of what the skyline is held against [px]."""
+
+_NEAREST_M = 0.1
+
+
+def ground(terrain: Terrain, view: View) -> tuple[int, Triangles]:
+    """Tiles displayed, and their mesh."""
+    cut = prune(terrain, view)
+    return len(cut), terrain.appearance(cut.parts, looks(cut, view))
+
+
+def skyline(triangles: Triangles, camera: Camera) -> np.ndarray:
+    """Height of the highest ground over each column's middle, (width,) [px from the axis]."""
+    offset = triangles.vertices - camera.eye
+    depth, across, up = (offset @ axis for axis in (camera.forward, camera.right, camera.up))
+    scale = camera.width / (2 * camera.tan_half[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = camera.width / 2 + scale * across / depth - 0.5
+        y = scale * up / depth
+    return _highest(x, y, depth > _NEAREST_M, triangles.faces, camera.width)
+
+
+@njit(cache=True)
+def _highest(x, y, ahead, faces, width):  # type: ignore[no-untyped-def]
+    """The highest edge over each column; edges that reach behind the eye are left out."""
+    top = np.full(width, -np.inf)
+    for f in range(len(faces)):
+        for k in range(3):
+            i, j = faces[f, k], faces[f, (k + 1) % 3]
+            if not (ahead[i] and ahead[j]):
+                continue
+            if x[i] > x[j]:
+                i, j = j, i
+            first, last = max(0, int(np.ceil(x[i]))), min(width - 1, int(np.floor(x[j])))
+            for column in range(first, last + 1):
+                share = (column - x[i]) / (x[j] - x[i]) if x[j] > x[i] else 0.0
+                top[column] = max(top[column], y[i] + share * (y[j] - y[i]))
+    return top
+
+
+def measured(name: str, size: str) -> tuple[object, ...]:
+    """One row of the table."""
+    preset = load_preset(name, [f"render.size={size}"])
+    terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
+    camera = camera_at(preset.camera, preset.render.size, 1, terrain)
+    view = View(camera, METRICS["blake"], fade=preset.view.fade)
+    ground(terrain, view)  # compiles
+    start = time.process_time()
+    tiles, mesh = ground(terrain, view)
+    took = time.process_time() - start
+    _, finer = ground(terrain, replace(view, detail=REFERENCE))
+    apart = abs(skyline(mesh, view.camera) - skyline(finer, view.camera))
+    within = f"{np.mean(apart <= 1):.2%}"
+    columns = (name, size, tiles, f"{len(mesh):,}", f"{took:.2f} s", within)
+    return (*columns, f"{apart.max():.2f} px", f"{len(finer):,}")
+
+
+@click.command()
+@click.option("--quick", is_flag=True, help="The smallest picture alone.")
+def main(quick: bool) -> None:
+    """Print the table."""
+    numba.set_num_threads(1)
+    names = ("preset", "size", "tiles", "triangles", "took", "within 1 px", "most", "at τ = ¼")
+    sizes = SIZES[:1] if quick else SIZES
+    click.echo(table([names, *(measured(name, size) for name in PRESETS for size in sizes)]))
+
+
+if __name__ == "__main__":
+    main()
