@@ -181,6 +181,8 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("fidelity_experiment", "run"),
         figures=_later("fidelity_plots", "figures"),
         table=_later("fidelity_plots", "table"),
+        judge=_later("fidelity_claims", "judge"),
+        takes_s=(90.0, 720.0),
         limits=(
             "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
             "and so are the limits that they set; what lies beyond 170 m is not there at all.",
@@ -194,6 +196,8 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("pixels_experiment", "run"),
         figures=_later("pixels_plots", "figures"),
         table=_later("pixels_plots", "table"),
+        judge=_later("pixels_claims", "judge"),
+        takes_s=(15.0, 60.0),
         limits=(
             "Objects nearer than two of their bounds are left out: they cover far more pixels than "
             "they have parts.",
@@ -258,5 +262,18 @@ EXPERIMENTS: dict[str, Experiment] = {
             "Unpruned, only as far as the stated number of parts.",
         ),
         takes_s=(40.0, 120.0),
+    ),
+    "popping": Experiment(
+        about="what comes and goes from frame to frame, how large it is, and what fading leaves",
+        question="How many parts switch in a step, and does one see it?",
+        run=_later("popping_experiment", "run"),
+        figures=_later("popping_plots", "figures"),
+        table=_later("popping_plots", "table"),
+        judge=_later("popping_claims", "judge"),
+        takes_s=(60.0, 300.0),
+        limits=(
+            "Switches are counted all round on flat ground, at steps of two metres.",
+            "Walks are rendered as albedo alone, in a window of 120 m: no light, no air, no noise.",
+        ),
     ),
 }

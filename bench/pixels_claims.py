@@ -1,11 +1,10 @@
 """What the pixels experiment claims, judged from its raw counts alone."""
 
 import numpy as np
-from scipy import stats
 
 from bench.claims import Claim, claim
 from bench.records import Point
-from bench.statistics import CONFIDENCE, Estimate
+from bench.statistics import quantile
 from lod.arrays import Reals
 
 MOST, SHARE = 4.0, 0.95
@@ -36,12 +35,3 @@ def ratios(point: Point, out_of: str = "pixels") -> Reals:
     if out_of == "area":
         covered = covered / 1000
     return parts[covered > 0] / covered[covered > 0]
-
-
-def quantile(values: Reals, share: float) -> Estimate:
-    """A quantile with its interval by order statistics, whatever the distribution."""
-    ordered, n = np.sort(values), len(values)
-    ends = stats.binom.ppf([(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], n, share).astype(int)
-    low, high = ordered[np.clip(ends - [1, 0], 0, n - 1)]
-    value = float(np.clip(np.quantile(ordered, share), low, high))
-    return Estimate(value, float(low), float(high), float(high - low) / 4, 1.0, n)

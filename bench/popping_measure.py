@@ -74,7 +74,7 @@ def frames_of(world: World, preset: Preset, frames: Sequence[int], variant: str)
             cut = prune(each, view)
             look = looks(cut, view)
             if isinstance(each, SpeciesField):  # the ground's vertices move; its tiles do not pop
-                seen[each.name] = _seen(cut, np.maximum(look.inner, look.leaf))
+                seen[each.name] = seen_of(cut, np.maximum(look.inner, look.leaf))
             shape = each.appearance(cut.parts, look)
             visible.append(Visible(each.name, short_ids(cut), shape))
         # Always frame 0: the same places in every pixel.
@@ -82,7 +82,8 @@ def frames_of(world: World, preset: Preset, frames: Sequence[int], variant: str)
         yield Frame(view, seen, layers)
 
 
-def _seen(cut: Cut, size: Reals) -> Seen:
+def seen_of(cut: Cut, size: Reals) -> Seen:
+    """Who the parts of a species' cut are, and where."""
     parts = cut.parts
     draws, who = parts.state.draws, parts.object
     key = np.stack((draws.cell_x[who], draws.cell_y[who], draws.index[who], parts.part), axis=1)

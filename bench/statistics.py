@@ -96,6 +96,15 @@ def paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
     return Estimate(value, value - reach, value + reach, error, 1.0, n)
 
 
+def quantile(values: Reals, share: float) -> Estimate:
+    """A quantile with its interval by order statistics, whatever the distribution."""
+    ordered, n = np.sort(values), len(values)
+    ends = stats.binom.ppf([(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], n, share).astype(int)
+    low, high = ordered[np.clip(ends - [1, 0], 0, n - 1)]
+    value = float(np.clip(np.quantile(ordered, share), low, high))
+    return Estimate(value, float(low), float(high), float(high - low) / 4, 1.0, n)
+
+
 def mean(values: Reals) -> Estimate:
     """Mean with Student's interval."""
     error = float(values.std(ddof=1)) / len(values) ** 0.5

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from bench import pixels_plots
-from bench.pixels_claims import judge, quantile
+from bench.pixels_claims import judge
 from bench.pixels_experiment import covered, measure
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.sight_measure import camera
+from bench.statistics import quantile
 from lod.metric import METRICS
 from lod.view import View
 

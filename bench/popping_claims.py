@@ -1,0 +1,60 @@
+"""What the popping experiment claims, judged from its raw counts alone."""
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.records import Point
+from bench.statistics import mean, paired_ratio, quantile, ratio
+
+WAYS = {
+    "unpruned": ("view.metric=full",),
+    "fading": ("view.fade=0.2",),
+    "clipped": ("view.fade=0.0",),
+}
+"""How a walk is pruned, and the settings that say so."""
+
+WORST = "unexplained 0.9999"
+_SOURCE = "§1.2, issue 6"
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Switches against the law; their size; and what fading leaves of popping."""
+    counted = [p for p in points if p.case["what"] == "switches"]
+    walks = {p.case["way"]: p for p in points if p.case["what"] == "walk"}
+    made = [each for point in counted for each in (_law(point), _size(point))]
+    return (*made, *(_popped(walks[way]) for way in ("fading", "clipped")), *_residuals(walks))
+
+
+def _law(point: Point) -> Claim:
+    counts = np.array(point.samples["switches"], np.float64)
+    predicted = np.full(len(counts), point.predicted["switches"])
+    species = point.case["species"]
+    about = f"As many parts of {species}s switch in a step as the law predicts, nothing fitted."
+    words = about, "switches, measured ÷ predicted", "§4.1"
+    return claim(f"blake/{species}/switches", words, 1.0, 0.1, ratio(counts, predicted))
+
+
+def _size(point: Point) -> Claim:
+    species = point.case["species"]
+    about = f"A part of a {species} is no larger than τ = 1 px when it switches."
+    words = about, "95th percentile of P ÷ (d·θ) at the switch (px)", "§2.4"
+    sizes = np.array(point.samples["size_mpx"], np.float64) / 1000
+    return claim(f"blake/{species}/size", words, 1.0, 0, quantile(sizes, 0.95), "at most")
+
+
+def _popped(point: Point) -> Claim:
+    way = point.case["way"]
+    about = f"No part comes or goes at more than half its size: {way}."
+    words = about, "parts popped between two frames", _SOURCE
+    found = mean(np.array(point.samples["popped"], np.float64))
+    return claim(f"walk/{way}/popped", words, 0, 0, found, "at most")
+
+
+def _residuals(walks: dict[str, Point]) -> list[Claim]:
+    whole, made = np.array(walks["unpruned"].samples[WORST], np.float64), []
+    for way in ("fading", "clipped"):
+        about = f"The largest changes that motion does not explain are those of no pruning: {way}."
+        words = about, "99.99th percentile ÷ that of the unpruned walk", _SOURCE
+        found = paired_ratio(np.array(walks[way].samples[WORST], np.float64), whole)
+        made.append(claim(f"walk/{way}/residual", words, 1.1, 0, found, "at most"))
+    return made

@@ -1,0 +1,42 @@
+"""What the popping experiment shows: at which distances parts switch, and a table."""
+
+import numpy as np
+
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+
+_SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99)
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """How switching distances are spread."""
+    points = [p for p in record.points if p.case["what"] == "switches"]
+    drawn, words = [], []
+    for point in points:
+        metres = np.array(point.samples["distance_mm"]) / 1000
+        x = np.quantile(metres, _SHARES).tolist()
+        drawn.append(Curve(point.case["species"], x, _SHARES))
+        words.append(f"of {point.case['species']}s half within {x[4]:.1f} m, 9 in 10 {x[6]:.1f} m")
+    told = " ".join(f"{c.about} {c.measured:.3f}: {c.verdict}." for c in record.claims)
+    caption = f"The share of switches that are nearer than a distance: {'; '.join(words)}. {told}"
+    axis = "distance of the switch (m)", "share of the switches"
+    title = "Where parts switch"
+    return (curves("popping", title, caption, f"Log-log plot. {caption}", axis, drawn),)
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: switches of every species, then the walks."""
+    heads = ("what", "of", "switches a field", "predicted", "size, median (px)", "size, 95 % (px)")
+    changes = "popped a frame", "unexplained, 99 %", "99.9 %", "99.99 %"
+    return (*heads, *changes), [_row(point) for point in record.points]
+
+
+def _row(point: Point) -> tuple[str, ...]:
+    samples = point.samples
+    if point.case["what"] == "switches":
+        sizes = np.quantile(np.array(samples["size_mpx"]) / 1000, (0.5, 0.95))
+        counts = f"{np.mean(samples['switches']):.1f}", f"{point.predicted['switches']:.1f}"
+        return "switches", point.case["species"], *counts, *(f"{v:.2f}" for v in sizes), *[""] * 4
+    changes = [np.mean(row) / 1e6 for name, row in samples.items() if name != "popped"]
+    popped = f"{np.mean(samples['popped']):.1f}"
+    return "walk", point.case["way"], *[""] * 4, popped, *(f"{v:.4f}" for v in changes)

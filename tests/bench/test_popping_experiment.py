@@ -1,0 +1,55 @@
+"""What switches in a step is what plane geometry says, and the verdicts follow from the counts."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from bench import popping_plots
+from bench.popping_claims import WAYS, judge
+from bench.popping_experiment import QUANTILES, in_one_only
+from bench.provenance import provenance
+from bench.records import Point, Record
+
+
+def test_area_in_one_disc_only():
+    """Nothing without a step, both discs when apart, 4·r·s for a small step."""
+    assert in_one_only(np.array([3.0]), 0.0)[0] == pytest.approx(0.0)
+    assert in_one_only(np.array([3.0, 0.0]), 6.1).tolist() == pytest.approx([2 * math.pi * 9, 0])
+    assert in_one_only(np.array([100.0]), 0.1)[0] == pytest.approx(4 * 100 * 0.1, rel=1e-6)
+    rng = np.random.Generator(np.random.Philox(1))
+    x, y = rng.uniform(-3, 5, (2, 400_000))
+    inside = (np.hypot(x, y) < 2) != (np.hypot(x - 1.5, y) < 2)
+    assert in_one_only(np.array([2.0]), 1.5)[0] == pytest.approx(64 * inside.mean(), rel=0.02)
+
+
+def planted(switches=100.0, popped=0, worst=1.0):
+    rng = np.random.Generator(np.random.Philox(5))
+    counts = rng.poisson(switches, 200).tolist()
+    samples = {"switches": counts, "size_mpx": [400] * 100, "distance_mm": [9000, 20_000] * 50}
+    points = [Point({"what": "switches", "species": "tree"}, {"switches": 100.0}, samples)]
+    for way in WAYS:
+        by = worst if way == "fading" else 1.0
+        changes = {f"unexplained {q:g}": [round(1e5 * by) + k for k in range(6)] for q in QUANTILES}
+        many = [popped, popped + 1, popped] if way == "clipped" else [popped] * 3
+        points.append(Point({"what": "walk", "way": way}, {}, {"popped": many, **changes}))
+    return tuple(points)
+
+
+def test_verdicts_follow_from_counts():
+    verdict = {c.name: c.verdict for c in judge(planted())}
+    for name in ("blake/tree/switches", "blake/tree/size", "walk/fading/popped"):
+        assert verdict[name] == "holds", name
+    assert verdict["walk/fading/residual"] == "holds"
+    wrong = {c.name: c.verdict for c in judge(planted(120.0, 9, 1.3))}
+    for name in ("blake/tree/switches", "walk/fading/popped", "walk/fading/residual"):
+        assert wrong[name] == "refuted", name
+
+
+def test_the_report_shows_switches_and_walks():
+    points = planted()
+    made = Record("popping", 1, True, "", provenance("", 0), points, judge(points), {})
+    heads, rows = popping_plots.table(made)
+    assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
+    assert not any(re.search(r"\bnan\b", figure.svg) for figure in popping_plots.figures(made))
