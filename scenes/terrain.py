@@ -17,6 +17,7 @@ flat here.
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float64
@@ -55,6 +56,17 @@ NOTHING = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
 """What no tiles look like."""
 
 
+@runtime_checkable
+class Far(Protocol):
+    """What too distant objects leave on the ground."""
+
+    def lift(self, view: View, points: Points) -> Reals:
+        """How much higher the ground is for it at points (n, 3), (n,) [m]."""
+
+    def colours(self, view: View, points: Points, normals: Points, bare: Points) -> Points:
+        """Its albedo there, (n, 3), where ``normals`` shade it and it would be ``bare``."""
+
+
 @dataclass(frozen=True)
 class TileGrid:
     """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m]."""
@@ -72,6 +84,7 @@ class Terrain:
     amplitude, wavelength, hurst   of the relief (scenes.relief); amplitude 0 is flat
     finest   spacing of the finest mesh [m], a power of two
     ridged   whether every octave has crests (scenes.relief); cover: one of COVERS
+    far      what is too far to be displayed leaves on it; None: nothing
     """
 
     seed: int
@@ -83,6 +96,7 @@ class Terrain:
     ridged: bool = False
     cover: str = "grassy"
     name: str = "terrain"
+    far: Far | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.reach) and 16 <= self.reach <= 1e7):
@@ -248,13 +262,16 @@ class Terrain:
             return self._arrived(grid.view, points, level)
 
         lines = lineage(where, patches.deepest, placed, arrived)
-        vertices = blended(lines, lines.points)
+        vertices = stood = blended(lines, lines.points)
+        colours = blended(lines, self._colours(grid.view, lines.points))
+        if self.far:
+            vertices = vertices.copy()
+            vertices[:, 2] += self.far.lift(grid.view, stood)
+        normals = blended_normals(lines, vertex_normals(vertices, faces))
+        if self.far:
+            colours = self.far.colours(grid.view, stood, normals, colours)
         return Triangles(
-            vertices=vertices,
-            normals=blended_normals(lines, vertex_normals(vertices, faces)),
-            colours=blended(lines, self._colours(grid.view, lines.points)),
-            faces=faces,
-            owner=owner,
+            vertices=vertices, normals=normals, colours=colours, faces=faces, owner=owner
         )
 
     def _arrived(self, view: View, points: Points, level: Ints) -> Reals:

@@ -1,6 +1,6 @@
 """From a preset to a world: the ground, the fields that stand on it, and the eye that walks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from lod.exposure import Exposure
@@ -8,12 +8,15 @@ from lod.metric import metric_named
 from lod.parts import Representation
 from lod.view import View
 from scenes.camera_path import camera_at
+from scenes.far_cover import FarCover
 from scenes.field import Species, SpeciesField
 from scenes.models import made
 from scenes.particles import KINDS, Plume
 from scenes.placed import Placed
 from scenes.preset import PlacedPreset, PlumePreset, Preset, SpeciesPreset
+from scenes.render.frame import Light
 from scenes.sight import sight_of
+from scenes.sky_share import sky_share
 from scenes.terrain import Terrain
 from scenes.weather import Weather
 
@@ -57,7 +60,18 @@ def build_world(preset: Preset) -> World:
     plumes = tuple(
         plume_of(name, table, preset.seed, terrain) for name, table in preset.plumes.items()
     )
-    return World(terrain, fields, placed, plumes)
+    far = far_cover_of(preset, fields)
+    return World(replace(terrain, far=far), fields, placed, plumes)
+
+
+def far_cover_of(preset: Preset, fields: tuple[SpeciesField, ...]) -> FarCover | None:
+    """What the fields leave on the ground beyond the limit, in the preset's light."""
+    if not fields:
+        return None
+    light = preset.light
+    to_sun = Light(light.sun_azimuth, light.sun_elevation, light.turbidity).to_sun
+    share = sky_share(light.sun_elevation, light.turbidity)
+    return FarCover(tuple(each.species for each in fields), to_sun, share)
 
 
 def species_of(name: str, table: SpeciesPreset, weather: Weather) -> Species:

@@ -1,0 +1,68 @@
+"""What objects too small to display leave on the ground they stand on: cover, shade and colour.
+
+Objects stand at random (Poisson), K of them to the square metre, each of mean outline A(δ) along a
+line that comes down at δ to the horizon. Of such lines exp(−K·A/sin δ) reach the ground: the gap
+fraction of a random stand (Nilson 1971, "A theoretical analysis of the frequency of gaps in plant
+stands", Agricultural Meteorology 8; of whole crowns Li & Strahler 1985, "Geometric-optical
+modeling of a conifer forest canopy", IEEE Trans. Geoscience and Remote Sensing 23). The rest meets
+objects, of each kind in proportion to its K·A.
+"""
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Reals
+
+PerKind = Float64[np.ndarray, "n k"]
+Colours = Float64[np.ndarray, "n 3"]
+Kinds = Float64[np.ndarray, " k"]
+Triple = Float64[np.ndarray, "3"]
+
+
+def missing_share(d: Reals, limits: Float64[np.ndarray, " p"], fade: float) -> Reals:
+    """Share of objects that is not displayed at distance ``d`` (n,), where equally many have each
+    of ``limits`` (p,); over the band of fading what they no longer cover, (n,)."""
+    band = np.maximum(fade * limits, 1e-12)
+    finite = np.minimum(limits, 1e30)
+    shown = (finite - d[:, None]) / np.minimum(band, 1e29)
+    return 1.0 - np.clip(shown, 0.0, 1.0).mean(axis=1)
+
+
+def cover_depths(missing: PerKind, density: Kinds, area: PerKind, sine: Reals) -> PerKind:
+    """K·A/sin δ of each kind (k,) along each line (n,): objects that it meets on average."""
+    return missing * density * area / sine[:, None]
+
+
+def covered_share(depths: PerKind) -> Reals:
+    """Share of lines that meet an object, (n,)."""
+    return -np.expm1(-depths.sum(axis=1))
+
+
+def kinds_met(depths: PerKind) -> PerKind:
+    """Of lines that meet something, the share that meets each kind; rows of 0 where none does."""
+    total = depths.sum(axis=1, keepdims=True)
+    return np.divide(depths, total, out=np.zeros_like(depths), where=total > 0)
+
+
+def albedo_under(
+    wanted: Colours, normals: Float64[np.ndarray, "n 3"], to_sun: Triple, sky_share: Triple
+) -> Colours:
+    """Albedo of a surface that in sun and sky sends as much as level ground of albedo ``wanted``.
+
+    sky_share (3,): of the light on level ground, what comes from the sky
+    """
+    return np.clip(wanted / irradiance_on(normals, to_sun, sky_share), 0.0, 1.0)
+
+
+LEAST_LIGHT = 0.05
+"""Share of the sun's light on level ground that no surface counts below, so that none asks for an
+albedo without end."""
+
+
+def irradiance_on(
+    normals: Float64[np.ndarray, "n 3"], to_sun: Triple, sky_share: Triple
+) -> Colours:
+    """Light on unshadowed surfaces, that on level ground being 1, (n, 3)."""
+    sun = np.maximum(normals @ to_sun / to_sun[2], LEAST_LIGHT)[:, None]
+    sky = (1 + normals[:, 2:3]) / 2
+    return (1 - sky_share) * sun + sky_share * sky

@@ -1,0 +1,195 @@
+"""How a stand of objects looks from afar: measured once, by lines through a plot of it.
+
+The plot repeats without end and holds every species in proportion to its density, turned at random,
+in full detail. Lines come from above at a few depressions δ and angles φ from the sun's azimuth;
+where they first meet something, other lines tell whether sun and sky are seen from there. Outlines
+of whole objects are not sampled: they are measured exactly (``stick_area``).
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Points, Reals, freeze
+from scenes.prototype import Prototype
+from scenes.rig_prototype import RiggedPrototype
+from scenes.stand_rays import NOTHING, Shadows, first_met, shadows_along
+from scenes.stick_raster import areas_of_parts
+from scenes.stick_table import StickTable
+
+DEPRESSIONS_DEG = (3.0, 8.0, 20.0, 40.0, 65.0, 90.0)
+TURNS_DEG = (0.0, 60.0, 120.0, 180.0)
+"""Where lines come from: angle of the eye above the ground's horizon, and of its azimuth as seen
+from the ground from the sun's: at 0 the sun is behind the viewer."""
+
+LINES = 1500
+"""From each direction."""
+
+OBJECTS = 24
+"""In a plot, as near as whole numbers of every species allow."""
+
+SKY = 6
+"""Directions to the sky."""
+
+_LIFTED_M = 1e-4
+
+_ASKEW_DEG = 31.7
+"""Of the sun's azimuth to the plot's sides, along which low lines would meet the same again."""
+
+Kind = tuple[tuple[Prototype | RiggedPrototype, ...], float]
+"""Equally likely prototypes, and their density [1/m²]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """By kind k, depression and turn, in units of the light on unshadowed level ground.
+
+    area (k, δ)  mean outline of an object [m²]
+    sun, sky, bounce (k, δ, φ, 3)  what is met sends of the sun's light, the sky's, and of light
+        from all about it that is as bright as a white surface there
+    ground_sun, ground_sky (δ, φ)  shares of it that the ground gets where the line comes down to it
+    height (δ,)  at which lines first meet anything, the ground included, on average [m]
+    """
+
+    area: np.ndarray
+    sun: np.ndarray
+    sky: np.ndarray
+    bounce: np.ndarray
+    ground_sun: np.ndarray
+    ground_sky: np.ndarray
+    height: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
+
+
+@lru_cache(maxsize=4)
+def stand_of(kinds: tuple[Kind, ...], sun_elevation_deg: float) -> Stand:
+    """The looks of a stand of these kinds under a sun of that elevation."""
+    bare = [[bare_of(prototype) for prototype in prototypes] for prototypes, _ in kinds]
+    plot, kind, tint, side = _plot(bare, [density for _, density in kinds])
+    to_sun = _toward(sun_elevation_deg, 0.0)
+    in_sun = shadows_along(plot, side, to_sun)
+    skies = [shadows_along(plot, side, each) for each in _sky_directions()]
+    rng = np.random.Generator(np.random.Philox(0x57A4D))
+    shape = len(DEPRESSIONS_DEG), len(TURNS_DEG)
+    sums = np.zeros((3, len(kinds), *shape, 3))
+    met = np.zeros((len(kinds), *shape))
+    ground, heights = np.zeros((2, *shape)), np.zeros(shape)
+    for row, column in np.ndindex(shape):
+        direction = _toward(DEPRESSIONS_DEG[row], TURNS_DEG[column])
+        seen = shadows_along(plot, side, direction)
+        start = np.zeros((LINES, 3))
+        start[:, :2] = rng.random((LINES, 2)) * side
+        far, which, normal = first_met(plot, seen, start, 0.0)
+        hit = far > NOTHING
+        point = start + np.where(hit, far, 0.0)[:, None] * direction
+        normal[~hit] = (0.0, 0.0, 1.0)
+        heights[row, column] = point[:, 2].mean()
+        sun, sky = _lit(plot, in_sun, skies, point + _LIFTED_M * normal, normal)
+        ground[:, row, column] = (_mean(sun[~hit]), _mean(sky[~hit]))
+        light = np.stack((sun, sky, 1 - sky))[:, hit]
+        colour, of_kind = tint[which[hit]], kind[which[hit]]
+        for k in range(len(kinds)):
+            mine = of_kind == k
+            met[k, row, column] = mine.sum()
+            sums[:, k, row, column] = light[:, mine] @ colour[mine]
+    sun, sky, bounce = _means(sums, met)
+    areas, height = _areas(bare), heights.mean(axis=1)
+    return Stand(areas, sun, sky, bounce, ground[0], ground[1], height)
+
+
+def bare_of(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
+    """All that a prototype is made of at full detail, as one part at rest; and its tints."""
+    one = prototype.posed() if isinstance(prototype, RiggedPrototype) else prototype
+    ends = one.hierarchy.part_count == 0
+    names = ("start", "end", "start_radius", "end_radius", "tint")
+    rows = ends[one.leaf.owner]
+    leaf = [getattr(one.leaf, name)[rows] for name in names]
+    columns = [
+        np.concatenate((getattr(one.inner, name), each))
+        for name, each in zip(names, leaf, strict=True)
+    ]
+    return StickTable(np.array((0, len(columns[0]))), *columns), one.tints
+
+
+def _plot(
+    bare: list[list[tuple[StickTable, np.ndarray]]], densities: list[float]
+) -> tuple[StickTable, np.ndarray, np.ndarray, float]:
+    """The sticks of a plot, the kind and the albedo of each, and the plot's side [m]."""
+    rng = np.random.Generator(np.random.Philox(0x9107))
+    side = math.sqrt(OBJECTS / sum(densities))
+    tables, kinds, tints = [], [], []
+    for k, (prototypes, density) in enumerate(zip(bare, densities, strict=True)):
+        for n in range(max(1, round(density * side * side))):
+            table, palette = prototypes[n % len(prototypes)]
+            tables.append(_stood(table, rng.random(2) * side, 2 * np.pi * rng.random()))
+            kinds.append(np.full(len(table), k))
+            tints.append(palette[table.tint])
+    names = ("start", "end", "start_radius", "end_radius", "tint")
+    columns = [np.concatenate([getattr(table, name) for table in tables]) for name in names]
+    plot = StickTable(np.array((0, len(columns[0]))), *columns)
+    return plot, np.concatenate(kinds), np.concatenate(tints), side
+
+
+def _stood(table: StickTable, xy: Reals, turn: float) -> StickTable:
+    cos, sin = math.cos(turn), math.sin(turn)
+    spin = np.array(((cos, sin, 0), (-sin, cos, 0), (0, 0, 1)))
+    offset = np.append(xy, 0.0)
+    return replace(table, start=table.start @ spin + offset, end=table.end @ spin + offset)
+
+
+def _lit(
+    plot: StickTable, in_sun: Shadows, skies: list[Shadows], point: Points, normal: Points
+) -> tuple[Reals, Reals]:
+    """Sun and sky on surfaces, those on level ground being 1; ``skies`` lie evenly in cos-weight
+    about the zenith, and each counts by its own angle to the surface."""
+    facing = np.maximum(normal @ in_sun.direction / in_sun.direction[2], 0.0)
+    sun = facing * (first_met(plot, in_sun, point, 0.0)[0] == NOTHING)
+    sky = np.zeros(len(point))
+    for each in skies:
+        weight = np.maximum(normal @ each.direction / each.direction[2], 0.0) / len(skies)
+        sky += weight * (first_met(plot, each, point, 0.0)[0] == NOTHING)
+    return sun, sky
+
+
+def _sky_directions() -> Points:
+    """Directions of equal share of the irradiance of level ground under an even sky."""
+    k = np.arange(SKY) + 0.5
+    z, turn = np.sqrt(1 - k / SKY), np.pi * (1 + math.sqrt(5)) * k
+    level = np.sqrt(k / SKY)
+    return np.stack((level * np.cos(turn), level * np.sin(turn), z), axis=1)
+
+
+def _toward(elevation_deg: float, azimuth_deg: float) -> Reals:
+    e, a = math.radians(elevation_deg), math.radians(azimuth_deg + _ASKEW_DEG)
+    return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
+
+
+def _areas(bare: list[list[tuple[StickTable, np.ndarray]]]) -> Float64[np.ndarray, "k d"]:
+    """Mean outline of each kind along each depression, over prototypes and two azimuths [m²]."""
+    turns = (20.0, 110.0)
+    directions = np.array([_toward(e, a) for e in DEPRESSIONS_DEG for a in turns])
+    rows = []
+    for prototypes in bare:
+        each = [areas_of_parts(table, directions, 6.0)[0] for table, _ in prototypes]
+        rows.append(np.mean(each, axis=0).reshape(len(DEPRESSIONS_DEG), -1).mean(axis=1))
+    return np.array(rows)
+
+
+def _means(
+    sums: Float64[np.ndarray, "q k d t 3"], met: Float64[np.ndarray, "k d t"]
+) -> Float64[np.ndarray, "q k d t 3"]:
+    """Means over what was met; where of a kind that is little, drawn to its mean of all."""
+    few = 20.0
+    everywhere = sums.sum(axis=(2, 3)) / np.maximum(met.sum(axis=(1, 2)), 1.0)[:, None]
+    drawn = sums + few * everywhere[:, :, None, None]
+    means: Float64[np.ndarray, "q k d t 3"] = drawn / (met + few)[..., None]
+    return means
+
+
+def _mean(values: Reals) -> float:
+    return float(values.mean()) if len(values) else 0.0

@@ -1,0 +1,107 @@
+"""What lies beyond the limit leaves its cover, colour and height on the ground."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenes.far_cover import FarCover
+from scenes.field import Species
+from scenes.preset import load_preset
+from scenes.prototype import assemble
+from scenes.sky_share import sky_share
+from scenes.stand import DEPRESSIONS_DEG, stand_of
+from scenes.stand_rays import NOTHING, first_met, shadows_along
+from scenes.stick_table import StickTable
+from scenes.world import build_world, view_at
+
+GREY = 0.2
+
+
+def ball(z=3.0, r=1.0, tint=GREY):
+    """A whole of one part: a ball above the ground."""
+    centre = np.array(((0.0, 0.0, z),))
+    radius = np.array((r,))
+    table = StickTable(
+        np.array((0, 1)), centre, centre + np.array((1e-3, 0.0, 0.0)), radius, radius, np.zeros(1)
+    )
+    nothing = StickTable(np.array((0, 0)), *np.zeros((2, 0, 3)), *np.zeros((2, 0)), np.zeros(0))
+    flat = np.array((-1,)), np.array((0,)), centre
+    return assemble("ball", *flat, nothing, table, np.full((1, 3), tint))
+
+
+@pytest.mark.parametrize("elevation", [20.0, 55.0, 90.0])
+def test_lines_meet_a_ball_where_geometry_says(elevation):
+    table, side, e = ball().leaf, 40.0, np.radians(elevation)
+    up = np.array((np.cos(e), 0.0, np.sin(e)))
+    rng = np.random.default_rng(1)
+    start = np.column_stack((rng.random((20_000, 2)) * side, np.zeros(20_000)))
+    far, which, normal = first_met(table, shadows_along(table, side, up), start, 0.0)
+    hit = far > NOTHING
+    sd = np.sqrt(np.pi / np.sin(e) / side**2 / 20_000)
+    assert abs(hit.mean() - np.pi / np.sin(e) / side**2) < 4 * sd + 1e-5
+    assert (which[hit] == 0).all()
+    point = start[hit] + far[hit, None] * up
+    copy = point - side * np.rint(point / side) * np.array((1, 1, 0))
+    assert np.allclose(np.linalg.norm(copy - (0, 0, 3.0), axis=1), 1.0, atol=2e-3)
+    assert np.allclose(normal[hit], copy - (0, 0, 3.0), atol=2e-3)
+    assert (normal[hit] @ up > -1e-3).all()
+
+
+def test_a_thin_stand_of_balls_is_lit_as_lambert_says():
+    """Sun overhead, seen from overhead: 2/3 of albedo (mean cosine over the disc); and shade."""
+    stand = stand_of((((ball(),), 1e-3),), 90.0)
+    assert stand.area[0] == pytest.approx(np.full(len(DEPRESSIONS_DEG), np.pi), rel=0.02)
+    assert stand.sun[0, -1, 0, 0] == pytest.approx(GREY * 2 / 3, rel=0.15)
+    assert (stand.ground_sun[-1] > 0.999).all()  # straight down: what is seen is in the sun
+    assert (stand.height >= 0).all() and (stand.height <= 4).all()
+
+
+@pytest.fixture(scope="module")
+def covered():
+    keys = ["render.size=640x360", "camera.height=60", "air.visibility=clear", "view.detail=12"]
+    balls = Species("balls", (ball(4.0, 2.0),), 0.02)
+    preset = load_preset("meadow", keys)
+    cover = FarCover((balls,), np.array((0.6, 0.0, 0.8)), sky_share(53.0, 3.0))
+    return cover, view_at(build_world(preset), preset, 1)
+
+
+def ground(view, distances):
+    x, y = view.camera.forward[:2] / np.hypot(*view.camera.forward[:2])
+    along = np.sqrt(np.maximum(distances**2 - 50.0**2, 0))
+    return view.camera.eye + np.column_stack((x * along, y * along, np.full(len(along), -50.0)))
+
+
+def test_nothing_is_left_where_nothing_is_missing_and_it_runs_on_smoothly(covered):
+    cover, view = covered
+    D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
+    points = ground(view, np.linspace(60.0, 2 * D, 4000))
+    bare, up = np.full((4000, 3), 0.1), np.tile((0.0, 0.0, 1.0), (4000, 1))
+    lift, colours = cover.lift(view, points), cover.colours(view, points, up, bare)
+    near = np.linalg.norm(points - view.camera.eye, axis=1) <= D * (1 - view.fade)
+    assert near.any() and not near.all()
+    assert (lift[near] == 0).all() and np.array_equal(colours[near], bare[near])
+    assert (lift[~near][1:] > 0).all() and lift.max() <= 6.0
+    assert np.abs(np.diff(lift)).max() < 0.05 and np.abs(np.diff(colours, axis=0)).max() < 2e-3
+    assert np.isfinite(colours).all() and colours.min() >= 0 and colours.max() <= 1
+
+
+def test_without_fading_it_begins_at_the_limit_and_full_leaves_nothing(covered):
+    cover, view = covered
+    D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
+    points = ground(view, np.array((0.99 * D, 1.01 * D)))
+    lift = cover.lift(replace(view, fade=0.0), points)
+    assert lift[0] == 0 and lift[1] > 0
+
+
+def test_a_world_and_its_window_have_the_same_ground():
+    keys = ["species.tree.density=0", "render.size=48x27", "view.detail=12"]
+    views = [load_preset("meadow", [*keys, *more]) for more in ([], ["world.extent=50"])]
+    shapes = []
+    for preset in views:
+        world = build_world(preset)
+        view = view_at(world, preset, 1)
+        tiles = world.terrain.roots(view)
+        lifted = world.terrain.far.lift(view, tiles.centre)
+        shapes.append(lifted)
+    assert np.array_equal(*shapes) and shapes[0].max() > 0
