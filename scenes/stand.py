@@ -21,11 +21,11 @@ from scenes.stick_raster import areas_of_parts
 from scenes.stick_table import StickTable
 
 DEPRESSIONS_DEG = (3.0, 8.0, 20.0, 40.0, 65.0, 90.0)
-TURNS_DEG = (0.0, 60.0, 120.0, 180.0)
+TURNS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)
 """Where lines come from: angle of the eye above the ground's horizon, and of its azimuth as seen
 from the ground from the sun's: at 0 the sun is behind the viewer."""
 
-LINES = 1500
+LINES = 2000
 """From each direction."""
 
 OBJECTS = 24
@@ -184,7 +184,7 @@ def _means(
     sums: Float64[np.ndarray, "q k d t 3"], met: Float64[np.ndarray, "k d t"]
 ) -> Float64[np.ndarray, "q k d t 3"]:
     """Means over what was met; where of a kind that is little, drawn to its mean of all."""
-    few = 20.0
+    few = 2.0
     everywhere = sums.sum(axis=(2, 3)) / np.maximum(met.sum(axis=(1, 2)), 1.0)[:, None]
     drawn = sums + few * everywhere[:, :, None, None]
     means: Float64[np.ndarray, "q k d t 3"] = drawn / (met + few)[..., None]

@@ -14,7 +14,7 @@ from numba import njit
 
 from scenes.stick_table import StickTable
 
-SQUARES = 96
+SQUARES = 64
 """Along a side of the plot."""
 
 NOTHING = -1.0

@@ -50,7 +50,7 @@ def test_lines_meet_a_ball_where_geometry_says(elevation):
 
 def test_a_thin_stand_of_balls_is_lit_as_lambert_says():
     """Sun overhead, seen from overhead: 2/3 of albedo (mean cosine over the disc); and shade."""
-    stand = stand_of((((ball(),), 1e-3),), 90.0)
+    stand = stand_of((((ball(),), 0.02),), 90.0)
     assert stand.area[0] == pytest.approx(np.full(len(DEPRESSIONS_DEG), np.pi), rel=0.02)
     assert stand.sun[0, -1, 0, 0] == pytest.approx(GREY * 2 / 3, rel=0.15)
     assert (stand.ground_sun[-1] > 0.999).all()  # straight down: what is seen is in the sun
