@@ -1,0 +1,41 @@
+"""What the motion experiment shows: parts that motion keeps against speed, and a table."""
+
+from bench.figures import Curve, Figure, curves
+from bench.motion_claims import kept
+from bench.records import Point, Record
+from bench.report_parts import claimed, measured
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """Pans at one shutter."""
+    pans = [p for p in record.points if _is_pan(p)]
+    found = [kept(point) for point in pans]
+    turns = [point.case["turn"] for point in pans]
+    shares, low, high = ([getattr(e, k) for e in found] for k in ("value", "low", "high"))
+    told = " ".join(
+        f"{c.about} {c.quantity}: {measured(c)}, claimed {claimed(c)}: {c.verdict}."
+        for c in record.claims
+    )
+    words = ", ".join(f"{y:.3g} at {x:g}°/s" for x, y in zip(turns, shares, strict=True))
+    caption = f"Parts kept when motion is counted, shutter 180°, 24 frames/s: {words}. {told}"
+    axis = "speed of the pan (degrees/s)", "parts kept ÷ by size and distance alone"
+    drawn = [Curve("meadow, 640 px", turns, shares, low, high)]
+    return (curves("motion", "What a pan hides", caption, caption, axis, drawn, "linear"),)
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: every case."""
+    heads = ("world", "pan (°/s)", "ahead (m/s)", "shutter (°)", "by size and distance")
+    return (*heads, "by motion as well", "kept", "95 % interval"), [_row(p) for p in record.points]
+
+
+def _row(point: Point) -> tuple[str, ...]:
+    case, found = point.case, kept(point)
+    moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
+    counts = (f"{sum(point.samples[k]) / len(point.samples[k]):.0f}" for k in ("spatial", "motion"))
+    return case["world"], *moves, *counts, f"{found.value:.3f}", f"{found.low:.3f}-{found.high:.3f}"
+
+
+def _is_pan(point: Point) -> bool:
+    case = point.case
+    return case["world"] == "endless" and case["speed"] == 0 and case["shutter"] == 180.0

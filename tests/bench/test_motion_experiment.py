@@ -1,0 +1,67 @@
+"""What motion leaves out is counted and judged from the counts alone."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from bench import motion_experiment, motion_plots
+from bench.experiments import EXPERIMENTS
+from bench.motion_claims import judge, kept
+from bench.motion_experiment import FAST, MOVES, Move
+from bench.records import Point
+
+
+def fake(settings, move, seed):
+    """Counts of a field in which a pan keeps a quarter; everything is 20 times as much."""
+    if "view.metric=full" in settings:
+        return 20_000 + seed
+    moving = "view.motion_aware=false" not in settings and move.turn > 0
+    return (250 if moving else 1000) + seed % 3
+
+
+@pytest.fixture
+def record(monkeypatch):
+    monkeypatch.setattr(
+        motion_experiment, "parts", lambda move, seed, settings: fake(settings, move, seed)
+    )
+    return EXPERIMENTS["motion"].run(quick=True)
+
+
+def test_every_claim_is_judged_from_the_points(record):
+    verdicts = {claim.name: claim.verdict for claim in record.claims}
+    names = ["pan/parts", "rest/parts", "walk/parts", "finite/size_and_distance"]
+    assert verdicts == dict.fromkeys(names, "holds")
+    assert judge(record.points) == record.claims
+
+
+def test_a_pan_that_keeps_everything_is_refuted_and_so_is_a_rest_that_does_not(record):
+    pan, rest = (
+        next(p for p in record.points if p.case["turn"] == turn and p.case["world"] == "endless")
+        for turn in (90.0, 0.0)
+    )
+    vacuous = replace(pan, samples={**pan.samples, "motion": pan.samples["spatial"]})
+    assert judge((vacuous,))[0].verdict == "refuted"
+    moved = replace(rest, samples={**rest.samples, "motion": [0] * len(rest.samples["spatial"])})
+    assert judge((moved,))[0].verdict == "refuted"
+
+
+def test_it_has_a_row_for_every_case_and_a_figure_without_gaps(record):
+    assert len(motion_plots.table(record)[1]) == len(MOVES) + 1
+    (figure,) = motion_plots.figures(record)
+    assert not re.search(r"\bnan\b", figure.svg)
+
+
+def test_the_share_kept_is_that_of_all_fields_together():
+    point = Point({}, {}, {"spatial": [100, 300], "motion": [50, 50]})
+    assert kept(point).value == 0.25
+
+
+def test_a_real_pan_leaves_out_parts_and_a_rest_does_not():
+    """Where motion is heeded and where not, in a thin field."""
+    thin = ("species.tree.density=0", "species.figure.prototypes=1", "render.size=160x90")
+    blind = (*thin, "view.motion_aware=false")
+    counts = [motion_experiment.parts(FAST, 1, each) for each in (thin, blind)]
+    assert counts[0] < 0.9 * counts[1]
+    rest = Move(0.0, 0.0, 180.0)
+    assert motion_experiment.parts(rest, 1, thin) == motion_experiment.parts(rest, 1, blind)
