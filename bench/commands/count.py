@@ -6,10 +6,13 @@ import click
 
 from bench.output import Output, output, table
 from bench.view_flags import preset_of, view_flags
+from lod.errors import InputError
 from scenes.render.memory import peak_rss_bytes
 
 if TYPE_CHECKING:
     from bench.counting import Counts, SpeciesCount
+    from bench.workloads import Workload
+    from scenes.preset import Preset
 
 
 @click.command("count")
@@ -17,8 +20,14 @@ if TYPE_CHECKING:
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
-    """Objects and parts of one frame: examined, displayed, predicted."""
-    chosen = preset_of(preset, **flags)
+    """Objects and parts of one frame: examined, displayed, predicted.
+
+    PRESET may be a workload, as meadow@1: its counts must then be the golden ones.
+    """
+    workload = _workload(preset)
+    chosen = preset_of(workload.preset if workload else preset, **flags)
+    if workload:
+        _check_as_it_is(workload, chosen, frame)
     from bench.counting import Stopwatch, count
     from scenes.budget import within_budget
     from scenes.world import build_world, view_at
@@ -31,8 +40,29 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
             view = view_at(world, chosen, frame)
         counts = count(world, view)
         seconds = watch.seconds | counts.seconds
-        out.record(as_data(counts, seconds))
+        wrong = workload.differing(counts) if workload else []
+        told = {"name": workload.name, "golden": not wrong} if workload else None
+        out.record(as_data(counts, seconds) | ({"workload": told} if told else {}))
         _say(out, counts, seconds)
+    if workload and wrong:
+        raise click.ClickException(f"{workload.name}: {', '.join(wrong)}: another workload")
+
+
+def _workload(preset: str) -> "Workload | None":
+    """What a name with a version stands for; what that needs is imported only for one."""
+    if "@" not in preset:
+        return None
+    from bench.workloads import workload_named
+
+    return workload_named(preset)
+
+
+def _check_as_it_is(workload: "Workload", chosen: "Preset", frame: int) -> None:
+    from scenes.preset import load_preset
+
+    if frame != 1 or chosen != load_preset(workload.preset):
+        rule, cure = "a workload is counted as it is, frame 1", f"ask for {workload.preset}"
+        raise InputError("PRESET", workload.name, rule, cure)
 
 
 def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:

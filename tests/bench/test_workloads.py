@@ -1,0 +1,63 @@
+"""A workload is its counts: the same for everyone, or another version."""
+
+import json
+
+import pytest
+
+from bench import workloads
+from bench.cli import main
+from bench.workloads import Workload, counted, workload_named
+from lod.errors import InputError
+from scenes.preset import preset_names
+
+QUICK = "fly_in"
+
+
+def run(*words):
+    with pytest.raises(SystemExit) as left:
+        main(["count", *words])
+    return left.value.code
+
+
+def test_every_preset_is_a_workload():
+    assert list(workloads.workloads()) == [name for name, _ in preset_names()]
+
+
+@pytest.mark.parametrize("name", [QUICK])
+def test_golden_counts_are_counted(name):
+    assert workloads.workloads()[name].differing(counted(name)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name, _ in preset_names()])
+def test_all_golden_counts_are_counted(name):
+    assert workloads.workloads()[name].differing(counted(name)) == []
+
+
+def test_a_workload_is_counted_and_found_golden(capfd):
+    name = workloads.workloads()[QUICK].name
+    assert run(name, "--json") == 0
+    assert json.loads(capfd.readouterr().out)["workload"] == {"name": name, "golden": True}
+
+
+def test_a_changed_workload_is_found_out(monkeypatch, capfd):
+    (true,) = [each for each in workloads.workloads().values() if each.preset == QUICK]
+    false = Workload(QUICK, 7, {**true.counts, "parts": true.counts["parts"] + 1})
+    monkeypatch.setattr(workloads, "workloads", lambda: {QUICK: false})
+    assert run(f"{QUICK}@7", "--json") == 1
+    out, err = capfd.readouterr()
+    assert json.loads(out)["workload"]["golden"] is False
+    assert f"{QUICK}@7: parts {true.counts['parts']} instead of {false.counts['parts']}" in err
+
+
+@pytest.mark.parametrize("text", ["meadow@99", "meadow@", "nowhere@1"])
+def test_other_versions_are_refused(text):
+    with pytest.raises(InputError, match="a workload that this version makes"):
+        workload_named(text)
+    assert workload_named("meadow") is None
+
+
+def test_a_workload_takes_no_other_settings(capfd):
+    assert run(workloads.workloads()[QUICK].name, "--detail", "3") == 2
+    assert "as it is" in capfd.readouterr().err
+    assert run(workloads.workloads()[QUICK].name, "--frame", "2") == 2
