@@ -7,7 +7,7 @@ from the eye; and the light that reaches the ground, the sun's and that of layer
 Left out: what stands in the air and casts shadows into it, and that the ground is not even.
 Measured against the medium at V = 5 km (mean luminance by distance band, to 6.4 km): bare even
 ground within 1 %, bare hills 0.99 to 1.02, trees and people on even ground 1.005 near to 1.04 ±
-0.02 from 200 m, both together 0.997 to 1.037 ± 0.004.
+0.02 from 200 m, both together 0.994 to 1.035 ± 0.004.
 """
 
 from dataclasses import dataclass
