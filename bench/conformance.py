@@ -12,9 +12,9 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bench.conformance_rows import (
+    apart,
     both_looks,
     columns_wrong,
-    differing,
     few,
     frame_bytes,
     in_both,
@@ -238,7 +238,7 @@ def later_looks_alike(subject: Subject) -> Iterator[str]:
         yield "other parts or places later"
     then = then.take(there)
     looks = [representation.appearance(each, both_looks(each)) for each in (later, then)]
-    if (changed := differing(*looks)) != []:
+    if (changed := apart(*looks)) != []:
         yield f"looks different when asked later, in {', '.join(changed)}"
 
 

@@ -80,6 +80,17 @@ def differing(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
     return [name for name, (a, b) in pairs.items() if not np.array_equal(a, b)]
 
 
+def apart(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
+    """Columns in which two looks differ by more than rounding."""
+    return [
+        name
+        for name in differing(one, other)
+        if name == "their kind"
+        or getattr(one, name).shape != getattr(other, name).shape
+        or not np.allclose(getattr(one, name), getattr(other, name), rtol=0, atol=_ROUNDING)
+    ]
+
+
 def columns_wrong(batch: Parts | Sticks | Triangles) -> Iterator[str]:
     """Columns that are not frozen arrays of finite numbers; limits alone may be infinite."""
     for field in fields(batch):

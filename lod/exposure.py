@@ -10,28 +10,12 @@ shutter is open is convolved with a box of that full width, along its path alone
 fine as it was across it, and θ_motion of the cascade is the even blur of the same area. The growth
 (1 + (L/θ)²)^¼ of m is told on a scale of STEPS to each octave.
 
-L is one for a whole object: the least that anything of it moves, so that all its parts have one m,
-and by the clamp of ``limit_distances`` a connected cut. It is found as a lower bound from the eye
-and the object at both ends of the exposure. With o → R·o + c the motion of a point o [m] relative
-to the camera, |c| what the object shifts against the eye, φ = |R − I|, every point of it within B
-of its origin and farther than n from the eye all the while, and s what it moves by itself,
-
-    L ≥ |change of the origin's direction| − B·(φ + 2|c|/n)/n − s/n,    and
-    L ≥ φ·sin(α − β) − |c|/n − s/n,
-
-α the least angle between the origin's direction and the axis of R, sin β = B/d: the first because
-the change is a Lipschitz function of the point, the second because a turn alone moves a direction
-by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n.
+L is one for a whole object: the least that anything of it moves (``lod.smear``).
 """
 
-import math
 from dataclasses import dataclass
 
-import numpy as np
-from numba import njit
-
-from lod.arrays import Points, Reals
-from lod.camera import GRID_M, Camera, Corner
+from lod.camera import Camera
 
 STEPS = 8
 """Steps of the scale of smears to each doubling of m."""
@@ -55,76 +39,3 @@ class Exposure:
 def growth(smear: float) -> float:
     """How much m grows at a place on the scale of smears, from 0: a factor, 1 or more."""
     return float(2.0 ** (smear / STEPS))
-
-
-def smears(
-    exposure: Exposure,
-    corner: Corner,
-    theta: float,
-    start: Points,
-    end: Points,
-    bound: Reals,
-    own: Reals,
-) -> Reals:
-    """Where each object is on the scale of smears, (n,); 0 = nothing is hidden.
-
-    theta       θ of all blurs but motion [rad]
-    start, end  (n, 3) its origin as the shutter opens and closes, from ``corner`` [m]
-    bound, own  (n,) radius that holds it, and farthest anything of it moves but for that shift [m]
-    """
-    cameras = exposure.opens, exposure.closes
-    eyes = np.stack([eye_from(corner, camera) for camera in cameras])
-    axes = np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
-    smear = np.empty(len(bound))
-    _smears(eyes, axes, theta, start, end, bound, own, smear)
-    return smear
-
-
-def eye_from(corner: Corner, camera: Camera) -> np.ndarray:
-    """The eye of a camera in the coordinates of another frame's corner, (3,) [m]."""
-    away = camera.corner.x - corner.x, camera.corner.y - corner.y, 0
-    return camera.eye + GRID_M * np.array(away, np.float64)
-
-
-@njit(cache=True)
-def _smears(eyes, axes, theta, start, end, bound, own, smear):  # type: ignore[no-untyped-def]
-    turn = axes[1] - axes[0]
-    phi = math.sqrt((turn * turn).sum() / 2)
-    opened, closed = np.empty(3), np.empty(3)
-    for i in range(len(bound)):
-        shift = 0.0
-        for c in range(3):
-            opened[c], closed[c] = start[i, c] - eyes[0, c], end[i, c] - eyes[1, c]
-            shift += (closed[c] - opened[c]) ** 2
-        shift = math.sqrt(shift)
-        length = _least(axes, turn, phi, opened, closed, shift, bound[i], own[i])
-        smear[i] = STEPS / 4 * math.log2(1.0 + (length / theta) ** 2)
-
-
-@njit(cache=True)
-def _least(axes, turn, phi, opened, closed, shift, bound, own):  # type: ignore[no-untyped-def]
-    """The least L [rad] of anything within an object, from what its origin does."""
-    far, farther = 0.0, 0.0
-    for c in range(3):
-        far += opened[c] ** 2
-        farther += closed[c] ** 2
-    far, farther = math.sqrt(far), math.sqrt(farther)
-    near = min(far, farther) - bound - own
-    if near <= 0:
-        return 0.0
-    moved, turned = 0.0, 0.0
-    for row in range(3):
-        before, after, by_turn = 0.0, 0.0, 0.0
-        for c in range(3):
-            before += axes[0, row, c] * opened[c] / far
-            after += axes[1, row, c] * closed[c] / farther
-            by_turn += turn[row, c] * opened[c] / far
-        moved += (after - before) ** 2
-        turned += by_turn**2
-    least = math.sqrt(moved) - bound * (phi + 2 * shift / near) / near - own / near
-    if phi > 0:
-        sine, wide = min(math.sqrt(turned) / phi, 1.0), bound / far
-        if sine > wide:
-            inner = sine * math.sqrt(1 - wide * wide) - math.sqrt(1 - sine * sine) * wide
-            least = max(least, phi * inner - (shift + own) / near)
-    return max(least, 0.0)

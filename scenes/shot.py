@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 
 from lod.camera import Camera
-from lod.exposure import eye_from
 from lod.fade import looks
 from lod.parts import Look, Moving, Parts, Representation, Sticks, Triangles
 from lod.prune import Cut, prune
+from lod.smear import eye_from
 from lod.view import View
 from scenes.camera_path import camera_at
 from scenes.preset import Preset

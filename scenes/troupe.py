@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from lod.arrays import Ints, Reals, freeze
-from lod.exposure import smears
 from lod.parts import Look, Parts, Sticks
 from lod.prune import Cut
+from lod.smear import smears
 from lod.view import View
 from scenes.atlas import Atlas
 from scenes.emit import emit

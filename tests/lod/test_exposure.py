@@ -8,7 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
-from lod.exposure import STEPS, Exposure, growth, smears
+from lod.exposure import STEPS, Exposure, growth
+from lod.smear import smears
 
 HERE = Corner(0, 0)
 THETA = 1e-3
