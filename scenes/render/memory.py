@@ -10,6 +10,7 @@ what processes really take.
 """
 
 import sys
+from pathlib import Path
 
 from lod.errors import InputError
 from scenes.render.sampling import MOST_SAMPLES
@@ -39,7 +40,16 @@ def check_memory(needed: int, most: int | None, what: str) -> None:
 
 
 def peak_rss_bytes() -> int:
-    """The most memory this process has held; 0 where the system does not say."""
+    """The most memory this program has held; 0 where the system does not say.
+
+    On Linux ``ru_maxrss`` would start from what the process held that started it.
+    """
+    status = Path("/proc/self/status")
+    if status.exists():
+        rows = status.read_text(encoding="ascii", errors="replace").splitlines()
+        held = [int(row.split()[1]) * 1024 for row in rows if row.startswith("VmHWM")]
+        if held:
+            return held[0]
     try:
         import resource
     except ImportError:
