@@ -8,17 +8,18 @@ RGB against spectral haze by CIEDE2000. All samples are integers: radiance in 10
 import hashlib
 import json
 import time
-from collections.abc import Callable
 from dataclasses import replace
-from datetime import UTC, datetime
+from functools import lru_cache
 
 import numpy as np
 
 from bench.air_claims import BAND_EDGES_M, SKY, judge
 from bench.air_targets import look_at, order
+from bench.conduct import joined, measured, record_of
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
+from bench.spread import Each, in_turn
 from scenes.preset import load_preset
 from scenes.render.display import exposure_of
 from scenes.render.frame import SKY_Z, FrameInput, Layers, Quality
@@ -37,40 +38,40 @@ _SEEDS, _QUICK_SEEDS = 8, 4
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Render the targets and the meadow in every way there is here, and judge the claims."""
-    start, points = time.perf_counter(), []
+    start = time.perf_counter()
     spp = _QUICK_TARGET_SPP if quick else _TARGET_SPP
     ways = {"scalar": SCALAR_VARIANT, "jit": JIT_VARIANT, "medium": choose()}
     ways = {name: variant for name, variant in ways.items() if works(variant) is True}
     seeds = [seed + k for k in range(_QUICK_SEEDS if quick else _SEEDS)]
-    steps, done = len(ways) * len(VISIBILITIES_M) + len(seeds), 0
-    for way, variant in ways.items():
-        for visibility in VISIBILITIES_M:
-            progress(done, steps, f"targets, {way}, {visibility / 1000:g} km")
-            haze = "medium" if way == "medium" else "analytic"
-            points.append(_targets(way, visibility, Quality(variant, spp[way], seed, 4, haze)))
-            done += 1
-    points += _bands(seeds, lambda k: progress(done + k, steps, f"meadow, seed {seeds[k]}"))
-    progress(steps, steps, "judged")
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    aimed = [
+        (f"targets, {way}, {visibility / 1000:g} km", (way, visibility, variant, spp[way], seed))
+        for way, variant in ways.items()
+        for visibility in VISIBILITIES_M
+    ]
+    looked = [(f"meadow, seed {number}", (number,)) for number in seeds]
+    targets = measured(progress, each, (_targets, aimed))
+    bands = joined(measured(progress, each, (_bands, looked)))
+    points = targets + tuple(sorted(bands, key=lambda point: point.case["from"]))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(_scene_hash(), seed, variant=choose()),
-        points=tuple(points),
-        claims=judge(tuple(points)),
-        notes={
-            "target_spp": spp,
-            "meadow_spp": _SPP,
-            "seeds": len(seeds),
-            "seconds": round(time.perf_counter() - start, 1),
-        },
+        points=points,
+        claims=judge(points),
+        notes={"target_spp": spp, "meadow_spp": _SPP, "seeds": len(seeds)},
+        start=start,
     )
 
 
-def _targets(way: str, visibility: float, quality: Quality) -> Point:
+def _targets(way: str, visibility: float, variant: str, spp: int, seed: int) -> Point:
+    """Every target in haze, and what is seen beyond them."""
+    haze = "medium" if way == "medium" else "analytic"
+    quality = Quality(variant, spp, seed, 4, haze)
     target, beyond = look_at(visibility, quality)
     step, albedo = order(quality.seed)
     samples = {"step": step.tolist(), "grey": albedo.tolist()}
@@ -80,19 +81,18 @@ def _targets(way: str, visibility: float, quality: Quality) -> Point:
     return Point({"what": "targets", "way": way, "visibility": visibility}, {}, samples)
 
 
-def _bands(seeds: list[int], told: Callable[[int], None]) -> list[Point]:
-    """A point for each distance band of the meadow, with a value of every seed."""
-    preset = load_preset("meadow", list(MEADOW))
-    shot = shoot(build_world(preset), preset, 1, choose())
-    rows: dict[float, dict[str, list[int]]] = {}
-    for k, seed in enumerate(seeds):
-        told(k)
-        for low, values in _compared(shot, seed).items():
-            for name, value in values.items():
-                rows.setdefault(low, {}).setdefault(name, []).append(value)
+def _bands(seed: int) -> list[Point]:
+    """A point for each distance band of the meadow, rendered with a seed."""
     return [
-        Point({"what": "bands", "from": low}, {}, samples) for low, samples in sorted(rows.items())
+        Point({"what": "bands", "from": low}, {}, {name: [value] for name, value in values.items()})
+        for low, values in _compared(_meadow(), seed).items()
     ]
+
+
+@lru_cache(maxsize=1)
+def _meadow() -> FrameInput:
+    preset = load_preset("meadow", list(MEADOW))
+    return shoot(build_world(preset), preset, 1, choose())
 
 
 def _compared(shot: FrameInput, seed: int) -> dict[float, dict[str, int]]:

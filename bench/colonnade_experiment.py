@@ -8,7 +8,6 @@ column's pixels, each weighted alike, or by the solid angle it subtends at the e
 import hashlib
 import json
 import time
-from datetime import UTC, datetime
 
 import numpy as np
 
@@ -25,9 +24,11 @@ from bench.colonnade_scene import (
     pixel_solid_angle,
     places,
 )
+from bench.conduct import joined, measured, record_of
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
+from bench.spread import Each, in_turn
 from scenes.column import column
 from scenes.render.frame import Quality
 from scenes.render.variants import choose
@@ -42,37 +43,38 @@ SHOTS = (
 _SPP, _SEEDS, _QUICK_SEEDS = 16, 8, 3
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Render every seed unpruned and by every way of pruning; judge the claims."""
     start, variant = time.perf_counter(), choose()
     seeds = [seed + k for k in range(_QUICK_SEEDS if quick else _SEEDS)]
-    rows: dict[Shot, list[dict[str, list[int]]]] = {shot: [] for shot in SHOTS}
-    seen: list[dict[str, list[int]]] = []
-    for number, each in enumerate(seeds):
-        progress(number, len(seeds), f"seed {each}")
-        quality = Quality(variant, _SPP, each, 4)
-        whole, owner = picture(Shot("blake", FINEST), quality)
-        seen.append(sizes(owner))
-        for shot in SHOTS:
-            rows[shot].append(errors(picture(shot, quality)[0], whole, owner))
-    progress(len(seeds), len(seeds), "judged")
-    points = tuple(
-        _point(shot, k, seen, rows[shot], cut(shot)[1][k]) for shot in SHOTS for k in range(COUNT)
-    )
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    cases = [(f"seed {number}", (number, variant)) for number in seeds]
+    found = joined(measured(progress, each, (measure, cases)))
+    points = tuple(_with_parts(point) for point in found)
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(scene_hash(), seed, variant=variant),
         points=points,
         claims=judge(points),
-        notes={
-            "samples_per_pixel": _SPP,
-            "seeds": len(seeds),
-            "seconds": round(time.perf_counter() - start, 1),
-        },
+        notes={"samples_per_pixel": _SPP, "seeds": len(seeds)},
+        start=start,
     )
+
+
+def measure(seed: int, variant: str) -> list[Point]:
+    """A point for each shot and column, of one seed."""
+    quality = Quality(variant, _SPP, seed, 4)
+    whole, owner = picture(Shot("blake", FINEST), quality)
+    seen, points = sizes(owner), []
+    for shot in SHOTS:
+        found = seen | errors(picture(shot, quality)[0], whole, owner)
+        for k in range(COUNT):
+            case = {"metric": shot.metric, "detail": shot.detail, "column": k, "aside": places()[k]}
+            points.append(Point(case, {}, {name: [row[k]] for name, row in found.items()}))
+    return points
 
 
 def sizes(owner: np.ndarray) -> dict[str, list[int]]:
@@ -100,17 +102,11 @@ def errors(pruned: np.ndarray, whole: np.ndarray, owner: np.ndarray) -> dict[str
     return made
 
 
-def _point(
-    shot: Shot,
-    k: int,
-    seen: list[dict[str, list[int]]],
-    rows: list[dict[str, list[int]]],
-    parts: int,
-) -> Point:
-    case = {"metric": shot.metric, "detail": shot.detail, "column": k, "aside": places()[k]}
-    samples = {name: [row[name][k] for row in seen] for name in seen[0]}
-    samples |= {name: [row[name][k] for row in rows] for name in rows[0]}
-    return Point(case, {}, {**samples, "parts": [parts]})
+def _with_parts(point: Point) -> Point:
+    """With the parts of that column, which no seed changes."""
+    metric, detail, column_ = (point.case[key] for key in ("metric", "detail", "column"))
+    parts = cut(Shot(metric, detail))[1][column_]
+    return Point(point.case, point.predicted, {**point.samples, "parts": [parts]})
 
 
 def scene_hash() -> str:

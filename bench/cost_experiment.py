@@ -10,10 +10,10 @@ import os
 import subprocess
 import sys
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from bench.conduct import record_of
 from bench.cost_claims import judge
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
@@ -42,20 +42,15 @@ def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Reco
         Point({"what": "frames"}, {}, _columns([row for each in found for row in each["warm"]])),
         Point({"what": "processes"}, {}, _columns([each["cold"] for each in found])),
     )
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(_scene_hash(), seed, os.cpu_count() or 1, variant),
         points=points,
         claims=judge(points),
-        notes={
-            "processes": processes,
-            "frames_of_each": _FRAMES,
-            "drawn": found[-1]["statistics"],
-            "seconds": round(time.perf_counter() - start, 1),
-        },
+        notes={"processes": processes, "frames_of_each": _FRAMES, "drawn": found[-1]["statistics"]},
+        start=start,
     )
 
 

@@ -7,18 +7,19 @@ on the size of the world, nor on the direction; unpruned, it grows with the worl
 
 import math
 import time
-from datetime import UTC, datetime
 
 import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
+from bench.conduct import measured, record_of
 from bench.depth_claims import QUADRANTS, judge
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.scaling_measure import FLAT
 from bench.sight_measure import camera, prototypes_with, scene_hash, seed_of
+from bench.spread import Each, in_turn
 from lod.arrays import Ints
 from lod.fade import looks
 from lod.metric import METRICS
@@ -42,32 +43,34 @@ EYE_M = 1.2
 _FIELDS, _QUICK_FIELDS = 400, 60
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Pierce every field of every extent, pruned and not, and judge the claims."""
     start, fields = time.perf_counter(), _QUICK_FIELDS if quick else _FIELDS
-    points = []
-    for number, extent in enumerate(EXTENTS_M):
-        for metric in ("blake", "full"):
-            progress(number, len(EXTENTS_M), f"{extent:g} m, {metric}")
-            rows = np.array([count(extent, metric, seed, k) for k in range(fields)])
-            samples = {f"quadrant {k}": rows[:, k].tolist() for k in range(QUADRANTS)}
-            points.append(Point({"extent": extent, "metric": metric}, {}, samples))
-    progress(len(EXTENTS_M), len(EXTENTS_M), "judged")
-    cases = [point.case for point in points]
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    cases = [
+        (f"{extent:g} m, {metric}", (extent, metric, fields, seed))
+        for extent in EXTENTS_M
+        for metric in ("blake", "full")
+    ]
+    points = measured(progress, each, (measure, cases))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
-        provenance=provenance(scene_hash(cases), seed),
-        points=tuple(points),
-        claims=judge(tuple(points)),
-        notes={
-            "fields": fields,
-            "rays_in_a_quadrant": RAYS,
-            "seconds": round(time.perf_counter() - start, 1),
-        },
+        provenance=provenance(scene_hash([point.case for point in points]), seed),
+        points=points,
+        claims=judge(points),
+        notes={"fields": fields, "rays_in_a_quadrant": RAYS},
+        start=start,
     )
+
+
+def measure(extent: float, metric: str, fields: int, seed: int) -> Point:
+    """Every field of one extent."""
+    rows = np.array([count(extent, metric, seed, k) for k in range(fields)])
+    samples = {f"quadrant {k}": rows[:, k].tolist() for k in range(QUADRANTS)}
+    return Point({"extent": extent, "metric": metric}, {}, samples)
 
 
 def count(extent: float, metric: str, seed: int, index: int) -> list[int]:

@@ -28,20 +28,13 @@ def silent(done: int, total: int, what: str) -> None:
 
 @runtime_checkable
 class Run(Protocol):
-    """Measures and judges; ``quick`` has the same points and fewer fields."""
+    """Measures and judges; ``quick`` has the same points and fewer fields.
+
+    What is not timed takes ``each`` as well, and has its cases measured by it, wherever that is.
+    """
 
     def __call__(
-        self, quick: bool = False, progress: Progress = silent, seed: int = 0
-    ) -> "bench.records.Record":
-        """The finished record."""
-
-
-@runtime_checkable
-class RunSpread(Protocol):
-    """As Run, with cases measured wherever ``each`` has them measured."""
-
-    def __call__(
-        self, quick: bool, progress: Progress, seed: int, each: "Each"
+        self, quick: bool = False, progress: Progress = silent, seed: int = 0, **each: "Each"
     ) -> "bench.records.Record":
         """The finished record."""
 
@@ -50,7 +43,7 @@ class RunSpread(Protocol):
 class Experiment:
     """One question, the way to answer it, what its record shows, and what that does not say.
 
-    run_spread  over many machines; None where it measures time, or is one case
+    timed       it measures time, and so must stay on one machine
     judge       claims from a record's points; None where they need more than points
     takes_s     seconds that it takes, quick and full, on two cores: for estimates only
     """
@@ -61,7 +54,7 @@ class Experiment:
     figures: Callable[["bench.records.Record"], tuple["bench.figures.Figure", ...]]
     table: Callable[["bench.records.Record"], Table]
     limits: tuple[str, ...]
-    run_spread: RunSpread | None = None
+    timed: bool = False
     judge: (
         Callable[[tuple["bench.records.Point", ...]], tuple["bench.claims.Claim", ...]] | None
     ) = None
@@ -83,7 +76,6 @@ EXPERIMENTS: dict[str, Experiment] = {
         question="Does the number of things in a frame depend on what the viewer can resolve, "
         "and not on the size of the world?",
         run=_later("scaling", "run"),
-        run_spread=_later("scaling", "run"),
         figures=_later("scaling_figures", "figures"),
         table=_later("scaling_figures", "table"),
         judge=_later("scaling_claims", "judge"),
@@ -98,7 +90,6 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="parts of one object against distance and level, and what posing it costs",
         question="Do the parts of a figure drop off with the square root of its distance?",
         run=_later("figure_experiment", "run"),
-        run_spread=_later("figure_experiment", "run"),
         figures=_later("figure_plots", "figures"),
         table=_later("figure_plots", "table"),
         limits=(
@@ -114,7 +105,6 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="what haze takes of each size of part, from V = 0.5 to 50 km, measured and predicted",
         question="Which parts does haze hide, and does the law know how many?",
         run=_later("haze_experiment", "run"),
-        run_spread=_later("haze_experiment", "run"),
         figures=_later("haze_plots", "figures"),
         table=_later("haze_plots", "table"),
         judge=_later("haze_claims", "judge"),
@@ -130,7 +120,6 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="what display and eye leave out, from 20 to 120 pixels per degree",
         question="How much detail is lost on the eye, by blur and by contrast?",
         run=_later("eye_experiment", "run"),
-        run_spread=_later("eye_experiment", "run"),
         figures=_later("eye_plots", "figures"),
         table=_later("eye_plots", "table"),
         judge=_later("eye_claims", "judge"),
@@ -187,7 +176,8 @@ EXPERIMENTS: dict[str, Experiment] = {
             "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
             "and so are the limits that they set; what lies beyond 170 m is not there at all.",
             "FLIP is of one exposure and 67 pixels per degree; more of either shows more.",
-            "Memory is what lodbench foretells from sticks and triangles, as `--max-memory` does.",
+            "Memory is what lodbench foretells from sticks and triangles, as `--max-memory` does. "
+            "Times are of whichever machines rendered.",
         ),
     ),
     "pixels": Experiment(
@@ -235,6 +225,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="seconds and bytes of a frame, stage by stage, and the metric's share",
         question="Is the metric cheap beside rendering, and is setting up done once and forgotten?",
         run=_later("cost_experiment", "run"),
+        timed=True,
         figures=_later("cost_plots", "figures"),
         table=_later("cost_plots", "table"),
         judge=_later("cost_claims", "judge"),
@@ -251,6 +242,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         about="one frame in worlds of 10³ to 10¹⁵ objects, and everything of small ones",
         question="Does a frame cost the same, however large the world is?",
         run=_later("world_experiment", "run"),
+        timed=True,
         figures=_later("world_plots", "figures"),
         table=_later("world_plots", "table"),
         judge=_later("world_claims", "judge"),

@@ -6,8 +6,8 @@ fineness (Barten's sensitivity, the eye's blur in it). Each is taken alone, then
 """
 
 import time
-from datetime import UTC, datetime
 
+from bench.conduct import measured, record_of
 from bench.experiments import Progress, silent
 from bench.eye_claims import judge
 from bench.provenance import provenance
@@ -46,22 +46,21 @@ def run(
 ) -> Record:
     """Count parts on every display, and judge every claim."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
-    grid = [(species, ppd) for species in DENSITY for ppd in PIXELS_PER_DEGREE]
-    points: list[Point] = []
-    measured = each(measure, [(*case, fields, seed) for case in grid])
-    for number, (species, ppd) in enumerate(grid):
-        progress(number, len(grid), f"{species}, {ppd:g} pixels per degree")
-        points.append(next(measured))
-    progress(len(grid), len(grid), "judged")
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    cases = [
+        (f"{species}, {ppd:g} pixels per degree", (species, ppd, fields, seed))
+        for species in DENSITY
+        for ppd in PIXELS_PER_DEGREE
+    ]
+    points = measured(progress, each, (measure, cases))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(scene_hash([point.case for point in points]), seed),
-        points=tuple(points),
-        claims=judge(tuple(points)),
-        notes={"fields": fields, "seconds": round(time.perf_counter() - start, 1)},
+        points=points,
+        claims=judge(points),
+        notes={"fields": fields},
+        start=start,
     )
 
 

@@ -9,14 +9,15 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
+from functools import lru_cache
 
 import numpy as np
 
-from bench.excess_flip import LEAST_PAIRS
+from bench import conduct
+from bench.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
 from bench.experiments import Progress, silent
 from bench.fidelity_claims import judge
-from bench.fidelity_measure import BAND_EDGES_M, Reference, displayed_as, measured, reference_of
+from bench.fidelity_measure import BAND_EDGES_M, Reference, measured, reference_of
 from bench.fidelity_scene import (
     GROUND_DETAIL,
     MOST_PARTS,
@@ -32,6 +33,7 @@ from bench.fidelity_scene import (
 )
 from bench.provenance import provenance
 from bench.records import Point, Record
+from bench.spread import Each, in_turn
 from scenes.render.frame import Layers, Visible
 from scenes.render.memory import foretell
 from scenes.render.render import staged, taken
@@ -43,44 +45,44 @@ NAME, VERSION = "fidelity", 1
 _SPP, _QUICK_SPP = 324, 25
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Render every case with every seed and judge the claims; quick has fewer details and spp."""
-    start, variant, points = time.perf_counter(), choose(), []
+    start, variant, grid = time.perf_counter(), choose(), cases(quick)
     spp = _QUICK_SPP if quick else _SPP
-    seeds = [seed + k for k in range(2 * LEAST_PAIRS)]
-    grid, shown = cases(quick), {}
-    whole: dict[str, Reference] = {}
-    for number, case in enumerate(grid):
-        progress(
-            number, len(grid), f"{case.view}, {case.metric}, {case.detail:g} px, {case.pruned}"
-        )
-        if case.view not in whole:
-            unpruned = reference(case.view)
-            pictures = _pictures(case.view, unpruned, variant, spp, seeds)
-            whole[case.view] = reference_of(pictures[0::2], pictures[1::2])
-            shown[case.view] = {**displayed_as(whole[case.view]), "parts": parts_in(unpruned)}
-        points.append(_point(case, whole[case.view], variant, spp, seeds[0::2]))
-    progress(len(grid), len(grid), "judged")
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    seeds = tuple(seed + k for k in range(2 * LEAST_PAIRS))
+    jobs = [
+        (f"{c.view}, {c.metric}, {c.detail:g} px, {c.pruned}", (c, variant, spp, seeds))
+        for c in grid
+    ]
+    points = conduct.measured(progress, each, (measure, jobs))
+    return conduct.record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(_scene_hash(grid), seed, variant=variant),
-        points=tuple(points),
-        claims=judge(tuple(points)),
+        points=points,
+        claims=judge(points),
         notes={
             "samples_per_pixel": spp,
             "pairs_of_seeds": LEAST_PAIRS,
-            "references": shown,
+            "pixels_per_degree": PIXELS_PER_DEGREE,
             "ceiling_of_parts": MOST_PARTS,
-            "seconds": round(time.perf_counter() - start, 1),
         },
+        start=start,
     )
 
 
+@lru_cache(maxsize=len(VIEWS))
+def _whole(view: str, variant: str, spp: int, seeds: tuple[int, ...]) -> Reference:
+    """The unpruned view; every second seed is one that pruned pictures have as well."""
+    pictures = _pictures(view, reference(view), variant, spp, seeds)
+    return reference_of(pictures[0::2], pictures[1::2])
+
+
 def _pictures(
-    view: str, visible: Sequence[Visible], variant: str, spp: int, seeds: list[int]
+    view: str, visible: Sequence[Visible], variant: str, spp: int, seeds: Sequence[int]
 ) -> list[Layers]:
     """One picture for each seed, of a scene that is built once."""
     preset = preset_of(view)
@@ -90,17 +92,21 @@ def _pictures(
     return [taken(stage, replace(quality, seed=each)) for each in seeds]
 
 
-def _point(case: Case, whole: Reference, variant: str, spp: int, seeds: list[int]) -> Point:
+def measure(case: Case, variant: str, spp: int, seeds: tuple[int, ...]) -> Point:
+    """Pictures of a case with every second seed, against those of the unpruned view."""
+    whole = _whole(case.view, variant, spp, seeds)
     start = time.perf_counter()
     visible = displayed(case)
     pruned = time.perf_counter() - start
-    pictures = _pictures(case.view, visible, variant, spp, seeds)
+    pictures = _pictures(case.view, visible, variant, spp, seeds[0::2])
     counts = pictures[0].statistics
     size = preset_of(case.view).render.size
     needed = foretell(counts["sticks"], counts["triangles"], size, spp, variant)
     samples = {
         **measured([each.rgb.astype(np.float64) for each in pictures], whole),
         "parts": [parts_in(visible)],
+        "parts_of_reference": [parts_in(reference(case.view))],
+        "exposure_ppm": [round(1e6 * whole.exposure)],
         "sticks": [counts["sticks"]],
         "triangles": [counts["triangles"]],
         "foretold_bytes": [needed],

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from bench.excess_flip import PIXELS_PER_DEGREE, mean_flip
+from bench.excess_flip import mean_flip
 from scenes.render.display import encoded, exposure_of
 from scenes.render.frame import SKY_Z, Layers
 
@@ -123,8 +123,3 @@ BANDS = tuple(band_name(low) for low in (*BAND_EDGES_M, float(SKY_Z)))
 
 def _ppm(value: float) -> int:
     return round(1e6 * value)
-
-
-def displayed_as(whole: Reference) -> dict[str, float]:
-    """How pictures were looked at, for the record."""
-    return {"exposure": round(whole.exposure, 6), "pixels_per_degree": PIXELS_PER_DEGREE}

@@ -2,8 +2,8 @@
 
 import time
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
+from bench.conduct import measured, record_of
 from bench.experiments import Progress, silent
 from bench.figure_cases import EVERYTHING, Curve, curves, object_of
 from bench.figure_claims import COUNTED, SIZED, judge
@@ -36,31 +36,24 @@ def run(
 ) -> Record:
     """Count every curve, compare all sizes, time both ways of posing, and judge every claim."""
     grid, effort, start = curves(), QUICK if quick else FULL, time.perf_counter()
-    points: list[Point] = []
-    measured = each(measure, [(curve, effort, seed) for curve in grid])
-    for number, curve in enumerate(grid):
-        progress(number, len(grid) + 1, f"{curve.kind}, {curve.metric}")
-        points += next(measured)
-    points += [Point({"what": SIZED, "kind": kind}, {}, sizes(kind)) for kind in EVERYTHING]
-    progress(len(grid), len(grid) + 1, "posing")
+    cases = [(f"{curve.kind}, {curve.metric}", (curve, effort, seed)) for curve in grid]
+    points = measured(progress, each, (measure, cases))
+    points += tuple(Point({"what": SIZED, "kind": kind}, {}, sizes(kind)) for kind in EVERYTHING)
     times = {task: posing(task, effort.posed, effort.repeats, seed) for task in POINTS_PER_JOINT}
-    claims = judge(tuple(points), seed, times)
-    progress(len(grid) + 1, len(grid) + 1, "judged")
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(scene_hash(grid), seed),
-        points=tuple(points),
-        claims=claims,
+        points=points,
+        claims=judge(points, seed, times),
         notes={
             "poses": effort.poses,
             "distances": effort.distances,
             "bootstrap_samples": RESAMPLES,
             **{f"{task}_times": found.as_json() for task, found in times.items()},
-            "seconds": round(time.perf_counter() - start, 1),
         },
+        start=start,
     )
 
 

@@ -6,8 +6,8 @@ ln(C₀·max S)/β, some 1.7 V, and only what is large would have been displayed
 
 import time
 from dataclasses import replace
-from datetime import UTC, datetime
 
+from bench.conduct import measured, record_of
 from bench.experiments import Progress, silent
 from bench.haze_claims import judge
 from bench.provenance import provenance
@@ -52,22 +52,17 @@ def run(
 ) -> Record:
     """Count every size of part through every air, and judge every claim."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
-    points: list[Point] = []
-    measured = each(measure, [(*case, fields, seed) for case in CASES])
-    for number, case in enumerate(CASES):
-        progress(number, len(CASES), f"{case[0]}, {case[1]}, {case[2]} px")
-        points += next(measured)
-    progress(len(CASES), len(CASES), "judged")
-    cases = [point.case for point in points]
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    cases = [(f"{s}, {who}, {px} px", (s, who, px, fields, seed)) for s, who, px in CASES]
+    points = measured(progress, each, (measure, cases))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
-        provenance=provenance(scene_hash(cases), seed),
-        points=tuple(points),
-        claims=judge(tuple(points)),
-        notes={"fields": fields, "seconds": round(time.perf_counter() - start, 1)},
+        provenance=provenance(scene_hash([point.case for point in points]), seed),
+        points=points,
+        claims=judge(points),
+        notes={"fields": fields},
+        start=start,
     )
 
 

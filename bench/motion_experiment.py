@@ -8,12 +8,13 @@ import hashlib
 import json
 import time
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
 
+from bench.conduct import measured, record_of
 from bench.experiments import Progress, silent
 from bench.motion_claims import judge
 from bench.provenance import provenance
 from bench.records import Point, Record
+from bench.spread import Each, in_turn
 from lod.prune import prune
 from scenes.preset import load_preset
 from scenes.world import build_world, view_at
@@ -51,38 +52,43 @@ MOVES = (
 FAST = Move(90.0, 0.0, 180.0)
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
-    """Count every field by every cut; judge the claims."""
-    start = time.perf_counter()
-    seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
-    points = []
-    for number, move in enumerate(MOVES):
-        progress(number, len(MOVES) + 1, _name(move))
-        cuts = {"spatial": ("view.motion_aware=false",), "motion": ()}
-        points.append(_point("endless", move, seeds, cuts))
-    progress(len(MOVES), len(MOVES) + 1, "a finite world")
-    cuts = {
+CUTS: dict[str, dict[str, tuple[str, ...]]] = {
+    "endless": {"spatial": ("view.motion_aware=false",), "motion": ()},
+    "finite": {
         "everything": ("view.metric=full", WORLD),
         "spatial": ("view.motion_aware=false", WORLD),
         "motion": (WORLD,),
-    }
-    points.append(_point("finite", FAST, seeds, cuts))
-    progress(len(MOVES) + 1, len(MOVES) + 1, "judged")
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    },
+}
+"""Settings of every cut of the endless world, and of the finite one."""
+
+
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
+    """Count every field by every cut; judge the claims."""
+    start = time.perf_counter()
+    seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
+    cases = [(_name(move), ("endless", move, seeds)) for move in MOVES]
+    cases.append(("a finite world", ("finite", FAST, seeds)))
+    points = measured(progress, each, (measure, cases))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(_scene_hash(), seed),
-        points=tuple(points),
-        claims=judge(tuple(points)),
-        notes={"fields": len(seeds), "seconds": round(time.perf_counter() - start, 1)},
+        points=points,
+        claims=judge(points),
+        notes={"fields": len(seeds)},
+        start=start,
     )
 
 
-def _point(world: str, move: Move, seeds: list[int], cuts: dict[str, tuple[str, ...]]) -> Point:
+def measure(world: str, move: Move, seeds: list[int]) -> Point:
+    """Parts of every field, by every cut of that world."""
     samples = {
-        cut: [parts(move, each, settings) for each in seeds] for cut, settings in cuts.items()
+        cut: [parts(move, each, settings) for each in seeds]
+        for cut, settings in CUTS[world].items()
     }
     return Point({"world": world, **asdict(move)}, {}, samples)
 

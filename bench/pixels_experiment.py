@@ -7,16 +7,17 @@ any of its places is; ``area`` counts the places themselves.
 
 import time
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 import numpy as np
 
+from bench.conduct import measured, record_of
 from bench.experiments import Progress, silent
 from bench.pixels_claims import judge
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.scaling_measure import FLAT
 from bench.sight_measure import camera, density_of, prototypes_with, scene_hash, seed_of
+from bench.spread import Each, in_turn
 from lod.arrays import Ints
 from lod.fade import looks
 from lod.metric import METRICS
@@ -53,31 +54,38 @@ class Covered:
     area: list[int]
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Draw objects of every species by every metric, and judge the claims."""
     start, most = time.perf_counter(), _QUICK_OBJECTS if quick else _OBJECTS
-    grid = [(s, m, d) for s in SPECIES for m in METRICS_TRIED for d in DETAILS]
-    points = []
-    for number, (species, metric, detail) in enumerate(grid):
-        progress(number, len(grid), f"{species}, {metric}, {detail:g} px")
-        found = measure(species, metric, detail, most, seed)
-        case = {"species": species, "metric": metric, "detail": detail}
-        points.append(Point(case, {}, dict(vars(found))))
-    progress(len(grid), len(grid), "judged")
-    cases = [point.case for point in points]
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    cases = [
+        (f"{species}, {metric}, {detail:g} px", (species, metric, detail, most, seed))
+        for species in SPECIES
+        for metric in METRICS_TRIED
+        for detail in DETAILS
+    ]
+    points = measured(progress, each, (measure, cases))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
-        provenance=provenance(scene_hash(cases), seed),
-        points=tuple(points),
-        claims=judge(tuple(points)),
-        notes={"objects": most, "seconds": round(time.perf_counter() - start, 1)},
+        provenance=provenance(scene_hash([point.case for point in points]), seed),
+        points=points,
+        claims=judge(points),
+        notes={"objects": most},
+        start=start,
     )
 
 
-def measure(species: str, metric: str, detail: float, most: int, seed: int) -> Covered:
+def measure(species: str, metric: str, detail: float, most: int, seed: int) -> Point:
+    """What ``drawn`` finds."""
+    found = drawn(species, metric, detail, most, seed)
+    case = {"species": species, "metric": metric, "detail": detail}
+    return Point(case, {}, dict(vars(found)))
+
+
+def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Covered:
     """Up to ``most`` displayed objects of one field, drawn by lot."""
     view = View(camera(WIDTH_PX), METRICS[metric], detail, look_around=True)
     density = THINNER * density_of(species, view.m)
@@ -93,11 +101,11 @@ def measure(species: str, metric: str, detail: float, most: int, seed: int) -> C
     rows = np.flatnonzero(np.isin(parts.object, chosen))
     shape = field.appearance(parts.take(rows), Look(look.inner[rows], look.leaf[rows]))
     count = np.bincount(parts.object[rows])[chosen]
-    drawn = [
+    found = [
         covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))
         for mine in _by_object(parts.object[rows][shape.owner], chosen)
     ]
-    return Covered(count.tolist(), [p for p, _ in drawn], [round(1000 * a) for _, a in drawn])
+    return Covered(count.tolist(), [p for p, _ in found], [round(1000 * a) for _, a in found])
 
 
 def _by_object(owner: np.ndarray, chosen: np.ndarray) -> list[np.ndarray]:

@@ -10,10 +10,10 @@ import hashlib
 import json
 import math
 import time
-from datetime import UTC, datetime
 
 import numpy as np
 
+from bench.conduct import measured, record_of
 from bench.experiments import Progress, silent
 from bench.popping_claims import WAYS, judge
 from bench.popping_measure import seen_of, walk
@@ -22,6 +22,7 @@ from bench.records import Point, Record
 from bench.scaling_cases import EYE_HEIGHT_M
 from bench.scaling_measure import FLAT
 from bench.sight_measure import density_of, prototypes_with, scene_hash, seed_of
+from bench.spread import Each, in_turn
 from lod.arrays import Reals
 from lod.camera import Corner, look
 from lod.law import chained_limits
@@ -66,31 +67,24 @@ WALK = (
 )
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Count the switches of every species, render the walks, and judge the claims."""
     start, variant = time.perf_counter(), choose()
     fields, walks = (_QUICK_FIELDS, _QUICK_WALKS) if quick else (_FIELDS, _WALKS)
-    steps, points = len(SPECIES) + len(WAYS), []
-    for number, species in enumerate(SPECIES):
-        progress(number, steps, f"switches of {species}s")
-        points.append(_switches(species, fields, seed))
-    for number, way in enumerate(WAYS):
-        progress(len(SPECIES) + number, steps, f"walks, {way}")
-        points.append(_walks(way, walks, variant, seed))
-    progress(steps, steps, "judged")
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    switched = [(f"switches of {name}s", (name, fields, seed)) for name in SPECIES]
+    walked = [(f"walks, {way}", (way, walks, variant, seed)) for way in WAYS]
+    points = measured(progress, each, (_switches, switched), (_walks, walked))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(_scene_hash([p.case for p in points]), seed, variant=variant),
-        points=tuple(points),
-        claims=judge(tuple(points)),
-        notes={
-            "fields": fields,
-            "walks": walks,
-            "seconds": round(time.perf_counter() - start, 1),
-        },
+        points=points,
+        claims=judge(points),
+        notes={"fields": fields, "walks": walks},
+        start=start,
     )
 
 

@@ -1,8 +1,8 @@
 """Does the number of objects and parts in a frame follow K(P+R)², prefactor and all? (§4.1)"""
 
 import time
-from datetime import UTC, datetime
 
+from bench.conduct import measured, record_of
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
@@ -28,24 +28,20 @@ def run(
 ) -> Record:
     """Measure every case and judge every claim."""
     grid, effort, start = cases(), QUICK if quick else FULL, time.perf_counter()
-    points, measured = [], each(measure, [(case, effort, seed) for case in grid])
-    for number, case in enumerate(grid):
-        progress(number, len(grid), f"{case.species}, {case.metric}, {case.sweep}")
-        points.append(next(measured))
-    progress(len(grid), len(grid), "judging")
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    jobs = [(f"{c.species}, {c.metric}, {c.sweep}", (c, effort, seed)) for c in grid]
+    points = measured(progress, each, (measure, jobs))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(scene_hash(grid), seed),
-        points=tuple(points),
-        claims=judge(tuple(points)),
+        points=points,
+        claims=judge(points),
         notes={
             **_sampling_notes(points, effort),
             "variance_measured_over_predicted": noise_of(points),
-            "seconds": round(time.perf_counter() - start, 1),
         },
+        start=start,
     )
 
 
@@ -60,7 +56,7 @@ def measure(case: Case, effort: Effort, seed: int) -> Point:
     return Point(case.as_json(), law.as_json(), samples)
 
 
-def _sampling_notes(points: list[Point], effort: Effort) -> dict[str, object]:
+def _sampling_notes(points: tuple[Point, ...], effort: Effort) -> dict[str, object]:
     """How it was sampled: the target, what was reached, and which points hit the cap."""
     errors, capped = [], []
     for number, point in enumerate(points):

@@ -10,16 +10,17 @@ import hashlib
 import json
 import time
 from dataclasses import replace
-from datetime import UTC, datetime
 from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float64
 
+from bench.conduct import joined, measured, record_of
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.spectrum_claims import EDGES, judge
+from bench.spread import Each, in_turn
 from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.fade import looks
@@ -54,32 +55,38 @@ _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 Picture = Float64[np.ndarray, "h w"]
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Render every direction whole and pruned, and judge the claims; quick has fewer directions."""
     start, variant = time.perf_counter(), choose()
     count = _QUICK_DIRECTIONS if quick else _DIRECTIONS
-    rows: dict[float, dict[str, list[int]]] = {detail: {} for detail in DETAILS}
-    for number in range(count):
-        heading = 360.0 * number / count - 180.0
-        progress(number, count, f"towards {heading:g}°")
-        whole = picture(heading, None, variant, seed)
-        for detail in DETAILS:
-            pruned = picture(heading, detail, variant, seed)
-            for name, each in (("whole", whole), ("pruned", pruned), ("lost", whole - pruned)):
-                for k, power in enumerate(spectrum(each)):
-                    rows[detail].setdefault(f"{name} {k}", []).append(round(1e12 * power))
-    progress(count, count, "judged")
-    points = tuple(Point({"detail": d}, {"cutoff": 1 / (2 * d)}, rows[d]) for d in DETAILS)
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    headings = [360.0 * number / count - 180.0 for number in range(count)]
+    cases = [(f"towards {heading:g}°", (heading, variant, seed)) for heading in headings]
+    points = joined(measured(progress, each, (measure, cases)))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(_scene_hash(count), seed, variant=variant),
         points=points,
         claims=judge(points),
-        notes={"directions": count, "seconds": round(time.perf_counter() - start, 1)},
+        notes={"directions": count},
+        start=start,
     )
+
+
+def measure(heading: float, variant: str, seed: int) -> list[Point]:
+    """A point for each detail: the powers of every octave, in 10⁻¹²."""
+    whole, points = picture(heading, None, variant, seed), []
+    for detail in DETAILS:
+        pruned = picture(heading, detail, variant, seed)
+        samples = {}
+        for name, each in (("whole", whole), ("pruned", pruned), ("lost", whole - pruned)):
+            for k, power in enumerate(spectrum(each)):
+                samples[f"{name} {k}"] = [round(1e12 * float(power))]
+        points.append(Point({"detail": detail}, {"cutoff": 1 / (2 * detail)}, samples))
+    return points
 
 
 def spectrum(picture: Picture) -> Reals:

@@ -9,9 +9,9 @@ import hashlib
 import json
 import math
 import time
-from datetime import UTC, datetime
 from typing import Any
 
+from bench.conduct import record_of
 from bench.experiments import Progress, silent
 from bench.posing_benchmark import interleaved
 from bench.provenance import provenance
@@ -40,26 +40,25 @@ def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Reco
     for number, (metric, objects) in enumerate(grid):
         progress(number, len(grid) + 1, f"{metric}, {objects:.0e} objects")
         made.append(scene(PRESET, SIZE, *settings(metric, objects, seed)))
-    points = [_point(*case, *each) for case, each in zip(grid, made, strict=True)]
+    points = tuple(_point(*case, *each) for case, each in zip(grid, made, strict=True))
     progress(len(grid), len(grid) + 1, "timing")
     repeats = _QUICK_REPEATS if quick else _REPEATS
     tasks = [lambda w=w, p=p, v=v: described(w, p, v) for w, p, v in made]
     for point, seconds in zip(points, interleaved(tasks, repeats), strict=True):
         point.samples["cpu_us"] = [round(1e6 * each) for each in seconds]
     progress(len(grid) + 1, len(grid) + 1, "judged")
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(_scene_hash(), seed),
-        points=tuple(points),
-        claims=judge(tuple(points)),
+        points=points,
+        claims=judge(points),
         notes={
             "repeats": repeats,
             "most_parts_unpruned": max(p.samples["parts"][0] for p in points),
-            "seconds": round(time.perf_counter() - start, 1),
         },
+        start=start,
     )
 
 

@@ -61,7 +61,7 @@ def command(
 
 
 def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...]:
-    """Names of experiments, each once. ``all`` is every one, those that only count spread."""
+    """Names of experiments, each once. ``all`` is every one; those that are timed stay here."""
     from bench.experiments import EXPERIMENTS
 
     if not experiments:
@@ -74,9 +74,9 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
         if name not in EXPERIMENTS:
             cure = nearest_name(name, (*EXPERIMENTS, ALL))
             raise InputError("EXPERIMENT", name, "no experiment of that name", cure)
-        if cluster is not None and EXPERIMENTS[name].run_spread is None:
-            able = ", ".join(n for n, each in EXPERIMENTS.items() if each.run_spread)
-            raise InputError("--cluster", name, f"experiments that only count: {able}", "leave it")
+        if cluster is not None and EXPERIMENTS[name].timed:
+            able = ", ".join(n for n, each in EXPERIMENTS.items() if not each.timed)
+            raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")
     return tuple(dict.fromkeys(experiments))
 
 
@@ -117,11 +117,8 @@ def _run(kept: "Journal", asked: "Asked", spread: Each) -> tuple[Path, tuple["Cl
 
     chosen = EXPERIMENTS[asked.name]
     with progress_bar("point") as progress:
-        if chosen.run_spread is None:
-            record = chosen.run(asked.quick, progress, asked.seed)
-        else:
-            each = kept.keeping(asked, spread)
-            record = chosen.run_spread(asked.quick, progress, asked.seed, each)
+        spreads = {} if chosen.timed else {"each": kept.keeping(asked, spread)}
+        record = chosen.run(asked.quick, progress, asked.seed, **spreads)
     path = write_record(record, kept.folder)
     kept.finished(asked, path)
     return path, record.claims

@@ -134,7 +134,7 @@ def test_one_that_fails_does_not_end_the_others(small, tmp_path, monkeypatch, ca
     def fail(quick=False, progress=None, seed=0) -> Record:
         raise RuntimeError("the lamp went out")
 
-    broken = replace(EXPERIMENTS["scaling"], run=fail, run_spread=None)
+    broken = replace(EXPERIMENTS["scaling"], run=fail, timed=True)
     others = {"broken": broken, **experiments.EXPERIMENTS}
     monkeypatch.setattr(experiments, "EXPERIMENTS", others)
     assert run(tmp_path) == 1

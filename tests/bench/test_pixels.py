@@ -8,7 +8,7 @@ import pytest
 
 from bench import pixels_plots
 from bench.pixels_claims import judge
-from bench.pixels_experiment import covered, measure
+from bench.pixels_experiment import covered, drawn
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.sight_measure import camera
@@ -63,8 +63,8 @@ def test_the_interval_of_a_quantile_covers_it():
 
 
 def test_parts_are_those_of_the_objects_drawn_and_repeat():
-    found = measure("figure", "bounded", 4.0, 20, 1)
-    assert found == measure("figure", "bounded", 4.0, 20, 1)
+    found = drawn("figure", "bounded", 4.0, 20, 1)
+    assert found == drawn("figure", "bounded", 4.0, 20, 1)
     assert len(found.parts) == len(found.pixels) == 20 and min(found.parts) >= 1
     points = (Point({"species": "figure", "metric": "bounded", "detail": 4.0}, {}, vars(found)),)
     record = Record("pixels", 1, True, "", provenance("", 1), points, judge(points), {})

@@ -1,8 +1,11 @@
 """Cases on a cluster give the numbers that they give here, in their order."""
 
+import pickle
+
 import pytest
 
 from bench.cli import main
+from bench.experiments import EXPERIMENTS
 from bench.sampling import Effort
 from bench.scaling import measure
 from bench.scaling_cases import cases
@@ -31,10 +34,36 @@ def test_here_nothing_is_begun_before_it_is_asked_for():
         assert each is in_turn
 
 
-def test_what_is_timed_stays_on_one_machine(tmp_path, capfd):
-    from bench.experiments import EXPERIMENTS
+class Gone(Exception):
+    """Sent off to a cluster."""
 
-    timed = [name for name, each in EXPERIMENTS.items() if each.run_spread is None]
+
+@pytest.mark.parametrize("name", [name for name, each in EXPERIMENTS.items() if not each.timed])
+def test_cases_of_every_experiment_that_is_not_timed_can_be_sent_to_a_cluster(name):
+    sent = []
+
+    def send(function, cases):
+        again, there = pickle.loads(pickle.dumps((function, list(cases))))
+        assert again is function and there == list(cases) and cases
+        sent.append(function)
+        raise Gone
+
+    with pytest.raises(Gone):
+        EXPERIMENTS[name].run(quick=True, seed=3, each=send)
+    assert len(sent) == 1
+
+
+@pytest.mark.slow
+def test_pictures_compared_on_a_cluster_are_those_compared_here():
+    pytest.importorskip("distributed")
+    here = EXPERIMENTS["spectrum"].run(quick=True, seed=3)
+    with spread_over("2", lambda _: None) as each:
+        there = EXPERIMENTS["spectrum"].run(quick=True, seed=3, each=each)
+    assert there.samples_sha256 == here.samples_sha256 and there.claims == here.claims
+
+
+def test_what_is_timed_stays_on_one_machine(tmp_path, capfd):
+    timed = [name for name, each in EXPERIMENTS.items() if each.timed]
     if not timed:
         pytest.skip("every experiment can be spread")
     with pytest.raises(SystemExit) as left:
