@@ -14,7 +14,7 @@ from lod.errors import InputError
 
 COMMANDS = (
     *("doctor", "list", "count", "render", "verify", "run", "report", "compare", "frames", "usd"),
-    "ids",
+    *("ids", "check"),
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"

@@ -14,12 +14,12 @@ from jaxtyping import Float64
 from lod.air import CLEAR
 from lod.camera import Camera, Corner, look
 from lod.fade import looks
-from lod.metric import metric_named
 from lod.parts import Representation
 from lod.prune import prune
 from lod.view import View
 from scenes.column import HEIGHT_M, RADIUS_M, column
 from scenes.placed import Placed
+from scenes.plugins import metric_named
 from scenes.render.frame import Light, Quality, Visible
 from scenes.render.render import render_frame
 from scenes.shot import short_ids

@@ -28,6 +28,7 @@ from lod.metric import METRICS
 from lod.parts import Moving, Parts, Representation, Triangles
 from lod.prune import displayed, prune, prune_by_level
 from lod.view import View, in_view
+from scenes.plugins import metric_named
 
 TIMES_S = (0.0, 0.37, 41.9)
 """When poses are looked at: what moves is somewhere else each time [s]."""
@@ -48,15 +49,18 @@ class Subject:
     make    makes it anew, from the same seed each time; its world is finite and small
     camera  that has some of it in view and some not, near enough that parts of parts are displayed
     detail  τ at which it displays some of its parts and not all [px]
+    metrics names of those to be tried, the usual one first
     """
 
     make: Callable[[], Representation]
     camera: Camera
     detail: float = 1.0
+    metrics: tuple[str, ...] = tuple(METRICS)
 
-    def view(self, metric: str = "blake", time_s: float = 0.0) -> View:
-        """Its camera's view."""
-        return View(self.camera, METRICS[metric], self.detail, time_s=time_s)
+    def view(self, metric: str | None = None, time_s: float = 0.0) -> View:
+        """Its camera's view, by the usual metric where none is named."""
+        named = metric_named(metric or self.metrics[0])
+        return View(self.camera, named, self.detail, time_s=time_s)
 
 
 Rule = Callable[[Subject], Iterator[str]]
@@ -116,7 +120,7 @@ def inside_its_bound(subject: Subject) -> Iterator[str]:
 def limits_never_grow(subject: Subject) -> Iterator[str]:
     """Down the tree neither limit grows, and what passes its test has a whole that passes."""
     representation = subject.make()
-    for metric in METRICS:
+    for metric in subject.metrics:
         view = subject.view(metric)
         parts = everything(representation, view)
         rows = np.flatnonzero(parts.whole >= 0)
@@ -133,7 +137,7 @@ def limits_never_grow(subject: Subject) -> Iterator[str]:
 def agrees_with_brute_force(subject: Subject) -> Iterator[str]:
     """The pruner's cut is what every part's own test gives, by whichever walk."""
     representation = subject.make()
-    for metric in METRICS:
+    for metric in subject.metrics:
         view = subject.view(metric)
         parts = everything(representation, view)
         alone = names(parts.take(displayed(parts, view)))

@@ -11,7 +11,7 @@ import numpy as np
 from lod.fade import looks
 from lod.law import chained_limits, disc_areas, expected, variance
 from lod.law_ground import Moments, moments, polar_net, reach_of
-from lod.parts import Triangles
+from lod.parts import Representation, Triangles
 from lod.prune import Cut, prune
 from lod.view import View
 from scenes.field import SpeciesField
@@ -51,11 +51,15 @@ class SpeciesCount:
 
 @dataclass(frozen=True)
 class Counts:
-    """One frame of a world."""
+    """One frame of a world; ``objects`` and ``parts`` are those of the field's species.
+
+    others: objects and parts of all else that stands on the ground; no law is claimed of it
+    """
 
     objects: Tally
     parts: Tally
     by_species: dict[str, SpeciesCount]
+    others: dict[str, tuple[Tally, Tally]]
     terrain_tiles: int
     terrain_triangles: int
     detail: float
@@ -95,6 +99,11 @@ def count(world: World, view: View) -> Counts:
         with watch.stage("predict"):
             predicted = predict(each, view)
         by_species[each.name] = _species_count(cut, predicted, each.species.density)
+    others: dict[str, tuple[Tally, Tally]] = {}
+    beside: tuple[Representation, ...] = (*world.placed, *world.plumes, *world.others)
+    for one in beside:
+        with watch.stage("prune"):
+            others[one.name] = _tallies(prune(one, view))
     with watch.stage("terrain"):
         ground = prune(world.terrain, view)
         mesh = world.terrain.appearance(ground.parts, looks(ground, view))
@@ -103,6 +112,7 @@ def count(world: World, view: View) -> Counts:
         objects=sum((s.objects for s in by_species.values()), nothing),
         parts=sum((s.parts for s in by_species.values()), nothing),
         by_species=by_species,
+        others=others,
         terrain_tiles=ground.displayed_parts,
         terrain_triangles=len(mesh) if isinstance(mesh, Triangles) else 0,
         detail=view.detail,
@@ -138,7 +148,7 @@ def _flat(each: SpeciesField, view: View, ground: float) -> Moments:
     objects = parts = spread = 0.0
     for tree in trees:
         above = view.camera.eye[2] - ground - tree.position[:, 2]
-        limits = chained_limits(tree, view.metric.name, view.m, view.sight)
+        limits = chained_limits(tree, view.metric, view.m, view.sight)
         areas = disc_areas(limits, above)
         objects += expected(share, areas[:1])
         parts += expected(share, areas)
@@ -160,6 +170,14 @@ def _farthest_corner(each: SpeciesField, view: View) -> float:
 def _corner_m(view: View) -> np.ndarray:
     corner = view.camera.corner
     return np.array(corner.lattice(0)[:2], np.float64)
+
+
+def _tallies(cut: Cut) -> tuple[Tally, Tally]:
+    """Objects and parts of what no law is claimed of."""
+    return (
+        Tally(cut.examined_objects, cut.displayed_objects, None, None),
+        Tally(cut.examined_parts, cut.displayed_parts, None, None),
+    )
 
 
 def _species_count(cut: Cut, predicted: Moments | None, density: float) -> SpeciesCount:

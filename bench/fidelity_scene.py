@@ -13,10 +13,10 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.fade import looks
-from lod.metric import metric_named
 from lod.parts import Representation
 from lod.prune import Cut, cut_of, prune
 from lod.view import View, in_view
+from scenes.plugins import metric_named
 from scenes.preset import Preset, load_preset
 from scenes.render.frame import Visible
 from scenes.shot import short_ids

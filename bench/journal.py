@@ -6,6 +6,7 @@ other sources or another machine can be taken for it.
 """
 
 import hashlib
+import importlib.util
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -18,6 +19,7 @@ from bench.provenance import provenance
 from bench.records import Point, read_record
 from bench.spread import Each
 from lod.errors import InputError
+from scenes.plugins import modules
 
 JOURNAL = ".journal"
 _ROOT = Path(__file__).resolve().parents[1]
@@ -100,13 +102,21 @@ def journal(folder: Path) -> Journal:
 
 @lru_cache(maxsize=1)
 def sources() -> str:
-    """SHA-256 of every file of the program that could change a number."""
+    """SHA-256 of every file that could change a number, of the program and of what adds to it."""
     digest = hashlib.sha256()
-    for room in _ROOMS:
-        for path in sorted((_ROOT / room).rglob("*")):
+    for folder in (*(_ROOT / room for room in _ROOMS), *map(_source, modules())):
+        for path in sorted(folder.rglob("*")) if folder.is_dir() else [folder]:
             if path.suffix in (".py", ".toml"):
-                digest.update(f"{path.relative_to(_ROOT)}\n".encode() + path.read_bytes())
+                name = path.relative_to(folder.parent)
+                digest.update(f"{name}\n".encode() + path.read_bytes())
     return digest.hexdigest()
+
+
+def _source(module: str) -> Path:
+    """The folder of a package, or the file of a module; a path that is not there for none."""
+    found = importlib.util.find_spec(module)
+    origin = Path(found.origin if found and found.origin else module)
+    return origin.parent if origin.name == "__init__.py" else origin
 
 
 def _sha256(*words: object) -> str:

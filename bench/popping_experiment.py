@@ -136,7 +136,7 @@ def expected_switches(prototypes: tuple[Prototype, ...], density: float, m: floa
     total = 0.0
     for tree in (each.hierarchy for each in prototypes):
         height = EYE_HEIGHT_M - tree.position[:, 2]
-        squared = chained_limits(tree, "blake", m) ** 2 - height**2
+        squared = chained_limits(tree, METRICS["blake"], m) ** 2 - height**2
         total += float(in_one_only(np.sqrt(np.maximum(squared, 0.0)), STEP_M).sum())
     return total * density / len(prototypes)
 

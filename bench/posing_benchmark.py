@@ -23,12 +23,12 @@ from bench.output import table
 from bench.provenance import provenance
 from lod.camera import Corner, look
 from lod.fade import looks
-from lod.metric import metric_named
 from lod.parts import Look
 from lod.prune import Cut, prune
 from lod.view import View
 from scenes.field import Species, SpeciesField
 from scenes.models import people
+from scenes.plugins import metric_named
 from scenes.rig_pose import pose_sticks
 from scenes.terrain import Terrain
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from scenes.plugins import packages
+
 _PACKAGES = ("lodbench", "numpy", "scipy", "numba", "statsmodels", "mitsuba", "drjit")
 _ROOT = Path(__file__).resolve().parents[1]
 
@@ -20,7 +22,7 @@ class Provenance:
     variant   the renderer's variant; None where nothing was rendered
     threads   worker threads of the measurement
     cpu, cores, platform, python   the machine
-    packages  name → version
+    packages  name → version; those that bring metrics or representations, too
     commit    of the source, with ``+changes`` where files differ from it; None outside a checkout
     """
 
@@ -68,7 +70,7 @@ def _versions() -> dict[str, str]:
             found[name] = version(name)
         except PackageNotFoundError:
             continue
-    return found
+    return found | packages()
 
 
 def _commit(root: Path) -> str | None:

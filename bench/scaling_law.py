@@ -9,6 +9,7 @@ from bench.scaling_cases import EYE_HEIGHT_M, Case
 from lod.arrays import Reals
 from lod.law import chained_limits, disc_areas, expected, variance
 from scenes.figure import figure_prototypes
+from scenes.plugins import metric_named
 from scenes.prototype import Prototype
 from scenes.tree import tree_prototypes
 
@@ -47,7 +48,7 @@ def predict(case: Case) -> Prediction:
     """The law, each prototype with its share of the density."""
     trees = [each.hierarchy for each in prototypes_of(case.species, case.size)]
     K = case.density / len(trees)
-    limits = [chained_limits(tree, case.metric, case.m) for tree in trees]
+    limits = [chained_limits(tree, metric_named(case.metric), case.m) for tree in trees]
     areas = [
         shown_areas(D, EYE_HEIGHT_M - tree.position[:, 2], case.extent)
         for D, tree in zip(limits, trees, strict=True)

@@ -9,10 +9,10 @@ from bench.sampling import Row
 from bench.scaling_cases import EYE_HEIGHT_M, Case
 from bench.scaling_law import prototypes_of
 from lod.camera import Corner, look
-from lod.metric import metric_named
 from lod.prune import prune
 from lod.view import View
 from scenes.field import Species, SpeciesField
+from scenes.plugins import metric_named
 from scenes.terrain import Terrain
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")

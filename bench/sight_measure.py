@@ -83,7 +83,7 @@ def predicted_sizes(prototypes: tuple[Prototype, ...], density: float, view: Vie
     """Expected number of parts of each size, (sizes,): the law, without the pruner (§4.1)."""
     total = np.zeros(len(SIZES))
     for tree in (each.hierarchy for each in prototypes):
-        limits = chained_limits(tree, view.metric.name, view.m, view.sight)
+        limits = chained_limits(tree, view.metric, view.m, view.sight)
         areas = disc_areas(limits, EYE_HEIGHT_M - tree.position[:, 2])
         total += np.bincount(size_class(tree.P), areas, len(SIZES))
     return total * density / len(prototypes)

@@ -10,6 +10,7 @@ import numpy as np
 from lod.arrays import Ints, Reals
 from lod.contrast import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
+from lod.metric import Metric
 from lod.sight import Sight
 
 _HALVINGS = 60
@@ -17,7 +18,7 @@ _HALVINGS = 60
 
 
 def chained_limits(
-    hierarchy: Hierarchy, name: str, m: float, sight: Sight | None = None
+    hierarchy: Hierarchy, metric: Metric, m: float, sight: Sight | None = None
 ) -> np.ndarray:
     """Limit distance of every part, (n,) [m], for the metrics that have a law.
 
@@ -27,13 +28,17 @@ def chained_limits(
     Raises KeyError for a metric without a law.
     """
     P, R = hierarchy.P, hierarchy.R
-    alone = {
+    family = {
         "blake": (P + R) / m,
         "bounded": P / m + R,
         "solid_angle": P / m,
         "full": np.full(len(P), np.inf),
-    }[name]
-    if sight is not None and name != "full":
+    }
+    if metric.along_axis:
+        raise KeyError(metric.name)
+    # Of a metric that is not of the family, only its own formula is known.
+    alone = family[metric.name] if metric.name in family else metric.limit(P, R, m)
+    if sight is not None and metric.finite:
         alone = _farthest_seen(alone, hierarchy.contrast, sight, m)
     limit, chain, above = alone.copy(), np.zeros(len(P)), np.arange(len(P))
     while (above > 0).any():

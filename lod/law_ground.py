@@ -72,10 +72,7 @@ class Moments:
 def reach_of(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
     """Farthest in plan that an object of these can stand and have a part displayed [m]."""
     return max(
-        float(
-            chained_limits(h, view.metric.name, view.m, view.sight)[0]
-            + np.hypot(*h.position[0, :2])
-        )
+        float(chained_limits(h, view.metric, view.m, view.sight)[0] + np.hypot(*h.position[0, :2]))
         for h in hierarchies
     )
 
@@ -102,8 +99,8 @@ def moments(
 
 def _falling(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
     """Parts in falling order of how far in plan the object can stand while they are displayed."""
-    inside = chained_limits(hierarchy, view.metric.name, view.m, view.sight)
-    outside = chained_limits(hierarchy, view.metric.name, view.m_offscreen, view.sight)
+    inside = chained_limits(hierarchy, view.metric, view.m, view.sight)
+    outside = chained_limits(hierarchy, view.metric, view.m_offscreen, view.sight)
     outside = np.minimum(inside, outside)  # nothing is kept only because it is out of view
     farthest = inside + np.hypot(hierarchy.position[:, 0], hierarchy.position[:, 1])
     order = np.argsort(-farthest, kind="stable")

@@ -65,13 +65,6 @@ METRICS: dict[str, Metric] = {
 }
 
 
-def metric_named(name: str) -> Metric:
-    """The member of that name. Raises InputError for an unknown one."""
-    if name not in METRICS:
-        raise InputError("metric", name, f"one of {', '.join(METRICS)}", "see `lodbench list`")
-    return METRICS[name]
-
-
 @lru_cache(maxsize=4096)
 def limit_distances(
     hierarchy: Hierarchy, metric: Metric, m: float, sight: Sight | None = None

@@ -9,7 +9,13 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from lod.errors import InputError
-from scenes.preset_tables import PlacedPreset, PlumePreset, Preset, SpeciesPreset
+from scenes.preset_tables import (
+    PlacedPreset,
+    PlumePreset,
+    Preset,
+    RepresentationPreset,
+    SpeciesPreset,
+)
 
 Blame = Callable[[str], str]
 
@@ -73,6 +79,7 @@ NAMED: dict[str, type[BaseModel]] = {
     "species": SpeciesPreset,
     "placed": PlacedPreset,
     "plumes": PlumePreset,
+    "representations": RepresentationPreset,
 }
 """Tables of tables whose names the user chooses."""
 

@@ -18,8 +18,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from lod.errors import InputError
-from lod.metric import METRICS
 from scenes.lengths import LARGEST_SIDE, parse_height, parse_length, parse_size
+from scenes.plugins import metric_named
 
 LARGEST_SEED = 2**63 - 1
 _FARTHEST_CELL = 2**55
@@ -335,6 +335,15 @@ class PlumePreset(Table):
     ] = 60.0
 
 
+class RepresentationPreset(Table):
+    """What an installed package makes (scenes.offer)."""
+
+    kind: Annotated[str, key("which of those that are installed, see `lodbench list`")]
+    options: Annotated[
+        dict[str, bool | int | float | str], key("what it is told, as its package says")
+    ] = {}
+
+
 class RenderPreset(Table):
     """How the picture is made."""
 
@@ -387,16 +396,17 @@ class Preset(Table):
     species: dict[SpeciesName, SpeciesPreset] = {}
     placed: dict[SpeciesName, PlacedPreset] = {}
     plumes: dict[SpeciesName, PlumePreset] = {}
+    representations: dict[SpeciesName, RepresentationPreset] = {}
     render: RenderPreset = RenderPreset()
     output: OutputPreset = OutputPreset()
 
     @model_validator(mode="after")
     def _agree(self) -> "Preset":
         """Keys that must agree with each other."""
-        metric = METRICS.get(self.view.metric)
-        if metric is None:
-            rule, cure = f"one of {', '.join(METRICS)}", "see `lodbench list`"
-            raise _refuse(rule, cure, "view.metric")
+        try:
+            metric = metric_named(self.view.metric)
+        except InputError as error:
+            raise _refuse(error.rule, error.cure, "view.metric") from error
         if not metric.finite and self.world.extent is None:
             rule = "needs a finite world, and this one is endless"
             raise _refuse(rule, "add -D world.extent=1000, or choose blake", "view.metric")

@@ -4,15 +4,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from lod.exposure import Exposure
-from lod.metric import metric_named
 from lod.parts import Representation
 from lod.view import View
 from scenes.camera_path import camera_at
 from scenes.far_cover import FarCover
 from scenes.field import Species, SpeciesField
 from scenes.models import made
+from scenes.offer import Standing, standing_of
 from scenes.particles import KINDS, Plume
 from scenes.placed import Placed
+from scenes.plugins import metric_named
 from scenes.preset import PlacedPreset, PlumePreset, Preset, SpeciesPreset
 from scenes.render.frame import Light
 from scenes.sight import sight_of
@@ -23,17 +24,19 @@ from scenes.weather import Weather
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """The ground, one field per species of some density, and what is placed one by one."""
+    """The ground, one field per species of some density, what is placed one by one, and what other
+    packages make."""
 
     terrain: Terrain
     fields: tuple[SpeciesField, ...]
     placed: tuple[Placed, ...] = ()
     plumes: tuple[Plume, ...] = ()
+    others: tuple[Standing, ...] = ()
 
     @property
     def representations(self) -> tuple[Representation, ...]:
         """Everything that the pruner and the renderer ask."""
-        return (self.terrain, *self.fields, *self.placed, *self.plumes)
+        return (self.terrain, *self.fields, *self.placed, *self.plumes, *self.others)
 
     @cached_property
     def top_m(self) -> float:
@@ -41,7 +44,7 @@ class World:
         troupes = [each.troupe for each in self.fields] + [each.troupe for each in self.placed]
         trees = (tree for troupe in troupes for tree in troupe.atlas.hierarchies)
         tallest = max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
-        highest = max((each.top_m for each in self.plumes), default=0.0)
+        highest = max((each.top_m for each in (*self.plumes, *self.others)), default=0.0)
         return self.terrain.bounds()[1] + max(tallest, highest)
 
 
@@ -60,8 +63,12 @@ def build_world(preset: Preset) -> World:
     plumes = tuple(
         plume_of(name, table, preset.seed, terrain) for name, table in preset.plumes.items()
     )
+    others = tuple(
+        standing_of(name, table.kind, preset.seed, terrain, dict(table.options))
+        for name, table in preset.representations.items()
+    )
     far = far_cover_of(preset, fields)
-    return World(replace(terrain, far=far), fields, placed, plumes)
+    return World(replace(terrain, far=far), fields, placed, plumes, others)
 
 
 def far_cover_of(preset: Preset, fields: tuple[SpeciesField, ...]) -> FarCover | None:

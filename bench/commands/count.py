@@ -76,6 +76,10 @@ def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
             "predicted": None,  # the law is about objects; the ground has no Poisson prediction
         },
         "by_species": {name: _species(each) for name, each in counts.by_species.items()},
+        "others": {
+            name: {"objects": vars(objects), "parts": vars(parts)}
+            for name, (objects, parts) in counts.others.items()
+        },
         "by_level": list(counts.by_level),
         "detail": counts.detail,
         "m": counts.m,
@@ -98,6 +102,8 @@ def _say(out: Output, counts: "Counts", seconds: dict[str, float]) -> None:
     tallies = {"objects": counts.objects, "parts": counts.parts}
     for name, each in counts.by_species.items():
         tallies |= {f"{name}: objects": each.objects, f"{name}: parts": each.parts}
+    for name, (objects, parts) in counts.others.items():
+        tallies |= {f"{name}: objects": objects, f"{name}: parts": parts}
     rows += [(name, *vars(tally).values()) for name, tally in tallies.items()]
     out.say(table(rows))
     levels: list[tuple[object, ...]] = [("parts by level", *range(len(counts.by_level)))]

@@ -19,6 +19,7 @@ from bench.scaling_claims import FAR, beyond, judge, noise_of, swept
 from bench.scaling_law import disc_in_square, predict, prototypes_of, shown_areas
 from bench.scaling_measure import COLUMNS, count_field, scene_hash, seed_of, view_of
 from lod.law import chained_limits
+from lod.metric import METRICS
 
 SMALL = Case("density", "figure", "blake", density=0.01, detail=20.0)
 FIGURES = [case for case in cases() if case.species == "figure"]
@@ -89,7 +90,7 @@ def test_the_noise_of_parts_is_that_of_pairs(extent):
     for prototype in prototypes_of("figure", 1.0):
         tree = prototype.hierarchy
         h = EYE_HEIGHT_M - tree.position[:, 2]
-        areas = shown_areas(chained_limits(tree, "blake", case.m), h, extent)
+        areas = shown_areas(chained_limits(tree, METRICS["blake"], case.m), h, extent)
         total += 0.01 / 4 * np.minimum(areas[:, None], areas[None, :]).sum()
     assert predict(case).parts_variance == pytest.approx(total, rel=1e-12)
 

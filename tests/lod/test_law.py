@@ -68,7 +68,7 @@ SIGHTS = st.none() | st.builds(
 def test_limits_by_chains_agree_with_the_pruners(seed, m, sight):
     tree = tree_of(seed)
     for name in ("blake", "bounded", "solid_angle", "full"):
-        assert chained_limits(tree, name, m, sight) == pytest.approx(
+        assert chained_limits(tree, METRICS[name], m, sight) == pytest.approx(
             limit_distances(tree, METRICS[name], m, sight)
         )
 
@@ -76,11 +76,11 @@ def test_limits_by_chains_agree_with_the_pruners(seed, m, sight):
 def test_the_law_does_not_ask_the_pruner_how_far_one_sees(monkeypatch):
     """It turns W round by itself: what the pruner does with the inverse has no bearing on it."""
     tree, sight = tree_of(1), Sight(Widths(0.01), 0.05)
-    before = chained_limits(tree, "blake", 0.01, sight)
-    assert (before < chained_limits(tree, "blake", 0.01)).any()
+    before = chained_limits(tree, METRICS["blake"], 0.01, sight)
+    assert (before < chained_limits(tree, METRICS["blake"], 0.01)).any()
     monkeypatch.setattr(WeightedDistance, "unweight", lambda *_: 1 / 0)
     monkeypatch.setattr(lod.metric, "seen_limits", lambda *_: 1 / 0)
-    assert (chained_limits(tree, "blake", 0.01, sight) == before).all()
+    assert (chained_limits(tree, METRICS["blake"], 0.01, sight) == before).all()
 
 
 @pytest.mark.parametrize("name", ["blake", "solid_angle"])
@@ -92,7 +92,9 @@ def test_the_net_gives_the_closed_form_on_flat_ground(name, air):
     view = View(camera, METRICS[name], look_around=True, sight=sight)
     net = polar_net(camera.eye, reach_of((tree,), view), 400, 400)
     found = moments((tree,), view, net, np.zeros(len(net.area)))
-    areas = disc_areas(chained_limits(tree, name, view.m, sight), 1.7 - tree.position[:, 2])
+    areas = disc_areas(
+        chained_limits(tree, METRICS[name], view.m, sight), 1.7 - tree.position[:, 2]
+    )
     assert found.objects == pytest.approx(areas[0], rel=2e-3)
     assert found.parts == pytest.approx(areas.sum(), rel=2e-3)
     assert found.parts_variance == pytest.approx(variance(1.0, areas), rel=5e-3)

@@ -3,9 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.errors import InputError
 from lod.hierarchy import Hierarchy
-from lod.metric import METRICS, limit_distances, metric_named
+from lod.metric import METRICS, limit_distances
 
 SIZES = st.floats(1e-3, 1e3)
 
@@ -55,8 +54,3 @@ def test_a_part_larger_than_its_whole_is_clamped_to_it():
     D = limit_distances(tree, METRICS["blake"], 0.1)
     assert D.tolist() == pytest.approx([20.0, 17.0])
     assert limit_distances(tree, METRICS["blake"], 1.0)[1] == 0.0
-
-
-def test_unknown_metric_is_refused_by_name():
-    with pytest.raises(InputError, match="blke"):
-        metric_named("blke")

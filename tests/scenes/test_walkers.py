@@ -300,7 +300,7 @@ def test_walkers_keep_the_law(kind):
 
 def _areas(prototype, view, eye):
     """Mean over phases of the ground from which each part is displayed; the whole first."""
-    D = law.chained_limits(prototype.hierarchy, "blake", view.m)
+    D = law.chained_limits(prototype.hierarchy, METRICS["blake"], view.m)
     poses = [prototype.motion.at(k / 16) for k in range(16)]
     heights = [prototype.rig.frames(*pose)[0][prototype.joint, 2] for pose in poses]
     return np.mean([law.disc_areas(D, eye - h) for h in heights], axis=0)

@@ -1,0 +1,182 @@
+"""What other packages bring: listed, counted by, checked; and a broken one costs one line."""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.cli import main
+from bench.conformance_metric import FORMULA, rabbits
+from bench.conformance_offer import broken_offer_rules
+from bench.journal import sources
+from bench.provenance import provenance
+from lod.errors import InputError
+from lod.metric import METRICS, Metric
+from lod.prune import prune
+from scenes import plugins
+from scenes.offer import offer_named
+from scenes.preset import load_preset
+from scenes.render.variants import choose, trusting
+
+PLACE = Path(__file__).parents[1] / "plugin"
+ROOT = PLACE.parents[1]
+SMALL = ("--size", "64x36", "-D", 'species={one={model="rabbit", density=0.3}}')
+HALFWAY = ("--metric", "halfway")
+RAIL = ("-D", 'representations.rail={kind="fence", options={posts=9}}')
+
+
+@pytest.fixture
+def package(monkeypatch):
+    """The example package, as if it were installed; gone again afterwards."""
+    caches = plugins.installed, plugins.metric_named, sources
+    monkeypatch.syspath_prepend(str(PLACE))
+    importlib.invalidate_caches()
+    for each in caches:
+        each.cache_clear()
+    yield
+    for each in caches:
+        each.cache_clear()
+
+
+def said(capfd, *arguments):
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    return left.value.code, *capfd.readouterr()
+
+
+def test_nothing_is_installed_here():
+    assert plugins.metric_names() == tuple(METRICS)
+    with pytest.raises(InputError, match="blke"):
+        plugins.metric_named("blke")
+
+
+@pytest.mark.usefixtures("package")
+def test_the_list_shows_them_and_what_is_wrong_with_the_broken_ones(capfd):
+    code, out, _ = said(capfd, "list", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert "from lodbench-example 1.0" in found["metrics"]["halfway"]
+    assert "from lodbench-example 1.0" in found["representations"]["fence"]
+    assert "No module named 'lodbench_nowhere'" in found["metrics"]["missing"]
+    assert "nan" in found["metrics"]["often_nan"]
+    assert found["metrics"]["blake"] == METRICS["blake"].about  # nobody takes a name of ours
+
+
+@pytest.mark.usefixtures("package")
+def test_a_frame_is_counted_by_a_metric_of_theirs_and_held_against_its_law(capfd):
+    flat = "-D", "terrain.amplitude=0", "-D", "terrain.reach=64", "-D", "camera.position=[0, -6]"
+    code, out, err = said(capfd, "count", "meadow", *SMALL, *RAIL, *flat, "--json", *HALFWAY)
+    assert code == 0, err
+    found = json.loads(out)
+    parts = found["parts"]
+    assert parts["displayed"] > 20
+    assert abs(parts["displayed"] - parts["predicted"]) < 4 * parts["predicted_sd"]
+    rail = found["others"]["rail"]
+    assert rail["objects"]["displayed"] == 1
+    assert 1 < rail["parts"]["displayed"] <= 10
+    assert rail["parts"]["predicted"] is None
+
+
+@pytest.mark.usefixtures("package")
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (("--metric", "missing"), "--metric: 'missing': can be imported"),
+        (("--metric", "often_nan"), "limits are distances"),
+        (("--metric", "misnamed"), "is called as its entry point is"),
+        (("-D", 'representations.x={kind="fenc"}'), "one that is installed: fence"),
+        (("-D", 'representations.x={kind="no_offer"}'), "not type"),
+        (("-D", 'representations.x={kind="fence", options={post=1}}'), "unexpected keyword"),
+        (("-D", "representations.x={}"), "representations.x.kind"),
+    ],
+)
+def test_a_broken_one_costs_a_clear_line(capfd, flags, says):
+    code, out, err = said(capfd, "count", "meadow", *SMALL, *flags)
+    assert (code, out) == (2, "")
+    assert says in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("package")
+def test_theirs_keep_the_rules_of_ours(capfd):
+    code, out, _ = said(capfd, "check", "halfway", "fence", "--json")
+    assert code == 0
+    assert [json.loads(line)["broken"] for line in out.splitlines()] == [{}, {}]
+
+
+@pytest.mark.usefixtures("package")
+def test_check_notices_and_names_what_is_broken(capfd):
+    code, out, err = said(capfd, "check", "sloppy", "missing")
+    assert code == 1
+    assert "another limit when asked alone" in out
+    assert "No module named" in out
+    assert "sloppy, missing" in err
+
+
+def test_check_refuses_what_is_not_there(capfd):
+    assert said(capfd, "check", "halfway")[0] == 2
+    code, _, err = said(capfd, "check")
+    assert (code, len(err.splitlines())) == (2, 1)
+
+
+WRONG = {
+    "answers_with_distances": lambda P, R, m: P / m - R,
+    "knows_one_part_at_a_time": lambda P, R, m: P * R.mean() / m,
+    "finer_detail_takes_nothing_away": lambda P, R, m: P * m + R,
+}
+
+
+@pytest.mark.parametrize("rule", FORMULA, ids=lambda rule: rule.__name__)
+def test_every_rule_of_a_formula_notices(rule):
+    assert list(rule(METRICS["blake"])) == []
+    assert list(rule(Metric("wrong", WRONG[rule.__name__], "wrong")))
+
+
+def test_the_field_that_tries_metrics_shows_some_parts_and_not_all():
+    subject = rabbits("blake")
+    shown, all_parts = (len(prune(subject.make(), subject.view(m))) for m in ("blake", "full"))
+    assert 30 < shown < 0.9 * all_parts
+
+
+@pytest.mark.usefixtures("package")
+def test_something_above_its_top_is_noticed(monkeypatch):
+    monkeypatch.setattr(type(offer_named("fence").make("f", 0, None)), "top_m", 0.1)
+    assert broken_offer_rules("fence")["under_its_top"]
+
+
+@pytest.mark.usefixtures("package")
+def test_records_and_journals_know_who_was_there():
+    assert provenance("", 0).packages["lodbench-example"] == "1.0"
+    with_it = sources()
+    plugins.installed.cache_clear()
+    sources.cache_clear()
+    sys.path.remove(str(PLACE))
+    importlib.invalidate_caches()
+    assert sources() != with_it
+
+
+@pytest.mark.slow
+def test_a_frame_is_rendered_with_theirs(tmp_path):
+    variant = choose("scalar_rgb")
+    paths = os.pathsep.join([str(ROOT), str(PLACE)])
+    program, out = (sys.executable, "-P", "-m", "bench.cli"), ("-o", "f.####.exr", "--spp", "1")
+    done = subprocess.run(
+        [*program, "render", "meadow", *SMALL, *RAIL, *HALFWAY, *out, "--variant", variant],
+        env={**trusting(variant), "PYTHONPATH": paths},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "f.0001.exr").exists()
+
+
+def test_a_preset_without_them_says_nothing_of_them():
+    assert load_preset("meadow").representations == {}
+    assert np.isfinite(METRICS["blake"].limit(np.ones(1), np.ones(1), 1.0)).all()

@@ -1,0 +1,104 @@
+"""A package of others, small: a metric, and a fence whose posts are its parts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.camera import GRID_M, Corner, look
+from lod.hierarchy import Hierarchy
+from lod.metric import Metric
+from lod.parts import Look, Parts, Sticks
+from lod.view import View
+from scenes.field import Ground
+from scenes.offer import Offer
+
+HALFWAY = Metric("halfway", lambda P, R, m: P / m + 0.5 * R, "P > m·(d − R/2): between two of ours")
+
+WOOD = np.array([[0.30, 0.20, 0.11]])
+RADIUS_M, HEIGHT_M = 0.06, 1.2
+
+
+@dataclass(frozen=True, eq=False)
+class Fence:
+    """Posts in a row to the east; from afar one beam, as high as they are close."""
+
+    name: str
+    ground: Ground
+    posts: int = 12
+    gap: float = 0.5
+
+    @property
+    def top_m(self) -> float:
+        """Nothing of it is higher above the ground."""
+        low, high = self.ground.bounds()
+        return 2 * HEIGHT_M + self.hierarchy.B[0] + high - low
+
+    @property
+    def hierarchy(self) -> Hierarchy:
+        """Row 0 the fence, every other row a post."""
+        low, high = self.ground.bounds()
+        reach = np.hypot(self.posts * self.gap / 2, high - low)
+        one, n = HEIGHT_M / 2 + RADIUS_M, self.posts
+        return Hierarchy(
+            whole=np.r_[-1, np.zeros(n, np.int64)],
+            level=np.r_[0, np.ones(n, np.int64)],
+            position=np.zeros((n + 1, 3)),
+            P=np.r_[np.sqrt(n * 2 * one * 2 * RADIUS_M), np.full(n, np.sqrt(4 * one * RADIUS_M))],
+            R=np.r_[reach, np.full(n, one)],
+            B=np.r_[reach + 2 * one, np.full(n, one)],
+            separation=np.r_[0.0, np.full(n, reach)],
+        )
+
+    def roots(self, view: View) -> Parts:
+        """The fence."""
+        return self._parts(view, np.zeros(1, np.int64), np.full(1, -1))
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The posts of every fence that is asked for."""
+        whole = np.repeat(np.arange(len(parts)), np.where(parts.part == 0, self.posts, 0))
+        number = np.arange(len(whole)) % self.posts
+        return self._parts(view, number + 1, whole)
+
+    def appearance(self, parts: Parts, look: Look) -> Sticks:
+        """Posts as they are; the fence itself as a beam, where it has to stand for them."""
+        post = parts.part > 0
+        share = np.where(post, look.leaf + look.inner, look.leaf)
+        rows = np.flatnonzero(share > 0)
+        middle, post = parts.position[rows], post[rows]
+        length = np.where(post, HEIGHT_M / 2, self.posts * self.gap / 2 - RADIUS_M)
+        axis = np.where(post[:, None], (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)) * length[:, None]
+        radius = RADIUS_M * np.minimum(share[rows], 1.0)
+        return Sticks(middle - axis, middle + axis, radius, radius, np.zeros(len(rows)), WOOD, rows)
+
+    def _parts(self, view: View, part: np.ndarray, whole: np.ndarray) -> Parts:
+        position = self._middles(view.camera.corner)[part]
+        tree, (inside, outside) = self.hierarchy, view.limits(self.hierarchy)
+        return Parts(
+            position=position,
+            centre=position,
+            bound=tree.B[part],
+            limit=inside[part],
+            limit_offscreen=outside[part],
+            level=tree.level[part],
+            object=np.zeros(len(part)),
+            part=part,
+            whole=whole,
+            share=np.where(part > 0, 1 / self.posts, 1.0),
+        )
+
+    def _middles(self, corner: Corner) -> np.ndarray:
+        x = (np.arange(self.posts) + 0.5) * self.gap - self.posts * self.gap / 2
+        x = np.r_[0.0, x] - corner.x * GRID_M
+        xy = np.column_stack((x, np.full(len(x), -corner.y * GRID_M)))
+        return np.column_stack((xy, self.ground.height(corner, xy) + HEIGHT_M / 2))
+
+
+FENCE = Offer(
+    "a fence of posts (options: posts, gap)",
+    lambda name, seed, ground, **options: Fence(name, ground, **options),
+    look(Corner(0, 0), np.array((2.0, -6.0, 1.5)), 20.0, -5.0, 50.0, (120, 60)),
+    detail=1.5,
+)
+
+SLOPPY = Metric("sloppy", lambda P, R, m: P * R.max() / m, "a metric that looks at all parts")
+OFTEN_NAN = Metric("often_nan", lambda P, R, m: np.sqrt(P - 1.0), "limits that are no numbers")
