@@ -66,13 +66,54 @@ def lattice_bits(key: np.uint64, ix: np.int64, iy: np.int64) -> np.uint64:
 
 
 @njit(cache=True)
-def _corner(
-    key: np.uint64, ix: np.int64, iy: np.int64, du: float, dv: float
-) -> tuple[float, float, float]:
-    bits = lattice_bits(key, ix, iy)
-    value = np.float64(bits >> np.uint64(11)) * 2.0**-52 - 1.0
-    g = _GRADIENTS[bits & np.uint64(_DIRECTIONS - 1)]
-    return value + g[0] * du + g[1] * dv, g[0], g[1]
+def _lattice_cell(key, ix, iy, cell):  # type: ignore[no-untyped-def]
+    """Value, and gradient along x and y, of the corners (0, 0), (1, 0), (0, 1), (1, 1) of a
+    lattice cell, into (12,).
+    """
+    column, row = np.uint64(ix) * _GOLDEN, np.uint64(iy) * _GOLDEN
+    for x in range(2):
+        stream = _mixed(key + column)
+        for y in range(2):
+            bits = _mixed(stream + row + np.uint64(y) * _GOLDEN)
+            at = 3 * (2 * y + x)
+            cell[at] = np.float64(bits >> np.uint64(11)) * 2.0**-52 - 1.0
+            gradient = _GRADIENTS[bits & np.uint64(_DIRECTIONS - 1)]
+            cell[at + 1], cell[at + 2] = gradient[0], gradient[1]
+        column += _GOLDEN
+
+
+@njit(cache=True, inline="always")
+def _ramps(c, u, v):  # type: ignore[no-untyped-def]
+    """What each corner of a lattice cell says of the height at (u, v) in it."""
+    f00, f10 = c[0] + c[1] * u + c[2] * v, c[3] + c[4] * (u - 1.0) + c[5] * v
+    f01 = c[6] + c[7] * u + c[8] * (v - 1.0)
+    return f00, f10, f01, c[9] + c[10] * (u - 1.0) + c[11] * (v - 1.0)
+
+
+@njit(cache=True, inline="always")
+def _quintic(u):  # type: ignore[no-untyped-def]
+    return u * u * u * (u * (6.0 * u - 15.0) + 10.0)
+
+
+@njit(cache=True)
+def _value(cell, u, v):  # type: ignore[no-untyped-def]
+    """Noise at (u, v) in [0, 1)² of a lattice cell."""
+    f00, f10, f01, f11 = _ramps(cell, u, v)
+    su, sv = _quintic(u), _quintic(v)
+    return f00 + su * (f10 - f00) + sv * (f01 - f00) + su * sv * (f11 - f10 - f01 + f00)
+
+
+@njit(cache=True)
+def _slopes(c, u, v):  # type: ignore[no-untyped-def]
+    """Slopes of the noise along u and v there."""
+    f00, f10, f01, f11 = _ramps(c, u, v)
+    su, sv = _quintic(u), _quintic(v)
+    ku, kv = 30.0 * (u * (u - 1.0)) ** 2, 30.0 * (v * (v - 1.0)) ** 2
+    across, along, twist = f10 - f00, f01 - f00, f11 - f10 - f01 + f00
+    w00, w10, w01, w11 = (1 - su) * (1 - sv), su * (1 - sv), (1 - su) * sv, su * sv
+    slope_x = w00 * c[1] + w10 * c[4] + w01 * c[7] + w11 * c[10] + ku * (across + sv * twist)
+    slope_y = w00 * c[2] + w10 * c[5] + w01 * c[8] + w11 * c[11] + kv * (along + su * twist)
+    return slope_x, slope_y
 
 
 @njit(cache=True)
@@ -80,19 +121,10 @@ def unit_noise(
     key: np.uint64, ix: np.int64, iy: np.int64, u: float, v: float
 ) -> tuple[float, float, float]:
     """Noise and its slopes at (u, v) in [0, 1)² of lattice cell (ix, iy)."""
-    one = np.int64(1)
-    f00, x00, y00 = _corner(key, ix, iy, u, v)
-    f10, x10, y10 = _corner(key, ix + one, iy, u - 1.0, v)
-    f01, x01, y01 = _corner(key, ix, iy + one, u, v - 1.0)
-    f11, x11, y11 = _corner(key, ix + one, iy + one, u - 1.0, v - 1.0)
-    su, sv = u * u * u * (u * (6.0 * u - 15.0) + 10.0), v * v * v * (v * (6.0 * v - 15.0) + 10.0)
-    ku, kv = 30.0 * (u * (u - 1.0)) ** 2, 30.0 * (v * (v - 1.0)) ** 2
-    across, along, twist = f10 - f00, f01 - f00, f11 - f10 - f01 + f00
-    value = f00 + su * across + sv * along + su * sv * twist
-    w00, w10, w01, w11 = (1 - su) * (1 - sv), su * (1 - sv), (1 - su) * sv, su * sv
-    slope_x = w00 * x00 + w10 * x10 + w01 * x01 + w11 * x11 + ku * (across + sv * twist)
-    slope_y = w00 * y00 + w10 * y10 + w01 * y01 + w11 * y11 + kv * (along + su * twist)
-    return value, slope_x, slope_y
+    cell = np.empty(12)
+    _lattice_cell(key, ix, iy, cell)
+    slope_x, slope_y = _slopes(cell, u, v)
+    return _value(cell, u, v), slope_x, slope_y
 
 
 Octaves = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -124,23 +156,36 @@ def _sums(
     crest: float,
     out: np.ndarray,
 ) -> None:
+    """Points that stand together share the cells of long waves: each octave's last is kept."""
+    most = len(keys)
+    cells, names, known = np.empty((most, 12)), np.empty((most, 2), np.int64), np.zeros(most, "?")
     for i in range(len(xy)):
-        for k in range(len(keys)):
+        least = shortest[i]
+        for k in range(most):
             side, weight = scales[k, 0], scales[k, 1]
             # An octave up to twice too short fades; of shorter ones there is nothing.
-            kept = 1.0 if side >= shortest[i] else max(0.0, 1.0 + math.log2(side / shortest[i]))
+            kept = 1.0
+            if side < least:
+                kept = 1.0 + math.log2(side / least) if 2.0 * side > least else 0.0
             if kept == 0.0 and limit_value:
                 break
-            u, v = (offsets[k, 0] + xy[i, 0]) / side, (offsets[k, 1] + xy[i, 1]) / side
+            # The side is a power of two: multiplying by its inverse divides exactly.
+            u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
+            v = (offsets[k, 1] + xy[i, 1]) * (1.0 / side)
             fu, fv = math.floor(u), math.floor(v)
             ix, iy = squares[k, 0] + np.int64(fu), squares[k, 1] + np.int64(fv)
-            value, slope_x, slope_y = unit_noise(keys[k], ix, iy, u - fu, v - fv)
+            if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
+                _lattice_cell(keys[k], ix, iy, cells[k])
+                names[k, 0], names[k, 1], known[k] = ix, iy, True
+            value, turned = _value(cells[k], u - fu, v - fv), 1.0
             if crest > 0.0:
                 turned = -1.0 if value > 0.0 else 1.0
-                value, slope_x, slope_y = crest - abs(value), turned * slope_x, turned * slope_y
+                value = crest - abs(value)
             out[i, 0] += (kept if limit_value else 1.0) * weight * value
-            out[i, 1] += kept * weight / side * slope_x
-            out[i, 2] += kept * weight / side * slope_y
+            if kept > 0.0:
+                slope_x, slope_y = _slopes(cells[k], u - fu, v - fv)
+                out[i, 1] += kept * weight / side * (turned * slope_x)
+                out[i, 2] += kept * weight / side * (turned * slope_y)
 
 
 def octave_sums(

@@ -267,3 +267,16 @@ def test_ridged_slopes_are_those_of_the_heights():
     east = relief.height(Corner(0, 0), xy + step) - relief.height(Corner(0, 0), xy - step)
     slope = relief.sums(Corner(0, 0), xy, np.zeros(len(xy)))[:, 1]
     assert np.mean(np.isclose(east / 2e-6, slope, atol=1e-5)) > 0.99  # crests between apart
+
+
+def test_no_point_minds_which_were_asked_for_before_it():
+    """Cells of the lattice are kept from point to point: the same bytes in any order, or alone."""
+    rng = np.random.default_rng(8)
+    ground = Relief(seed=3, amplitude=9.0, wavelength=256.0, hurst=0.8)
+    xy = np.concatenate((spread(rng, 200, 400.0), rng.uniform(0, 3, (200, 2))))
+    order, shortest = rng.permutation(len(xy)), rng.uniform(0, 20, len(xy))
+    sums = ground.sums(FAR, xy, shortest)
+    assert np.array_equal(ground.sums(FAR, xy[order], shortest[order]), sums[order])
+    for row in order[:40]:
+        one = slice(row, row + 1)
+        assert np.array_equal(ground.sums(FAR, xy[one], shortest[one]), sums[one])
