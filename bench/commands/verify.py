@@ -5,8 +5,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from bench.frame_progress import frame_progress
 from bench.output import Output, output
 from bench.progress import progress_bar
+from bench.rendering import Rendering
+from lod.errors import InputError
 
 if TYPE_CHECKING:
     from scenes.render.manifest import Manifest
@@ -17,15 +20,22 @@ if TYPE_CHECKING:
 @click.argument("folder", metavar="DIR")
 @click.option("--repair", is_flag=True, help="Render again what is wrong; remove partial files.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
+@click.option(
+    "--cluster", metavar="N|ADDRESS|FILE", help="Workers that repair: as many here, or Dask's."
+)
 @click.option("--json", "as_json", is_flag=True, help="A JSON object for each wrong file.")
-def command(folder: str, repair: bool, threads: int, as_json: bool) -> None:
+def command(folder: str, repair: bool, threads: int, cluster: str | None, as_json: bool) -> None:
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
     from scenes.render.verify import manifest_of
 
+    if cluster is not None and not repair:
+        rule = "workers only repair; looking is done here"
+        raise InputError("--cluster", cluster, rule, "add --repair, or leave it out")
     manifest = manifest_of(Path(folder))
     with output(as_json) as out:
         wrong = _look(out, manifest)
-        left = _repair(out, manifest, wrong, threads) if repair else wrong
+        render = Rendering(threads, None, cluster, out.note)
+        left = _repair(out, manifest, wrong, render) if repair and wrong else wrong
         counts = {"frames": len(manifest.frames), "wrong": len(wrong)}
         out.record({**counts, "repaired": len(wrong) - len(left)})
         out.say(_summary(len(manifest.frames), wrong, left))
@@ -48,25 +58,22 @@ def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
 
 
 def _repair(
-    out: Output, manifest: "Manifest", wrong: list["Checked"], threads: int
+    out: Output, manifest: "Manifest", wrong: list["Checked"], render: Rendering
 ) -> list["Checked"]:
     """What is wrong still."""
-    from scenes.render.verify import repair
-    from scenes.render.worker import Worker
+    from scenes.render.verify import repairs
 
     left = []
-    with progress_bar("file") as progress, Worker(threads) as worker:
-        for number, found in enumerate(wrong):
-            progress(number, len(wrong), found.path.name)
-            after = repair(manifest, found, worker)
+    with frame_progress(sum(found.frame is not None for found in wrong)) as progress:
+        for after in repairs(manifest, wrong, lambda job: render(job, progress)):
+            progress.aside()
             if after.wrong:
                 left.append(after)
                 _tell(out, after)
             else:
-                what = "removed" if found.frame is None else "rendered again"
-                data = {"frame": found.frame, "path": str(found.path), "repaired": what}
-                out.record(data)
-                out.say(f"{found.path}: {what}")
+                what = "removed" if after.frame is None else "rendered again"
+                out.record({"frame": after.frame, "path": str(after.path), "repaired": what})
+                out.say(f"{after.path}: {what}")
     return left
 
 

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,8 @@ from scenes.render.manifest import (
     load_manifest,
     settings_hash,
 )
-from scenes.render.one_frame import Settings, preset_in
-from scenes.render.sequence import Job, Render, render_sequence
+from scenes.render.one_frame import Record, Settings, preset_in
+from scenes.render.sequence import Job
 from scenes.shot import form_of
 
 _SIGNED = ("N.", "motion.")
@@ -145,26 +145,62 @@ def _strangers(manifest: Manifest) -> Iterator[Path]:
                 yield manifest.folder / name
 
 
-def repair(manifest: Manifest, found: Checked, render: Render) -> Checked:
-    """Put one thing right, and look again: the frame rendered with the settings on record."""
-    if found.frame is None:
-        return _removed(found)
-    entry = manifest.frames[found.path.name]
-    settings = manifest.settings[entry["settings"]]
-    if settings_hash(settings) != entry["settings"]:
-        return _still(found, "it cannot be rendered again: its settings were changed")
-    if settings.get("software") != software():
-        made, here = settings.get("software"), software()
-        return _still(found, f"it was made by {made}; {here} would make another")
-    job = Job({found.frame: found.path}, settings, manifest, frozenset())
+def repairs(
+    manifest: Manifest, wrong: Iterable[Checked], render: Callable[[Job], Iterator[Record]]
+) -> Iterator[Checked]:
+    """Put right what is wrong, and look again: frames rendered with the settings on record.
+
+    ``render`` is given a job for each kind of settings, and gives a record for each of its frames,
+    in any order. Gives every file once, as it is then.
+    """
+    jobs: dict[str, list[Checked]] = {}
+    for found in wrong:
+        if found.frame is None:
+            yield _removed(found)
+        elif why := _refusal(manifest, found):
+            yield _still(found, why)
+        else:
+            jobs.setdefault(manifest.frames[found.path.name]["settings"], []).append(found)
+    for key, several in jobs.items():
+        yield from _rendered(manifest, manifest.settings[key], several, render)
+
+
+def _refusal(manifest: Manifest, found: Checked) -> str:
+    """Why a frame cannot be rendered again; nothing where it can."""
+    key = manifest.frames[found.path.name]["settings"]
+    settings = manifest.settings[key]
+    if settings_hash(settings) != key:
+        return "it cannot be rendered again: its settings were changed"
+    made, here = settings.get("software"), software()
+    return "" if made == here else f"it was made by {made}; {here} would make another"
+
+
+def _rendered(
+    manifest: Manifest,
+    settings: Settings,
+    several: Sequence[Checked],
+    render: Callable[[Job], Iterator[Record]],
+) -> Iterator[Checked]:
+    """Frames of the same settings, rendered and looked at."""
+    left = {found.path.name: found for found in several}
+    before = {name: manifest.frames[name]["sha256"] for name in left}
+    paths = {found.frame: found.path for found in several if found.frame is not None}
     try:
-        (record,) = render_sequence(job, render)
+        for record in render(Job(paths, settings, manifest, frozenset())):
+            yield _looked_at(manifest, left.pop(Path(record["path"]).name), record, before)
     except InputError as error:
-        return _still(found, str(error))
+        for found in left.values():
+            yield _still(found, str(error))
+
+
+def _looked_at(
+    manifest: Manifest, found: Checked, record: Record, before: Mapping[str, str | None]
+) -> Checked:
+    """A frame after it was rendered again: as it is on record, or what is wrong still."""
     if "error" in record:
         return _still(found, record["error"])
     again = check_frame(manifest, found.path.name)
-    if entry["sha256"] not in (None, record["sha256"]):
+    if before[found.path.name] not in (None, record["sha256"]):
         return _still(again, "rendered again, it has other bytes than before (another processor?)")
     return again
 

@@ -89,7 +89,7 @@ def test_verify_finds_and_repairs(lodbench: Lodbench, tmp_path: Path) -> None:
     code, (first, second, counts), err = lodbench("verify", "out")
     assert (code, first["path"], counts["wrong"]) == (1, "out/a.0002.exr", 2)
     assert second["path"].endswith(".part") and "--repair" in err
-    code, (*_, mended, removed, counts), err = lodbench("verify", "out", "--repair")
+    code, (*_, removed, mended, counts), err = lodbench("verify", "out", "--repair")
     assert (code, err) == (0, "")
     assert mended == {"frame": 2, "path": "out/a.0002.exr", "repaired": "rendered again"}
     assert removed["repaired"] == "removed" and counts["repaired"] == 2

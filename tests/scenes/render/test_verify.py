@@ -5,13 +5,14 @@ import json
 import numpy as np
 import pytest
 
+from lod.errors import InputError
 from scenes.preset import preset_from
 from scenes.render.exr import write_exr
 from scenes.render.frame import Layers
 from scenes.render.manifest import file_hash, flatten, load_manifest
 from scenes.render.one_frame import settings_of
 from scenes.render.sequence import open_job, render_sequence
-from scenes.render.verify import check_folder, repair
+from scenes.render.verify import check_folder, repairs
 
 SETTINGS = settings_of(preset_from({"render": {"size": "8x4"}}), "scalar_rgb")
 FRAMES = range(1, 6)
@@ -61,7 +62,8 @@ def wrong(folder):
 def mend(folder, renderer):
     manifest = load_manifest(folder)
     found = [each for each in check_folder(manifest) if each.wrong]
-    return [each for each in (repair(manifest, each, renderer) for each in found) if each.wrong]
+    after = repairs(manifest, found, lambda job: render_sequence(job, renderer))
+    return [each for each in after if each.wrong]
 
 
 def test_what_is_right_is_left_alone(frames, tmp_path, renderer):
@@ -104,6 +106,37 @@ def test_damage_is_found_named_and_mended_alone(frames, tmp_path, renderer, dama
     assert mend(tmp_path, renderer) == []
     assert renderer.asked == list(says)
     assert {frame: file_hash(path) for frame, path in paths.items()} == before
+
+
+def test_frames_may_come_in_any_order_and_each_is_told_of_once(frames, tmp_path, renderer):
+    paths = frames()
+    for frame in (1, 3, 4):
+        paths[frame].unlink()
+    manifest = load_manifest(tmp_path)
+    found = [each for each in check_folder(manifest) if each.wrong]
+
+    def last_first(job):
+        assert list(job.paths) == [1, 3, 4]
+        return reversed(list(render_sequence(job, renderer)))
+
+    assert [each.frame for each in repairs(manifest, found, last_first)] == [4, 3, 1]
+    assert wrong(tmp_path) == {}
+
+
+def test_bad_input_leaves_wrong_what_was_not_rendered(frames, tmp_path, renderer):
+    paths = frames()
+    for frame in (1, 3, 4):
+        paths[frame].unlink()
+    manifest = load_manifest(tmp_path)
+    found = [each for each in check_folder(manifest) if each.wrong]
+
+    def stops(job):
+        records = render_sequence(job, renderer)
+        yield next(records)
+        raise InputError("--cluster", "tcp://a", "it went away")
+
+    after = {each.frame: each.wrong for each in repairs(manifest, found, stops)}
+    assert after[1] == () and all("it went away" in after[frame][-1] for frame in (3, 4))
 
 
 def put(value, *where):
