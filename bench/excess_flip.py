@@ -87,6 +87,20 @@ def mean_flip(
     test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
 ) -> float:
     """Mean FLIP of two displayed pictures, by its authors' own evaluator."""
+    return _evaluated(test, reference, pixels_per_degree, False)[1]
+
+
+def flip_map(
+    test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
+) -> Picture:
+    """FLIP of every pixel in its authors' colours: dark for none, bright for the largest."""
+    return _evaluated(test, reference, pixels_per_degree, True)[0]
+
+
+def _evaluated(
+    test: Picture, reference: Picture, pixels_per_degree: float, coloured: bool
+) -> tuple[np.ndarray, float]:
+    """Map and mean."""
     import flip_evaluator
 
     for name, picture in (("test", test), ("reference", reference)):
@@ -96,5 +110,5 @@ def mean_flip(
             raise InputError(name, "a value outside 0 to 1", "pictures are sRGB, 0 to 1")
     pair = (np.ascontiguousarray(p, np.float32) for p in (reference, test))
     settings = {"ppd": float(pixels_per_degree)}
-    _, mean, _ = flip_evaluator.evaluate(*pair, "LDR", True, False, True, settings)
-    return float(mean)
+    found, mean, _ = flip_evaluator.evaluate(*pair, "LDR", True, coloured, True, settings)
+    return np.asarray(found), float(mean)

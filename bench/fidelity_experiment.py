@@ -18,6 +18,7 @@ from bench.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
 from bench.experiments import Progress, silent
 from bench.fidelity_claims import judge
 from bench.fidelity_measure import BAND_EDGES_M, Reference, measured, reference_of
+from bench.fidelity_pictures import pictures_of
 from bench.fidelity_scene import (
     GROUND_DETAIL,
     MOST_PARTS,
@@ -31,6 +32,7 @@ from bench.fidelity_scene import (
     reference,
     view_of,
 )
+from bench.pictures import NOTE
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.spread import Each, in_turn
@@ -69,6 +71,7 @@ def run(
             "pairs_of_seeds": LEAST_PAIRS,
             "pixels_per_degree": PIXELS_PER_DEGREE,
             "ceiling_of_parts": MOST_PARTS,
+            NOTE: pictures_of(variant, quick, seed),
         },
         start=start,
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.excess_flip import FLOOR, ExcessFlip, excess_flip, mean_flip, over_noise
+from bench.excess_flip import FLOOR, ExcessFlip, excess_flip, flip_map, mean_flip, over_noise
 from lod.errors import InputError
 
 HEIGHT, WIDTH = 24, 40
@@ -41,6 +41,13 @@ def test_flip_of_equal_pictures_is_nothing_and_of_black_and_white_is_almost_all(
 def test_more_difference_is_more_flip_and_the_viewers_distance_counts():
     assert mean_flip(scene(0.1), scene()) > 1.5 * mean_flip(scene(0.05), scene()) > 0.05
     assert mean_flip(scene(0.05), scene(), 20.0) != mean_flip(scene(0.05), scene(), 200.0)
+
+
+def test_the_map_is_bright_where_the_bar_is():
+    found = flip_map(scene(0.2), scene())
+    assert found.shape == scene().shape
+    assert found[11, 20].sum() > 10 * found[0, 2].sum()
+    assert found.min() >= 0 and found.max() <= 1
 
 
 def test_the_same_scene_is_within_its_noise_and_a_planted_bar_is_beyond():

@@ -1,12 +1,15 @@
 """Fidelity: what is measured is right where it is known, and the verdicts follow from it."""
 
+import base64
+import io
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from bench import fidelity_plots
+from bench import fidelity_pictures, fidelity_plots
 from bench.fidelity_claims import judge, reached
 from bench.fidelity_measure import BANDS, bias, measured, reference_of
 from bench.fidelity_scene import (
@@ -22,9 +25,11 @@ from bench.fidelity_scene import (
     parts_in,
     reference,
 )
+from bench.pictures import NOTE, pictures_of
 from bench.provenance import provenance
 from bench.records import Point, Record
 from scenes.render.frame import Layers
+from scenes.render.variants import choose
 
 SHAPE = (12, 16)
 PAIRS = 8
@@ -146,3 +151,17 @@ def test_pieces_put_together_are_the_whole():
     assert sum(saved) == everything - pruned
     assert parts_in(by_piece["no casters"]) < parts_in(by_piece["casters"]) < everything
     assert len(cases(False)) == 3 * (4 * 7 + 7 + 4)
+
+
+@pytest.mark.slow
+def test_pictures_show_whole_pruned_and_where_they_differ(monkeypatch):
+    monkeypatch.setattr(fidelity_pictures, "VIEWS", {"hazy": ()})
+    monkeypatch.setattr(fidelity_pictures, "MAGNIFIED", 1)
+    (note,) = fidelity_pictures.pictures_of(choose(), True, 0)
+    made = Record("fidelity", 1, True, "", provenance("", 0), planted(), (), {NOTE: [note]})
+    names, files = zip(*pictures_of(made)[0].layers, strict=True)
+    assert names[0] == "everything there is" and len(names) == 5
+    shown = [Image.open(io.BytesIO(base64.b64decode(data))) for data in files]
+    assert {picture.size for picture in shown} == {(64, 36)}
+    seen = [np.asarray(picture, np.float64).mean() for picture in shown[3:]]
+    assert 0 < seen[0] < seen[1]  # FLIP of τ = 4 px is the brighter
