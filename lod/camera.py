@@ -11,6 +11,9 @@ from lod.errors import InputError
 GRID_M = 16.0
 """Side of the grid squares that carry the eye; a frame's geometry is relative to one corner."""
 
+STEP_M = 2.0**-10
+"""Sides of lattices are whole multiples of it, so that places on them are exact in integers."""
+
 _FARTHEST_CELL = 2**56
 """Keeps every lattice finer than the grid (down to 2^-3 m) inside int64."""
 
@@ -44,6 +47,15 @@ class Corner:
             (self.x & mask) * GRID_M,
             (self.y & mask) * GRID_M,
         )
+
+    def squares(self, side_m: float) -> tuple[int, int, float, float]:
+        """This corner in a lattice of squares of any side that is a whole multiple of STEP_M.
+
+        Gives the same as ``lattice``, and the very same where the side is a power of two.
+        """
+        side, grid = round(side_m / STEP_M), round(GRID_M / STEP_M)
+        (ix, rx), (iy, ry) = (divmod(cell * grid, side) for cell in (self.x, self.y))
+        return ix, iy, rx * STEP_M, ry * STEP_M
 
 
 def split(x: float, y: float, cell_x: int = 0, cell_y: int = 0) -> tuple[Corner, float, float]:

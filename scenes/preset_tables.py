@@ -268,6 +268,9 @@ class TerrainPreset(Table):
         PowerOfTwo, key("longest wavelength [m], a power of two", least=1, most=2**24)
     ] = 1024.0
     hurst: Annotated[float, key("Hurst exponent: 0 rough, 1 smooth", above=0, most=1)] = 0.8
+    lacunarity: Annotated[
+        float, key("how much shorter each octave's waves are", least=1.5, most=4)
+    ] = 2.0
     reach: Annotated[
         float, key("how far from the eye the ground is built [m]", least=16, most=1e7)
     ] = 40_000.0

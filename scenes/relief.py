@@ -1,21 +1,21 @@
 """The relief of an endless plain: fractional Brownian heights, as exact at 10^12 m as at home.
 
-Octave k has wavelength λ_k = wavelength·2^-k and RMS a_k ∝ 2^(-H·k), so that heights r apart
-differ by about r^H between the shortest wavelength and the longest (Mandelbrot & Van Ness 1968,
-"Fractional Brownian motions"; summed over octaves as in Musgrave, Kolb & Mace 1989, "The synthesis
-and rendering of eroded fractal terrains"). Lattices have sides of powers of two and are indexed by
-integers, so no absolute coordinate is ever a float.
+Octave k has wavelength λ_k = wavelength·l^-k and RMS a_k ∝ l^(-H·k), l the lacunarity, so that
+heights r apart differ by about r^H between the shortest wavelength and the longest (Mandelbrot &
+Van Ness 1968, "Fractional Brownian motions"; summed over octaves as in Musgrave, Kolb & Mace 1989,
+"The synthesis and rendering of eroded fractal terrains"). Lattices are indexed by integers and
+their sides are whole multiples of a 1024th of a metre, so no absolute coordinate is ever a float.
 """
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Points, Reals
-from lod.camera import Corner
+from lod.arrays import Points, Reals, frozen
+from lod.camera import STEP_M, Corner
 from lod.errors import InputError
 from scenes.terrain_noise import (
     BOUND,
@@ -25,11 +25,15 @@ from scenes.terrain_noise import (
     Octaves,
     octave_sums,
     octaves_at,
+    slack,
     unit_rms,
 )
 
 SHORTEST_M = 0.25
 """Wavelength of the last octave: what is smaller is no relief but grass."""
+
+RARE = 3.0
+"""Times its RMS a sum of octaves is further from its mean at about one place in 400."""
 
 _STREAM = 0x52454C494546
 """Tells the relief's random numbers from those of anything else with the same seed."""
@@ -42,6 +46,7 @@ class Relief:
     amplitude   RMS of the relief [m]; 0 = perfectly flat, z = 0
     wavelength  longest wavelength [m], a power of two from 1 m up
     hurst       H in (0, 1]: the larger, the smoother the small relief beside the large
+    lacunarity  by how much each octave's wavelength is shorter than the one before, 1.5 to 4
     ridged      octaves have crests where the noise crosses 0, as 1 − |noise| has (Musgrave, in
                 Ebert et al. 2003, *Texturing & Modeling*, ch. 16)
     """
@@ -51,12 +56,15 @@ class Relief:
     wavelength: float
     hurst: float
     ridged: bool = False
+    lacunarity: float = 2.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.amplitude) and self.amplitude >= 0):
             raise InputError("terrain.amplitude", self.amplitude, "finite, at least 0 m", "try 30")
         if not 0 < self.hurst <= 1:
             raise InputError("terrain.hurst", self.hurst, "above 0, at most 1", "try 0.95")
+        if not 1.5 <= self.lacunarity <= 4:
+            raise InputError("terrain.lacunarity", self.lacunarity, "from 1.5 to 4", "try 2")
         if not (math.isfinite(self.wavelength) and 1 <= self.wavelength <= 2**24):
             raise InputError("terrain.wavelength", self.wavelength, "1 m to 2^24 m", "try 2048")
         if 2 ** round(math.log2(self.wavelength)) != self.wavelength:
@@ -65,20 +73,17 @@ class Relief:
                 "terrain.wavelength", self.wavelength, "a power of two [m]", f"try {nearest}"
             )
 
-    @property
-    def exponents(self) -> range:
-        """log₂ of each octave's wavelength in metres, longest first."""
-        return range(round(math.log2(self.wavelength)), round(math.log2(SHORTEST_M)) - 1, -1)
-
-    @property
+    @cached_property
     def wavelengths(self) -> Reals:
-        """Wavelength of each octave, longest first, (k,) [m]."""
-        return 2.0 ** np.array(self.exponents, np.float64)
+        """Wavelength of each octave, longest first, (k,) [m]: whole multiples of STEP_M."""
+        octaves = math.log(self.wavelength / SHORTEST_M, self.lacunarity)
+        sides = self.wavelength / self.lacunarity ** np.arange(math.floor(octaves + 1e-9) + 1)
+        return frozen(np.rint(sides / STEP_M) * STEP_M, np.float64)
 
     @property
     def rms(self) -> Reals:
         """RMS height of each octave, (k,) [m]; their squares add up to amplitude²."""
-        share = 2.0 ** (-self.hurst * np.arange(len(self.exponents)))
+        share = self.lacunarity ** (-self.hurst * np.arange(len(self.wavelengths)))
         return self.amplitude * share / math.sqrt(np.sum(share**2))
 
     @property
@@ -100,21 +105,29 @@ class Relief:
         """Height that the octaves shorter than ``wavelength`` together never exceed [m]."""
         return BOUND / self.unit * float(np.sum(self.rms[self.wavelengths < wavelength]))
 
+    def rms_between(self, shortest: float, longest: float) -> float:
+        """RMS height of the octaves from ``shortest`` up to below ``longest`` [m]."""
+        of_them = (self.wavelengths >= shortest) & (self.wavelengths < longest)
+        return math.sqrt(float(np.sum(self.rms[of_them] ** 2)))
+
+    def likely_below(self, wavelength: float) -> float:
+        """Height that the octaves shorter than ``wavelength`` rarely exceed [m]: 3 RMS, and as
+        they are independent it is their squares that add."""
+        return RARE * self.rms_between(0.0, wavelength)
+
     def within(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], radius: Reals
     ) -> tuple[Reals, Reals]:
         """Heights that the ground within ``radius`` of each point is not beyond, (n,) each [m].
 
-        An octave leaves its height at the point by at most its steepest slope × radius; one so
-        short that its bound is less than that is left out, and its bound taken instead.
+        An octave so short that its bound is less than its steepest slope × radius is left out.
         """
+        if self.amplitude == 0:
+            return np.zeros(len(xy)), np.zeros(len(xy))
         highest = BOUND / self.unit * self.rms
         steepest = STEEPEST / self.unit * self.rms / self.wavelengths
-        most = np.minimum(highest, steepest * radius[:, None]).sum(axis=1)
-        if self.amplitude == 0:
-            return -most, most
-        # Sides are powers of two: rounded up, it leaves out just the octaves shorter than it.
         shortest = 2.0 ** np.ceil(np.log2(STEEPEST / BOUND * radius))
+        most = slack(radius, shortest, self.wavelengths, highest, steepest)
         height = octave_sums(_octaves(self, corner), xy, shortest, True, self.crest)[:, 0]
         return height - most, height + most
 
@@ -145,4 +158,4 @@ def normals(sums: Float64[np.ndarray, "n 3"]) -> Points:
 
 @lru_cache(maxsize=64)
 def _octaves(relief: Relief, corner: Corner) -> Octaves:
-    return octaves_at(corner, relief.seed ^ _STREAM, relief.exponents, relief.rms / relief.unit)
+    return octaves_at(corner, relief.seed ^ _STREAM, relief.wavelengths, relief.rms / relief.unit)

@@ -1,15 +1,11 @@
 """The ground as an ordinary representation: fractal relief, finer where it is nearer.
 
 Parts are the tiles of a quadtree over the plane; refining a tile into its four quarters halves its
-spacing s and adds the relief of wavelength 2s. For a tile of spacing s (DESIGN §1):
+spacing s and adds the relief of wavelength 2s. P and R are said in ``terrain_limits``;
 
-    P  √(width × amplitude) of the bumps that this spacing adds: half their wavelength, which is s,
-       × their RMS height
-    R  the height that the still shorter octaves, left to the tile's own parts, never exceed
     d  to the nearest point of the tile's box
     B  half the box's diagonal on the map + half its height: spheres about its centre that nest
 
-They are the bumps' own, not the tile's, so the cut does not depend on how many quads a tile has.
 Root tiles have no limit: the ground itself is never dropped, only its refinement. The Earth is
 flat here.
 """
@@ -17,7 +13,6 @@ flat here.
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float64
@@ -25,46 +20,20 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals
 from lod.camera import Corner
 from lod.errors import InputError
-from lod.metric import blake
 from lod.parts import Look, Parts, Triangles
-from lod.sight import seen_limits
-from lod.view import View, distance
-from scenes.part_contrast import GROUND_CONTRAST
+from lod.view import View
 from scenes.relief import Relief
-from scenes.terrain_colour import COVERS, ground_colours
-from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh, vertex_normals
-from scenes.terrain_morph import Places, blended, blended_normals, lineage
-from scenes.terrain_patches import Squares, balanced, quarters_of, uncovered_quarters
-
-FULL_DETAIL_PX = 0.5
-"""Metric ``full`` asks for everything, and all the relief out to the reach is more than memory can
-hold: there the ground is cut by ``blake`` at half a pixel, whatever the detail of the view."""
+from scenes.terrain_colour import COVERS
+from scenes.terrain_limits import limits, sizes
+from scenes.terrain_look import NOTHING, Far, Ground, surface
+from scenes.terrain_mesh import QUADS
+from scenes.terrain_patches import Squares, quarters_of, uncovered_quarters
 
 SAMPLES = 4
 """Heights are looked up at SAMPLES² points of a tile to bound them."""
 
 MOST_TILES = 60_000
 """Tiles examined on one level; beyond it a frame would need tens of millions of triangles."""
-
-
-SLOPE_M = 8.0
-"""Shortest waves of the slope that grass minds: it grows over smaller bumps."""
-
-
-_NO_POINTS = np.zeros((0, 3))
-NOTHING = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
-"""What no tiles look like."""
-
-
-@runtime_checkable
-class Far(Protocol):
-    """What too distant objects leave on the ground."""
-
-    def lift(self, view: View, points: Points) -> Reals:
-        """How much higher the ground is for it at points (n, 3), (n,) [m]."""
-
-    def colours(self, view: View, points: Points, normals: Points, bare: Points) -> Points:
-        """Its albedo there, (n, 3), where ``normals`` shade it and it would be ``bare``."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +50,9 @@ class TileGrid:
 class Terrain:
     """Ground out to ``reach`` [m] from the eye.
 
-    amplitude, wavelength, hurst   of the relief (scenes.relief); amplitude 0 is flat
+    amplitude, wavelength, hurst, ridged, lacunarity   of the relief (scenes.relief)
     finest   spacing of the finest mesh [m], a power of two
-    ridged   whether every octave has crests (scenes.relief); cover: one of COVERS
+    cover    what lies on it, one of COVERS
     far      what is too far to be displayed leaves on it; None: nothing
     """
 
@@ -94,6 +63,7 @@ class Terrain:
     reach: float
     finest: float = 0.125
     ridged: bool = False
+    lacunarity: float = 2.0
     cover: str = "grassy"
     name: str = "terrain"
     far: Far | None = None
@@ -110,7 +80,8 @@ class Terrain:
     @cached_property
     def relief(self) -> Relief:
         """The shape of the ground; raises InputError where its parameters make none."""
-        return Relief(self.seed, self.amplitude, self.wavelength, self.hurst, self.ridged)
+        shape = self.amplitude, self.wavelength, self.hurst, self.ridged, self.lacunarity
+        return Relief(self.seed, *shape)
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
         """Height of the full relief above the datum at points ``xy`` from ``corner`` [m]."""
@@ -210,95 +181,27 @@ class Terrain:
         return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1)
 
     def limits(self, view: View) -> tuple[Reals, Reals]:
-        """Limit distance of the tiles of each level, in view and out of it, never growing [m].
-
-        Through air and eye as of every part, by the ground's own class of contrast.
-        """
-        P, R = self.sizes()
-        if view.metric.finite:
-            limit, m, m_outside = view.metric.limit, view.m, view.m_offscreen
-        else:
-            limit, m = blake, FULL_DETAIL_PX * view.camera.pixel_angle
-            m_outside = m / view.offscreen_detail
-        both = np.stack((limit(P, R, m), limit(P, R, m_outside)))
-        if view.sight is not None and view.metric.finite:
-            contrast, angles = np.full(len(P), GROUND_CONTRAST), (m, m_outside)
-            pairs = zip(both, angles, strict=True)
-            both = np.stack([seen_limits(view.sight, D, contrast, angle) for D, angle in pairs])
-        both[1] *= not view.metric.along_axis
-        both[:, 0] = np.inf
-        inside, outside = np.minimum.accumulate(both, axis=1)
-        return inside, outside
+        """Limit distance of the tiles of each level, in view and out of it, never growing [m]."""
+        return limits(*self.sizes(), view)
 
     def sizes(self) -> tuple[Reals, Reals]:
-        """P and R of the tiles of each level [m]; the formulas are at the head of this file."""
-        relief, wavelength = self.relief, np.minimum(2 * self.spacings, self.wavelength)
-        rms = dict(zip(relief.wavelengths, relief.rms, strict=True))
-        P = np.array([math.sqrt(w / 2 * rms.get(w, 0.0)) for w in wavelength])
-        return P, np.array([relief.bound_below(w) for w in wavelength])
+        """P and R of the tiles of each level [m]."""
+        return sizes(self.relief, self.spacings)
 
     def appearance(self, parts: Parts, look: Look) -> Triangles:
         """One watertight mesh of all tiles, each at its own spacing.
 
         Where only some quarters of a tile are displayed, the tile itself draws the others. Ground
-        has no leaf appearance to share with: over the view's band of fading, vertices move from the
-        surface of the coarser tile to the relief (``terrain_morph``), and patches of colour smaller
-        than the spacing fade in.
+        has no leaf appearance to share with: it moves from level to level (``terrain_look``).
         """
-        grid: TileGrid = parts.state
         if not len(parts):
             return NOTHING
-        patches, coarser = balanced(
-            uncovered_quarters(parts.level, *unpacked(parts.part)), MOST_COARSER
-        )
-        where, faces, owner = lattice_mesh(patches, coarser)
+        grid: TileGrid = parts.state
+        patches = uncovered_quarters(parts.level, *unpacked(parts.part))
+        limit = self.limits(grid.view)[0]
+        ground = Ground(grid.view, self.relief, self.spacings, limit, COVERS[self.cover], self.far)
         unit = grid.root_side / 2.0**patches.deepest / QUADS
-
-        def placed(where: Places) -> Points:
-            xy = np.array((grid.west, grid.south)) + unit * where
-            return np.column_stack((xy, self.height(grid.view.camera.corner, xy)))
-
-        def arrived(points: Points, level: Ints) -> Reals:
-            return self._arrived(grid.view, points, level)
-
-        lines = lineage(where, patches.deepest, placed, arrived)
-        vertices = stood = blended(lines, lines.points)
-        colours = blended(lines, self._colours(grid.view, lines.points))
-        if self.far:
-            vertices = vertices.copy()
-            vertices[:, 2] += self.far.lift(grid.view, stood)
-        normals = blended_normals(lines, vertex_normals(vertices, faces))
-        if self.far:
-            colours = self.far.colours(grid.view, stood, normals, colours)
-        return Triangles(
-            vertices=vertices, normals=normals, colours=colours, faces=faces, owner=owner
-        )
-
-    def _arrived(self, view: View, points: Points, level: Ints) -> Reals:
-        """How far points that tiles of a level add have come from the coarser surface, 0 to 1."""
-        limit = self.limits(view)[0][level]
-        arrived, near = np.ones(len(points)), np.flatnonzero(np.isfinite(limit) & (limit > 0))
-        if view.fade and len(near):
-            limit = limit[near]
-            before = limit - distance(view, points[near])
-            arrived[near] = np.clip(before / (view.fade * limit), 0.0, 1.0)
-        return arrived
-
-    def _colours(self, view: View, points: Points) -> Points:
-        """Albedo of the ground at points of the relief, as smooth as the spacing there is wide."""
-        spacing = self._spacing_at(view, points)
-        corner, xy = view.camera.corner, points[:, :2]
-        sums = self.relief.sums(corner, xy, np.maximum(2 * spacing, SLOPE_M))
-        rise, slope = sums[:, 0] / (self.amplitude or 1.0), np.hypot(sums[:, 1], sums[:, 2])
-        cover = COVERS[self.cover]
-        return ground_colours(self.seed, corner, xy, rise, slope, spacing, cover)
-
-    def _spacing_at(self, view: View, points: Points) -> Reals:
-        """Spacing of the tiles in view that far away, running smoothly over each band [m]."""
-        limit, d = self.limits(view)[0], distance(view, points)
-        level = np.searchsorted(-limit, -d) - 1
-        arrived = self._arrived(view, points, level)
-        return self.spacings[np.maximum(level - 1, 0)] * 0.5 ** np.where(level > 0, arrived, 0.0)
+        return surface(ground, patches, (grid.west, grid.south), unit)
 
 
 def _flat_bound(grid: TileGrid, level: Ints) -> Reals:

@@ -50,7 +50,7 @@ _SNOW_EDGE = 0.5
 _SNOW_FROM, _SNOW_TO = 0.75, 1.15
 """Tangents of the slope from which snow slides, and on which none stays."""
 
-_EXPONENTS = range(10, -4, -1)
+_SIDES = 2.0 ** np.arange(10, -4, -1)
 """Patches from 1024 m to 0.125 m across."""
 
 _FALL = 0.92
@@ -95,8 +95,8 @@ def _patches(seed: int, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest
 
 @lru_cache(maxsize=64)
 def _octaves(seed: int, corner: Corner) -> Octaves:
-    weights = _FALL ** np.arange(len(_EXPONENTS))
-    return octaves_at(corner, seed, _EXPONENTS, weights / np.linalg.norm(weights) / unit_rms())
+    weights = _FALL ** np.arange(len(_SIDES))
+    return octaves_at(corner, seed, _SIDES, weights / np.linalg.norm(weights) / unit_rms())
 
 
 def _step(low: float, high: float, x: Reals) -> Reals:

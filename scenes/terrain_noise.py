@@ -14,7 +14,7 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Reals
-from lod.camera import Corner
+from lod.camera import STEP_M, Corner
 from lod.runs import in_runs
 
 STEEP = 2.0
@@ -131,17 +131,52 @@ Octaves = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """Keys (k,) uint64, lattice squares (k, 2) int64, offsets (k, 2) [m], (side [m], weight) (k, 2)."""
 
 
-def octaves_at(corner: Corner, key: int, exponents: range, weights: Reals) -> Octaves:
-    """The octaves of a sum as a frame at ``corner`` sees them: lattices of side 2**exponent m."""
-    lattices = [corner.lattice(exponent) for exponent in exponents]
+def octaves_at(corner: Corner, key: int, sides: Reals, weights: Reals) -> Octaves:
+    """The octaves of a sum as a frame at ``corner`` sees them: lattices of these sides [m]."""
+    lattices = [corner.squares(side) for side in sides.tolist()]
     key64 = np.uint64(key % 2**64)
-    keys = [lattice_bits(key64, np.int64(exponent), np.int64(0)) for exponent in exponents]
+    keys = [lattice_bits(key64, np.int64(number_of(side)), np.int64(0)) for side in sides.tolist()]
     return (
         np.array(keys, np.uint64),
         np.array([lattice[:2] for lattice in lattices], np.int64).reshape(-1, 2),
         np.array([lattice[2:] for lattice in lattices], np.float64).reshape(-1, 2),
-        np.array([2.0**e for e in exponents] + list(weights)).reshape(2, -1).T.copy(),
+        np.stack((sides, weights), axis=1),
     )
+
+
+def number_of(side: float) -> int:
+    """A lattice's number: log₂ of its side in metres, or else the side in STEP_M."""
+    exponent = round(math.log2(side))
+    return exponent if 2.0**exponent == side else round(side / STEP_M)
+
+
+@njit(cache=True)
+def _kept(side: float, shortest: float) -> float:
+    """Share of an octave that is kept: one up to twice too short fades; of shorter ones nothing."""
+    if side >= shortest:
+        return 1.0
+    return 1.0 + math.log2(side / shortest) if 2.0 * side > shortest else 0.0
+
+
+@njit(cache=True)
+def slack(
+    radius: np.ndarray,
+    shortest: np.ndarray,
+    sides: np.ndarray,
+    highest: np.ndarray,
+    steepest: np.ndarray,
+) -> np.ndarray:
+    """How far, within ``radius`` of each point, the sum can be from what is kept of it there.
+
+    What is kept of an octave changes by at most its steepest slope × radius; the rest of it is
+    within its bound. (n,), all else in metres, slopes in metres per metre, (k,) of each octave.
+    """
+    most = np.zeros(len(radius))
+    for i in range(len(radius)):
+        for k in range(len(sides)):
+            kept = _kept(sides[k], shortest[i])
+            most[i] += kept * steepest[k] * radius[i] + (1.0 - kept) * highest[k]
+    return most
 
 
 @njit(cache=True, nogil=True)
@@ -163,13 +198,10 @@ def _sums(
         least = shortest[i]
         for k in range(most):
             side, weight = scales[k, 0], scales[k, 1]
-            # An octave up to twice too short fades; of shorter ones there is nothing.
-            kept = 1.0
-            if side < least:
-                kept = 1.0 + math.log2(side / least) if 2.0 * side > least else 0.0
+            kept = _kept(side, least)
             if kept == 0.0 and limit_value:
                 break
-            # The side is a power of two: multiplying by its inverse divides exactly.
+            # Where the side is a power of two, multiplying by its inverse divides exactly.
             u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
             v = (offsets[k, 1] + xy[i, 1]) * (1.0 / side)
             fu, fv = math.floor(u), math.floor(v)

@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -43,10 +44,12 @@ def test_amplitude_is_the_rms_of_the_relief(hurst):
     assert abs(np.mean(height)) < 0.3
 
 
-@pytest.mark.parametrize("hurst", [0.2, 0.5, 0.8])
-def test_heights_apart_differ_as_distance_to_the_power_hurst(hurst):
+@pytest.mark.parametrize(
+    ("hurst", "lacunarity"), [(0.2, 2.0), (0.5, 2.0), (0.8, 2.0), (0.5, 1.6), (0.5, 2.7)]
+)
+def test_heights_apart_differ_as_distance_to_the_power_hurst(hurst, lacunarity):
     rng = np.random.default_rng(2)
-    ground = Relief(seed=6, amplitude=50.0, wavelength=2.0**14, hurst=hurst)
+    ground = Relief(6, 50.0, 2.0**14, hurst, lacunarity=lacunarity)
     xy = spread(rng, 100_000, 4e6)
     turn = rng.uniform(0, 2 * np.pi, len(xy))
     way = np.stack((np.cos(turn), np.sin(turn)), axis=1)
@@ -69,6 +72,44 @@ def test_a_place_has_one_height_whatever_the_corner(corner, x, y, dx, dy):
     assert abs(here - there)[0] < 1e-9
 
 
+@pytest.mark.parametrize("lacunarity", [1.7, 2.0])
+def test_the_spectrum_falls_as_frequency_to_the_power_minus_2_hurst_plus_1(lacunarity):
+    """Along lines, between the shortest wavelength and the longest, by octaves of frequency."""
+    hurst, step, count = 0.6, 0.5, 2**14
+    ground = Relief(6, 50.0, 2.0**11, hurst, lacunarity=lacunarity)
+    along = np.stack((np.arange(count) * step, np.zeros(count)), axis=1)
+    lines = [ground.height(Corner(1000 * k, 77 * k), along) for k in range(40)]
+    power = np.mean([abs(np.fft.rfft(z * np.hanning(count))) ** 2 for z in lines], axis=0)
+    edges = count * step / 2.0 ** np.arange(9, 2, -1)  # waves of 512 m to 8 m
+    bands = [power[int(a) : int(b)].mean() for a, b in pairwise(edges)]
+    slope = np.polyfit(np.arange(len(bands)), np.log2(bands), 1)[0]
+    assert slope == pytest.approx(-(2 * hurst + 1), abs=0.15)
+
+
+@pytest.mark.parametrize("lacunarity", [1.5, 1.93, 3.7])
+def test_octaves_of_any_lacunarity_are_as_exact_far_away(lacunarity):
+    ground = Relief(7, 30.0, 2048.0, 0.9, lacunarity=lacunarity)
+    sides = [Fraction(side) for side in ground.wavelengths.tolist()]
+    assert all(side * 1024 == int(side * 1024) for side in sides)
+    ratio = ground.wavelengths[:-1] / ground.wavelengths[1:]
+    np.testing.assert_allclose(ratio, lacunarity, rtol=0.005)
+    assert SHORTEST_M <= ground.wavelengths[-1] < SHORTEST_M * lacunarity
+    for corner in (FAR, Corner(-(2**55), 2**55 + 1)):
+        for side in sides:
+            ix, iy, rest_x, rest_y = corner.squares(float(side))
+            assert ix * side + Fraction(rest_x) == corner.x * 16
+            assert iy * side + Fraction(rest_y) == corner.y * 16
+    xy = spread(np.random.default_rng(3), 200, 1e3)
+    here = ground.height(FAR, xy)
+    there = ground.height(Corner(FAR.x + 9, FAR.y - 7), xy + GRID_M * np.array((-9, 7)))
+    np.testing.assert_allclose(here, there, rtol=0, atol=1e-9)
+
+
+def test_lattices_of_powers_of_two_are_what_they_were():
+    for exponent in range(-3, 12):
+        assert FAR.squares(2.0**exponent) == FAR.lattice(exponent)
+
+
 def split_mix(seed: int, index: int) -> int:
     """Output ``index``, from 1, of the SplitMix64 stream of ``seed``, in Python's integers."""
     z = (seed + index * 0x9E3779B97F4A7C15) & MASK
@@ -81,7 +122,7 @@ def exact_height(ground: Relief, corner: Corner, x: float, y: float) -> float:
     """The relief from its definition, in fractions and Python's integers."""
     where = (corner.x * 16 + Fraction(x), corner.y * 16 + Fraction(y))
     total = 0.0
-    for exponent, rms in zip(ground.exponents, ground.rms, strict=True):
+    for exponent, rms in zip(range(12, -3, -1), ground.rms, strict=True):
         seed = (ground.seed ^ relief_file._STREAM) & MASK
         key = split_mix(split_mix(seed, exponent), 0)
         cells = [math.floor(w / Fraction(2) ** exponent) for w in where]
@@ -190,8 +231,9 @@ def test_lattices_do_not_show_in_the_variance():
 
 
 @given(x=st.floats(-1e4, 1e4), y=st.floats(-1e4, 1e4), log_radius=st.floats(-3, 4))
-def test_ground_stays_within_what_is_said_of_a_circle(x, y, log_radius):
-    ground, radius = Relief(seed=3, amplitude=30.0, wavelength=512.0, hurst=0.8), 10.0**log_radius
+@pytest.mark.parametrize("lacunarity", [2.0, 1.6])
+def test_ground_stays_within_what_is_said_of_a_circle(lacunarity, x, y, log_radius):
+    ground, radius = Relief(3, 30.0, 512.0, 0.8, lacunarity=lacunarity), 10.0**log_radius
     low, high = ground.within(HOME, np.array([[x, y]]), np.array([radius]))
     turn, away = np.random.default_rng(8).random((2, 2000))
     circle = radius * np.sqrt(away) * np.exp(2j * np.pi * turn)
@@ -236,6 +278,9 @@ def test_seeds_make_different_ground_and_the_same_seed_the_same():
         ({"hurst": 0.0}, "terrain.hurst"),
         ({"hurst": 1.5}, "terrain.hurst"),
         ({"hurst": math.nan}, "terrain.hurst"),
+        ({"lacunarity": 1.4}, "terrain.lacunarity"),
+        ({"lacunarity": 5.0}, "terrain.lacunarity"),
+        ({"lacunarity": math.nan}, "terrain.lacunarity"),
     ],
 )
 def test_wrong_parameters_are_refused_by_name(change, key):
@@ -247,7 +292,7 @@ def test_wrong_parameters_are_refused_by_name(change, key):
 def test_crests_have_their_size_and_bounds():
     """The constants of |noise|, and a ridged relief's RMS, mean and bounds."""
     xy = np.random.default_rng(5).uniform(0, 3e4, (400_000, 2))
-    octave = octaves_at(Corner(0, 0), 99, range(0, -1, -1), np.ones(1))
+    octave = octaves_at(Corner(0, 0), 99, np.ones(1), np.ones(1))
     noise = np.abs(octave_sums(octave, xy, np.full(len(xy), np.inf))[:, 0])
     assert noise.mean() == pytest.approx(RIDGED_MEAN, rel=0.005)
     assert noise.std() == pytest.approx(RIDGED_RMS, rel=0.005)

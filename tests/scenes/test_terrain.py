@@ -25,6 +25,7 @@ from scenes.terrain_patches import SIDES, Patches, balanced, morton, uncovered_q
 
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
 HILLS = Terrain(seed=3, amplitude=30.0, wavelength=2048.0, hurst=0.95, reach=3000.0)
+LACUNAR = Terrain(7, 8.0, 256.0, 0.8, reach=400.0, ridged=True, lacunarity=1.8)
 ROUGH = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.6, reach=150.0)
 FLAT = Terrain(seed=5, amplitude=0.0, wavelength=1024.0, hurst=0.8, reach=3000.0)
 
@@ -66,7 +67,7 @@ views = st.fixed_dictionaries(
         "air": st.sampled_from([0.0, 0.003, 0.1]),
     }
 )
-grounds = st.sampled_from([HILLS, ROUGH, FLAT])
+grounds = st.sampled_from([HILLS, ROUGH, FLAT, LACUNAR])
 
 
 def sides(terrain: Terrain, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
