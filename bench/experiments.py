@@ -18,10 +18,6 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Heads and rows."""
 
 
-Judge = Callable[[tuple["bench.records.Point", ...]], tuple["bench.claims.Claim", ...]]
-"""Every claim that these points can decide."""
-
-
 def silent(done: int, total: int, what: str) -> None:
     """No progress shown."""
 
@@ -44,7 +40,7 @@ class Experiment:
     """One question, the way to answer it, what its record shows, and what that does not say.
 
     timed       it measures time, and so must stay on one machine
-    judge       claims from a record's points; None where they need more than points
+    judge       every claim that a record's samples can decide
     takes_s     seconds that it takes, quick and full, on two cores: for estimates only
     """
 
@@ -54,10 +50,8 @@ class Experiment:
     figures: Callable[["bench.records.Record"], tuple["bench.figures.Figure", ...]]
     table: Callable[["bench.records.Record"], Table]
     limits: tuple[str, ...]
+    judge: Callable[["bench.records.Record"], tuple["bench.claims.Claim", ...]]
     timed: bool = False
-    judge: (
-        Callable[[tuple["bench.records.Point", ...]], tuple["bench.claims.Claim", ...]] | None
-    ) = None
     takes_s: tuple[float, float] = (60.0, 600.0)
 
 
@@ -70,6 +64,12 @@ def _later(module: str, name: str) -> Any:
     return call
 
 
+def _judge(module: str) -> Any:
+    """The module's judge of points, asked for those of a record."""
+    judge = _later(module, "judge")
+    return lambda record: judge(record.points)
+
+
 EXPERIMENTS: dict[str, Experiment] = {
     "scaling": Experiment(
         about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
@@ -78,7 +78,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("scaling", "run"),
         figures=_later("scaling_figures", "figures"),
         table=_later("scaling_figures", "table"),
-        judge=_later("scaling_claims", "judge"),
+        judge=_judge("scaling_claims"),
         limits=(
             "Flat ground, clear air and an eye without blur, looking all round; hills, haze and "
             "fields of view have predictions of their own (`lodbench count`).",
@@ -92,6 +92,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("figure_experiment", "run"),
         figures=_later("figure_plots", "figures"),
         table=_later("figure_plots", "table"),
+        judge=_later("figure_claims", "judge_record"),
         limits=(
             "One person and one of each kind, as tables made them: intervals are over poses, "
             "directions and places in the grid of distances, not over other people or animals.",
@@ -107,7 +108,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("haze_experiment", "run"),
         figures=_later("haze_plots", "figures"),
         table=_later("haze_plots", "table"),
-        judge=_later("haze_claims", "judge"),
+        judge=_judge("haze_claims"),
         limits=(
             "Flat ground and an eye 1.6 m up that looks all round; nothing hides anything.",
             "What is gone is what Barten's standard observer could not see on a display of 100 "
@@ -122,7 +123,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("eye_experiment", "run"),
         figures=_later("eye_plots", "figures"),
         table=_later("eye_plots", "table"),
-        judge=_later("eye_claims", "judge"),
+        judge=_judge("eye_claims"),
         limits=(
             "Clear air, flat ground, a picture that stays 640 pixels wide.",
             "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",
@@ -136,7 +137,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("colonnade_experiment", "run"),
         figures=_later("colonnade_plots", "figures"),
         table=_later("colonnade_plots", "table"),
-        judge=_later("colonnade_claims", "judge"),
+        judge=_judge("colonnade_claims"),
         limits=(
             "One row of one kind of column, looked at from one place with a wide view.",
             "Errors at the eye are those of an eye at the centre of projection; who stands "
@@ -152,7 +153,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("air_experiment", "run"),
         figures=_later("air_plots", "figures"),
         table=_later("air_plots", "table"),
-        judge=_later("air_claims", "judge"),
+        judge=_judge("air_claims"),
         limits=(
             "The closed forms leave out that air lies in the shade of what stands in it. The "
             "airlight of the horizon's sky leaves out which way the sun stands to the air, that "
@@ -170,7 +171,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("fidelity_experiment", "run"),
         figures=_later("fidelity_plots", "figures"),
         table=_later("fidelity_plots", "table"),
-        judge=_later("fidelity_claims", "judge"),
+        judge=_judge("fidelity_claims"),
         takes_s=(90.0, 720.0),
         limits=(
             "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
@@ -186,7 +187,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("pixels_experiment", "run"),
         figures=_later("pixels_plots", "figures"),
         table=_later("pixels_plots", "table"),
-        judge=_later("pixels_claims", "judge"),
+        judge=_judge("pixels_claims"),
         takes_s=(15.0, 60.0),
         limits=(
             "Objects nearer than two of their bounds are left out: they cover far more pixels than "
@@ -201,7 +202,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("depth_experiment", "run"),
         figures=_later("depth_plots", "figures"),
         table=_later("depth_plots", "table"),
-        judge=_later("depth_claims", "judge"),
+        judge=_judge("depth_claims"),
         takes_s=(20.0, 120.0),
         limits=(
             "People on flat ground, level rays at the height of chests; every stick is a surface.",
@@ -214,7 +215,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("spectrum_experiment", "run"),
         figures=_later("spectrum_plots", "figures"),
         table=_later("spectrum_plots", "table"),
-        judge=_later("spectrum_claims", "judge"),
+        judge=_judge("spectrum_claims"),
         takes_s=(40.0, 120.0),
         limits=(
             "Pictures of albedo alone, in clear air on flat ground: no light and no noise.",
@@ -228,7 +229,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         timed=True,
         figures=_later("cost_plots", "figures"),
         table=_later("cost_plots", "table"),
-        judge=_later("cost_claims", "judge"),
+        judge=_judge("cost_claims"),
         limits=(
             "One preset, a small picture, wall-clock times of one machine; a larger picture with "
             "more samples makes the metric's share smaller.",
@@ -245,7 +246,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         timed=True,
         figures=_later("world_plots", "figures"),
         table=_later("world_plots", "table"),
-        judge=_later("world_claims", "judge"),
+        judge=_judge("world_claims"),
         limits=(
             "Worlds are endless fields seen through a window: none of their objects is stored, "
             "so that what grows with the world is what a frame examines, and nothing else.",
@@ -261,7 +262,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("popping_experiment", "run"),
         figures=_later("popping_plots", "figures"),
         table=_later("popping_plots", "table"),
-        judge=_later("popping_claims", "judge"),
+        judge=_judge("popping_claims"),
         takes_s=(60.0, 300.0),
         limits=(
             "Switches are counted all round on flat ground, at steps of two metres.",
@@ -274,7 +275,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("motion_experiment", "run"),
         figures=_later("motion_plots", "figures"),
         table=_later("motion_plots", "table"),
-        judge=_later("motion_claims", "judge"),
+        judge=_judge("motion_claims"),
         limits=(
             "`meadow`, where nothing moves by itself, 640 pixels wide, 24 frames a second.",
             "Counts, not pictures: whether what is left out is missed in the blurred picture is "

@@ -13,8 +13,8 @@ import numpy as np
 from bench.claims import Claim, claim
 from bench.figure_cases import EXAGGERATED_PX, PERSON, Distances, looked_from
 from bench.figure_fit import Chosen, Counts, exponent, median, rank_correlation
-from bench.figure_posing import Posing
-from bench.records import Point
+from bench.figure_posing import POINTS_PER_JOINT, Posing
+from bench.records import Point, Record
 from bench.statistics import Estimate
 
 COUNTED, SIZED = "parts against distance", "sizes"
@@ -93,6 +93,13 @@ def judge(points: tuple[Point, ...], seed: int, times: dict[str, Posing]) -> tup
     for kind, table in sized(points).items():
         made += _falls(kind, table, rng)
     return (*made, *(_quaternions(task, found) for task, found in times.items()))
+
+
+def judge_record(record: Record) -> tuple[Claim, ...]:
+    """The same from a record, of which the notes hold the times."""
+    tasks = [task for task in POINTS_PER_JOINT if f"{task}_times" in record.notes]
+    times = {task: Posing(**record.notes[f"{task}_times"]) for task in tasks}
+    return judge(record.points, record.provenance.seed, times)
 
 
 Reading = tuple[str, str, Callable[[Counted], Chosen]]

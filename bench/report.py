@@ -72,10 +72,8 @@ def _section(record: Record) -> Section:
 
 
 def _judged(experiment: Experiment, record: Record) -> tuple[Claim, ...]:
-    """The claims judged from the samples; those in the record where that takes more than them."""
-    if experiment.judge is None or not record.points:
-        return record.claims
-    return experiment.judge(record.points)
+    """The claims judged from the samples; those in a record that has none."""
+    return experiment.judge(record) if record.points else record.claims
 
 
 def _write(path: Path, content: str | bytes) -> None:
