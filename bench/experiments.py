@@ -72,7 +72,7 @@ def _judge(module: str) -> Any:
 
 EXPERIMENTS: dict[str, Experiment] = {
     "scaling": Experiment(
-        about="objects and parts against K(P+R)²/m² and the size of the world, prefactor and all",
+        about="objects and parts against K(P+R)²/m², prefactor and all; and where that breaks",
         question="Does the number of things in a frame depend on what the viewer can resolve, "
         "and not on the size of the world?",
         run=_later("scaling", "run"),
@@ -80,9 +80,10 @@ EXPERIMENTS: dict[str, Experiment] = {
         table=_later("scaling_figures", "table"),
         judge=_judge("scaling_claims"),
         limits=(
-            "Flat ground, clear air and an eye without blur, looking all round; hills, haze and "
-            "fields of view have predictions of their own (`lodbench count`).",
-            "Objects are spread at random and evenly; real meadows have clusters.",
+            "An eye that looks all round; a field of view has predictions of its own (`lodbench "
+            "count`).",
+            "Hills of one shape, patches of one kind, haze of one visibility: they show where the "
+            "bare law breaks, and that the law with its terms does not.",
             "Counts, not seconds: what a frame costs is another experiment.",
         ),
     ),

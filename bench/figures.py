@@ -194,7 +194,7 @@ def _residuals(axes: Axes, series: Series, number: int) -> None:
 
 def _limit_residuals(axes: Axes, series: Sequence[Series]) -> None:
     far = max(float(np.max(np.abs(s.ratio - 1) + s.ratio_half)) for s in series)
-    reach = max(0.03, min(1.15 * far, 0.5))
+    reach = max(0.03, min(1.15 * far, 1.05))
     axes.set_ylim(1 - reach, 1 + reach)
 
 

@@ -15,7 +15,7 @@ from bench.experiments import Progress, silent
 from bench.pixels_claims import judge
 from bench.provenance import provenance
 from bench.records import Point, Record
-from bench.scaling_measure import FLAT
+from bench.scaling_scene import FLAT
 from bench.sight_measure import camera, density_of, prototypes_with, scene_hash, seed_of
 from bench.spread import Each, in_turn
 from lod.arrays import Ints

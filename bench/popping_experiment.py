@@ -20,7 +20,7 @@ from bench.popping_measure import seen_of, walk
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.scaling_cases import EYE_HEIGHT_M
-from bench.scaling_measure import FLAT
+from bench.scaling_scene import FLAT
 from bench.sight_measure import density_of, prototypes_with, scene_hash, seed_of
 from bench.spread import Each, in_turn
 from lod.arrays import Reals

@@ -15,6 +15,7 @@ METRICS = {
     "blake": "blake: a part is displayed when P + R > m·d, as the paper prints it",
     "bounded": "bounded: displayed when P > m·(d − R), R read as a bound on position",
     "solid_angle": "solid_angle: displayed when P > m·d, no bound on position",
+    "beyond": "Beyond even, flat, clear ground",
     "sizes": "P of parts against their level, and that of their wholes",
     "posing": "The cost of posing",
 }

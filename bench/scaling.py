@@ -7,20 +7,27 @@ from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.sampling import Effort, sample, worst_error
-from bench.scaling_cases import Case, cases
+from bench.scaling_beyond import beyond_cases
+from bench.scaling_cases import Case
+from bench.scaling_cases import cases as even_cases
 from bench.scaling_claims import judge, noise_of
 from bench.scaling_law import predict
 from bench.scaling_measure import COLUMNS, count_field, scene_hash, seed_of
 from bench.spread import Each, in_turn
 from bench.statistics import fields_needed
 
-NAME, VERSION = "scaling", 1
+NAME, VERSION = "scaling", 2
 
 FULL = Effort(target=0.005, least=4, most=20_000)
 QUICK = Effort(target=0.02, least=2, most=2_000)
 
 _JUDGED = 2
 """Objects and parts displayed decide how many fields there are; what was examined follows."""
+
+
+def cases() -> tuple[Case, ...]:
+    """The whole grid: even, flat, clear ground, and what is beyond it."""
+    return (*even_cases(), *beyond_cases())
 
 
 def run(

@@ -1,7 +1,8 @@
 """The cases of the scaling experiment, as data: one quantity of the law is swept at a time (§4.1).
 
-Flat ground, clear air, an ideal eye that looks all round. Densities are chosen per metric, so that
-its fields hold about as many objects whatever its limit distance is.
+Flat ground, clear air, an ideal eye that looks all round; what else there is, and where the law
+breaks, is in scaling_beyond. Densities are chosen per metric, so that its fields hold about as many
+objects whatever its limit distance is.
 """
 
 import math
@@ -22,13 +23,26 @@ SWEEPS = {
 }
 
 
+GATHERED = {
+    "evenly": "the same everywhere",
+    "patches": "in squares, one in four of them, of side ``scale``",
+    "slope": "growing evenly to the east, K at the eye, twice that ``scale`` away",
+    "clearing": "growing with the distance from the eye, as far as ``scale``",
+}
+"""How objects are spread. The density is the mean one of patches, and the densest of a clearing."""
+
+
 @dataclass(frozen=True)
 class Case:
-    """One point of a sweep.
+    """One point of a sweep. ``species``: of one kind, or several as ``figure+rabbit``.
 
     density  K [1/m²];  size  factor on every length of the species;  detail  τ [px]
     width    of the picture [px];  fov  its horizontal field of view [degrees]
     extent   side of the world [m]; None = endless
+    eye_height   of the eye above the ground under it [m]
+    hills        amplitude of the ground [m]; 0 = flat
+    visibility   V [m]; None = clear air
+    gathered     how K varies: a key of GATHERED;  scale  the length that this takes [m]
     """
 
     sweep: str
@@ -40,6 +54,11 @@ class Case:
     width: int = 640
     fov: float = 60.0
     extent: float | None = None
+    eye_height: float = EYE_HEIGHT_M
+    hills: float = 0.0
+    visibility: float | None = None
+    gathered: str = "evenly"
+    scale: float = 0.0
 
     @property
     def m(self) -> float:

@@ -7,7 +7,8 @@ import numpy as np
 
 from bench.claims import Claim, claim
 from bench.records import Point
-from bench.scaling_cases import EYE_HEIGHT_M, Case
+from bench.scaling_beyond_claims import judge_beyond
+from bench.scaling_cases import EYE_HEIGHT_M, SWEEPS, Case
 from bench.statistics import Estimate, ratio, slope
 
 FAR = 20.0
@@ -78,7 +79,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
             claims += _powers(name, chosen)
         claims += _prefactors(name, chosen)
         claims += _search(name, chosen)
-    return tuple(claims)
+    return (*claims, *judge_beyond(points))
 
 
 def noise_of(points: Sequence[Point]) -> dict[str, float]:
@@ -91,9 +92,9 @@ def noise_of(points: Sequence[Point]) -> dict[str, float]:
 
 
 def by_kind(points: Iterable[Point]) -> dict[tuple[str, str], list[Point]]:
-    """Points by species and metric, in the order they come."""
+    """Points of SWEEPS by species and metric, in the order they come."""
     kinds: dict[tuple[str, str], list[Point]] = {}
-    for point in points:
+    for point in (point for point in points if point.case["sweep"] in SWEEPS):
         kinds.setdefault((point.case["species"], point.case["metric"]), []).append(point)
     return kinds
 

@@ -8,6 +8,8 @@ from scipy import stats
 from bench.figures import Figure, Series, against_law, examined_over_displayed
 from bench.records import Point, Record
 from bench.report_parts import claimed, measured
+from bench.scaling_beyond import BEYOND, swept_beyond
+from bench.scaling_beyond_figures import beyond_figures, half_beyond
 from bench.scaling_claims import by_kind, case_of, noise_of, swept
 from bench.scaling_measure import COLUMNS
 from bench.statistics import CONFIDENCE
@@ -33,7 +35,7 @@ _PER_FIELD = "mean number per field"
 
 def figures(record: Record) -> tuple[Figure, ...]:
     """Every sweep of the default metric, then every metric against its own prediction."""
-    kinds = dict.fromkeys((p.case["species"], p.case["metric"]) for p in record.points)
+    kinds = by_kind(record.points)
     made = [
         _sweep_figure(record, species, sweep)
         for species, metric in kinds
@@ -41,6 +43,7 @@ def figures(record: Record) -> tuple[Figure, ...]:
         for sweep in _AXES
         if _chosen(record, species, metric, sweep)
     ]
+    made += beyond_figures(record)
     made += [_law_figure(record, what) for what in ("objects", "parts")]
     made += [_search_figure(record, what) for what in ("objects", "parts")]
     return tuple(made)
@@ -59,10 +62,13 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 
 def _row(point: Point, noise: dict[str, float]) -> tuple[str, ...]:
     case, count = case_of(point), len(point.samples[COLUMNS[0]])
-    cells = [case.species, case.metric, case.sweep, f"{swept(point):.4g}", str(count)]
+    beyond = case.sweep in BEYOND
+    value = swept_beyond(case) if beyond else swept(point)
+    cells = [case.species, case.metric, case.sweep, f"{value:.4g}", str(count)]
     for what in ("objects", "parts"):
         predicted, measured = point.predicted[what], mean(point, what)
-        cells += [f"{predicted:.5g}", f"{measured:.5g}", f"{half_interval(point, what, noise):.2g}"]
+        half = half_beyond(point, what) if beyond else half_interval(point, what, noise)
+        cells += [f"{predicted:.5g}", f"{measured:.5g}", f"{half:.2g}"]
         cells.append(f"{measured / predicted:.4f}")
     for what in ("objects", "parts"):
         cells.append(f"{mean(point, what + '_examined') / mean(point, what):.3f}")

@@ -1,26 +1,22 @@
 """What the law predicts for a case; P, R and D are derived without the pruner (§4.1, DESIGN §1)."""
 
 from dataclasses import asdict, dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from bench.scaling_cases import EYE_HEIGHT_M, Case
+from bench.scaling_cases import Case
+from bench.scaling_scene import KEPT, ground_of, prototypes_of, view_of
 from lod.arrays import Reals
+from lod.hierarchy import Hierarchy
 from lod.law import chained_limits, disc_areas, expected, variance
-from scenes.figure import figure_prototypes
+from lod.law_ground import moments, polar_net, reach_of
+from lod.metric import Metric
+from lod.sight import Sight
 from scenes.plugins import metric_named
 from scenes.prototype import Prototype
-from scenes.tree import tree_prototypes
 
-_STANDING = {"figure": lambda: figure_prototypes(0, 4), "tree": lambda: tree_prototypes(0, 2)}
-"""The prototypes of each species, all equally likely; nothing moves."""
-
-
-@lru_cache(maxsize=64)
-def prototypes_of(species: str, size: float) -> tuple[Prototype, ...]:
-    """The species' prototypes, ``size`` times as large."""
-    return tuple(each.scaled(size) for each in _STANDING[species]())
+_NET = 512
+"""Rings and spokes of the net on hilly ground."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +25,7 @@ class Prediction:
 
     P_plus_R  of the whole object, the prototypes' mean [m]
     nearest_limit, farthest_limit   limit distance of the whole, the prototypes' extremes [m]
+    bare      objects by πK((P + R)/m)² alone: even, flat ground, clear air, an eye on the ground
     """
 
     objects: float
@@ -38,6 +35,7 @@ class Prediction:
     P_plus_R: float
     nearest_limit: float
     farthest_limit: float
+    bare: float
 
     def as_json(self) -> dict[str, float]:
         """Plain data."""
@@ -45,25 +43,85 @@ class Prediction:
 
 
 def predict(case: Case) -> Prediction:
-    """The law, each prototype with its share of the density."""
-    trees = [each.hierarchy for each in prototypes_of(case.species, case.size)]
-    K = case.density / len(trees)
-    limits = [chained_limits(tree, metric_named(case.metric), case.m) for tree in trees]
-    areas = [
-        shown_areas(D, EYE_HEIGHT_M - tree.position[:, 2], case.extent)
-        for D, tree in zip(limits, trees, strict=True)
-    ]
-    whole = np.array([D[0] for D in limits])
-    objects = sum(expected(K, each[:1]) for each in areas)
+    """The law, each species and prototype with its share of the density."""
+    kinds = [prototypes_of(name, case.size) for name in case.species.split("+")]
+    means = _over_hills(case, kinds) if case.hills else _over_flat(case, kinds)
+    trees = [each.hierarchy for kind in kinds for each in kind]
+    whole = np.array([chained_limits(t, _metric(case), case.m, _sight(case))[0] for t in trees])
+    clear = [np.mean([_bare(case, each.hierarchy) for each in kind]) for kind in kinds]
+    objects, objects_variance, parts, parts_variance = (float(v) for v in means)
     return Prediction(
-        objects=objects,
-        objects_variance=objects,
-        parts=sum(expected(K, each) for each in areas),
-        parts_variance=sum(variance(K, each) for each in areas),
+        objects,
+        objects_variance,
+        parts,
+        parts_variance,
         P_plus_R=float(np.mean([tree.P[0] + tree.R[0] for tree in trees])),
         nearest_limit=float(whole.min()),
         farthest_limit=float(whole.max()),
+        bare=case.density * float(np.mean(clear)),
     )
+
+
+def _over_flat(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
+    """Mean and variance of objects and of parts, (4,), in closed form."""
+    means = np.zeros(4)
+    for kind in kinds:
+        K = case.density / len(kinds) / len(kind)
+        for tree in (each.hierarchy for each in kind):
+            D = chained_limits(tree, _metric(case), case.m, _sight(case))
+            areas = shown_areas(D, case.eye_height - tree.position[:, 2], case.extent)
+            if case.gathered == "clearing":
+                areas = cleared(areas, case.scale)
+            means += expected(K, areas[:1]), 0, expected(K, areas), variance(K, areas)
+    means[1] = means[0]
+    means[[1, 3]] *= clumping(case)
+    return means
+
+
+def _over_hills(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
+    """The same, summed over a net on the hills."""
+    view, ground, means = view_of(case), ground_of(case), np.zeros(4)
+    for kind in kinds:
+        trees = tuple(each.hierarchy for each in kind)
+        net = polar_net(view.camera.eye, reach_of(trees, view), _NET, _NET)
+        found = moments(trees, view, net, ground.height(view.camera.corner, net.xy))
+        K = case.density / len(kinds)
+        means += K * np.array(
+            (found.objects, found.objects_variance, found.parts, found.parts_variance)
+        )
+    return means
+
+
+def clumping(case: Case) -> float:
+    """Variance over that of an even field of the same K, in patches much smaller than the limit.
+
+    Patches of side s are there with chance p, all their objects together: the counts have, beside
+    K∫n² dA, the variance of K/p·s²·n over patches, which is K²s²(1 − p)/p·∫n² dA.
+    """
+    if case.gathered != "patches":
+        return 1.0
+    p = KEPT["patches"]
+    return 1 + case.density * case.scale**2 * (1 - p) / p
+
+
+def cleared(areas: Reals, scale: float) -> Reals:
+    """∫ min(1, r/scale) dA over discs of these areas about the eye [m²]."""
+    radius = np.sqrt(areas / np.pi)
+    within = 2 * np.pi * np.minimum(radius, scale) ** 3 / (3 * scale)
+    return within + np.pi * np.maximum(radius**2 - scale**2, 0.0)
+
+
+def _bare(case: Case, tree: Hierarchy) -> float:
+    """Area of ground within the limit in clear air, on the ground [m²]."""
+    return float(np.pi * chained_limits(tree, _metric(case), case.m)[0] ** 2)
+
+
+def _metric(case: Case) -> Metric:
+    return metric_named(case.metric)
+
+
+def _sight(case: Case) -> Sight | None:
+    return view_of(case).sight
 
 
 def shown_areas(D: Reals, h: Reals, extent: float | None) -> Reals:

@@ -6,33 +6,74 @@ import json
 import numpy as np
 
 from bench.sampling import Row
-from bench.scaling_cases import EYE_HEIGHT_M, Case
-from bench.scaling_law import prototypes_of
-from lod.camera import Corner, look
-from lod.prune import prune
-from lod.view import View
+from bench.scaling_cases import Case
+from bench.scaling_scene import KEPT, ground_of, prototypes_of, view_of
+from lod.prune import Cut, prune
 from scenes.field import Species, SpeciesField
-from scenes.plugins import metric_named
-from scenes.terrain import Terrain
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
 """What is counted in a field: displayed and examined, in the order of a row."""
 
-FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)
+_GAMMA = np.uint64(0x9E3779B97F4A7C15)
+_MIX = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 
 
 def count_field(case: Case, seed: int) -> Row:
     """The counts of one field, in the order of COLUMNS."""
-    species = Species(case.species, prototypes_of(case.species, case.size), case.density)
-    cut = prune(SpeciesField(species, seed, FLAT, case.extent), view_of(case))
-    return cut.displayed_objects, cut.displayed_parts, cut.examined_objects, cut.examined_parts
+    cuts = [prune(each, view_of(case)) for each in fields_of(case, seed)]
+    kept = [left(case, cut, seed) for cut in cuts]
+    objects, parts = (sum(each) for each in zip(*kept, strict=True))
+    examined = [(cut.examined_objects, cut.examined_parts) for cut in cuts]
+    return objects, parts, *(sum(each) for each in zip(*examined, strict=True))
 
 
-def view_of(case: Case) -> View:
-    """From the middle of the world, all round."""
-    eye = np.array((0.0, 0.0, EYE_HEIGHT_M))
-    camera = look(Corner(0, 0), eye, 0.0, 0.0, case.fov, (case.width, 1))
-    return View(camera, metric_named(case.metric), case.detail, look_around=True)
+def fields_of(case: Case, seed: int) -> list[SpeciesField]:
+    """One field for each species, all of one density between them; the denser the more is left
+    out of them again."""
+    names = case.species.split("+")
+    K, ground = case.density / KEPT[case.gathered] / len(names), ground_of(case)
+    return [
+        SpeciesField(Species(name, prototypes_of(name, case.size), K), seed, ground, case.extent)
+        for name in names
+    ]
+
+
+def left(case: Case, cut: Cut, seed: int) -> tuple[int, int]:
+    """Objects and parts of a cut that stand where the case has any."""
+    if case.gathered == "evenly":
+        return cut.displayed_objects, cut.displayed_parts
+    parts = cut.parts
+    roots = np.flatnonzero(parts.whole < 0)
+    keep = np.zeros(int(parts.object.max(initial=-1)) + 1, bool)
+    keep[parts.object[roots]] = stands(case, parts.position[roots, :2], seed)
+    return int(keep.sum()), int(keep[parts.object].sum())
+
+
+def stands(case: Case, xy: np.ndarray, seed: int) -> np.ndarray:
+    """Which objects at these places [m] there are, (n,): an independent choice for each, or for
+    each patch. Whether a Poisson field is thinned before pruning or after is all the same."""
+    rng = np.random.Generator(np.random.Philox(seed))
+    if case.gathered == "patches":
+        cell = np.floor(xy / case.scale + rng.random(2)).astype(np.int64)
+        return chance(seed, cell) < KEPT["patches"]
+    if case.gathered == "slope":
+        share = (1 + np.clip(xy[:, 0] / case.scale, -1, 1)) / 2
+    else:
+        share = np.minimum(np.hypot(xy[:, 0], xy[:, 1]) / case.scale, 1.0)
+    return rng.random(len(xy)) < share
+
+
+def chance(seed: int, cells: np.ndarray) -> np.ndarray:
+    """A number in [0, 1) for each cell (n, 2), the same whenever it is asked: SplitMix64 (Steele,
+    Lea & Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014)."""
+    word = np.full(len(cells), seed, np.uint64)
+    with np.errstate(over="ignore"):
+        for column in cells.T:
+            word = (word ^ column.astype(np.uint64)) + _GAMMA
+            word = (word ^ (word >> np.uint64(30))) * _MIX[0]
+            word = (word ^ (word >> np.uint64(27))) * _MIX[1]
+            word ^= word >> np.uint64(31)
+    return np.asarray((word >> np.uint64(11)) * 2.0**-53)
 
 
 def seed_of(case: Case, seed: int, index: int) -> int:
@@ -44,7 +85,7 @@ def seed_of(case: Case, seed: int, index: int) -> int:
 def scene_hash(cases: tuple[Case, ...]) -> str:
     """SHA-256 of every case and of every prototype's hierarchy: what was measured."""
     digest = hashlib.sha256(json.dumps([case.as_json() for case in cases], sort_keys=True).encode())
-    for species in sorted({case.species for case in cases}):
+    for species in sorted({name for case in cases for name in case.species.split("+")}):
         for prototype in prototypes_of(species, 1.0):
             tree = prototype.hierarchy
             for name in ("whole", "level", "position", "P", "R", "B", "separation"):

@@ -15,8 +15,7 @@ import numpy as np
 
 from bench.records import Point
 from bench.scaling_cases import EYE_HEIGHT_M
-from bench.scaling_law import prototypes_of
-from bench.scaling_measure import FLAT
+from bench.scaling_scene import FLAT, prototypes_of
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, look
 from lod.contrast import CONTRAST_CLASSES

@@ -16,8 +16,9 @@ from bench.records import Point, read_record, write_record
 from bench.sampling import Effort, sample, worst_error
 from bench.scaling_cases import EYE_HEIGHT_M, SWEEPS, Case, cases
 from bench.scaling_claims import FAR, beyond, judge, noise_of, swept
-from bench.scaling_law import disc_in_square, predict, prototypes_of, shown_areas
-from bench.scaling_measure import COLUMNS, count_field, scene_hash, seed_of, view_of
+from bench.scaling_law import disc_in_square, predict, shown_areas
+from bench.scaling_measure import COLUMNS, count_field, scene_hash, seed_of
+from bench.scaling_scene import prototypes_of, view_of
 from lod.law import chained_limits
 from lod.metric import METRICS
 
