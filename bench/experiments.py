@@ -182,6 +182,21 @@ EXPERIMENTS: dict[str, Experiment] = {
             "Times are of whichever machines rendered.",
         ),
     ),
+    "cover": Experiment(
+        about="mean luminance by distance, pruned, with and without far cover, against everything",
+        question="Does pruning keep the tone of the land from the nearest tree to the horizon?",
+        run=_later("cover_experiment", "run"),
+        figures=_later("cover_plots", "figures"),
+        table=_later("cover_plots", "table"),
+        judge=_later("cover_claims", "judge"),
+        takes_s=(400.0, 800.0),
+        limits=(
+            "Windows of 400 m, pictures of 160×90 pixels; `aerial` from 60 m up, because the land "
+            "that it sees from 200 m cannot be held unpruned.",
+            "One sun, 40° up, and headings near the presets' own: shade depends on both.",
+            "A band is judged as a whole: what is too bright here and too dark there cancels out.",
+        ),
+    ),
     "pixels": Experiment(
         about="parts of an object against the pixels that it covers alone",
         question="Does an object ever consist of many more parts than the pixels it covers?",

@@ -40,7 +40,8 @@ class FarCover:
         """Its looks, measured when first something is missing."""
         elevation = math.degrees(math.asin(self.to_sun[2]))
         kinds = tuple((each.prototypes, each.density) for each in self.species)
-        return stand_of(kinds, round(elevation, 3))
+        red, green, blue = self.sky_share.tolist()
+        return stand_of(kinds, round(elevation, 3), (red, green, blue))
 
     def missing(self, view: View, points: Points) -> Float64[np.ndarray, "n k"]:
         """Share of each species that is not displayed at points of the ground."""
@@ -75,25 +76,16 @@ class FarCover:
 
     def _sent(self, look: "_Lines", bare: Points, light: Points) -> Points:
         """Radiance toward the eye over that of unshadowed white level ground, (n, 3)."""
-        stand, sky = self.stand, self.sky_share
+        stand, kinds = self.stand, kinds_met(look.depths)
         covered = covered_share(look.depths)[:, None]
-        sun_seen, sky_seen = (
-            (look.at(table) ** look.share)[:, None]
-            for table in (stand.ground_sun, stand.ground_sky)
+        sent, lifted = (
+            sum(kinds[:, k, None] * look.at(table[k]) for k in range(len(table)))
+            for table in (stand.sent, stand.lifted)
         )
-        kinds = kinds_met(look.depths)
-        met = [
-            (1 - sky) * look.at(stand.sun[k]) + sky * look.at(stand.sky[k])
-            for k in range(len(self.species))
-        ]
-        direct = sum(kinds[:, k, None] * each for k, each in enumerate(met))
-        around = sum(kinds[:, k, None] * look.at(stand.bounce[k]) for k in range(len(met)))
-        sun_part = light - sky  # what is not the sky's, near enough on gentle slopes
-        ground = bare * (sun_part * sun_seen + sky * sky_seen)
-        sent = (1 - covered) * ground + covered * direct
-        # Light that what is met gets from the rest of the stand, which is as bright as all of it.
-        dark = (1 - covered) * bare * (1 - sky_seen) + covered * around
-        return sent / (1 - dark)
+        # What is displayed shades the ground by itself: only the rest of the shade is missing.
+        ground = bare * light * look.at(stand.ground) ** look.share[:, None]
+        found: Points = (1 - covered) * ground + covered * (sent + bare * lifted)
+        return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,9 @@
 """How a stand of objects looks from afar: measured once, by lines through a plot of it.
 
 The plot repeats without end and holds every species in proportion to its density, turned at random,
-in full detail. Lines come from above at a few depressions δ and angles φ from the sun's azimuth;
-where they first meet something, other lines tell whether sun and sky are seen from there. Outlines
-of whole objects are not sampled: they are measured exactly (``stick_area``).
+in full detail. Lines come from above at a few depressions δ and angles φ from the sun's azimuth,
+and light is followed back from where they first meet something (``stand_light``). Outlines of whole
+objects are not sampled: they are measured exactly (``stick_area``).
 """
 
 import math
@@ -13,10 +13,11 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Points, Reals, freeze
+from lod.arrays import Reals, freeze
 from scenes.prototype import Prototype
 from scenes.rig_prototype import RiggedPrototype
-from scenes.stand_rays import NOTHING, Shadows, first_met, shadows_along
+from scenes.stand_light import DRAWS, GROUND, seen_along
+from scenes.stick_grid import grid_of
 from scenes.stick_raster import areas_of_parts
 from scenes.stick_table import StickTable
 
@@ -25,16 +26,11 @@ TURNS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)
 """Where lines come from: angle of the eye above the ground's horizon, and of its azimuth as seen
 from the ground from the sun's: at 0 the sun is behind the viewer."""
 
-LINES = 2000
+LINES = 1500
 """From each direction."""
 
-OBJECTS = 24
+OBJECTS = 96
 """In a plot, as near as whole numbers of every species allow."""
-
-SKY = 6
-"""Directions to the sky."""
-
-_LIFTED_M = 1e-4
 
 _ASKEW_DEG = 31.7
 """Of the sun's azimuth to the plot's sides, along which low lines would meet the same again."""
@@ -45,21 +41,19 @@ Kind = tuple[tuple[Prototype | RiggedPrototype, ...], float]
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """By kind k, depression and turn, in units of the light on unshadowed level ground.
+    """By kind k, depression δ and turn φ, in units of the light on unshadowed level ground.
 
     area (k, δ)  mean outline of an object [m²]
-    sun, sky, bounce (k, δ, φ, 3)  what is met sends of the sun's light, the sky's, and of light
-        from all about it that is as bright as a white surface there
-    ground_sun, ground_sky (δ, φ)  shares of it that the ground gets where the line comes down to it
+    sent (k, δ, φ, 3)  what is met sends; lifted: what it sends besides, of light from the ground
+        over the ground's albedo
+    ground (δ, φ, 3)  light on the ground where lines come down to it
     height (δ,)  at which lines first meet anything, the ground included, on average [m]
     """
 
     area: np.ndarray
-    sun: np.ndarray
-    sky: np.ndarray
-    bounce: np.ndarray
-    ground_sun: np.ndarray
-    ground_sky: np.ndarray
+    sent: np.ndarray
+    lifted: np.ndarray
+    ground: np.ndarray
     height: np.ndarray
 
     def __post_init__(self) -> None:
@@ -67,39 +61,36 @@ class Stand:
 
 
 @lru_cache(maxsize=4)
-def stand_of(kinds: tuple[Kind, ...], sun_elevation_deg: float) -> Stand:
-    """The looks of a stand of these kinds under a sun of that elevation."""
+def stand_of(
+    kinds: tuple[Kind, ...], sun_elevation_deg: float, sky: tuple[float, float, float]
+) -> Stand:
+    """The looks of a stand of these kinds under a sun of that elevation; ``sky``: of the light on
+    level ground, what comes from the sky."""
     bare = [[bare_of(prototype) for prototype in prototypes] for prototypes, _ in kinds]
     plot, kind, tint, side = _plot(bare, [density for _, density in kinds])
-    to_sun = _toward(sun_elevation_deg, 0.0)
-    in_sun = shadows_along(plot, side, to_sun)
-    skies = [shadows_along(plot, side, each) for each in _sky_directions()]
+    grid, light = grid_of(plot, side), (_toward(sun_elevation_deg, 0.0), np.array(sky))
     rng = np.random.Generator(np.random.Philox(0x57A4D))
     shape = len(DEPRESSIONS_DEG), len(TURNS_DEG)
-    sums = np.zeros((3, len(kinds), *shape, 3))
-    met = np.zeros((len(kinds), *shape))
-    ground, heights = np.zeros((2, *shape)), np.zeros(shape)
+    sums, met = np.zeros((2, len(kinds), *shape, 3)), np.zeros((len(kinds), *shape))
+    bare_seen, ground = np.zeros(shape), np.zeros((1, *shape, 3))
+    heights = np.zeros(shape)
     for row, column in np.ndindex(shape):
         direction = _toward(DEPRESSIONS_DEG[row], TURNS_DEG[column])
-        seen = shadows_along(plot, side, direction)
         start = np.zeros((LINES, 3))
         start[:, :2] = rng.random((LINES, 2)) * side
-        far, which, normal = first_met(plot, seen, start, 0.0)
-        hit = far > NOTHING
-        point = start + np.where(hit, far, 0.0)[:, None] * direction
-        normal[~hit] = (0.0, 0.0, 1.0)
-        heights[row, column] = point[:, 2].mean()
-        sun, sky = _lit(plot, in_sun, skies, point + _LIFTED_M * normal, normal)
-        ground[:, row, column] = (_mean(sun[~hit]), _mean(sky[~hit]))
-        light = np.stack((sun, sky, 1 - sky))[:, hit]
-        colour, of_kind = tint[which[hit]], kind[which[hit]]
+        seen = seen_along(grid, tint, light, start, direction, rng.random((LINES, DRAWS)))
+        heights[row, column] = seen.height.mean()
+        hit = seen.stick != GROUND
+        bare_seen[row, column] = (~hit).sum()
+        ground[0, row, column] = seen.sent[~hit].sum(axis=0)
+        of_kind = kind[seen.stick]
         for k in range(len(kinds)):
-            mine = of_kind == k
+            mine = hit & (of_kind == k)
             met[k, row, column] = mine.sum()
-            sums[:, k, row, column] = light[:, mine] @ colour[mine]
-    sun, sky, bounce = _means(sums, met)
-    areas, height = _areas(bare), heights.mean(axis=1)
-    return Stand(areas, sun, sky, bounce, ground[0], ground[1], height)
+            sums[:, k, row, column] = seen.sent[mine].sum(axis=0), seen.lifted[mine].sum(axis=0)
+    lit = _means(ground[:, None], bare_seen[None])[0, 0]
+    sent, lifted = _means(sums, met)
+    return Stand(_areas(bare), sent, lifted, lit, heights.mean(axis=1))
 
 
 def bare_of(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
@@ -142,28 +133,6 @@ def _stood(table: StickTable, xy: Reals, turn: float) -> StickTable:
     return replace(table, start=table.start @ spin + offset, end=table.end @ spin + offset)
 
 
-def _lit(
-    plot: StickTable, in_sun: Shadows, skies: list[Shadows], point: Points, normal: Points
-) -> tuple[Reals, Reals]:
-    """Sun and sky on surfaces, those on level ground being 1; ``skies`` lie evenly in cos-weight
-    about the zenith, and each counts by its own angle to the surface."""
-    facing = np.maximum(normal @ in_sun.direction / in_sun.direction[2], 0.0)
-    sun = facing * (first_met(plot, in_sun, point, 0.0)[0] == NOTHING)
-    sky = np.zeros(len(point))
-    for each in skies:
-        weight = np.maximum(normal @ each.direction / each.direction[2], 0.0) / len(skies)
-        sky += weight * (first_met(plot, each, point, 0.0)[0] == NOTHING)
-    return sun, sky
-
-
-def _sky_directions() -> Points:
-    """Directions of equal share of the irradiance of level ground under an even sky."""
-    k = np.arange(SKY) + 0.5
-    z, turn = np.sqrt(1 - k / SKY), np.pi * (1 + math.sqrt(5)) * k
-    level = np.sqrt(k / SKY)
-    return np.stack((level * np.cos(turn), level * np.sin(turn), z), axis=1)
-
-
 def _toward(elevation_deg: float, azimuth_deg: float) -> Reals:
     e, a = math.radians(elevation_deg), math.radians(azimuth_deg + _ASKEW_DEG)
     return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
@@ -184,12 +153,8 @@ def _means(
     sums: Float64[np.ndarray, "q k d t 3"], met: Float64[np.ndarray, "k d t"]
 ) -> Float64[np.ndarray, "q k d t 3"]:
     """Means over what was met; where of a kind that is little, drawn to its mean of all."""
-    few = 2.0
+    few = 8.0
     everywhere = sums.sum(axis=(2, 3)) / np.maximum(met.sum(axis=(1, 2)), 1.0)[:, None]
     drawn = sums + few * everywhere[:, :, None, None]
     means: Float64[np.ndarray, "q k d t 3"] = drawn / (met + few)[..., None]
     return means
-
-
-def _mean(values: Reals) -> float:
-    return float(values.mean()) if len(values) else 0.0

@@ -11,7 +11,7 @@ from scenes.preset import load_preset
 from scenes.prototype import assemble
 from scenes.sky_share import sky_share
 from scenes.stand import DEPRESSIONS_DEG, stand_of
-from scenes.stand_rays import NOTHING, first_met, shadows_along
+from scenes.stick_grid import NOTHING, first_met, grid_of
 from scenes.stick_table import StickTable
 from scenes.world import build_world, view_at
 
@@ -36,25 +36,70 @@ def test_lines_meet_a_ball_where_geometry_says(elevation):
     up = np.array((np.cos(e), 0.0, np.sin(e)))
     rng = np.random.default_rng(1)
     start = np.column_stack((rng.random((20_000, 2)) * side, np.zeros(20_000)))
-    far, which, normal = first_met(table, shadows_along(table, side, up), start, 0.0)
-    hit = far > NOTHING
+    eye = start + 30.0 * up
+    far, which, normal = first_met(grid_of(table, side), eye, np.tile(-up, (20_000, 1)))
+    hit = far < NOTHING
     sd = np.sqrt(np.pi / np.sin(e) / side**2 / 20_000)
     assert abs(hit.mean() - np.pi / np.sin(e) / side**2) < 4 * sd + 1e-5
-    assert (which[hit] == 0).all()
-    point = start[hit] + far[hit, None] * up
+    assert (which[hit] == 0).all() and (which[~hit] == -1).all()
+    point = eye[hit] - far[hit, None] * up
     copy = point - side * np.rint(point / side) * np.array((1, 1, 0))
     assert np.allclose(np.linalg.norm(copy - (0, 0, 3.0), axis=1), 1.0, atol=2e-3)
     assert np.allclose(normal[hit], copy - (0, 0, 3.0), atol=2e-3)
     assert (normal[hit] @ up > -1e-3).all()
 
 
-def test_a_thin_stand_of_balls_is_lit_as_lambert_says():
-    """Sun overhead, seen from overhead: 2/3 of albedo (mean cosine over the disc); and shade."""
-    stand = stand_of((((ball(),), 0.02),), 90.0)
+def test_boxes_change_nothing_that_lines_meet():
+    """What is met is entered there, and nothing before it."""
+    rng = np.random.default_rng(4)
+    n, side = 250, 6.0
+    start = np.column_stack((rng.random((n, 2)) * side, rng.random(n) * 3))
+    end = start + rng.normal(size=(n, 3)) * 0.4
+    radii = rng.uniform(0.02, 0.3, (2, n))
+    table = StickTable(np.array((0, n)), start, end, *radii, np.zeros(n, np.int64))
+    eye = np.column_stack((rng.random((80, 2)) * side, np.full(80, 6.0)))
+    way = rng.normal(size=(80, 3)) * (1, 1, 0.3)
+    way[:, 2] = -np.abs(way[:, 2]) - 0.02
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    grid = grid_of(table, side)
+    far, which, _ = first_met(grid, eye, way)
+    hit = far < NOTHING
+    assert hit.mean() > 0.3
+    point = eye + np.where(hit, far, 0.0)[:, None] * way
+    inside = _inside(table, side, point[hit] + 0.01 * way[hit])
+    assert inside[np.arange(hit.sum()), which[hit]].all()
+    for share in (0.3, 0.6, 0.9, 0.999):  # and on the way there it is in none
+        before = eye + np.where(hit, share * far, share * 20.0)[:, None] * way
+        before = before[before[:, 2] > -1]
+        assert not _inside(table, side, before).any()
+
+
+def _inside(table, side, points):
+    """Which sticks or copies of theirs each point is within, (p, k)."""
+    axis = table.end - table.start
+    found = np.zeros((len(points), len(table)), bool)
+    steps = np.linspace(0, 1, 61)
+    for i, p in enumerate(points):
+        away = p - table.start
+        away[:, :2] -= side * np.rint((away[:, :2] - axis[:, :2] / 2) / side)
+        gap = np.linalg.norm(away[:, None] - steps[:, None] * axis[:, None], axis=2)
+        radius = table.start_radius[:, None] * (1 - steps) + table.end_radius[:, None] * steps
+        found[i] = (gap < radius).any(axis=1)
+    return found
+
+
+@pytest.mark.parametrize(("sky", "direct", "from_ground"), [(0.0, 2 / 3, 0.0), (1.0, 5 / 6, 1 / 6)])
+def test_a_thin_stand_of_balls_is_lit_as_lambert_says(sky, direct, from_ground):
+    """From overhead under an overhead sun the mean cosine over the disc is 2/3; of an even sky the
+    ball sees (1 + cos)/2, and of the ground, which the sky lights, the rest."""
+    stand = stand_of((((ball(9.0),), 0.02),), 90.0, (sky, sky, sky))
     assert stand.area[0] == pytest.approx(np.full(len(DEPRESSIONS_DEG), np.pi), rel=0.02)
-    assert stand.sun[0, -1, 0, 0] == pytest.approx(GREY * 2 / 3, rel=0.15)
-    assert (stand.ground_sun[-1] > 0.999).all()  # straight down: what is seen is in the sun
-    assert (stand.height >= 0).all() and (stand.height <= 4).all()
+    few = pytest.approx(GREY * direct, rel=0.15)
+    assert stand.sent[0, :, :, 0].mean(axis=1)[-1] == few
+    if sky:
+        assert stand.lifted[0, -1].mean() == pytest.approx(GREY * from_ground, rel=0.2)
+    assert stand.ground[-1].min() > (0.85 if sky else 0.999)
+    assert (stand.height >= 0).all() and (stand.height <= 10).all()
 
 
 @pytest.fixture(scope="module")

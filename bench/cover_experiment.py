@@ -1,0 +1,124 @@
+"""Does pruning keep the tone of the land, from the nearest tree to the horizon? (§2.4)
+
+Mean luminance in bands of distance, pruned to one pixel and to twelve, with and without what lies
+beyond the limit left on the land, against everything there is. Every field is another seed; the
+same pixels count in both pictures, those whose distance in the whole one is in the band.
+"""
+
+import hashlib
+import json
+import time
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+
+import numpy as np
+
+from bench.cover_claims import judge
+from bench.cover_scene import AIRS, LOOKS, Case, cases, displayed, preset_of, whole
+from bench.experiments import Progress, silent
+from bench.provenance import provenance
+from bench.records import Point, Record
+from scenes.preset import Preset
+from scenes.render.frame import Layers, Quality
+from scenes.render.render import render_frame, restaged, staged, taken
+from scenes.render.variants import choose
+from scenes.shot import light_of, quality_of
+from scenes.sight import air_of
+from scenes.world import World, build_world, view_at
+
+NAME, VERSION = "cover", 1
+FIELDS, QUICK_FIELDS = 4, 2
+_SPP = 32
+_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+
+Sums = dict[Case, list[tuple[list[int], list[int]]]]
+"""Of every field: light of the tested picture and of the whole one in each band, in 10⁻⁶."""
+
+
+def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+    """Render every field whole and pruned, and judge every band."""
+    start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
+    found: Sums = {case: [] for case in cases()}
+    steps = [(look, seed + k) for look in LOOKS for k in range(fields)]
+    for number, (look, own) in enumerate(steps):
+        progress(number, len(steps), f"{look}, seed {own}")
+        for case, sums in field(look, own).items():
+            found[case].append(sums)
+    progress(len(steps), len(steps), "judged")
+    points = tuple(_point(case, rows) for case, rows in found.items())
+    return Record(
+        experiment=NAME,
+        version=VERSION,
+        quick=quick,
+        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        provenance=provenance(_scene_hash(), seed, variant=choose()),
+        points=points,
+        claims=judge(points),
+        notes={
+            "fields": fields,
+            "samples_per_pixel": _SPP,
+            "seconds": round(time.perf_counter() - start, 1),
+        },
+    )
+
+
+def field(look: str, seed: int) -> dict[Case, tuple[list[int], list[int]]]:
+    """One field in all pictures of one look: light in every band, tested and whole."""
+    presets = {air: preset_of(look, air, seed) for air in AIRS}
+    world = build_world(presets["preset"])
+    unpruned = _whole_pictures(world, presets)
+    made = {}
+    for case in cases():
+        if case.look == look:
+            picture = _pruned_picture(world, presets[case.air], case)
+            made[case] = in_bands(picture, unpruned[case.air], LOOKS[look].edges_m)
+    return made
+
+
+def _whole_pictures(world: World, presets: dict[str, Preset]) -> dict[str, Layers]:
+    """Everything in the window through every air, from one scene."""
+    first = presets[AIRS[0]]
+    camera, quality = view_at(world, first, 1).camera, _quality(first)
+    stage = staged(camera, whole(world, first), air_of(first), light_of(first), quality)
+    return {
+        air: taken(restaged(stage, camera, air_of(preset)), quality)
+        for air, preset in presets.items()
+    }
+
+
+def _pruned_picture(world: World, preset: Preset, case: Case) -> Layers:
+    visible = displayed(world, preset, case.detail, case.cover)
+    camera = view_at(world, preset, 1).camera
+    quality = _quality(preset)
+    return render_frame(camera, visible, air_of(preset), light_of(preset), quality)
+
+
+def _quality(preset: Preset) -> Quality:
+    return replace(quality_of(preset, choose()), spp=_SPP)
+
+
+def in_bands(
+    tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]
+) -> tuple[list[int], list[int]]:
+    """Luminance summed over the pixels of each band, of both pictures, in 10⁻⁶."""
+    band = np.digitize(unpruned.Z.astype(np.float64), edges_m) - 1
+    return _sums(tested.rgb, band, len(edges_m) - 1), _sums(unpruned.rgb, band, len(edges_m) - 1)
+
+
+def _sums(rgb: np.ndarray, band: np.ndarray, bands: int) -> list[int]:
+    light = rgb.astype(np.float64) @ _LUMINANCE
+    return [round(1e6 * float(light[band == k].sum())) for k in range(bands)]
+
+
+def _point(case: Case, rows: list[tuple[list[int], list[int]]]) -> Point:
+    samples = {}
+    for k in range(len(rows[0][0])):
+        samples[f"tested {k}"] = [tested[k] for tested, _ in rows]
+        samples[f"whole {k}"] = [unpruned[k] for _, unpruned in rows]
+    return Point(asdict(case), {}, samples)
+
+
+def _scene_hash() -> str:
+    presets = [preset_of(look, air, 0).model_dump(mode="json") for look in LOOKS for air in AIRS]
+    words = [presets, [asdict(case) for case in cases()], [asdict(e) for e in LOOKS.values()], _SPP]
+    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

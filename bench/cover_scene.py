@@ -1,0 +1,118 @@
+"""What the cover experiment looks at: presets in a window, pruned, and everything there is.
+
+The eye stands at the window's southern edge, where the preset puts it otherwise, so that all it
+sees as far as the last band is inside; ``aerial`` lower than the preset, because the window that
+can be held unpruned is smaller. In the whole picture every leaf in view is displayed.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lod.fade import looks
+from lod.parts import Representation
+from lod.prune import prune
+from lod.view import View
+from scenes.preset import Preset, load_preset
+from scenes.render.frame import Visible
+from scenes.shot import Shown, visible_at
+from scenes.world import World, view_at
+
+WHOLE_DETAIL, GROUND_DETAIL = 0.02, 0.5
+"""Of species and of the ground in the whole picture [px]: every leaf in view is displayed."""
+
+OFFSCREEN_PX = 0.5
+"""Detail of what is out of view there."""
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """One preset as it is looked at.
+
+    side_m  of the window; eye_at (x, y) as a share of it, from its middle
+    edges_m of the bands of distance; more: settings of the preset
+    """
+
+    preset: str
+    side_m: float
+    eye_at: tuple[float, float]
+    edges_m: tuple[float, ...]
+    more: tuple[str, ...] = ()
+
+    def settings(self) -> tuple[str, ...]:
+        """As settings of the preset."""
+        x, y = (self.side_m * share for share in self.eye_at)
+        return (
+            f"world.extent={self.side_m}",
+            f"camera.position=[{x}, {y}]",
+            "render.size=160x90",
+            *self.more,
+        )
+
+
+def _edges(first: float, last: float, bands: int = 8) -> tuple[float, ...]:
+    return tuple(round(float(each), 1) for each in np.geomspace(first, last, bands + 1))
+
+
+LOOKS = {
+    "aerial": Outlook(
+        "aerial",
+        400.0,
+        (-0.27, -0.48),
+        _edges(75.0, 350.0),
+        ("camera.height=60", "camera.pitch=-22"),
+    ),
+    "forest": Outlook("forest", 400.0, (-0.27, -0.48), _edges(6.0, 200.0)),
+}
+AIRS = ("preset", "clear")
+"""The preset's own, and none."""
+
+DETAILS = (1.0, 12.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One way to prune one look; ``cover``: with what lies beyond the limit left on the land."""
+
+    look: str
+    air: str
+    detail: float
+    cover: bool
+
+
+def cases() -> list[Case]:
+    """Every look through both airs, by every detail, with cover and without."""
+    return [
+        Case(look, air, detail, cover)
+        for look in LOOKS
+        for air in AIRS
+        for detail in DETAILS
+        for cover in (True, False)
+    ]
+
+
+def preset_of(look: str, air: str, seed: int, more: tuple[str, ...] = ()) -> Preset:
+    """The preset as it is looked at, with other objects in every field; ``more`` settings."""
+    clear = ("air.visibility=clear",) if air == "clear" else ()
+    return load_preset(look, (*LOOKS[look].settings(), *clear, f"seed={seed}", *more))
+
+
+def displayed(world: World, preset: Preset, detail: float, cover: bool) -> list[Visible]:
+    """What is in the pruned picture."""
+    view = replace(view_at(world, preset, 1), detail=detail)
+    ground = world.terrain if cover else replace(world.terrain, far=None)
+    return [_visible(ground, view), *(_visible(each, view) for each in world.fields)]
+
+
+def whole(world: World, preset: Preset) -> list[Visible]:
+    """Everything in view of the window, and the ground fine; bare beyond the window."""
+    plain = replace(view_at(world, preset, 1), fade=0.0, sight=None)
+    fine = replace(plain, detail=WHOLE_DETAIL, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
+    ground = replace(plain, detail=GROUND_DETAIL)
+    bare = replace(world.terrain, far=None)
+    return [_visible(bare, ground), *(_visible(each, fine) for each in world.fields)]
+
+
+def _visible(each: Representation, view: View) -> Visible:
+    cut = prune(each, view)
+    return visible_at(Shown(each, cut, looks(cut, view), view), view.time_s, None)

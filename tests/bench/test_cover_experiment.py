@@ -1,0 +1,85 @@
+"""Bands are those of the whole picture, and the verdicts follow from their light."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from bench import cover_plots
+from bench.cover_claims import bands, judge
+from bench.cover_experiment import in_bands
+from bench.cover_scene import LOOKS, Case, cases, displayed, preset_of, whole
+from bench.provenance import provenance
+from bench.records import Point, Record
+from lod.metric import METRICS
+from lod.prune import prune
+from lod.view import in_view
+from scenes.render.frame import Layers
+from scenes.world import build_world, view_at
+
+
+def picture(Z, value):
+    Z = np.array(Z)
+    three, none = np.full((*Z.shape, 3), value), np.zeros(Z.shape)
+    return Layers(three, Z, three, three, none, none, none)
+
+
+def test_light_is_summed_where_the_whole_picture_has_the_band():
+    edges = 10.0, 20.0, 40.0
+    unpruned = picture([[5, 10, 19], [20, 39, 1e10]], 0.5)
+    tested = picture(np.full((2, 3), 15.0), 0.25)
+    ours, theirs = in_bands(tested, unpruned, edges)
+    assert theirs == [1_000_000, 1_000_000]
+    assert ours == [500_000, 500_000]
+
+
+def test_edges_rise_and_lie_in_the_window():
+    for look in LOOKS.values():
+        assert len(look.edges_m) == 9 and (np.diff(look.edges_m) > 0).all()
+        across = np.hypot(*(0.5 - abs(each) for each in look.eye_at))
+        assert look.edges_m[-1] < look.side_m * (0.5 - look.eye_at[1]) < look.side_m * (1 + across)
+
+
+def planted(shift=0.0):
+    points = []
+    for case in cases():
+        samples = {}
+        for k in range(8):
+            samples[f"whole {k}"] = [1_000_000 + 1000 * n for n in range(4)]
+            share = 1.0 + (shift if case.cover and k == 3 else 0.0) + (0.0 if case.cover else 0.5)
+            samples[f"tested {k}"] = [round(share * v) for v in samples[f"whole {k}"]]
+        points.append(Point(vars(case), {}, samples))
+    return tuple(points)
+
+
+def test_verdicts_follow_from_the_light_of_each_band():
+    claims = judge(planted())
+    assert len(claims) == 64 and {c.verdict for c in claims} == {"holds"}
+    refuted = {c.name for c in judge(planted(0.03)) if c.verdict == "refuted"}
+    assert refuted == {c.name for c in claims if c.name.endswith("band_4")}
+
+
+def test_the_report_shows_all_of_it():
+    points = planted(0.03)
+    made = Record("cover", 1, True, "", provenance("", 0), points, judge(points), {})
+    heads, rows = cover_plots.table(made)
+    assert len(rows) == sum(bands(p) for p in points)
+    assert all(len(row) == len(heads) for row in rows)
+    assert any("1.500" in row for row in rows), "without cover it stands in the table as well"
+    assert not any(re.search(r"\bnan\b", figure.svg) for figure in cover_plots.figures(made))
+
+
+def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():
+    """One kind of tree, few of them."""
+    kept = ("species.shrub.density=0.0002",)
+    others = [f"species.{s}.density=0" for s in ("broadleaf", "birch", "conifer", "figure")]
+    case = Case("aerial", "clear", 12.0, True)
+    preset = preset_of(case.look, case.air, 1, (*kept, *others, "species.shrub.prototypes=1"))
+    world = build_world(preset)
+    (ground, shrubs), (bare, _) = whole(world, preset), displayed(world, preset, 12.0, False)
+    view = replace(view_at(world, preset, 1), metric=METRICS["full"])
+    all_of_it = prune(world.fields[0], view).parts
+    in_it = in_view(view, all_of_it.centre, all_of_it.bound).sum()
+    assert in_it > 5000 and len(shrubs.cut) > 0.98 * in_it and len(ground.shape) > 1000
+    left = displayed(world, preset, 12.0, True)[0].shape.colours
+    assert not np.array_equal(left, bare.shape.colours)
