@@ -14,7 +14,7 @@ import click
 
 from bench.output import table
 from scenes.preset import load_preset
-from scenes.render.memory import foretell
+from scenes.render.memory import Beside, foretell
 from scenes.render.one_frame import Record, settings_of
 from scenes.render.worker import Worker
 
@@ -29,7 +29,8 @@ class Scene:
 
 
 _SMALL, _LARGE = 'render.size="320x180"', 'render.size="1280x720"'
-_LLVM, _SCALAR = "llvm_ad_rgb", "scalar_rgb"
+_LLVM, _SCALAR, _SPECTRAL = "llvm_ad_rgb", "scalar_rgb", "llvm_ad_spectral"
+_MIDDLE = 'render.size="640x360"'
 SCENES = (
     Scene("meadow", _LLVM, ('render.size="64x36"', "render.spp=1", "species={}")),
     Scene("zoo", _LLVM, (_LARGE, "render.spp=16")),
@@ -41,8 +42,14 @@ SCENES = (
     Scene("meadow", _SCALAR, (_SMALL, "render.spp=1", "species={}", "view.detail=0.25")),
     Scene("meadow", _SCALAR, (_SMALL, "render.spp=1", "view.detail=0.5")),
     Scene("crowd", _SCALAR, ('render.size="640x360"', "render.spp=4", "view.detail=2")),
+    Scene("meadow", _LLVM, (_MIDDLE, 'render.haze="medium"')),
+    Scene("meadow", _LLVM, (_MIDDLE, 'render.haze="scattered"')),
+    Scene("meadow", _SPECTRAL, (_MIDDLE, "render.spectral=true")),
+    Scene("crowd", _LLVM, (_MIDDLE, "output.motion=true")),
+    Scene("meadow", _LLVM, (_LARGE, "render.spp=2", "view.detail=4", "output.denoise=true")),
+    Scene("crowd", _LLVM, (_MIDDLE, "view.shutter=180")),
 )
-"""Ten scenes that differ in everything that the model knows."""
+"""Sixteen scenes that differ in everything that the model knows, and in what it need not know."""
 
 GROWTH = Scene("meadow", _LLVM, ('render.size="16x9"', "render.spp=1", "view.detail=8"))
 FRAMES = 200
@@ -63,7 +70,9 @@ def foretold(scene: Scene, record: Record) -> int:
     """What the model says of a frame with these numbers of sticks and triangles."""
     preset = load_preset(scene.preset, scene.settings)
     counts = record["statistics"]["sticks"], record["statistics"]["triangles"]
-    return foretell(*counts, preset.render.size, preset.render.spp, scene.variant)
+    output, open_shutter = preset.output, preset.view.shutter > 0
+    beside = Beside(output.motion, output.denoise, open_shutter)
+    return foretell(*counts, preset.render.size, preset.render.spp, scene.variant, beside)
 
 
 def growth(frames: int = FRAMES) -> tuple[int, int]:

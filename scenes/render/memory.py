@@ -5,11 +5,15 @@ squares; 0 to 5.8 M sticks, 0.03 to 1.2 M triangles, 2·10³ to 2·10⁶ pixels,
 
     bytes = 461 MB + 277·sticks + 204·triangles + 176·pixels + s·samples at once,
 
-s = 187 under Dr.Jit, 355 in scalar variants. `python -m bench.memory_benchmark` holds it against
-what processes really take.
+s = 187 under Dr.Jit, 355 in scalar variants. Sixteen bands of wavelengths add 107 MB, 705 bytes a
+pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where its ends are next);
+a denoiser 500 a pixel; and under an open shutter the sticks of two instants are held at once.
+`python -m bench.memory_benchmark` holds it against what processes really take, by every kind of
+haze and light as well.
 """
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 from lod.errors import InputError
@@ -18,17 +22,38 @@ from scenes.render.sampling import MOST_SAMPLES
 _BASE = 461e6
 _STICK, _TRIANGLE, _PIXEL = 277.0, 204.0, 176.0
 _SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
+_BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 107e6, 705.0, 440.0
+_MOVED_STICK, _DENOISED_PIXEL = 126.0, 500.0
 
 
-def foretell(sticks: int, triangles: int, size: tuple[int, int], spp: int, variant: str) -> int:
+@dataclass(frozen=True)
+class Beside:
+    """What a frame is asked for beside a plain picture: each needs memory of its own."""
+
+    motion: bool = False
+    denoised: bool = False
+    shutter: bool = False
+
+
+def foretell(
+    sticks: int,
+    triangles: int,
+    size: tuple[int, int],
+    spp: int,
+    variant: str,
+    beside: Beside = Beside(),
+) -> int:
     """Bytes that the process which renders such a frame holds at most, within some 10 %.
 
     ``size`` is width and height in pixels, ``spp`` samples per pixel.
     """
-    pixels = size[0] * size[1]
-    sample = _SAMPLE_SCALAR if variant.startswith("scalar_") else _SAMPLE_JIT
-    scene = _STICK * sticks + _TRIANGLE * triangles
-    return round(_BASE + scene + _PIXEL * pixels + sample * min(pixels * spp, MOST_SAMPLES))
+    pixels, spectral = size[0] * size[1], variant.endswith("_spectral")
+    jit = not variant.startswith("scalar_")
+    sample = _SAMPLE_JIT + _SAMPLE_SPECTRAL * spectral if jit else _SAMPLE_SCALAR
+    pixel = _PIXEL + _PIXEL_SPECTRAL * spectral + _DENOISED_PIXEL * beside.denoised
+    stick = _STICK * (2 if beside.shutter else 1) + _MOVED_STICK * beside.motion
+    scene = _BASE + _BASE_SPECTRAL * spectral + stick * sticks + _TRIANGLE * triangles
+    return round(scene + pixel * pixels + sample * min(pixels * spp, MOST_SAMPLES))
 
 
 def check_memory(needed: int, most: int | None, what: str) -> None:

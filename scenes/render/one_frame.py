@@ -17,7 +17,7 @@ from scenes.preset import Preset, preset_from
 from scenes.render.frame import FrameInput
 from scenes.render.header import frame_header, software
 from scenes.render.manifest import flatten
-from scenes.render.memory import check_memory, foretell, peak_rss_bytes
+from scenes.render.memory import Beside, check_memory, foretell, peak_rss_bytes
 
 Settings = Mapping[str, Any]
 Record = dict[str, Any]
@@ -81,7 +81,8 @@ def _check_memory(made: FrameInput, most_bytes: int | None, what: str) -> None:
     sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
     triangles = sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
     size, quality = (made.camera.width, made.camera.height), made.quality
-    needed = foretell(sticks, triangles, size, quality.spp, quality.variant)
+    beside = Beside(made.extras.after is not None, made.extras.denoise, bool(made.instants))
+    needed = foretell(sticks, triangles, size, quality.spp, quality.variant, beside)
     counts = f"{what}, with {sticks:,} sticks and {triangles:,} triangles,"
     check_memory(needed, most_bytes, counts)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.render.memory import check_memory, foretell
+from scenes.render.memory import Beside, check_memory, foretell
 
 SIZE = 640, 360
 
@@ -15,6 +15,25 @@ def test_more_of_anything_needs_more_until_the_samples_go_in_groups():
     assert foretell(0, 10**6, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(204e6, rel=0.01)
     few, many, more = (foretell(0, 0, SIZE, spp, "scalar_rgb") for spp in (1, 16, 4096))
     assert few < many == more
+
+
+def test_what_is_asked_for_beside_the_picture_needs_more():
+    plain = foretell(10**6, 0, SIZE, 1, "llvm_ad_rgb")
+    more = {
+        name: foretell(10**6, 0, SIZE, 1, "llvm_ad_rgb", Beside(**{name: True})) - plain
+        for name in ("motion", "denoised", "shutter")
+    }
+    assert more == {
+        "motion": 126 * 10**6,
+        "denoised": 500 * SIZE[0] * SIZE[1],
+        "shutter": 277 * 10**6,
+    }
+
+
+def test_wavelengths_need_more():
+    for driver in ("scalar", "llvm_ad"):
+        rgb, spectral = (foretell(0, 0, SIZE, 1, f"{driver}_{c}") for c in ("rgb", "spectral"))
+        assert spectral - rgb > 107e6 + 705 * SIZE[0] * SIZE[1] - 1
 
 
 def test_over_the_limit_is_refused_with_both_figures():
