@@ -1,19 +1,28 @@
 """What the motion experiment claims, judged from its raw counts alone (§5.2)."""
 
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from bench.claims import Claim, claim
+from bench.excess_flip import over_noise
+from bench.fidelity_claims import EQUAL_ERROR
 from bench.records import Point
 from bench.statistics import Estimate, share
 
 REDDY = "Reddy 1997"
 _ISSUE = "issue 9"
+PICTURE = "picture"
+"""What the points of rendered pictures have for a world."""
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Every claim that these points decide."""
     made = []
-    for point in points:
+    counted = [point for point in points if point.case["world"] != PICTURE]
+    for point in counted:
         turn, speed, shutter = (point.case[k] for k in ("turn", "speed", "shutter"))
         if point.case["world"] == "finite":
             made.append(_reddy(point))
@@ -22,14 +31,50 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
             words = about, "share of the parts that motion leaves out", _ISSUE
             made.append(claim("rest/parts", words, 0.0, 0.0, left_out(point)))
         elif (turn, shutter) == (90.0, 180.0):
-            about = "A fast pan (90°/s, 180° shutter) leaves out at least a tenth of the parts."
+            about = (
+                "A fast pan (90°/s, 180° shutter) leaves out at least a tenth of the parts: with "
+                "less, that its picture stays as it is would say nothing."
+            )
             words = about, "share of the parts that motion keeps", _ISSUE
             made.append(claim("pan/parts", words, 0.9, 0.0, kept(point), "at most"))
         elif speed == 1.4:
             about = "At walking pace motion hides next to nothing."
             words = about, "share of the parts that motion leaves out", _ISSUE
             made.append(claim("walk/parts", words, 0.0, 0.01, left_out(point), "at most"))
-    return tuple(made)
+    return (*made, *_pictures(points, made))
+
+
+def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
+    """What the blurred pan shows; nothing where motion leaves out too little for it to say much."""
+    if not any(each.name == "pan/parts" and each.verdict == "holds" for each in counted):
+        return []
+    pictures = {point.case["cut"]: point for point in points if point.case["world"] == PICTURE}
+    made = []
+    if "motion" in pictures:
+        about = "What motion leaves out of a fast pan is not missed in its blurred picture."
+        words = about, "excess FLIP over the picture cut by size and distance, 67 px/°", _ISSUE
+        bound = one_sided(pictures["motion"])
+        made.append(claim("pan/excess", words, EQUAL_ERROR, 0.0, bound, "at most"))
+    if "planted" in pictures:
+        about = "The same test fails a planted cut of the pan, with m doubled."
+        words = about, "0.01 − its excess FLIP", _ISSUE
+        found = one_sided(pictures["planted"])
+        under = replace(
+            found,
+            value=EQUAL_ERROR - found.value,
+            low=EQUAL_ERROR - found.high,
+            high=EQUAL_ERROR - found.low,
+        )
+        made.append(claim("pan/planted", words, 0.0, 0.0, under, "at most"))
+    return made
+
+
+def one_sided(point: Point) -> Estimate:
+    """Excess FLIP with its one-sided 95 % bounds (``excess_flip``)."""
+    tested, floor = (_column(point, k) / 1e6 for k in ("flip", "flip_floor"))
+    found = over_noise(tested, floor)
+    error = float((tested - floor).std(ddof=1)) / math.sqrt(found.pairs)
+    return Estimate(found.excess, found.low, found.high, error, 1.0, found.pairs)
 
 
 def kept(point: Point) -> Estimate:

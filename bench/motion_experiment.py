@@ -2,6 +2,7 @@
 
 Every field is `meadow` of a seed of its own, 640 pixels wide, cut by size and distance alone and by
 motion as well. In a finite world everything is counted too: what there would be to gain at all.
+Whether what motion leaves out is missed in the blurred picture is asked by ``motion_picture``.
 """
 
 import hashlib
@@ -9,7 +10,9 @@ import json
 import time
 from dataclasses import asdict, dataclass
 
-from bench.conduct import measured, record_of
+from bench import motion_picture
+from bench.conduct import joined, measured, record_of
+from bench.excess_flip import LEAST_PAIRS
 from bench.experiments import Progress, silent
 from bench.motion_claims import judge
 from bench.provenance import provenance
@@ -17,9 +20,10 @@ from bench.records import Point, Record
 from bench.spread import Each, in_turn
 from lod.prune import prune
 from scenes.preset import load_preset
+from scenes.render.variants import choose
 from scenes.world import build_world, view_at
 
-NAME, VERSION = "motion", 1
+NAME, VERSION = "motion", 2
 FIELDS, QUICK_FIELDS = 16, 4
 FRAME = 5
 
@@ -53,10 +57,10 @@ FAST = Move(90.0, 0.0, 180.0)
 
 
 CUTS: dict[str, dict[str, tuple[str, ...]]] = {
-    "endless": {"spatial": ("view.motion_aware=false",), "motion": ()},
+    "endless": {"spatial": ("view.smear=off",), "motion": ()},
     "finite": {
         "everything": ("view.metric=full", WORLD),
-        "spatial": ("view.motion_aware=false", WORLD),
+        "spatial": ("view.smear=off", WORLD),
         "motion": (WORLD,),
     },
 }
@@ -66,20 +70,23 @@ CUTS: dict[str, dict[str, tuple[str, ...]]] = {
 def run(
     quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
 ) -> Record:
-    """Count every field by every cut; judge the claims."""
-    start = time.perf_counter()
+    """Count every field by every cut, render the fast pan, and judge the claims."""
+    start, variant = time.perf_counter(), choose()
     seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
     cases = [(_name(move), ("endless", move, seeds)) for move in MOVES]
     cases.append(("a finite world", ("finite", FAST, seeds)))
-    points = measured(progress, each, (measure, cases))
+    spp = motion_picture.QUICK_SPP if quick else motion_picture.SPP
+    pictures = [(f"the blurred pan, {k + 1}", (k, variant, spp, seed)) for k in range(LEAST_PAIRS)]
+    found = measured(progress, each, (measure, cases), (motion_picture.measure, pictures))
+    points = joined(found)
     return record_of(
         NAME,
         VERSION,
         quick=quick,
-        provenance=provenance(_scene_hash(), seed),
+        provenance=provenance(_scene_hash(), seed, variant=variant),
         points=points,
         claims=judge(points),
-        notes={"fields": len(seeds)},
+        notes={"fields": len(seeds), "samples_per_pixel": spp},
         start=start,
     )
 
@@ -108,5 +115,9 @@ def _name(move: Move) -> str:
 def _scene_hash() -> str:
     """SHA-256 of the preset and of every case."""
     preset = load_preset("meadow").model_dump(mode="json")
-    text = json.dumps([preset, [asdict(move) for move in MOVES], WORLD, FRAME], sort_keys=True)
+    moves = [asdict(move) for move in MOVES]
+    pictures = [
+        motion_picture.preset_of(cut, 0.0, 1).model_dump(mode="json") for cut in motion_picture.CUTS
+    ]
+    text = json.dumps([preset, moves, WORLD, FRAME, pictures], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

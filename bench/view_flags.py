@@ -21,12 +21,14 @@ VIEW_KEYS = {
     "display_ppd": "display.pixels_per_degree",
     "fade": "view.fade",
     "shutter": "view.shutter",
+    "smear": "view.smear",
 }
 QUALITY_KEYS = {
     "spp": "render.spp",
     "variant": "render.variant",
     "haze": "render.haze",
     "spectral": "render.spectral",
+    "update_threshold": "view.update_threshold",
 }
 FILE_KEYS = {
     "compression": "output.compression",
@@ -35,7 +37,7 @@ FILE_KEYS = {
     "motion": "output.motion",
     "denoise": "output.denoise",
 }
-_TEXT = {"size", "metric", "visibility", "variant", "haze", "compression", "float"}
+_TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compression", "float"}
 
 
 def view_flags(command: Command) -> Command:
@@ -51,6 +53,9 @@ def view_flags(command: Command) -> Command:
         ),
         click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
         click.option("--shutter", metavar="DEGREES", help="Open, of 360 a frame; 0 = no time."),
+        click.option(
+            "--smear", metavar="NAME", help="Leave out what it hides: shutter, window (eye), off."
+        ),
         click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
         click.option(
             "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."

@@ -19,9 +19,9 @@ Kinds = Float64[np.ndarray, " k"]
 Triple = Float64[np.ndarray, "3"]
 
 
-def missing_share(d: Reals, limits: Float64[np.ndarray, " p"], fade: float) -> Reals:
+def missing_share(d: Reals, limits: Float64[np.ndarray, "#n p"], fade: float) -> Reals:
     """Share of objects that is not displayed at distance ``d`` (n,), where equally many have each
-    of ``limits`` (p,); over the band of fading what they no longer cover, (n,)."""
+    of ``limits`` (n or 1, p); over the band of fading what they no longer cover, (n,)."""
     band = np.maximum(fade * limits, 1e-12)
     finite = np.minimum(limits, 1e30)
     shown = (finite - d[:, None]) / np.minimum(band, 1e29)

@@ -39,12 +39,16 @@ def smears(
     start, end  (n, 3) its origin as the shutter opens and closes, from ``corner`` [m]
     bound, own  (n,) radius that holds it, and farthest anything of it moves but for that shift [m]
     """
+    smear = np.empty(len(bound))
+    _smears(*_ends(exposure, corner), theta, start, end, bound, own, smear)
+    return smear
+
+
+def _ends(exposure: Exposure, corner: Corner) -> tuple[np.ndarray, np.ndarray]:
+    """Eyes (2, 3) [m] and axes (2, 3, 3) as the shutter opens and as it closes."""
     cameras = exposure.opens, exposure.closes
     eyes = np.stack([eye_from(corner, camera) for camera in cameras])
-    axes = np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
-    smear = np.empty(len(bound))
-    _smears(eyes, axes, theta, start, end, bound, own, smear)
-    return smear
+    return eyes, np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
 
 
 def eye_from(corner: Corner, camera: Camera) -> np.ndarray:
@@ -65,7 +69,20 @@ def _smears(eyes, axes, theta, start, end, bound, own, smear):  # type: ignore[n
             shift += (closed[c] - opened[c]) ** 2
         shift = math.sqrt(shift)
         length = _least(axes, turn, phi, opened, closed, shift, bound[i], own[i])
-        smear[i] = STEPS / 4 * math.log2(1.0 + (length / theta) ** 2)
+        smear[i] = _steps(length / theta)
+
+
+@njit(cache=True)
+def _steps(ratio):  # type: ignore[no-untyped-def]
+    """Where L/θ is on the scale: x = g² of 4x⁴ = (x + 1)(x + 1 + (L/θ)²), by Newton from above."""
+    squared = ratio * ratio
+    x = 1.0 + np.cbrt(squared)
+    while True:
+        value = 4 * x**4 - (x + 1) * (x + 1 + squared)
+        after = x - value / (16 * x**3 - 2 * (x + 1) - squared)
+        if not after < x:
+            return STEPS / 2 * math.log2(x)
+        x = after
 
 
 @njit(cache=True)

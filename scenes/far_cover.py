@@ -16,6 +16,8 @@ from lod.cover import (
     kinds_met,
     missing_share,
 )
+from lod.hierarchy import Hierarchy
+from lod.smear import smears
 from lod.view import View, distance
 from scenes.field import Species
 from scenes.stand import DEPRESSIONS_DEG, TURNS_DEG, Stand, stand_of
@@ -46,11 +48,10 @@ class FarCover:
     def missing(self, view: View, points: Points) -> Float64[np.ndarray, "n k"]:
         """Share of each species that is not displayed at points of the ground."""
         d = distance(view, points)
-        limits = [
-            np.array([view.limits(p.hierarchy)[0][0] for p in each.prototypes])
-            for each in self.species
-        ]
-        columns = [missing_share(d, each, view.fade) for each in limits]
+        columns = []
+        for each in self.species:
+            limits = [_limits_at(view, p.hierarchy, points) for p in each.prototypes]
+            columns.append(missing_share(d, np.stack(limits, axis=1), view.fade))
         return np.stack(columns, axis=1) if columns else np.zeros((len(points), 0))
 
     def lift(self, view: View, points: Points) -> Reals:
@@ -86,6 +87,18 @@ class FarCover:
         ground = bare * light * look.at(stand.ground) ** look.share[:, None]
         found: Points = (1 - covered) * ground + covered * (sent + bare * lifted)
         return found
+
+
+def _limits_at(view: View, tree: Hierarchy, points: Points) -> Reals:
+    """Limit distance of wholes that stand still at points of the ground, (n,) [m]."""
+    limits = np.full(len(points), float(view.limits(tree)[0][0]))
+    if view.exposure is None or not view.metric.finite:
+        return limits
+    bound, still = np.full(len(points), float(tree.B[0])), np.zeros(len(points))
+    smear = smears(view.exposure, view.camera.corner, view.theta, points, points, bound, still)
+    steps = np.arange(int(smear.max(initial=0.0)) + 2)
+    at = np.array([float(view.limits(tree, int(step))[0][0]) for step in steps])
+    return np.interp(smear, steps, at)
 
 
 @dataclass(frozen=True, eq=False)

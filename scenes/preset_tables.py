@@ -192,7 +192,13 @@ class ViewPreset(Table):
     shutter: Annotated[
         float, key("open, of the 360 a frame lasts [degrees]; 0 = no time", least=0, most=360)
     ] = 0.0
-    motion_aware: Annotated[bool, key("leave out what the open shutter smears")] = True
+    smear: Annotated[
+        Literal["shutter", "window", "off"],
+        key("what hides detail of what moves: the shutter, that and the eye, or nothing"),
+    ] = "shutter"
+    update_threshold: Annotated[
+        float, key("what has moved no farther is not drawn anew [px]; 0 = all is", least=0, most=64)
+    ] = 0.0
     fade: Annotated[
         float,
         key("share of its limit distance over which a part shrinks away", least=0, below=1),

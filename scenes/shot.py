@@ -1,7 +1,7 @@
 """From a preset to what the renderer asks for: cuts and their looks, air, light and quality."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,6 +11,7 @@ from lod.camera import Camera
 from lod.fade import looks
 from lod.parts import Look, Moving, Parts, Representation, Sticks, Triangles
 from lod.prune import Cut, prune
+from lod.schedule import Drawn, Posed, due_in, frames_before, kept_of, past, replayed
 from lod.smear import eye_from
 from lod.view import View
 from scenes.camera_path import camera_at
@@ -29,7 +30,8 @@ def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
         start = time.perf_counter()
         cut = prune(each, view)
         pruned = time.perf_counter()
-        shown.append(Shown(each, cut, looks(cut, view), view))
+        one = Shown(each, cut, looks(cut, view), view)
+        shown.append(with_schedule(world, preset, frame, one))
         seconds["prune"] += pruned - start
         seconds["appearance"] += time.perf_counter() - pruned
     start = time.perf_counter()
@@ -46,21 +48,31 @@ def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
         form=form_of(preset),
         extras=Extras(after.camera if after else None, preset.output.denoise),
         seconds=seconds,
+        counts=updates([each.drawn for each in shown if each.drawn]),
         instants=instants_of(world, preset, frame, shown, visible),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What one representation displays in a frame, whenever it is looked at."""
+    """What one representation displays in a frame, whenever it is looked at.
+
+    drawn  what of it is kept as it was drawn; None: nothing
+    """
 
     each: Representation
     cut: Cut
     look: Look
     view: View
+    drawn: Drawn | None = None
 
     def shape(self, time_s: float) -> Sticks | Triangles:
-        """Its looks at a time, in the frame's coordinates."""
+        """What is drawn at a time, in the frame's coordinates."""
+        posed = self.posed(time_s)
+        return kept_of(self.drawn, posed) if self.drawn and isinstance(posed, Sticks) else posed
+
+    def posed(self, time_s: float) -> Sticks | Triangles:
+        """Its looks at a time, nothing of it kept."""
         return self.each.appearance(self.parts(time_s), self.look)
 
     def parts(self, time_s: float) -> Parts:
@@ -74,9 +86,45 @@ class Shown:
         return self.parts(time_s) is not self.cut.parts
 
 
+def with_schedule(world: World, preset: Preset, frame: int, shown: Shown) -> Shown:
+    """The same with what is kept of it, where only sticks past a threshold are drawn anew."""
+    threshold = preset.view.update_threshold
+    if threshold == 0 or not scheduled(shown, time_of(preset, frame + 1)):
+        return shown
+    (drawn,) = replayed(posed_frames(world, preset, frame, shown), [past(threshold)])
+    return replace(shown, drawn=drawn)
+
+
+def scheduled(shown: Shown, later_s: float) -> bool:
+    """Whether it has parts that may be kept: sticks of something that moves."""
+    return shown.moves(later_s) and isinstance(shown.posed(shown.view.time_s), Sticks)
+
+
+def posed_frames(world: World, preset: Preset, frame: int, shown: Shown) -> Iterator[Posed]:
+    """Its parts as they stand in every frame that this one's schedule depends on, itself last."""
+    for at in frames_before(frame):
+        shape = shown.posed(time_of(preset, at))
+        due, eye = due_in(shown.cut.parts.part, at), _camera(world, preset, at, shown.view).eye
+        if isinstance(shape, Sticks):
+            yield Posed(shape.start, shape.end, shape.owner, due, eye, shown.view.theta)
+
+
+def updates(drawn: Sequence[Drawn]) -> dict[str, int]:
+    """How many of the parts that could move are drawn anew, and how far the farthest other is off
+    [px/1000]; nothing where there is no schedule.
+    """
+    if not drawn:
+        return {}
+    return {
+        "parts_scheduled": sum(len(each.anew) for each in drawn),
+        "parts_redrawn": sum(int(each.anew.sum()) for each in drawn),
+        "farthest_off_mpx": max(round(1000 * float(each.off.max(initial=0))) for each in drawn),
+    }
+
+
 def visible_at(shown: Shown, time_s: float, later_s: float | None) -> Visible:
     """A cut at a time, with its sticks at a later one, row by row, where they move till then."""
-    later = shown.shape(later_s) if later_s is not None and shown.moves(later_s) else None
+    later = shown.posed(later_s) if later_s is not None and shown.moves(later_s) else None
     sticks = later if isinstance(later, Sticks) else None
     return Visible(shown.each.name, short_ids(shown.cut), shown.shape(time_s), sticks)
 

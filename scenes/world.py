@@ -6,6 +6,7 @@ from functools import cached_property
 from lod.exposure import Exposure
 from lod.parts import Representation
 from lod.view import View
+from lod.window import blurred_s
 from scenes.camera_path import camera_at
 from scenes.far_cover import FarCover
 from scenes.field import Species, SpeciesField
@@ -100,10 +101,13 @@ def time_of(preset: Preset, frame: float) -> float:
 
 
 def exposure_at(world: World, preset: Preset, frame: int) -> Exposure | None:
-    """While the shutter is open: half before a frame's time and half after; None where no heed is
-    paid to it."""
-    half = preset.view.shutter / 720
-    if half == 0 or not preset.view.motion_aware:
+    """While the shutter is open, or an eye behind it takes things together: half before a frame's
+    time and half after; None where no heed is paid to motion."""
+    open_s = preset.view.shutter / 360 / preset.camera.fps
+    if preset.view.smear == "window":
+        open_s = blurred_s(open_s)
+    half = open_s * preset.camera.fps / 2
+    if half == 0 or preset.view.smear == "off":
         return None
     ends = frame - half, frame + half
     size = preset.render.size

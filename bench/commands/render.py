@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
 @click.option("--haze", metavar="NAME", help="analytic, scattered or medium.")
 @click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
+@click.option("--update-threshold", metavar="PX", help="Keep what has moved less; 0 = nothing.")
 @file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear.")

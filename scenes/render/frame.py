@@ -151,6 +151,7 @@ class FrameInput:
     form       of the file
     extras     layers beside the usual ones
     seconds    of the stages that made this input, such as pruning
+    counts     worth keeping beside those of the scene
     """
 
     camera: Camera
@@ -162,6 +163,7 @@ class FrameInput:
     form: FileForm = PLAIN
     extras: Extras = USUAL
     seconds: dict[str, float] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
     instants: tuple[Callable[[], Instant], ...] = ()
 
 

@@ -71,7 +71,7 @@ def render_one(
         "sha256": digest,
         "seconds": {**made.seconds, **layers.seconds, "write": write},
         "peak_rss_bytes": peak_rss_bytes(),
-        "statistics": layers.statistics,
+        "statistics": layers.statistics | made.counts,
     }
 
 

@@ -5,19 +5,33 @@ from dataclasses import replace
 
 import pytest
 
-from bench import motion_experiment, motion_plots
+from bench import motion_experiment, motion_picture, motion_plots
+from bench.conduct import joined
+from bench.excess_flip import LEAST_PAIRS
 from bench.experiments import EXPERIMENTS
-from bench.motion_claims import judge, kept
+from bench.motion_claims import judge, kept, one_sided
 from bench.motion_experiment import FAST, MOVES, Move
 from bench.records import Point
+from scenes.render.variants import choose
 
 
 def fake(settings, move, seed):
     """Counts of a field in which a pan keeps a quarter; everything is 20 times as much."""
     if "view.metric=full" in settings:
         return 20_000 + seed
-    moving = "view.motion_aware=false" not in settings and move.turn > 0
+    moving = "view.smear=off" not in settings and move.turn > 0
     return (250 if moving else 1000) + seed % 3
+
+
+def fake_pictures(pair, variant, spp, seed):
+    """Excess FLIP of 0.004 by motion and 0.05 by the planted cut, above a floor of 0.009."""
+    flips = {"motion": 13_000 + pair, "planted": 59_000 + pair}
+    return [picture(cut, [flip], [9_000]) for cut, flip in flips.items()]
+
+
+def picture(cut, flips, floors):
+    samples = {"flip": flips, "flip_floor": floors}
+    return Point({"world": "picture", "cut": cut, "spp": 1}, {}, samples)
 
 
 @pytest.fixture
@@ -25,14 +39,37 @@ def record(monkeypatch):
     monkeypatch.setattr(
         motion_experiment, "parts", lambda move, seed, settings: fake(settings, move, seed)
     )
+    monkeypatch.setattr(motion_picture, "measure", fake_pictures)
     return EXPERIMENTS["motion"].run(quick=True)
 
 
 def test_every_claim_is_judged_from_the_points(record):
     verdicts = {claim.name: claim.verdict for claim in record.claims}
     names = ["pan/parts", "rest/parts", "walk/parts", "finite/size_and_distance"]
-    assert verdicts == dict.fromkeys(names, "holds")
+    assert verdicts == dict.fromkeys([*names, "pan/excess", "pan/planted"], "holds")
     assert judge(record.points) == record.claims
+
+
+def test_the_picture_is_judged_by_its_upper_bound_and_only_where_parts_are_left_out(record):
+    pan = next(p for p in record.points if p.case.get("turn") == 90.0)
+    worse = picture("motion", [25_000, 12_000] * 4, [9_000] * 8)
+    (_, excess) = judge((pan, worse))
+    assert excess.measured == pytest.approx(0.0095)
+    assert excess.verdict == "undecided"
+    vacuous = replace(pan, samples={**pan.samples, "motion": pan.samples["spatial"]})
+    assert [c.name for c in judge((vacuous, worse))] == ["pan/parts"]
+
+
+@pytest.mark.slow
+def test_a_fast_pan_looks_as_it_did_and_one_with_m_doubled_does_not():
+    """Rendered with few samples: the floor is high, and what is found is nearly all there is."""
+    points = joined(
+        point
+        for pair in range(LEAST_PAIRS)
+        for point in motion_picture.measure(pair, choose(), 16, 0)
+    )
+    found = {point.case["cut"]: one_sided(point) for point in points}
+    assert found["motion"].high < 0.01 < found["planted"].low
 
 
 def test_a_pan_that_keeps_everything_is_refuted_and_so_is_a_rest_that_does_not(record):
@@ -60,7 +97,7 @@ def test_the_share_kept_is_that_of_all_fields_together():
 def test_a_real_pan_leaves_out_parts_and_a_rest_does_not():
     """Where motion is heeded and where not, in a thin field."""
     thin = ("species.tree.density=0", "species.figure.prototypes=1", "render.size=160x90")
-    blind = (*thin, "view.motion_aware=false")
+    blind = (*thin, "view.smear=off")
     counts = [motion_experiment.parts(FAST, 1, each) for each in (thin, blind)]
     assert counts[0] < 0.9 * counts[1]
     rest = Move(0.0, 0.0, 180.0)

@@ -27,12 +27,23 @@ def exposure(*cameras):
 
 def length_of(smear):
     """L over θ from the scale: the other way round."""
-    return math.sqrt(max(growth(smear) ** 4 - 1, 0))
+    x = growth(smear) ** 2
+    return math.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0))
 
 
 def one(exposed, start, end, bound=0.0, own=0.0):
     rows = (np.array([start], float), np.array([end], float))
     return float(smears(exposed, HERE, THETA, *rows, np.array([bound]), np.array([own]))[0])
+
+
+def of_length(length):
+    """The scale at L = ``length``·θ."""
+    chord = 2 * math.sin(math.radians(1))
+    theta = chord / length if length else 1.0
+    closes = camera((0, 0, 0), 2 if length else 0, 0)
+    exposed = exposure(camera((0, 0, 0), 0, 0), closes)
+    place = np.array([[0.0, 50.0, 0.0]])
+    return float(smears(exposed, HERE, theta, place, place, np.zeros(1), np.zeros(1))[0])
 
 
 def in_camera(each, point):
@@ -45,7 +56,17 @@ def test_a_pan_smears_what_is_at_the_horizon_by_its_whole_angle():
     smear = one(exposure(camera((0, 0, 0), 0, 0), camera((0, 0, 0), 2, 0)), (0, 50, 0), (0, 50, 0))
     chord = 2 * math.sin(math.radians(1)) / THETA
     assert length_of(smear) == pytest.approx(chord, rel=1e-9)
-    assert growth(smear) == pytest.approx((1 + chord**2) ** 0.25, rel=1e-12)
+
+
+@pytest.mark.parametrize("length", [0.0, 0.3, 2.0, 18.75, 400.0])
+def test_what_is_left_out_is_never_more_energy_than_at_rest(length):
+    """Mass² over the blurred area, of an even part of the size of m: what it is at L = 0 (½)."""
+    g = growth(of_length(length))
+    assert g**4 / math.sqrt((g**2 + 1) * (g**2 + 1 + length**2)) == pytest.approx(0.5, rel=1e-9)
+
+
+def test_a_long_smear_grows_m_by_its_cube_root():
+    assert growth(of_length(2e6)) == pytest.approx(100, rel=1e-3)
 
 
 def test_what_the_camera_follows_is_sharp():

@@ -133,12 +133,12 @@ def test_a_pan_has_sub_frames_of_one_and_the_same_cut():
 
 def test_the_shutter_prunes_only_where_heed_is_paid_to_it():
     parts, pruned = (
-        sum(each.cut.displayed_parts for each in shot(f"view.motion_aware={heed}").visible)
-        for heed in ("false", "true")
+        sum(each.cut.displayed_parts for each in shot(f"view.smear={heed}").visible)
+        for heed in ("off", "shutter")
     )
     unblurred = sum(each.cut.displayed_parts for each in shot("view.shutter=0").visible)
     assert pruned < parts == unblurred
-    assert len(shot("view.motion_aware=false").instants) == 16
+    assert len(shot("view.smear=off").instants) == 16
 
 
 def test_where_nothing_moves_there_are_no_sub_frames():

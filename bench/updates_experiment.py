@@ -1,0 +1,174 @@
+"""How often must parts be drawn again, how far off are those that are kept, and what is won? (§2)
+
+A crowd of walkers among trees in the wind, from a camera that stands, walks, turns and flies. Of
+every field one frame is scheduled by each rule, from the window of frames before it that it depends
+on (``lod.schedule``). Then a small frame is rendered with a schedule and without, turn by turn.
+"""
+
+import hashlib
+import json
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.conduct import measured, record_of
+from bench.experiments import Progress, silent
+from bench.provenance import provenance
+from bench.records import Point, Record
+from bench.spread import Each, in_turn
+from bench.updates_claims import judge
+from lod.fade import looks
+from lod.prune import prune
+from lod.schedule import WINDOW, Posed, most_urgent, off_px, past, replayed
+from scenes.preset import Preset, load_preset
+from scenes.render.render import render_frame
+from scenes.render.variants import choose
+from scenes.shot import Shown, posed_frames, scheduled, shoot
+from scenes.world import World, build_world, time_of, view_at
+
+NAME, VERSION = "updates", 1
+FRAME = WINDOW + 8
+FIELDS, QUICK_FIELDS = 8, 3
+ROUNDS, QUICK_ROUNDS = 6, 3
+THRESHOLDS = (0.25, 0.5, 1.0)
+BUDGET = 0.1
+"""Share of the parts that the rule of a budget draws anew."""
+
+SPEEDS = (0.0, *(2.0**k for k in range(-6, 4)))
+"""Edges of the classes of own speed on the image [px a frame]."""
+
+CROWD = (
+    "render.size=320x180",
+    "wind.speed=6",
+    "species.figure.density=0.01",
+    "species.figure.prototypes=4",
+    "species.figure.sizes=[1.0]",
+    "species.tree.density=0.0003",
+    "species.tree.prototypes=2",
+    "species.tree.sizes=[1.0]",
+)
+MOVES = {
+    "rest": (),
+    "walk-through": ("camera.speed=1.4",),
+    "pan": ("camera.turn=90",),
+    "fly-over": ("camera.speed=20", "camera.height=30", "camera.pitch=-20"),
+}
+TIMED = ("render.size=160x90", "render.spp=16", "render.max_depth=3")
+TIMED_PX = 0.5
+
+
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
+    """Schedule every field, time frames here, and judge the claims."""
+    start, variant = time.perf_counter(), choose()
+    seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
+    cases = [(name, (name, seeds)) for name in MOVES]
+    rounds = QUICK_ROUNDS if quick else ROUNDS
+    points = (
+        *measured(progress, each, (measure, cases)),
+        timed(rounds, variant, seed),
+    )
+    return record_of(
+        NAME,
+        VERSION,
+        quick=quick,
+        provenance=provenance(_scene_hash(), seed, variant=variant),
+        points=points,
+        claims=judge(points),
+        notes={"fields": len(seeds), "rounds": rounds},
+        start=start,
+    )
+
+
+def measure(move: str, seeds: list[int]) -> Point:
+    """One frame of every field by every rule, of a camera that moves so."""
+    samples: dict[str, list[int]] = {}
+    for seed in seeds:
+        preset = load_preset("crowd", (*CROWD, *MOVES[move], f"seed={seed}"))
+        for name, value in counted(preset).items():
+            samples.setdefault(name, []).append(value)
+    return Point({"what": "schedule", "move": move}, {}, samples)
+
+
+def counted(preset: Preset) -> dict[str, int]:
+    """Parts that could move, those drawn anew and the farthest that another is off [px/1000], by
+    every rule; and by their speed.
+    """
+    frames = _frames(preset)
+    last, parts = frames[-1], len(frames[-1].due)
+    rules = {f"{t:g} px": past(t) for t in THRESHOLDS}
+    rules["budget"] = most_urgent(round(BUDGET * parts))
+    states = dict(zip(rules, replayed(iter(frames), list(rules.values())), strict=True))
+    (before,) = replayed(iter(frames[-2:-1]), [past(0.0)])
+    kind = np.searchsorted(SPEEDS, off_px(before, last), "right") - 1
+    found = {"parts": parts}
+    for name, state in states.items():
+        found[f"redrawn {name}"] = int(state.anew.sum())
+        found[f"off {name}"] = math.ceil(1000 * float(state.off.max(initial=0)))
+    for k, low in enumerate(SPEEDS):
+        found[f"parts from {low:g}"] = int((kind == k).sum())
+        for name, state in states.items():
+            found[f"redrawn {name} from {low:g}"] = int(state.anew[kind == k].sum())
+    return found
+
+
+def _frames(preset: Preset) -> list[Posed]:
+    """Everything whose parts may be kept, as it is in every frame that FRAME depends on."""
+    world: World = build_world(preset)
+    view, made = view_at(world, preset, FRAME), []
+    for each in world.representations:
+        cut = prune(each, view)
+        shown = Shown(each, cut, looks(cut, view), view)
+        if scheduled(shown, time_of(preset, FRAME + 1)):
+            made.append(posed_frames(world, preset, FRAME, shown))
+    return [_together(each) for each in zip(*made, strict=True)]
+
+
+def _together(several: Sequence[Posed]) -> Posed:
+    """One moment of several representations as one: a budget is for all of them."""
+    first = np.cumsum([0] + [len(each.due) for each in several])[:-1]
+    owners = [each.owner + row for each, row in zip(several, first.tolist(), strict=True)]
+    return Posed(
+        start=np.concatenate([each.start for each in several]),
+        end=np.concatenate([each.end for each in several]),
+        owner=np.concatenate(owners),
+        due=np.concatenate([each.due for each in several]),
+        eye=several[0].eye,
+        theta=several[0].theta,
+    )
+
+
+def timed(rounds: int, variant: str, seed: int) -> Point:
+    """CPU time of a rendered frame, all drawn and scheduled, one after the other [µs]."""
+    ways = {"all": 0.0, "scheduled": TIMED_PX}
+    presets = {
+        name: load_preset("crowd", (*CROWD, *TIMED, f"seed={seed}", f"view.update_threshold={t}"))
+        for name, t in ways.items()
+    }
+    world, samples = build_world(presets["all"]), dict[str, list[int]]()
+    for number in range(rounds + 1):
+        for name, preset in presets.items():
+            start = time.process_time()
+            made = shoot(world, preset, FRAME + number, variant)
+            posed = time.process_time()
+            lit = made.air, made.light, made.quality
+            render_frame(made.camera, made.visible, *lit, FRAME + number)
+            whole = time.process_time() - start
+            if number:  # the first of each is compiled and warmed up
+                samples.setdefault(name, []).append(round(1e6 * whole))
+                samples.setdefault(f"{name}, before rendering", []).append(
+                    round(1e6 * (posed - start))
+                )
+                appearance = made.seconds["appearance"]
+                samples.setdefault(f"{name}, looks", []).append(round(1e6 * appearance))
+    return Point({"what": "time", "move": "rest"}, {}, samples)
+
+
+def _scene_hash() -> str:
+    """SHA-256 of the preset and of every case."""
+    preset = load_preset("crowd", CROWD).model_dump(mode="json")
+    words = [preset, MOVES, TIMED, TIMED_PX, FRAME, THRESHOLDS, BUDGET, SPEEDS]
+    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
