@@ -18,7 +18,7 @@ def figures(record: Record) -> tuple[Figure, ...]:
     """How often parts of each class of speed are drawn anew, at rest, and what the eye asks for."""
     point = next(p for p in record.points if p.case.get("move") == "rest" and "parts" in p.samples)
     lows = [float(name.split()[-1]) for name in point.samples if name.startswith("parts from")]
-    lows = [low for low in lows if low > 0 and sum(point.samples[f"parts from {low:g}"])]
+    lows = [low for low in lows if low > 0 and any(point.samples[f"parts from {low:g}"])]
     speeds = [low * 2**0.5 for low in lows]  # the middle of a class that ends at twice its start
     drawn, words = [], []
     for threshold in JUDGED_PX:
@@ -35,7 +35,8 @@ def figures(record: Record) -> tuple[Figure, ...]:
     span = f"own speeds of {speeds[0]:.2g} to {speeds[-1]:.2g} pixels a frame"
     caption = (
         f"How often parts are drawn anew, 24 frames/s, by threshold; {span}: {'; '.join(words)}. "
-        f"The eye asks for {eye[0]:.0f} to {eye[-1]:.0f} (67 pixels a degree). {told}"
+        f"The eye asks for {eye[0]:.0f} to {eye[-1]:.0f} (ω_l + r·u_l, Watson & Ahumada 1983, "
+        f"at 67 pixels a degree). {told}"
     )
     axis = "own speed on the image (pixels a frame)", "updates a second"
     return (curves("updates", "When parts are drawn again", caption, caption, axis, drawn),)
