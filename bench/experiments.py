@@ -299,7 +299,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             "The share of a gain that size and distance have depends on how much there is to leave "
             "out: here everything in a square of 400 m, out of view as well.",
         ),
-        takes_s=(70.0, 280.0),
+        takes_s=(180.0, 500.0),
     ),
     "updates": Experiment(
         about="how often parts are drawn again, how far off the others are, and what is saved",

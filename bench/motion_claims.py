@@ -23,14 +23,14 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     made = []
     counted = [point for point in points if point.case["world"] != PICTURE]
     for point in counted:
-        turn, speed, shutter = (point.case[k] for k in ("turn", "speed", "shutter"))
+        turn, speed = (point.case[k] for k in ("turn", "speed"))
         if point.case["world"] == "finite":
             made.append(_reddy(point))
         elif turn == speed == 0:
             about = "A camera at rest leaves out nothing more."
             words = about, "share of the parts that motion leaves out", _ISSUE
             made.append(claim("rest/parts", words, 0.0, 0.0, left_out(point)))
-        elif (turn, shutter) == (90.0, 180.0):
+        elif is_fast(point):
             about = (
                 "A fast pan (90°/s, 180° shutter) leaves out at least a tenth of the parts: with "
                 "less, that its picture stays as it is would say nothing."
@@ -48,7 +48,8 @@ def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
     """What the blurred pan shows; nothing where motion leaves out too little for it to say much."""
     if not any(each.name == "pan/parts" and each.verdict == "holds" for each in counted):
         return []
-    pictures = {point.case["cut"]: point for point in points if point.case["world"] == PICTURE}
+    fast = [p for p in points if p.case["world"] == PICTURE and is_fast(p)]
+    pictures = {point.case["cut"]: point for point in fast}
     made = []
     if "motion" in pictures:
         about = "What motion leaves out of a fast pan is not missed in its blurred picture."
@@ -67,6 +68,11 @@ def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
         )
         made.append(claim("pan/planted", words, 0.0, 0.0, under, "at most"))
     return made
+
+
+def is_fast(point: Point) -> bool:
+    """Whether it is of the fast pan that the claims are about."""
+    return {"turn": 90.0, "speed": 0.0, "shutter": 180.0}.items() <= point.case.items()
 
 
 def one_sided(point: Point) -> Estimate:

@@ -89,7 +89,7 @@ def clip(name: str, settings: tuple[str, ...], count: int, folder: Path) -> list
         header = frame_header(one.view.camera, preset.camera.fps, {"clip": name, "frame": number})
         write_exr(path, _beside(one.layers, other.layers), header)
         paths.append(path)
-    contact_sheet(paths, folder / f"{name}.png")
+    contact_sheet(paths, folder / f"{name}.png", columns=2, width=640)
     movie(paths, folder / f"{name}.mp4", preset.camera.fps)
     left = {way: _residuals(frames) for way, frames in made.items()}
     return [

@@ -8,13 +8,14 @@ Whether what motion leaves out is missed in the blurred picture is asked by ``mo
 import hashlib
 import json
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 from bench import motion_picture
 from bench.conduct import joined, measured, record_of
 from bench.excess_flip import LEAST_PAIRS
 from bench.experiments import Progress, silent
 from bench.motion_claims import judge
+from bench.motion_moves import FAST, MOVES, PICTURED, Move
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.spread import Each, in_turn
@@ -24,36 +25,11 @@ from scenes.render.variants import choose
 from scenes.world import build_world, view_at
 
 NAME, VERSION = "motion", 2
-FIELDS, QUICK_FIELDS = 16, 4
+FIELDS, QUICK_FIELDS = 12, 4
 FRAME = 5
 
 WORLD = "world.extent=400"
 """The finite world in which everything can be counted."""
-
-
-@dataclass(frozen=True)
-class Move:
-    """What the camera does while the shutter is open [degrees/s, m/s, degrees of 360 a frame]."""
-
-    turn: float
-    speed: float
-    shutter: float
-
-    @property
-    def settings(self) -> tuple[str, ...]:
-        """As settings of a preset."""
-        keys = {"camera.turn": self.turn, "camera.speed": self.speed, "view.shutter": self.shutter}
-        return tuple(f"{key}={value}" for key, value in keys.items())
-
-
-MOVES = (
-    *(Move(turn, 0.0, 180.0) for turn in (0.0, 5.0, 15.0, 45.0, 90.0, 180.0)),
-    *(Move(90.0, 0.0, shutter) for shutter in (45.0, 90.0, 360.0)),
-    *(Move(0.0, speed, 180.0) for speed in (1.4, 14.0, 100.0)),
-)
-"""Pans at one shutter; one pan at other shutters; walks, drives and flights ahead."""
-
-FAST = Move(90.0, 0.0, 180.0)
 
 
 CUTS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -76,7 +52,11 @@ def run(
     cases = [(_name(move), ("endless", move, seeds)) for move in MOVES]
     cases.append(("a finite world", ("finite", FAST, seeds)))
     spp = motion_picture.QUICK_SPP if quick else motion_picture.SPP
-    pictures = [(f"the blurred pan, {k + 1}", (k, variant, spp, seed)) for k in range(LEAST_PAIRS)]
+    pictures = [
+        (f"pictures of {_name(move)}", (move, pair, cuts, (variant, spp, seed)))
+        for move, cuts in PICTURED
+        for pair in range(LEAST_PAIRS)
+    ]
     found = measured(progress, each, (measure, cases), (motion_picture.measure, pictures))
     points = joined(found)
     return record_of(
@@ -117,7 +97,9 @@ def _scene_hash() -> str:
     preset = load_preset("meadow").model_dump(mode="json")
     moves = [asdict(move) for move in MOVES]
     pictures = [
-        motion_picture.preset_of(cut, 0.0, 1).model_dump(mode="json") for cut in motion_picture.CUTS
+        motion_picture.preset_of(FAST, cut, 0.0, 1).model_dump(mode="json")
+        for cut in motion_picture.CUTS
     ]
-    text = json.dumps([preset, moves, WORLD, FRAME, pictures], sort_keys=True)
+    pictured = [[asdict(move), cuts] for move, cuts in PICTURED]
+    text = json.dumps([preset, moves, WORLD, FRAME, pictures, pictured], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -1,17 +1,18 @@
-"""What motion leaves out of a fast pan, looked for in the blurred picture: excess FLIP.
+"""What motion leaves out, looked for in the blurred picture: excess FLIP.
 
-`meadow` panned at 90°/s under a 180° shutter, seen through windows of the frame that is 640 pixels
-wide: 96 × 54 pixels about the horizon, where most of the parts are, each of eight pairs of seeds
-another way. The reference is the same blurred frame, cut by size and distance alone: what those
-cost the picture is the experiment ``fidelity``. The planted cut has m doubled.
+`meadow` panned or flown through, seen through windows of the frame that is 640 pixels wide: 96 × 54
+pixels about the horizon, where most of the parts are, each of eight pairs of seeds another way. The
+reference is the same blurred frame, cut by size and distance alone: what those cost the picture is
+the experiment ``fidelity``. The planted cut has m doubled.
 """
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from bench.excess_flip import LEAST_PAIRS, mean_flip
+from bench.motion_moves import Move
 from bench.records import Point
 from scenes.preset import Preset, load_preset
 from scenes.render.display import encoded, exposure_of
@@ -22,8 +23,8 @@ from scenes.world import build_world
 
 FRAME = 2
 SIZE, WHOLE_PX, WHOLE_DEG = (96, 54), 640, 60.0
-SPP, QUICK_SPP = 384, 32
-TURN, SHUTTER, FPS = 90.0, 180.0, 24.0
+SPP, QUICK_SPP = 256, 32
+FPS = 24.0
 
 CUTS = {
     "spatial": ("view.smear=off",),
@@ -33,47 +34,47 @@ CUTS = {
 """By size and distance; by motion as well, at the default threshold; and with m doubled."""
 
 
-def preset_of(cut: str, heading: float, spp: int) -> Preset:
+def preset_of(move: Move, cut: str, heading: float, spp: int) -> Preset:
     """The window that looks along a heading in the middle of the frame's time."""
     tangent = math.tan(math.radians(WHOLE_DEG / 2)) * SIZE[0] / WHOLE_PX
-    return load_preset(
-        "meadow",
-        (
-            f"render.size={SIZE[0]}x{SIZE[1]}",
-            f"render.spp={spp}",
-            "render.max_depth=2",
-            f"camera.fov={2 * math.degrees(math.atan(tangent))}",
-            "camera.speed=0",
-            f"camera.turn={TURN}",
-            f"camera.heading={heading - TURN / FPS * (FRAME - 1)}",
-            f"view.shutter={SHUTTER}",
-            *CUTS[cut],
-        ),
+    window = (
+        f"render.size={SIZE[0]}x{SIZE[1]}",
+        f"render.spp={spp}",
+        "render.max_depth=2",
+        f"camera.fov={2 * math.degrees(math.atan(tangent))}",
+        f"camera.heading={heading - move.turn / FPS * (FRAME - 1)}",
     )
+    return load_preset("meadow", (*window, *move.settings, *CUTS[cut]))
 
 
-def measure(pair: int, variant: str, spp: int, seed: int) -> list[Point]:
-    """One pair of seeds, one way to look: the cut by motion, and the planted one."""
+def measure(move: Move, pair: int, cuts: tuple[str, ...], how: tuple[str, int, int]) -> list[Point]:
+    """One pair of seeds, one way to look, every cut; how: variant, samples a pixel, first seed."""
+    variant, spp, seed = how
     heading = 360.0 * pair / LEAST_PAIRS - 180.0
-    world = build_world(preset_of("spatial", heading, spp))
-    made = {cut: shoot(world, preset_of(cut, heading, spp), FRAME, variant) for cut in CUTS}
+    world = build_world(preset_of(move, "spatial", heading, spp))
+    spatial, *tested = (
+        shoot(world, preset_of(move, cut, heading, spp), FRAME, variant)
+        for cut in ("spatial", *cuts)
+    )
     one, two = (seed + 2 * pair + k for k in (0, 1))
-    same, other = _picture(made["spatial"], one), _picture(made["spatial"], two)
+    other = _picture(spatial, two)
     exposure = exposure_of(other)
     reference = _shown(other, exposure)
-    floor = mean_flip(_shown(same, exposure), reference)
+    floor = mean_flip(_shown(_picture(spatial, one), exposure), reference)
     points = []
-    for cut in ("motion", "planted"):
-        tested = mean_flip(_shown(_picture(made[cut], one), exposure), reference)
-        samples = {"flip": [round(1e6 * tested)], "flip_floor": [round(1e6 * floor)]}
-        points.append(Point({"world": "picture", "cut": cut, "spp": spp}, {}, samples))
+    for cut, made in zip(cuts, tested, strict=True):
+        flip = mean_flip(_shown(_picture(made, one), exposure), reference)
+        samples = {"flip": [round(1e6 * flip)], "flip_floor": [round(1e6 * floor)]}
+        case = {"world": "picture", **asdict(move), "cut": cut, "spp": spp}
+        points.append(Point(case, {}, samples))
     return points
 
 
 def _picture(made: FrameInput, seed: int) -> np.ndarray:
     """Radiance of a blurred picture."""
     quality = replace(made.quality, seed=seed)
-    layers = render_exposed(made.instants, made.air, made.light, quality, FRAME)
+    lit = made.air, made.light, quality
+    layers = render_exposed(made.instants, *lit, FRAME)
     return layers.rgb.astype(np.float64)
 
 

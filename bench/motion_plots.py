@@ -1,7 +1,7 @@
 """What the motion experiment shows: parts that motion keeps against speed, and a table."""
 
 from bench.figures import Curve, Figure, curves
-from bench.motion_claims import PICTURE, kept
+from bench.motion_claims import PICTURE, kept, one_sided
 from bench.records import Point, Record
 from bench.report_parts import claimed, measured
 
@@ -26,15 +26,24 @@ def figures(record: Record) -> tuple[Figure, ...]:
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Heads and rows: every case."""
     heads = ("world", "pan (°/s)", "ahead (m/s)", "shutter (°)", "by size and distance")
-    counted = [p for p in record.points if p.case["world"] != PICTURE]
-    return (*heads, "by motion as well", "kept", "95 % interval"), [_row(p) for p in counted]
+    rows = [_pictured(p) if p.case["world"] == PICTURE else _row(p) for p in record.points]
+    return (*heads, "by motion as well", "kept", "95 % interval", "excess FLIP"), rows
 
 
 def _row(point: Point) -> tuple[str, ...]:
     case, found = point.case, kept(point)
     moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
     counts = (f"{sum(point.samples[k]) / len(point.samples[k]):.0f}" for k in ("spatial", "motion"))
-    return case["world"], *moves, *counts, f"{found.value:.3f}", f"{found.low:.3f}-{found.high:.3f}"
+    kept_ = f"{found.value:.3f}", f"{found.low:.3f}-{found.high:.3f}"
+    return case["world"], *moves, *counts, *kept_, ""
+
+
+def _pictured(point: Point) -> tuple[str, ...]:
+    """A rendered move: how far the picture cut by motion is from that cut without."""
+    case, found = point.case, one_sided(point)
+    moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
+    excess = f"{found.value:.4f} ({found.low:.4f}-{found.high:.4f})"
+    return f"picture, {case['cut']}", *moves, *[""] * 4, excess
 
 
 def _is_pan(point: Point) -> bool:

@@ -1,7 +1,7 @@
 """What motion leaves out is counted and judged from the counts alone."""
 
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import pytest
 
@@ -10,7 +10,7 @@ from bench.conduct import joined
 from bench.excess_flip import LEAST_PAIRS
 from bench.experiments import EXPERIMENTS
 from bench.motion_claims import judge, kept, one_sided
-from bench.motion_experiment import FAST, MOVES, Move
+from bench.motion_moves import FAST, MOVES, PICTURED, Move
 from bench.records import Point
 from scenes.render.variants import choose
 
@@ -23,15 +23,15 @@ def fake(settings, move, seed):
     return (250 if moving else 1000) + seed % 3
 
 
-def fake_pictures(pair, variant, spp, seed):
+def fake_pictures(move, pair, cuts, how):
     """Excess FLIP of 0.004 by motion and 0.05 by the planted cut, above a floor of 0.009."""
     flips = {"motion": 13_000 + pair, "planted": 59_000 + pair}
-    return [picture(cut, [flip], [9_000]) for cut, flip in flips.items()]
+    return [picture(cut, [flips[cut]], [9_000], move) for cut in cuts]
 
 
-def picture(cut, flips, floors):
+def picture(cut, flips, floors, move=FAST):
     samples = {"flip": flips, "flip_floor": floors}
-    return Point({"world": "picture", "cut": cut, "spp": 1}, {}, samples)
+    return Point({"world": "picture", **asdict(move), "cut": cut, "spp": 1}, {}, samples)
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def test_every_claim_is_judged_from_the_points(record):
 
 
 def test_the_picture_is_judged_by_its_upper_bound_and_only_where_parts_are_left_out(record):
-    pan = next(p for p in record.points if p.case.get("turn") == 90.0)
+    pan = next(p for p in record.points if p.case["turn"] == 90.0)
     worse = picture("motion", [25_000, 12_000] * 4, [9_000] * 8)
     (_, excess) = judge((pan, worse))
     assert excess.measured == pytest.approx(0.0095)
@@ -66,7 +66,7 @@ def test_a_fast_pan_looks_as_it_did_and_one_with_m_doubled_does_not():
     points = joined(
         point
         for pair in range(LEAST_PAIRS)
-        for point in motion_picture.measure(pair, choose(), 16, 0)
+        for point in motion_picture.measure(FAST, pair, ("motion", "planted"), (choose(), 16, 0))
     )
     found = {point.case["cut"]: one_sided(point) for point in points}
     assert found["motion"].high < 0.01 < found["planted"].low
@@ -84,7 +84,7 @@ def test_a_pan_that_keeps_everything_is_refuted_and_so_is_a_rest_that_does_not(r
 
 
 def test_it_has_a_row_for_every_case_and_a_figure_without_gaps(record):
-    assert len(motion_plots.table(record)[1]) == len(MOVES) + 1
+    assert len(motion_plots.table(record)[1]) == len(MOVES) + 1 + len(PICTURED) + 1
     (figure,) = motion_plots.figures(record)
     assert not re.search(r"\bnan\b", figure.svg)
 
