@@ -30,7 +30,10 @@ from scenes.world import build_world
 
 NAME, VERSION = "air", 1
 VISIBILITIES_M = (1e3, 5e3, 20e3)
-MEADOW = ("air.visibility=5km", "render.size=96x54", "render.max_depth=16")
+MEADOW = (
+    *("air.visibility=5km", "render.size=96x54", "render.max_depth=16"),
+    "render.haze=scattered",  # so that the light knows the canopy
+)
 _TARGET_SPP = {"scalar": 512, "jit": 512, "medium": 2048}
 _QUICK_TARGET_SPP = {"scalar": 256, "jit": 256, "medium": 512}
 _SPP = {"analytic": 32, "scattered": 32, "medium": 96, "spectral": 64}

@@ -7,8 +7,9 @@ the source term of the air on the way,
     J(z, ω) = ϖ·(p(ω·ω₀)·E·exp(−τ/sin e) + ∫p(ω·ω′)·L(z, ω′)dω′),
 
 repeated until it stays. p is Henyey & Greenstein's phase function (Astrophys. J. 93, 1941). The
-ground is Lambertian. Directions stand in rings of equal solid angle; the integral is a convolution
-in azimuth, so it is done frequency by frequency.
+ground is Lambertian; what stands on it is a second medium in the lowest steps (lod.canopy), whose
+source is alike in all directions, ϱ/4π·(E + ∫L·dω). Directions stand in rings of equal solid angle;
+the integral is a convolution in azimuth, so it is done frequency by frequency.
 """
 
 from dataclasses import dataclass
@@ -45,37 +46,30 @@ class Scattering:
 class Lit:
     """What the layer is between and lit by.
 
-    height   (levels,) from the ground up to the top [m], evenly spaced
+    height   (levels,) from the ground up to the top [m]
     depth    (levels − 1, bands) ∫β of each step, straight up
+    cover    (levels − 1,) the same of what stands there, K·ΔA
     to_sun   (3,) unit vector; sun (bands,) irradiance, above the layer, of what faces the sun
     sky      (RINGS / 2, SPOKES, bands) radiance above the layer
-    ground   (bands,) albedo
+    ground   (bands,) albedo; plants (bands,) that of what stands there
     """
 
     height: np.ndarray
     depth: np.ndarray
+    cover: np.ndarray
     to_sun: np.ndarray
     sun: np.ndarray
     sky: np.ndarray
     ground: np.ndarray
+    plants: np.ndarray
 
     def __post_init__(self) -> None:
-        names = ("height", "depth", "to_sun", "sun", "sky", "ground")
-        freeze(self, **dict.fromkeys(names, np.float64))
+        freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
 
-
-@dataclass(frozen=True, eq=False)
-class Source:
-    """J of the air as a line in height, in each direction of sight.
-
-    level  (rings, spokes, bands) at the height asked for; slope the same, per metre upwards
-    """
-
-    level: Field
-    slope: Field
-
-    def __post_init__(self) -> None:
-        freeze(self, level=np.float64, slope=np.float64)
+    @property
+    def taken(self) -> np.ndarray:
+        """Optical depth of each step straight up, by all that is in it, (levels − 1, bands)."""
+        return self.depth + self.cover[:, None]
 
 
 def directions() -> np.ndarray:
@@ -101,21 +95,17 @@ def path_share(depth: np.ndarray) -> np.ndarray:
         return np.where(depth > _SMALL, 1 / t - 1 / np.expm1(t), 0.5 - depth / 12)
 
 
-def line_at(lit: Lit, source: np.ndarray, at_m: float) -> Source:
-    """A source term near a height, as the line that fits it best over the layer."""
-    offset = lit.height - lit.height.mean()
-    slope = np.tensordot(offset, source, axes=1) / (offset**2).sum()
-    return Source(source.mean(axis=0) + slope * (at_m - lit.height.mean()), slope)
-
-
 def solve(lit: Lit, air: Scattering) -> Float64[np.ndarray, "levels rings spokes bands"]:
-    """J at every height; light may scatter as often as it will."""
+    """J of the air at every height; light may scatter as often as it will."""
     kernel = _kernel(air)
     toward_sun = phase(directions() @ lit.to_sun, air.asymmetry)
     first = air.albedo * toward_sun[None, ..., None] * sun_at(lit)[:, None, None]
-    source = first
+    source, sent = first, lit.plants / (4 * np.pi) * sun_at(lit)
     for _ in range(_MOST_ROUNDS):
-        before, source = source, first + _scatter(kernel, radiance(lit, source))
+        light = radiance(lit, source, sent)
+        before, source = source, first + _scatter(kernel, light)
+        around = light.sum(axis=(1, 2)) * _SOLID_ANGLE
+        sent = lit.plants / (4 * np.pi) * (sun_at(lit) + around)
         if np.abs(source - before).max() <= _SETTLED * np.abs(source).max():
             break
     return source
@@ -123,26 +113,38 @@ def solve(lit: Lit, air: Scattering) -> Float64[np.ndarray, "levels rings spokes
 
 def sun_at(lit: Lit) -> Float64[np.ndarray, "levels bands"]:
     """The sun's irradiance that is left at each height."""
-    above = np.concatenate((lit.depth[::-1].cumsum(axis=0)[::-1], np.zeros((1, len(lit.sun)))))
+    above = np.concatenate((lit.taken[::-1].cumsum(axis=0)[::-1], np.zeros((1, len(lit.sun)))))
     return lit.sun * np.exp(-above / max(float(lit.to_sun[2]), LOWEST_SUN))
 
 
-def radiance(lit: Lit, source: np.ndarray) -> Float64[np.ndarray, "levels rings spokes bands"]:
-    """L at every height: downwards through the layer, off the ground, and up again."""
+def radiance(
+    lit: Lit, source: np.ndarray, sent: Float64[np.ndarray, "levels bands"]
+) -> Float64[np.ndarray, "levels rings spokes bands"]:
+    """L at every height: downwards through the layer, off the ground, and up again; where the
+    source is ``source`` in the air, and ``sent`` in what stands there."""
     half, up = RINGS // 2, _up()[RINGS // 2 :]
-    steps = lit.depth[:, None, None] / up[:, None, None]
+    steps = lit.taken[:, None, None] / up[:, None, None]
     through, share = np.exp(-steps), path_share(steps)
+    low, high = _mixed(lit, source, sent)
     light = np.empty_like(source)
     light[-1, half:] = lit.sky
     for k in range(len(lit.depth) - 1, -1, -1):
-        own = source[k, half:] * (1 - share[k]) + source[k + 1, half:] * share[k]
+        own = low[k, half:] * (1 - share[k]) + high[k, half:] * share[k]
         light[k, half:] = light[k + 1, half:] * through[k] + own * (1 - through[k])
     light[0, :half] = lit.ground / np.pi * irradiance(lit, light[0, half:])
     through, share = through[:, ::-1], share[:, ::-1]  # rings below the horizon, from the lowest
     for k in range(len(lit.depth)):
-        own = source[k + 1, :half] * (1 - share[k]) + source[k, :half] * share[k]
+        own = high[k, :half] * (1 - share[k]) + low[k, :half] * share[k]
         light[k + 1, :half] = light[k, :half] * through[k] + own * (1 - through[k])
     return light
+
+
+def _mixed(lit: Lit, source: np.ndarray, sent: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The source at the lower and the upper end of each step, of all that is in it."""
+    nothing = np.ones_like(lit.depth)
+    air = np.divide(lit.depth, lit.taken, out=nothing, where=lit.taken > 0)[:, None, None]
+    there = sent[:, None, None]
+    return air * source[:-1] + (1 - air) * there[:-1], air * source[1:] + (1 - air) * there[1:]
 
 
 def irradiance(lit: Lit, down: Field) -> Reals:

@@ -15,6 +15,7 @@ from lod.schedule import Drawn, Posed, due_in, frames_before, kept_of, past, rep
 from lod.smear import eye_from
 from lod.view import View
 from scenes.camera_path import camera_at
+from scenes.canopy import canopy_of
 from scenes.preset import Preset
 from scenes.render.frame import Extras, FileForm, FrameInput, Instant, Light, Quality, Visible
 from scenes.render.shutter import offsets
@@ -42,7 +43,7 @@ def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
         camera=view.camera,
         visible=visible,
         air=air_of(preset),
-        light=light_of(preset),
+        light=light_in(world, preset),
         quality=quality_of(preset, variant),
         fps=preset.camera.fps,
         form=form_of(preset),
@@ -180,6 +181,14 @@ def short_ids(cut: Cut) -> Cut:
         return cut
     numbers = np.unique(part, return_inverse=True)[1]
     return replace(cut, part=numbers)
+
+
+def light_in(world: World, preset: Preset) -> Light:
+    """Sun and sky, and what stands in the air where that lights what is seen."""
+    light = light_of(preset)
+    if preset.render.haze != "scattered":
+        return light
+    return replace(light, canopy=canopy_of(tuple(each.species for each in world.fields)))
 
 
 def light_of(preset: Preset) -> Light:

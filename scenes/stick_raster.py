@@ -105,7 +105,9 @@ def _union_area(x0, y0, r0, x1, y1, r1, fineness):  # type: ignore[no-untyped-de
         for row in range(a, b):
             y, k = low + (row + 0.5) * spacing, slot[row]
             lo, hi = _disc_span(y, x0[i], y0[i], r0[i], x1[i], y1[i], r1[i])
-            left[k], right[k] = _widened(y, lo, hi, sides) if slim else (lo, hi)
+            lo, hi = _widened(y, lo, hi, sides) if slim else (lo, hi)
+            # A row that only just meets an outline may miss it by rounding.
+            left[k], right[k] = (lo, hi) if lo <= hi else (x0[i], x0[i])
             slot[row] = k + 1
     covered = 0.0
     for row in range(rows):

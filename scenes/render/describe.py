@@ -63,7 +63,12 @@ def describe(
             moves[name] = batch.moves
     return {
         "camera": _camera(camera, camera.corner),
-        "light": {"to_sun": light.to_sun, "turbidity": light.turbidity, "weight": SUN_SAMPLING},
+        "light": {
+            "to_sun": light.to_sun,
+            "turbidity": light.turbidity,
+            "weight": SUN_SAMPLING,
+            "canopy": light.canopy,
+        },
         "integrator": {"max_depth": max_depth},
         "shapes": shapes,
         "ids": ids,

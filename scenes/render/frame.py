@@ -11,6 +11,7 @@ import numpy as np
 from lod.air import Air
 from lod.arrays import freeze
 from lod.camera import Camera
+from lod.canopy import BARE, Canopy
 from lod.errors import InputError
 from lod.parts import Sticks, Triangles
 from lod.prune import Cut
@@ -40,11 +41,13 @@ class Visible:
 
 @dataclass(frozen=True)
 class Light:
-    """Sun and sky: azimuth clockwise from north (+y), elevation above the horizon [degrees]."""
+    """Sun and sky: azimuth clockwise from north (+y), elevation above the horizon [degrees]; and
+    the canopy whose shade is in the air, where that is worked out (see HAZES: scattered)."""
 
     sun_azimuth_deg: float
     sun_elevation_deg: float
     turbidity: float = 3.0
+    canopy: Canopy = BARE
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.sun_azimuth_deg):

@@ -4,9 +4,8 @@
 azimuth. Rays that meet nothing and go below ``HORIZON_DEG`` get it whole. Above it they get the sky
 as it is, which holds its haze already; mist, which it does not hold, veils it on the way out.
 
-Scattered: L_air is the source term of the air at the mean height that the light of the path comes
-from, exact where it is a line in height and β is even. Rays that meet nothing see the sky through
-the layer.
+Scattered: L_air is the source term of the air as it lights the path, tabulated by direction and
+distance. Rays that meet nothing see the sky through the layer.
 """
 
 from dataclasses import dataclass
@@ -16,13 +15,12 @@ import numpy as np
 from lod.air import Air, PathBands, mist_extinction, optical_depth
 from lod.arrays import Reals
 from lod.mist import depth_beyond
-from lod.slab import path_share
 from scenes.render.airlight import HORIZON_DEG, horizon
 from scenes.render.bands import Bands
 from scenes.render.build import Built
 from scenes.render.emitters import bands, sun_disc
-from scenes.render.scattered import Layer
-from scenes.render.table import looked_up, row_above, row_by_sine, turn_of
+from scenes.render.scattered import NEAR_M, RATIO, Layer
+from scenes.render.table import looked_up, looked_up_along, row_above, row_by_root, turn_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +29,8 @@ class Haze:
 
     air       what lies in between; bands of the picture, wavelengths of which are (bands,) [nm]
     eye_m     height of the eye above the datum
-    airlight  (rows, columns, bands) by direction, at the eye; see scenes.render.table.row_by_sine
-    slope     the same, of the airlight per metre upwards [1/m]; None = even
+    airlight  (planes, rows, columns, bands) by distance (see ``plane_at``) and direction
+        (scenes.render.table.row_by_root)
     seen      (rows, columns, bands) of what meets nothing, see row_above; None = as it is rendered
     lowest    sine of the elevation below which a ray that meets nothing gets the airlight
     to_sun    (3,); sun (bands,) radiance of the disc; sun_cosine of its angular radius
@@ -42,7 +40,6 @@ class Haze:
     bands: Bands
     eye_m: float
     airlight: np.ndarray
-    slope: np.ndarray | None
     seen: np.ndarray | None
     lowest: float
     to_sun: np.ndarray
@@ -64,8 +61,7 @@ def haze_of(built: Built, air: Air) -> Haze:
         air=air,
         bands=bands(),
         eye_m=float(built.description["camera"]["eye"][2]),
-        airlight=layer.source.level if layer else horizon(light)[None],
-        slope=layer.source.slope if layer else None,
+        airlight=layer.airlight if layer else horizon(light)[None, None],
         seen=layer.seen if layer else None,
         lowest=0.0 if layer else float(np.sin(np.radians(HORIZON_DEG))),
         to_sun=light["to_sun"],
@@ -94,7 +90,7 @@ def veil(haze: Haze, directions: np.ndarray) -> np.ndarray:
 def beyond(haze: Haze, directions: np.ndarray, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Of rays that meet nothing: the share they show of the sky as rendered, and the light added to
     it, (…, bands) each. ``low`` (…) says which show the airlight alone."""
-    air = airlight_towards(haze, directions)
+    air = airlight_on_the_way(haze, directions, np.full(low.shape, np.inf))
     if haze.seen is None:
         through = np.where(low[..., None], 0.0, veil(haze, directions))
         return through, air * (1 - through)
@@ -103,20 +99,12 @@ def beyond(haze: Haze, directions: np.ndarray, low: np.ndarray) -> tuple[np.ndar
     return np.zeros_like(sky), np.where(up[..., None] > 0, sky, air)
 
 
-def airlight_towards(haze: Haze, directions: np.ndarray) -> np.ndarray:
-    """Airlight of each direction at the eye, (…, 3) → (…, bands)."""
-    row = row_by_sine(len(haze.airlight), directions[..., 2])
-    return looked_up(haze.airlight, row, turn_of(directions))
+def airlight_on_the_way(haze: Haze, directions: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Airlight of paths of a length (…) [m] from the eye, (…, bands)."""
+    row = row_by_root(haze.airlight.shape[1], directions[..., 2])
+    return looked_up_along(haze.airlight, plane_at(distance), row, turn_of(directions))
 
 
-def airlight_on_the_way(
-    haze: Haze, directions: np.ndarray, distance: np.ndarray, depth: np.ndarray
-) -> np.ndarray:
-    """Airlight of paths of a length (…) and an optical depth (…, bands), (…, bands)."""
-    air = airlight_towards(haze, directions)
-    if haze.slope is None:
-        return air
-    row = row_by_sine(len(haze.slope), directions[..., 2])
-    slope = looked_up(haze.slope, row, turn_of(directions))
-    rise = (distance * directions[..., 2])[..., None]
-    return air + slope * rise * path_share(depth)
+def plane_at(distance: np.ndarray) -> np.ndarray:
+    """Where planes stand for distances NEAR_M, NEAR_M·RATIO, …"""
+    return np.log(np.maximum(distance, NEAR_M) / NEAR_M) / np.log(RATIO)

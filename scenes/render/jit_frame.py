@@ -14,13 +14,15 @@ from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
 from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups
+from scenes.render.scattered import NEAR_M, RATIO
 
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
 
 _SMALL = 2e-3
-"""Below it (1 − exp(−x))/x is 1 − x/2 and slab.path_share ½ − x/12, in float32 more exactly than by
-their own formulae."""
+"""Below it (1 − exp(−x))/x is 1 − x/2, in float32 more exactly than by its own formula."""
+
+_NO_END = 1e30
 
 
 def render_jit(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
@@ -96,7 +98,7 @@ def _hazy(haze: Haze, colour: Any, distance: Any, direction: Any) -> Any:
     if haze.air.mist:
         metres = _mist_metres(haze.air.mist, haze.eye_m, distance, direction.z, haze.lowest)
         depth += metres * _opaque(mist_extinction(haze.air, haze.wavelengths))
-    air = _airlight(haze, direction, distance * direction.z, depth)
+    air = _airlight(haze, direction, dr.select(distance > 0, distance, _NO_END))
     low = direction.z <= haze.lowest
     sky = dr.select(low, air, colour if haze.seen is None else _sky_seen(haze.seen, direction))
     disc = dr.dot(direction, mi.Vector3f(_opaque(haze.to_sun))) > haze.sun_cosine
@@ -127,15 +129,20 @@ def _opaque(values: np.ndarray) -> Any:
     return mi.Color3f([dr.opaque(mi.Float, float(value)) for value in values])
 
 
-def _airlight(haze: Haze, direction: Any, rise: Any, depth: Any) -> Any:
-    """haze.airlight_on_the_way, for Dr.Jit arrays; ``rise`` in metres over the whole path."""
-    row = (direction.z + 1) / 2 * len(haze.airlight) - 0.5
-    air = _looked_up(haze.airlight, row, direction)
-    if haze.slope is None:
-        return air
-    t = dr.maximum(depth, _SMALL)
-    share = dr.select(depth > _SMALL, 1 / t - 1 / (dr.exp(t) - 1), 0.5 - depth / 12)
-    return dr.fma(_looked_up(haze.slope, row, direction), rise * share, air)
+def _airlight(haze: Haze, direction: Any, distance: Any) -> Any:
+    """haze.airlight_on_the_way, for Dr.Jit arrays."""
+    planes, rows = haze.airlight.shape[:2]
+    flat = haze.airlight.reshape(planes * rows, *haze.airlight.shape[2:])
+    root = dr.mulsign(dr.sqrt(dr.abs(direction.z)), direction.z)
+    row = dr.clip((root + 1) / 2 * (rows - 1), 0.0, rows - 1.0)
+    if planes == 1:
+        return _looked_up(flat, row, direction)
+    plane = dr.log(dr.maximum(distance, NEAR_M) / NEAR_M) / math.log(RATIO)
+    plane = dr.clip(plane, 0.0, planes - 1.0)
+    low = dr.floor(plane)
+    near = _looked_up(flat, low * rows + row, direction)
+    far = _looked_up(flat, dr.minimum(low + 1, planes - 1.0) * rows + row, direction)
+    return dr.fma(far - near, plane - low, near)
 
 
 def _sky_seen(seen: np.ndarray, direction: Any) -> Any:

@@ -140,7 +140,7 @@ class _Band:
         metres, rise = distance.astype(np.float64)[..., 0], directions[..., 2].astype(np.float64)
         depth = depth_to(self.haze, metres.ravel(), rise.ravel()).reshape(sky.shape)
         through = np.exp(-depth)
-        air = airlight_on_the_way(self.haze, directions, metres, depth)
+        air = airlight_on_the_way(self.haze, directions, metres)
         met = distance > 0
         return np.where(met, through, sky), np.where(met, air * (1 - through), in_sky)
 

@@ -18,6 +18,19 @@ def looked_up(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndarra
     return lower * (1 - down) + upper * down
 
 
+def looked_up_along(
+    table: np.ndarray, plane: np.ndarray, row: np.ndarray, turn: np.ndarray
+) -> np.ndarray:
+    """The same in a table of planes (planes, rows, columns, bands), ``plane`` (…) from 0."""
+    planes, rows = table.shape[:2]
+    plane, row = np.clip(plane, 0, planes - 1), np.clip(row, 0, rows - 1)
+    low = np.floor(plane)
+    share, high = (plane - low)[..., None], np.minimum(low + 1, planes - 1)
+    flat = table.reshape(planes * rows, *table.shape[2:])  # a last row is followed by none
+    near, far = (looked_up(flat, each * rows + row, turn) for each in (low, high))
+    return near * (1 - share) + far * share
+
+
 def turn_of(directions: np.ndarray) -> np.ndarray:
     """Azimuth in whole turns clockwise from north, (…, 3) → (…), 0 to 1."""
     return np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0
@@ -26,6 +39,12 @@ def turn_of(directions: np.ndarray) -> np.ndarray:
 def row_by_sine(rows: int, up: np.ndarray) -> np.ndarray:
     """Where rows are the middles of even steps in the sine of elevation, from −1 to 1."""
     return (up + 1) / 2 * rows - 0.5
+
+
+def row_by_root(rows: int, up: np.ndarray) -> np.ndarray:
+    """Where rows run from straight below to straight above, evenly in the root of the sine of
+    elevation, either way from the horizon: most of them where views change most."""
+    return (np.sign(up) * np.sqrt(np.abs(up)) + 1) / 2 * (rows - 1)
 
 
 def row_above(rows: int, up: np.ndarray) -> np.ndarray:

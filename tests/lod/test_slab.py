@@ -9,7 +9,6 @@ from lod.slab import (
     Lit,
     Scattering,
     directions,
-    line_at,
     path_share,
     phase,
     radiance,
@@ -21,15 +20,17 @@ HAZE = Scattering(0.97, 0.71)
 SUN = np.array((0.48, 0.64, 0.6))
 
 
-def lit(thickness=0.1, sky=0.0, sun=0.0, ground=0.0, steps=8):
-    """One band, 80 m."""
+def lit(thickness=0.1, sky=0.0, sun=0.0, ground=0.0, steps=8, cover=0.0, plants=0.0):
+    """One band, 80 m, the cover spread over it evenly."""
     return Lit(
         height=np.linspace(0.0, 80.0, steps + 1),
         depth=np.full((steps, 1), thickness / steps),
+        cover=np.full(steps, cover / steps),
         to_sun=SUN,
         sun=np.array([sun]),
         sky=np.full((RINGS // 2, SPOKES, 1), sky),
         ground=np.array([ground]),
+        plants=np.array([plants]),
     )
 
 
@@ -39,18 +40,56 @@ def flux(light):
     return (light[..., 0] * up).sum(axis=(1, 2)) * 4 * np.pi / (RINGS * SPOKES)
 
 
-def test_light_that_is_even_all_round_stays_so():
-    """Nothing absorbs, the ground is white: one radiance everywhere, in balance."""
-    source = solve(lit(0.3, sky=0.2, ground=1.0), Scattering(1.0, 0.71))
+@pytest.mark.parametrize("cover", [0.0, 0.5])
+def test_light_that_is_even_all_round_stays_so(cover):
+    """Nothing absorbs, ground and plants are white: one radiance everywhere, in balance."""
+    between = lit(0.3, sky=0.2, ground=1.0, cover=cover, plants=1.0)
+    source = solve(between, Scattering(1.0, 0.71))
     assert np.allclose(source, 0.2, rtol=1e-3)
 
 
 @pytest.mark.parametrize("ground", [0.0, 0.4])
-def test_air_that_absorbs_nothing_passes_the_same_flux_at_every_height(ground):
-    between = lit(0.4, sky=0.1, sun=1.0, ground=ground)
-    light = radiance(between, solve(between, Scattering(1.0, 0.71)))
+@pytest.mark.parametrize("cover", [0.0, 0.2])
+def test_what_absorbs_nothing_passes_the_same_flux_at_every_height(ground, cover):
+    between = lit(0.4, sky=0.1, sun=1.0, ground=ground, cover=cover, plants=1.0)
+    source = solve(between, Scattering(1.0, 0.71))
+    light = radiance(between, source, sent_by_plants(between, source))
     net = flux(light) + sun_at(between)[:, 0] * SUN[2]
     assert np.allclose(net, net[0], rtol=5e-3)
+
+
+def sent_by_plants(between, source):
+    """ϱ/4π·(E + ∫L·dω), settled."""
+    sent = np.zeros((len(between.height), 1))
+    for _ in range(60):
+        around = radiance(between, source, sent).sum(axis=(1, 2)) * 4 * np.pi / (RINGS * SPOKES)
+        sent = between.plants / (4 * np.pi) * (sun_at(between) + around)
+    return sent
+
+
+def test_what_stands_keeps_the_sun_as_beer_says():
+    """exp(−K·A/sin e) of it is left on the ground of thin air."""
+    left = sun_at(lit(1e-9, sun=2.0, cover=0.3))[:, 0]
+    assert left[0] == pytest.approx(2 * np.exp(-0.3 / SUN[2]))
+    assert left[4] == pytest.approx(2 * np.exp(-0.15 / SUN[2]))
+
+
+def test_black_plants_hide_the_sky_and_send_nothing():
+    """exp(−K·A/sin e) of it comes down, however bright a source the air has that is not there."""
+    between, up = lit(1e-12, sky=1.0, cover=0.3), directions()[RINGS // 2 :, :, 2]
+    source = np.full((len(between.height), RINGS, SPOKES, 1), 5.0)
+    light = radiance(between, source, np.zeros((len(between.height), 1)))
+    assert np.allclose(light[0, RINGS // 2 :, :, 0], np.exp(-0.3 / up))
+    assert np.allclose(light[-1, : RINGS // 2], 0.0, atol=1e-9)
+
+
+def test_black_plants_dim_the_air_and_white_ones_less():
+    bare, black, white = (
+        solve(lit(0.1, 0.1, 1.0, 0.1, cover=cover, plants=plants), HAZE)
+        for cover, plants in ((0.0, 0.0), (0.2, 0.0), (0.2, 1.0))
+    )
+    assert (black[:-1] < bare[:-1]).all()
+    assert (black[:-1] < white[:-1]).all()
 
 
 def test_a_thin_layer_scatters_once():
@@ -70,13 +109,6 @@ def test_the_phase_function_sums_to_one_and_has_its_mean_cosine():
 def test_finer_steps_change_nothing_that_counts():
     few, many = (solve(lit(0.1, 0.1, 1.0, 0.2, steps), HAZE) for steps in (8, 32))
     assert np.allclose(few, many[::4], rtol=3e-3)
-
-
-def test_the_line_of_a_line_is_itself():
-    between = lit()
-    height = between.height[:, None, None, None]
-    line = line_at(between, np.broadcast_to(3 + 0.5 * height, (9, 2, 3, 1)), 10.0)
-    assert np.allclose(line.level, 8.0) and np.allclose(line.slope, 0.5)
 
 
 def test_where_the_light_of_a_path_comes_from():

@@ -11,7 +11,14 @@ from scenes.render.emitters import radiance, surroundings
 from scenes.render.frame import Quality
 from scenes.render.render import render_frame
 from scenes.render.scattered import with_layer
-from scenes.render.table import looked_up, row_above, row_by_sine, turn_of
+from scenes.render.table import (
+    looked_up,
+    looked_up_along,
+    row_above,
+    row_by_root,
+    row_by_sine,
+    turn_of,
+)
 
 AIR = Air(2000.0)
 
@@ -27,6 +34,17 @@ def test_a_table_gives_back_what_it_holds_and_lines_between():
     assert half[0] == pytest.approx((up[2] + up[3]) / 2)
     assert row_above(5, np.array([0.0, 0.25, 1.0])).tolist() == [0, 2, 4]
     assert turn_of(np.array([[1.0, 0, 0], [0, -1, 0]])).tolist() == [0.25, 0.5]
+
+
+def test_a_table_of_planes_is_looked_up_plane_by_plane():
+    planes, rows, columns = 3, 5, 4
+    up = np.linspace(-1, 1, rows)
+    table = np.zeros((planes, rows, columns, 1)) + np.arange(planes)[:, None, None, None] * 10
+    table = table + up[:, None, None]
+    sines = np.sign(up) * up**2
+    found = looked_up_along(table, np.array([[0], [1.25], [7]]), row_by_root(rows, sines), 0.3 * up)
+    expected = np.array([[0], [12.5], [20]]) + up
+    assert np.allclose(found[..., 0], expected)
 
 
 def test_surroundings_stand_where_the_table_says(make, variant):
