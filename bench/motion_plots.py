@@ -42,7 +42,8 @@ def _pictured(point: Point) -> tuple[str, ...]:
     """A rendered move: how far the picture cut by motion is from that cut without."""
     case, found = point.case, one_sided(point)
     moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
-    excess = f"{found.value:.4f} ({found.low:.4f}-{found.high:.4f})"
+    floor = sum(point.samples["flip_floor"]) / len(point.samples["flip_floor"]) / 1e6
+    excess = f"{found.value:.4f} ({found.low:.4f}-{found.high:.4f}) over a floor of {floor:.3f}"
     return f"picture, {case['cut']}", *moves, *[""] * 4, excess
 
 

@@ -82,7 +82,7 @@ class View:
         return inside, np.minimum(inside, outside)
 
     def _smeared_sight(self, smear: int) -> Sight | None:
-        """What is looked through while things move: θ_motion is the even blur of equal area."""
+        """What is looked through while things move: θ_motion is the even blur of the same m."""
         if self.sight is None:
             return None
         motion = self.theta * math.sqrt(growth(smear) ** 2 - 1)
