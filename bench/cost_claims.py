@@ -3,8 +3,8 @@
 import numpy as np
 
 from bench.claims import Claim, claim
-from bench.figure_fit import median
 from bench.records import Point
+from bench.statistics import LEAST_REPEATS, median
 
 STAGES = {
     "prune": "examine and prune",
@@ -18,9 +18,6 @@ STAGES = {
 
 SEQUENCE = 240
 """Frames over which setting up is spread: ten seconds."""
-
-_LEAST = 6
-"""Values that a median's interval needs."""
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
@@ -50,7 +47,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
         ),
     ]
     world = np.array(processes.samples["world"])
-    if len(world) >= _LEAST:
+    if len(world) >= LEAST_REPEATS:
         made.append(
             claim(
                 "setup_share",

@@ -12,10 +12,10 @@ import numpy as np
 
 from bench.claims import Claim, claim
 from bench.figure_cases import EXAGGERATED_PX, PERSON, Distances, looked_from
-from bench.figure_fit import Chosen, Counts, exponent, median, rank_correlation
+from bench.figure_fit import Chosen, Counts, exponent, rank_correlation
 from bench.figure_posing import POINTS_PER_JOINT, Posing
 from bench.records import Point, Record
-from bench.statistics import Estimate
+from bench.statistics import Estimate, median
 
 COUNTED, SIZED = "parts against distance", "sizes"
 

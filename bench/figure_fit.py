@@ -9,7 +9,6 @@ a straight line on logarithmic axes at all is for ``halves`` to tell.
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
-from scipy import stats
 
 from bench.figure_cases import Distances
 from bench.statistics import CONFIDENCE, Estimate
@@ -59,21 +58,6 @@ def rank_correlation(level: Ints, size: Ints, alike: Ints, rng: np.random.Genera
     value = float(_spearman(level, size, np.ones((1, len(level))))[0])
     # a sample in which all levels or all sizes are one says nothing
     return _estimate(value, drawn[np.isfinite(drawn)], len(level))
-
-
-def median(values: Reals) -> Estimate:
-    """The median; its interval from order statistics, whatever the distribution.
-
-    The k-th smallest and k-th largest of n hold it with probability 1 − 2·B(k − 1; n, ½) (David &
-    Nagaraja, "Order Statistics", 3rd ed. 2003, §7.1): the greatest k for which that is enough.
-    """
-    n = len(values)
-    k = int(stats.binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))
-    if k < 1 or not np.isfinite(values).all():
-        raise InputError("median", n, "at least 6 finite values, for a 95 % interval")
-    up = np.sort(values)
-    low, high = float(up[k - 1]), float(up[n - k])
-    return Estimate(float(np.median(values)), low, high, (high - low) / 4, 1.0, n)
 
 
 def _sums(counts: Counts, distances: Distances, chosen: Chosen) -> Float64[np.ndarray, "poses 5"]:

@@ -10,6 +10,7 @@ from bench.figure_measure import UM_PER_M
 from bench.figures import Curve, Figure, curves
 from bench.records import Record
 from bench.report_parts import four, measured
+from bench.rivals import LEAST_ROWS, rivals
 
 _BAND = 5, 95
 """Percentiles of the poses that the band reaches to."""
@@ -75,8 +76,17 @@ def _told(curve: Counted, claim: Claim) -> str:
     nearer, farther = halves(curve.counts, curve.distances, curve.between)
     return (
         f"{curve.metric}: {measured(claim)}, {four(nearer)} in its nearer half and "
-        f"{four(farther)} in its farther: {claim.verdict}."
+        f"{four(farther)} in its farther: {claim.verdict}{_rival(curve)}."
     )
+
+
+def _rival(curve: Counted) -> str:
+    """Whether the logarithm of distance does better, of mean counts where the line is fitted."""
+    rows = np.flatnonzero(curve.between.all(axis=1))
+    if len(rows) < LEAST_ROWS:
+        return ""
+    x = np.exp(np.log(curve.distances[rows]).mean(axis=1))
+    return f"; of the means, {rivals(x, curve.counts[rows].mean(axis=1)).words}"
 
 
 def _curve(curve: Counted) -> Curve:

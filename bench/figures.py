@@ -14,6 +14,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
+from matplotlib.ticker import NullFormatter
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 MARKERS = ("o", "s", "^", "D", "v", "P")
@@ -146,6 +147,16 @@ class Curve:
     high: Sequence[float] = ()
     line: tuple[Sequence[float], Sequence[float]] = ((), ())
 
+    @property
+    def residuals(self) -> tuple[list[float], list[float]]:
+        """x, and y over the line there, where the line reaches; it is straight in logarithms."""
+        if len(self.line[0]) < 2 or min(map(min, (*self.line, self.y))) <= 0:
+            return [], []
+        ends, x = np.log(np.array(self.line)), np.log(self.x)
+        there = (x >= ends[0].min() - 1e-9) & (x <= ends[0].max() + 1e-9)
+        over = np.array(self.y)[there] / np.exp(np.interp(x[there], *ends))
+        return np.array(self.x)[there].tolist(), over.tolist()
+
 
 def curves(
     name: str,
@@ -156,11 +167,13 @@ def curves(
     drawn: Sequence[Curve],
     x_scale: str = "log",
 ) -> Figure:
-    """Curves with their bands and fitted lines, the vertical axis logarithmic."""
+    """Curves with their bands and fitted lines, the vertical axis logarithmic; where there are
+    lines, what is over them below.
+    """
     with mpl.rc_context(_STYLE):
-        canvas = Canvas(figsize=(5.4, 4.2))
-        axes = canvas.subplots()
-        canvas.subplots_adjust(left=0.15, right=0.985, top=0.98, bottom=0.13)
+        fitted = any(each.residuals[0] for each in drawn)
+        canvas = Canvas(figsize=(5.4, 5.2 if fitted else 4.2))
+        axes, below = _panels(canvas, fitted)
         for number, each in enumerate(drawn):
             marks = _marks(number)
             if each.low:
@@ -170,13 +183,36 @@ def curves(
             axes.plot(each.line[0], each.line[1], color=marks["color"], lw=1.3, ls="--")
             style = marks | {"lw": 0.9, "markersize": 4.5}
             axes.plot(each.x, each.y, label=each.label, **style)
-        axes.set(xscale=x_scale, yscale="log", xlabel=axis[0], ylabel=axis[1])
+        axes.set(xscale=x_scale, yscale="log", ylabel=axis[1])
+        below.set(xlabel=axis[0])
+        if fitted:
+            _over_lines(below, drawn)
         if x_scale == "linear":
             axes.set_xticks(sorted({x for each in drawn for x in each.x}))
         axes.tick_params(which="minor", labelbottom=False, labelleft=False)
         axes.legend(loc="best")
         picture, scale = _svg(canvas, name), (x_scale, "log")
         return Figure(name, title, caption, alt, picture, tuple(drawn), "curves", axis, scale)
+
+
+def _panels(canvas: Canvas, fitted: bool) -> tuple[Axes, Axes]:
+    """Where curves are drawn, and what has the name of the horizontal axis: below, or the same."""
+    if not fitted:
+        axes = canvas.subplots()
+        canvas.subplots_adjust(left=0.15, right=0.985, top=0.98, bottom=0.13)
+        return axes, axes
+    above, below = canvas.subplots(2, 1, sharex=True, height_ratios=(3, 1.25))
+    canvas.subplots_adjust(left=0.17, right=0.985, top=0.985, bottom=0.1, hspace=0.06)
+    return above, below
+
+
+def _over_lines(axes: Axes, drawn: Sequence[Curve]) -> None:
+    for number, each in enumerate(drawn):
+        style = _marks(number) | {"linestyle": "none", "markersize": 4}
+        axes.plot(*each.residuals, **style)
+    axes.axhline(1.0, color=_GREY, lw=1.2)
+    axes.set(yscale="log", ylabel="measured ÷\nline")
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _counts(axes: Axes, series: Series, number: int) -> None:

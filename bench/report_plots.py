@@ -22,7 +22,13 @@ def plot(figure: Figure) -> Plot | None:
         return None
     if figure.kind == "law":
         return _law(figure)
-    return {"data": list(_traces(figure)), "layout": _layout(figure)}
+    data, layout = list(_traces(figure)), _layout(figure)
+    below = [_over_line(k, each) for k, each in enumerate(figure.drawn) if isinstance(each, Curve)]
+    if any(each["x"] for each in below):
+        data += [each for each in below if each["x"]]
+        _make_room(layout, "measured ÷ line")
+        layout["yaxis2"]["type"] = "log"
+    return {"data": data, "layout": layout}
 
 
 def numbers(figure: Figure) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -76,11 +82,22 @@ def _law(figure: Figure) -> Plot:
         below["error_y"] = _bars(each.ratio_half.tolist())
         data.append({**below, **mark, "showlegend": False})
     layout = _layout(figure)
+    _make_room(layout, "measured ÷ predicted")
+    return {"data": data, "layout": layout}
+
+
+def _make_room(layout: Plot, below: str) -> None:
+    """A second panel below, with a line at 1."""
     layout["yaxis"] |= {"domain": [0.34, 1.0]}
-    layout["yaxis2"] = {**_GRID, **_title("measured ÷ predicted"), "domain": [0.0, 0.27]}
+    layout["yaxis2"] = {**_GRID, **_title(below), "domain": [0.0, 0.27]}
     layout["xaxis"] |= {"anchor": "y2"}
     layout["shapes"] = [*layout.get("shapes", []), _level(1.0)]
-    return {"data": data, "layout": layout}
+
+
+def _over_line(number: int, curve: Curve) -> Plot:
+    """What a curve is over its line."""
+    mark = {"mode": "markers", "marker": _marker(number, 6), "legendgroup": str(number)}
+    return {**_points(curve.label, *curve.residuals), **mark, "yaxis": "y2", "showlegend": False}
 
 
 def _traces(figure: Figure) -> Iterator[Plot]:

@@ -18,9 +18,9 @@ import numba
 import numpy as np
 import psutil
 
-from bench.figure_fit import median
 from bench.output import table
 from bench.posing_benchmark import interleaved
+from bench.statistics import median
 from lod.comparison import vantage_of
 from lod.fade import looks
 from lod.prune import prune
@@ -179,12 +179,12 @@ def ready(variant: str, size: str) -> Rows:
 
 
 @click.command()
-@click.option("--quick", is_flag=True, help="Small pictures, seven repeats.")
+@click.option("--quick", is_flag=True, help="Small pictures, eight repeats.")
 @click.option("--variant", default="auto", show_default=True, help="For the ready scene.")
 def main(quick: bool, variant: str) -> None:
     """Measure and print."""
     numba.set_num_threads(1)
-    size, repeats = ("320x180", 7) if quick else ("1280x720", 11)
+    size, repeats = ("320x180", 8) if quick else ("1280x720", 11)
     start = time.perf_counter()
     meadow, crowd = scene("meadow", size), scene("crowd", size)
     described(*scene("meadow", "64x36"))

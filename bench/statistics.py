@@ -24,6 +24,9 @@ from lod.errors import InputError
 
 CONFIDENCE = 0.95
 
+LEAST_REPEATS = 8
+"""Repeats of whatever is timed, after a first one that is not counted, before a median is told."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -94,6 +97,21 @@ def paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
     error = math.sqrt((n - 1) * float(without.var()))
     reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, n - 1)) * error
     return Estimate(value, value - reach, value + reach, error, 1.0, n)
+
+
+def median(values: Reals) -> Estimate:
+    """The median; its interval from order statistics, whatever the distribution.
+
+    The k-th smallest and k-th largest of n hold it with probability 1 − 2·B(k − 1; n, ½) (David &
+    Nagaraja, "Order Statistics", 3rd ed. 2003, §7.1): the greatest k for which that is enough.
+    """
+    n = len(values)
+    k = int(stats.binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))
+    if n < LEAST_REPEATS or not np.isfinite(values).all():
+        raise InputError("median", n, f"at least {LEAST_REPEATS} finite values")
+    up = np.sort(values)
+    low, high = float(up[k - 1]), float(up[n - k])
+    return Estimate(float(np.median(values)), low, high, (high - low) / 4, 1.0, n)
 
 
 def quantile(values: Reals, share: float) -> Estimate:

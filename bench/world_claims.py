@@ -1,13 +1,11 @@
 """What the world experiment claims, judged from its points alone (§4.1)."""
 
 import numpy as np
-import statsmodels.api as sm
-from scipy import stats
 
 from bench.claims import Claim, claim
-from bench.figure_fit import median
 from bench.records import Point
-from bench.statistics import CONFIDENCE, Estimate
+from bench.rivals import exponent
+from bench.statistics import Estimate, median
 
 _CLEAR = 2.5
 """A world is beyond the limit where its side is so many limit distances: the eye stands in the
@@ -81,8 +79,8 @@ def seconds(point: Point) -> np.ndarray:
 def power_of_worlds(points: list[Point]) -> Estimate:
     """Exponent of time against objects, each repeat as a share of its own round of all worlds."""
     rounds = np.array([seconds(p) for p in points])
-    x = np.log([float(p.case["objects"]) for p in points])
-    return _power(np.repeat(x, rounds.shape[1]), np.log(rounds / rounds.mean(axis=0)).ravel())
+    x = np.array([float(p.case["objects"]) for p in points])
+    return exponent(np.repeat(x, rounds.shape[1]), (rounds / rounds.mean(axis=0)).ravel())
 
 
 def power_of_parts(points: list[Point]) -> Estimate:
@@ -90,19 +88,16 @@ def power_of_parts(points: list[Point]) -> Estimate:
 
     Ground and camera take their time in an empty world, too.
     """
+    return exponent(*added_by_parts(points))
+
+
+def added_by_parts(points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
+    """Parts beyond those of the smallest world, and the time that they add [s], every repeat."""
     parts = np.array([float(p.samples["parts"][0]) for p in points])
     rounds = np.array([seconds(p) for p in points])
-    added = rounds[1:] - np.median(rounds[0])
-    x, y = np.repeat(np.log(parts[1:] - parts[0]), rounds.shape[1]), added.ravel()
-    return _power(x[y > 0], np.log(y[y > 0]))
-
-
-def _power(x: np.ndarray, y: np.ndarray) -> Estimate:
-    """Slope by least squares, errors robust (HC3), with Student's t."""
-    fit = sm.OLS(y, sm.add_constant(x)).fit(cov_type="HC3")
-    value, error = float(fit.params[1]), float(fit.bse[1])
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, fit.df_resid)) * error
-    return Estimate(value, value - reach, value + reach, error, 1.0, len(y))
+    added = (rounds[1:] - np.median(rounds[0])).ravel()
+    x = np.repeat(parts[1:] - parts[0], rounds.shape[1])
+    return x[added > 0], added[added > 0]
 
 
 def _inverse(found: Estimate) -> Estimate:

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from bench.figure_fit import median
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
-from bench.world_claims import beyond_limit, seconds
+from bench.rivals import Rivals, rivals
+from bench.statistics import median
+from bench.world_claims import added_by_parts, beyond_limit, seconds
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 
@@ -43,15 +44,33 @@ def _time(record: Record) -> Figure:
         found = [median(seconds(p)) for p in points]
         bands = [f.low for f in found], [f.high for f in found]
         x = [float(p.case["objects"]) for p in points]
-        drawn.append(Curve(label, x, [f.value for f in found], *bands))
+        drawn.append(Curve(label, x, [f.value for f in found], *bands, line=_line(metric, points)))
     same = len({p.case["scene"] for p in beyond_limit(record.points)})
     caption = (
         "From prune to plain scene, seconds of one core: medians with their 95 % intervals. Of the "
         f"worlds larger than the limit distance, {len(beyond_limit(record.points))} give {same} "
-        f"scene{'s' if same > 1 else ''}, compared bit for bit. {_words(drawn)}"
+        f"scene{'s' if same > 1 else ''}, compared bit for bit. {_words(drawn)} Dashed: no growth "
+        f"once the world is larger than the limit; unpruned, what parts add to the smallest "
+        f"world, of which {_rivals(_of(record, 'full')).words}, x being the parts added."
     )
     axis = "objects in the world", "seconds for a frame"
     return curves("time", "A frame in ever larger worlds", caption, caption, axis, drawn)
+
+
+def _line(metric: str, points: list[Point]) -> tuple[list[float], list[float]]:
+    """What was fitted, at the points: a constant beyond the limit; parts added, unpruned."""
+    if metric != "full":
+        beyond = beyond_limit(tuple(points))
+        middle = float(np.median(np.concatenate([seconds(p) for p in beyond])))
+        return [float(p.case["objects"]) for p in beyond], [middle] * len(beyond)
+    parts = np.array([float(p.samples["parts"][0]) for p in points[1:]])
+    first = float(np.median(seconds(points[0])))
+    fitted = first + _rivals(points).line(parts - points[0].samples["parts"][0])
+    return [float(p.case["objects"]) for p in points[1:]], fitted.tolist()
+
+
+def _rivals(points: list[Point]) -> Rivals:
+    return rivals(*added_by_parts(points))
 
 
 def _parts(record: Record) -> Figure:

@@ -11,18 +11,19 @@ from bench.experiments import EXPERIMENTS
 from bench.figure_cases import EVERYTHING, METRICS, PERSON, Curve, curves, looked_from, object_of
 from bench.figure_claims import COUNTED, SIZED, Counted, counted, judge, no_smaller, readings, sized
 from bench.figure_experiment import Effort
-from bench.figure_fit import RESAMPLES, exponent, halves, line, median, rank_correlation
+from bench.figure_fit import RESAMPLES, exponent, halves, line, rank_correlation
 from bench.figure_measure import approaches, count, displayed_parts, sizes
 from bench.figure_plots import figures, table
 from bench.figure_posing import POINTS_PER_JOINT, Posing, posing
 from bench.records import Point, read_record, write_record
 from bench.report import write_report
+from bench.statistics import median
 from lod.camera import Corner, look
 from lod.errors import InputError
 from lod.parts import Parts, Sticks
 from lod.prune import prune
 
-SMALL = Effort(poses=6, distances=8, repeats=6, posed=3)
+SMALL = Effort(poses=6, distances=8, repeats=8, posed=3)
 
 
 def chance(seed):
@@ -207,8 +208,8 @@ def test_the_interval_of_a_median():
     rng = chance(3)
     hits = [median(rng.lognormal(0, 1, 21)) for _ in range(600)]
     assert 0.93 < np.mean([h.low <= 1.0 <= h.high for h in hits]) <= 0.99
-    with pytest.raises(InputError, match="at least 6"):
-        median(np.ones(5))
+    with pytest.raises(InputError, match="at least 8"):
+        median(np.ones(7))
 
 
 # The verdicts

@@ -1,0 +1,82 @@
+"""Power law or logarithm: what made the rows is found, with honest errors."""
+
+import numpy as np
+import pytest
+
+from bench.figures import Curve, curves
+from bench.report_plots import plot
+from bench.rivals import EVEN, exponent, rivals
+from lod.errors import InputError
+
+X = np.geomspace(1.0, 1000.0, 24)
+
+
+def rows(seed, power, noise=0.05):
+    rng = np.random.default_rng(seed)
+    y = 3 * X**0.5 if power else 2 + 5 * np.log(X)
+    return X, y * np.exp(rng.normal(0, noise, len(X)))
+
+
+@pytest.mark.parametrize("power", [True, False])
+def test_what_made_the_rows_wins(power):
+    won = [(rivals(*rows(seed, power)).aic_gained > 0) == power for seed in range(40)]
+    assert sum(won) >= 39
+
+
+def test_the_better_line_is_drawn_and_said():
+    found = rivals(*rows(1, True, 0.01))
+    assert found.power == pytest.approx((3, 0.5), rel=0.05)
+    assert found.line(X) == pytest.approx(3 * X**0.5, rel=0.05)
+    assert found.words.startswith("a power law describes it better than a + b·log x, by")
+    other = rivals(*rows(1, False, 0.01))
+    assert other.line(X) == pytest.approx(2 + 5 * np.log(X), rel=0.05)
+    assert other.words.startswith("a + b·log x describes it better")
+
+
+def test_rows_that_tell_nothing_are_even():
+    """Nothing grows: neither does better than by the difference that says nothing."""
+    even = [
+        abs(rivals(X, np.exp(np.random.default_rng(s).normal(0, 0.01, 24))).aic_gained) < EVEN
+        for s in range(40)
+    ]
+    assert sum(even) >= 38
+    flat = rivals(X, np.exp(np.random.default_rng(0).normal(0, 0.01, 24)))
+    assert "equally well" in flat.words
+
+
+def test_aic_does_not_depend_on_units():
+    x, y = rows(3, True)
+    assert rivals(x, y).aic_gained == pytest.approx(rivals(x, 1e6 * y).aic_gained, abs=1e-6)
+
+
+def test_exponents_are_covered_though_the_scatter_grows():
+    """Scatter ten times as large at one end: 93 to 98 of 100 intervals hold the truth."""
+    rng, hits = np.random.default_rng(5), 0
+    for _ in range(600):
+        y = X**-0.7 * np.exp(rng.normal(0, np.geomspace(0.02, 0.2, len(X))))
+        found = exponent(X, y)
+        hits += found.low <= -0.7 <= found.high
+    assert 0.93 <= hits / 600 <= 0.985
+
+
+@pytest.mark.parametrize("y", [np.zeros(24), np.full(24, np.nan)])
+def test_what_has_no_logarithm_is_refused(y):
+    with pytest.raises(InputError):
+        rivals(X, y)
+    with pytest.raises(InputError, match="4 rows"):
+        rivals(X[:3], X[:3])
+
+
+def test_a_curve_with_a_line_has_its_residuals_drawn():
+    line = ([1.0, 100.0], [2.0, 200.0])
+    curve = Curve("it", [0.5, 1.0, 10.0, 100.0, 500.0], [9.0, 2.0, 40.0, 200.0, 9.0], line=line)
+    x, over = curve.residuals
+    assert x == [1.0, 10.0, 100.0]
+    assert over == pytest.approx([1.0, 2.0, 1.0])
+    assert Curve("none", [1.0], [1.0]).residuals == ([], [])
+    figure = curves("n", "t", "c", "a", ("x", "y"), [curve])
+    drawn = plot(figure)
+    assert drawn["layout"]["yaxis2"]["title"]["text"] == "measured ÷ line"
+    assert [t["y"] for t in drawn["data"] if t.get("yaxis") == "y2"] == [over]
+    bare = plot(curves("n", "t", "c", "a", ("x", "y"), [Curve("it", [1.0, 2.0], [1.0, 2.0])]))
+    assert "yaxis2" not in bare["layout"]
