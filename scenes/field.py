@@ -91,7 +91,7 @@ class SpeciesField:
     ) -> Objects:
         """All objects of the given cells with homes in the window, as they are at a time."""
         draws = self._drawn(cell_x, cell_y)
-        return Objects(self._bodies(corner, draws, time_s), draws, np.zeros(len(draws)))
+        return Objects(self._bodies(corner, draws, time_s, None), draws, np.zeros(len(draws)))
 
     def _drawn(self, cell_x: np.ndarray, cell_y: np.ndarray) -> Draws:
         draws = self.cells.draw(cell_x, cell_y)
@@ -100,11 +100,11 @@ class SpeciesField:
     def _seen(self, draws: Draws, view: View) -> Objects:
         """These objects as a view has them."""
         corner = view.camera.corner
-        now = self._bodies(corner, draws, view.time_s)
+        now = self._bodies(corner, draws, view.time_s, view)
         moves = self._moves and view.exposure is not None
 
         def bodies_at(time_s: float) -> Bodies:
-            return self._bodies(corner, draws, time_s) if moves else now
+            return self._bodies(corner, draws, time_s, view) if moves else now
 
         return self.troupe.seen(draws, view, bodies_at)
 
@@ -146,11 +146,11 @@ class SpeciesField:
         """The same parts as they look at another time."""
         if not self._moves:
             return parts
-        bodies = self._bodies(view.camera.corner, parts.state.draws, time_s)
+        bodies = self._bodies(view.camera.corner, parts.state.draws, time_s, view)
         return replace(parts, state=replace(parts.state, bodies=bodies))
 
-    def _bodies(self, corner: Corner, draws: Draws, time_s: float) -> Bodies:
-        """Where these objects are at a time, and how they stand."""
+    def _bodies(self, corner: Corner, draws: Draws, time_s: float, view: View | None) -> Bodies:
+        """Where these objects are at a time, and how they stand, as closely as a view can tell."""
         home, u = self._homes(corner, draws), draws.u
         variant = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
         motions = [prototype.motion for prototype in self.troupe.rigged]
@@ -168,7 +168,8 @@ class SpeciesField:
         heights = partial(self.ground.height, corner)
         facing = walkers.cos, walkers.sin
         cast, xy = self.troupe.cast, home + walkers.offset
-        return bodies_on(cast, heights, xy, *facing, variant, walkers.phase, pace)
+        heed = None if view is None else self.troupe.heed(view, xy, variant)
+        return bodies_on(cast, heights, xy, *facing, variant, walkers.phase, pace, heed)
 
     def _homes(self, corner: Corner, draws: Draws) -> np.ndarray:
         """Where these objects are at home, (n, 2) [m] from the corner."""

@@ -17,22 +17,31 @@ from scenes.rig_turns import times, turn
 
 
 @njit(cache=True)
-def plant_leg(frame, hip, knee, ankle, offset, first, longest, limits, leg, foot, cos, sin):  # type: ignore[no-untyped-def]
+def plant_leg(  # type: ignore[no-untyped-def]
+    frame, hip, knee, ankle, offset, first, longest, limits, leg, feet, o, number, cos, sin
+):
     """Bend the leg in rows hip, knee, ankle of ``frame`` (x, y, z and quaternion), changing them.
 
     offset: bones and bend; first: what to add to a row of ``frame`` for the joint's row of
         ``offset``; longest: how far the leg stretches [m]
     limits (l, 6) of ankles, this one's in row ``leg``: least tan x, sin y, tan z, then the greatest
-    foot (6,): print x, y, z; how far ahead of the prototype's it is; the turn of the ground under
-        it, its x and y; cos, sin: of the heading. Row 0 stands on level ground.
+    feet (n, l, 6), o, number: of the object and of its leg; print x, y, z; how far ahead of the
+        prototype's it is; the turn of the ground under it, its x and y; cos, sin: of the heading.
+        Row 0 stands on level ground.
     """
-    ax, ay = foot[4], foot[5]
+    px, py, pz, ahead = (
+        feet[o, number, 0],
+        feet[o, number, 1],
+        feet[o, number, 2],
+        feet[o, number, 3],
+    )
+    ax, ay = feet[o, number, 4], feet[o, number, 5]
     aw = math.sqrt(1.0 - ax * ax - ay * ay)
     # The ankle from the prototype's own print, turned with the ground, put on the object's.
-    x = frame[ankle, 0] - foot[0] + foot[3] * cos
-    y = frame[ankle, 1] - foot[1] + foot[3] * sin
+    x = frame[ankle, 0] - px + ahead * cos
+    y = frame[ankle, 1] - py + ahead * sin
     x, y, z = turn(ax, ay, 0.0, aw, x, y, frame[ankle, 2] - frame[0, 2])
-    x, y, z = x + foot[0] - frame[hip, 0], y + foot[1] - frame[hip, 1], z + foot[2] - frame[hip, 2]
+    x, y, z = x + px - frame[hip, 0], y + py - frame[hip, 1], z + pz - frame[hip, 2]
     thigh, shank = first + knee, first + ankle
     upper, lower = _length(offset, thigh), _length(offset, shank)
     shortest = abs(upper - lower) * 1.001

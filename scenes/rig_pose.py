@@ -172,54 +172,52 @@ def pose_wanted(t, frame, state, stance, feet, o, lowest, highest):  # type: ign
     feet (n, legs, 6): as in ``Bodies``.
     """
     joint, offset, turns = t.joint, t.offset, t.turns
-    v, first, _, _, _, _, cos, sin = stance
-    for row in range(lowest, highest + 1):
-        if state[row] != _WANTED:
+    v, first, joints, keys, key, share, cos, sin = stance
+    bob, row, hip, knee, ankle, leg = len(frame) - 1, lowest, 0, 0, 0, 0
+    while row <= highest or hip:
+        if hip == 0 and state[row] != _WANTED:
+            row += 1
             continue
-        _evaluate(joint, offset, turns, frame, stance, row)
+        # Its frame from that of its parent, which is done: slerp, product, offset.
+        at, a = first + row - 1, keys + row - 1
+        if joint[at, 1]:
+            a += key
+            b = a + joints
+            g, h = slerp_weights(share, turns[a, 4], turns[a, 5])
+            qx, qy = g * turns[a, 0] + h * turns[b, 0], g * turns[a, 1] + h * turns[b, 1]
+            qz, qw = g * turns[a, 2] + h * turns[b, 2], g * turns[a, 3] + h * turns[b, 3]
+        else:
+            qx, qy, qz, qw = turns[a, 0], turns[a, 1], turns[a, 2], turns[a, 3]
+        up = joint[at, 0] + 1
+        x, y, z = offset[at, 0], offset[at, 1], offset[at, 2]
+        if up == 0:
+            x, y, z = x + frame[bob, 0], y + frame[bob, 1], z + frame[bob, 2]
+        ux, uy, uz, uw = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
+        x, y, z = turn(ux, uy, uz, uw, x, y, z)
+        frame[row, 0], frame[row, 1] = frame[up, 0] + x, frame[up, 1] + y
+        frame[row, 2] = frame[up, 2] + z
+        qx, qy, qz, qw = times(ux, uy, uz, uw, qx, qy, qz, qw)
+        frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6] = qx, qy, qz, qw
         state[row] = POSED
-        leg = joint[first + row - 1, 4]
-        if leg < 0:
-            continue
-        foot = (
-            feet[o, leg, 0],
-            feet[o, leg, 1],
-            feet[o, leg, 2],
-            feet[o, leg, 3],
-            feet[o, leg, 4],
-            feet[o, leg, 5],
-        )
-        if foot[2] == frame[0, 2] and foot[3] == 0.0 and foot[4] == 0.0 and foot[5] == 0.0:
-            continue  # on level ground, at the prototype's own stride
-        knee, ankle = joint[first + row - 1, 2] + 1, joint[first + row - 1, 3] + 1
-        _evaluate(joint, offset, turns, frame, stance, knee)
-        _evaluate(joint, offset, turns, frame, stance, ankle)
-        at = t.cast[v, 5] + leg
-        bones = offset, first - 1, t.leg[at, 5], t.ankle, at
-        plant_leg(frame, row, knee, ankle, *bones, foot, cos, sin)
-        state[knee] = state[ankle] = POSED
+        # After a hip that stands on ground of its own its knee and ankle, and on with the rest.
+        if hip == 0:
+            leg = joint[at, 4]
+            if leg < 0 or _is_level(feet, o, leg, frame[0, 2]):
+                row += 1
+            else:
+                hip, knee, ankle = row, joint[at, 2] + 1, joint[at, 3] + 1
+                row = knee
+        elif row == knee:
+            row = ankle
+        else:
+            rows, k = (hip, knee, ankle), t.cast[v, 5] + leg
+            limits = offset, first - 1, t.leg[k, 5], t.ankle, k
+            plant_leg(frame, *rows, *limits, feet, o, leg, cos, sin)
+            row, hip = hip + 1, 0
 
 
 @njit(cache=True, inline="always")
-def _evaluate(joint, offset, turns, frame, stance, row):  # type: ignore[no-untyped-def]
-    """Frame of a joint from that of its parent, which is done: slerp, product, offset."""
-    at, a = stance[1] + row - 1, stance[3] + row - 1
-    if joint[at, 1]:
-        a += stance[4]
-        b = a + stance[2]
-        u, v = slerp_weights(stance[5], turns[a, 4], turns[a, 5])
-        qx, qy = u * turns[a, 0] + v * turns[b, 0], u * turns[a, 1] + v * turns[b, 1]
-        qz, qw = u * turns[a, 2] + v * turns[b, 2], u * turns[a, 3] + v * turns[b, 3]
-    else:
-        qx, qy, qz, qw = turns[a, 0], turns[a, 1], turns[a, 2], turns[a, 3]
-    up = joint[at, 0] + 1
-    x, y, z = offset[at, 0], offset[at, 1], offset[at, 2]
-    if up == 0:
-        bob = len(frame) - 1
-        x, y, z = x + frame[bob, 0], y + frame[bob, 1], z + frame[bob, 2]
-    ux, uy, uz, uw = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
-    x, y, z = turn(ux, uy, uz, uw, x, y, z)
-    frame[row, 0], frame[row, 1] = frame[up, 0] + x, frame[up, 1] + y
-    frame[row, 2] = frame[up, 2] + z
-    qx, qy, qz, qw = times(ux, uy, uz, uw, qx, qy, qz, qw)
-    frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6] = qx, qy, qz, qw
+def _is_level(feet, o, leg, z):  # type: ignore[no-untyped-def]
+    """Whether a foot stands as its prototype's does: on level ground, at the same stride."""
+    stands = feet[o, leg, 2] == z and feet[o, leg, 3] == 0.0
+    return stands and feet[o, leg, 4] == 0.0 and feet[o, leg, 5] == 0.0

@@ -10,7 +10,9 @@ A sole follows slopes up to the ``steepest`` of its kind, and a print is no furt
 the others than such a slope would put it: steeper ground is beyond what joints can stand on, and P,
 R and B hold for what they can.
 
-Objects without legs stand on the ground below their origin.
+Objects without legs stand on the ground below their origin. So do those too far for legs to be
+displayed, and those too far for feet have one point under each print instead of three
+(``rig_heed``).
 """
 
 import math
@@ -23,6 +25,7 @@ from numba import njit
 from lod.arrays import Ints, Reals
 from scenes.rig_cast import Bodies, Cast
 from scenes.rig_feet import print_and_swing
+from scenes.rig_heed import PLACE, PRINTS, SOLES
 
 Heights = Callable[[Float64[np.ndarray, "m 2"]], Reals]
 
@@ -36,14 +39,16 @@ def bodies_on(
     variant: Ints,
     phase: Reals,
     pace: Reals,
+    heed: Ints | None = None,
 ) -> Bodies:
     """Bodies at xy (n, 2) [m] with headings, prototypes and phases, (n,) each.
 
     heights: of the ground [m] at points of the frame; pace (n,): each one's stride as a share of
-        its prototype's
+        its prototype's; heed (n,): how closely each minds the ground, SOLES by default
     """
+    heed = np.full(len(variant), SOLES) if heed is None else heed
     t, within = cast.tables, phase - np.floor(phase)
-    places = (xy, cos, sin, variant, within, pace)
+    places = (xy, cos, sin, variant, within, pace, heed)
     points = _soles(t.cast, t.leg, t.sole, *places)
     ground = np.ascontiguousarray(heights(points))
     base, feet = _stand(t.cast, t.leg, t.plane, t.hip, cast.most_legs, *places, ground)
@@ -51,28 +56,25 @@ def bodies_on(
 
 
 @njit(cache=True)
-def _soles(cast, leg, sole, xy, cos, sin, variant, phase, pace):  # type: ignore[no-untyped-def]
+def _soles(cast, leg, sole, xy, cos, sin, variant, phase, pace, heed):  # type: ignore[no-untyped-def]
     """Points under every sole that stands, and under both prints of one that swings, (m, 2)."""
-    count = 0
+    points, m = np.empty((_most_points(cast, leg, variant, phase, heed), 2)), 0
     for o in range(len(variant)):
         first, legs = cast[variant[o], 5], cast[variant[o], 6]
-        count += 1 if legs == 0 else 3 * legs
-        for row in range(first, first + legs):
-            if (phase[o] - leg[row, 0]) % 1.0 > leg[row, 1]:
-                count += 3
-    points, m = np.empty((count, 2)), 0
-    for o in range(len(variant)):
-        first, legs = cast[variant[o], 5], cast[variant[o], 6]
-        if legs == 0:
+        if legs == 0 or heed[o] == PLACE:
             points[m, 0], points[m, 1] = xy[o, 0], xy[o, 1]
             m += 1
+            continue
+        closely = heed[o] == SOLES
         for row in range(first, first + legs):
             own = (phase[o] - leg[row, 0]) % 1.0
             last, _ = print_and_swing(own, leg[row, 1])
             for step in range(2 if own > leg[row, 1] else 1):
                 ahead = leg[row, 2] + pace[o] * leg[row, 4] * (last + step)
-                for k in range(3):
-                    x, y = ahead + sole[row, k, 0], leg[row, 3] + sole[row, k, 1]
+                for k in range(3 if closely else 1):
+                    x, y = ahead, leg[row, 3]
+                    if closely:
+                        x, y = x + sole[row, k, 0], y + sole[row, k, 1]
                     points[m, 0] = xy[o, 0] + cos[o] * x - sin[o] * y
                     points[m, 1] = xy[o, 1] + sin[o] * x + cos[o] * y
                     m += 1
@@ -80,20 +82,36 @@ def _soles(cast, leg, sole, xy, cos, sin, variant, phase, pace):  # type: ignore
 
 
 @njit(cache=True)
-def _stand(cast, leg, plane, hip, most, xy, cos, sin, variant, phase, pace, ground):  # type: ignore[no-untyped-def]
+def _most_points(cast, leg, variant, phase, heed):  # type: ignore[no-untyped-def]
+    """How many points that takes."""
+    count = 0
+    for o in range(len(variant)):
+        first, legs = cast[variant[o], 5], cast[variant[o], 6]
+        if legs == 0 or heed[o] == PLACE:
+            count += 1
+            continue
+        each = 3 if heed[o] == SOLES else 1
+        for row in range(first, first + legs):
+            count += 2 * each if (phase[o] - leg[row, 0]) % 1.0 > leg[row, 1] else each
+    return count
+
+
+@njit(cache=True)
+def _stand(cast, leg, plane, hip, most, xy, cos, sin, variant, phase, pace, heed, ground):  # type: ignore[no-untyped-def]
     """Height of each body (n,), and of each foot (n, most, 6) what ``rig_plant`` reads."""
     n, m = len(variant), 0
     base, feet, under = np.empty(n), np.zeros((n, most, 6)), np.empty((most, 3))
     for o in range(n):
         v = variant[o]
         first, legs = cast[v, 5], cast[v, 6]
-        if legs == 0:
+        if legs == 0 or heed[o] == PLACE:
             base[o] = ground[m]
+            feet[o, :, 2] = ground[m]  # level ground, at the prototype's own stride
             m += 1
             continue
         mean = 0.0
         for k in range(legs):
-            m = _under(leg, plane, ground, m, first + k, phase[o], under[k])
+            m = _under(leg, plane, ground, m, first + k, phase[o], heed[o], under[k])
             mean += under[k, 0] / legs
         along = phase[o] * cast[v, 3]
         key = min(int(along), cast[v, 3] - 1)
@@ -112,7 +130,7 @@ def _stand(cast, leg, plane, hip, most, xy, cos, sin, variant, phase, pace, grou
 
 
 @njit(cache=True)
-def _under(leg, plane, ground, m, row, phase, out):  # type: ignore[no-untyped-def]
+def _under(leg, plane, ground, m, row, phase, heed, out):  # type: ignore[no-untyped-def]
     """The plane under a foot: height at its print, slope along x and y; and where ``ground`` goes
     on.
     """
@@ -121,6 +139,10 @@ def _under(leg, plane, ground, m, row, phase, out):  # type: ignore[no-untyped-d
     out[0] = out[1] = out[2] = 0.0
     for step in range(2 if own > leg[row, 1] else 1):
         share = swing if step == 1 else 1.0 - swing
+        if heed == PRINTS:
+            out[0] += share * ground[m]
+            m += 1
+            continue
         for c in range(3):
             for k in range(3):
                 out[c] += share * plane[row, c, k] * ground[m + k]

@@ -16,6 +16,7 @@ from scenes.atlas import Atlas
 from scenes.emit import emit
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies, Cast
+from scenes.rig_heed import foot_parts, heed
 from scenes.rig_pose import pose_points
 from scenes.rig_prototype import RiggedPrototype, rigid
 from scenes.rig_swing import swing
@@ -68,6 +69,11 @@ class Troupe:
         return slots_of(self.atlas, np.array([_sway(p) for p in self.rigged]))
 
     @cached_property
+    def feet(self) -> np.ndarray:
+        """Which parts of the atlas ride on a foot, (m,)."""
+        return foot_parts(self.rigged)
+
+    @cached_property
     def lean_m(self) -> float:
         """Farthest in plan that the origin of a whole can be from where its object stands [m]."""
         rest = self.atlas.rest[self.atlas.root]
@@ -87,6 +93,10 @@ class Troupe:
     def swing(self) -> np.ndarray:
         """How fast anything of each prototype moves by its own motion, (v,) [m/s]."""
         return np.array([swing(prototype) for prototype in self.rigged])
+
+    def heed(self, view: View, xy: np.ndarray, variant: Ints) -> Ints:
+        """How closely bodies at xy (n, 2) [m] mind the ground."""
+        return heed(self.atlas, self.slots, self.feet, view, xy, variant)
 
     def seen(self, draws: Any, view: View, bodies_at: Callable[[float], Bodies]) -> Objects:
         """Objects as they are in a view, and how much motion hides of each.
