@@ -68,14 +68,14 @@ def stand_of(
     level ground, what comes from the sky."""
     bare = [[bare_of(prototype) for prototype in prototypes] for prototypes, _ in kinds]
     plot, kind, tint, side = _plot(bare, [density for _, density in kinds])
-    grid, light = grid_of(plot, side), (_toward(sun_elevation_deg, 0.0), np.array(sky))
+    grid, light = grid_of(plot, side), (toward(sun_elevation_deg, 0.0), np.array(sky))
     rng = np.random.Generator(np.random.Philox(0x57A4D))
     shape = len(DEPRESSIONS_DEG), len(TURNS_DEG)
     sums, met = np.zeros((2, len(kinds), *shape, 3)), np.zeros((len(kinds), *shape))
     bare_seen, ground = np.zeros(shape), np.zeros((1, *shape, 3))
     heights = np.zeros(shape)
     for row, column in np.ndindex(shape):
-        direction = _toward(DEPRESSIONS_DEG[row], TURNS_DEG[column])
+        direction = toward(DEPRESSIONS_DEG[row], TURNS_DEG[column])
         start = np.zeros((LINES, 3))
         start[:, :2] = rng.random((LINES, 2)) * side
         seen = seen_along(grid, tint, light, start, direction, rng.random((LINES, DRAWS)))
@@ -117,7 +117,7 @@ def _plot(
     for k, (prototypes, density) in enumerate(zip(bare, densities, strict=True)):
         for n in range(max(1, round(density * side * side))):
             table, palette = prototypes[n % len(prototypes)]
-            tables.append(_stood(table, rng.random(2) * side, 2 * np.pi * rng.random()))
+            tables.append(stood(table, rng.random(2) * side, 2 * np.pi * rng.random()))
             kinds.append(np.full(len(table), k))
             tints.append(palette[table.tint])
     names = ("start", "end", "start_radius", "end_radius", "tint")
@@ -126,14 +126,16 @@ def _plot(
     return plot, np.concatenate(kinds), np.concatenate(tints), side
 
 
-def _stood(table: StickTable, xy: Reals, turn: float) -> StickTable:
+def stood(table: StickTable, xy: Reals, turn: float) -> StickTable:
+    """An object's sticks where it stands, turned by an angle [rad]."""
     cos, sin = math.cos(turn), math.sin(turn)
     spin = np.array(((cos, sin, 0), (-sin, cos, 0), (0, 0, 1)))
     offset = np.append(xy, 0.0)
     return replace(table, start=table.start @ spin + offset, end=table.end @ spin + offset)
 
 
-def _toward(elevation_deg: float, azimuth_deg: float) -> Reals:
+def toward(elevation_deg: float, azimuth_deg: float) -> Reals:
+    """Unit vector to where the eye or the sun stands in a plot, (3,)."""
     e, a = math.radians(elevation_deg), math.radians(azimuth_deg + _ASKEW_DEG)
     return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
 
@@ -141,7 +143,7 @@ def _toward(elevation_deg: float, azimuth_deg: float) -> Reals:
 def _areas(bare: list[list[tuple[StickTable, np.ndarray]]]) -> Float64[np.ndarray, "k d"]:
     """Mean outline of each kind along each depression, over prototypes and two azimuths [m²]."""
     turns = (20.0, 110.0)
-    directions = np.array([_toward(e, a) for e in DEPRESSIONS_DEG for a in turns])
+    directions = np.array([toward(e, a) for e in DEPRESSIONS_DEG for a in turns])
     rows = []
     for prototypes in bare:
         each = [areas_of_parts(table, directions, 6.0)[0] for table, _ in prototypes]

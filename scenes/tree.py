@@ -7,11 +7,13 @@ own chain of sticks. Its leaf appearance is a few blobs and what is kept of that
 on average over directions what the hidden branches and leaves would (``tree_looks``).
 """
 
+import math
 from functools import lru_cache
 
 import numpy as np
+from jaxtyping import Float64
 
-from lod.arrays import Ints
+from lod.arrays import Ints, Points
 from lod.errors import InputError
 from scenes.prototype import Prototype, assemble
 from scenes.stick_table import StickTable
@@ -22,6 +24,9 @@ from scenes.tree_species import BROADLEAF, TreeSpecies
 from scenes.weather import SEASONS
 
 _STREAM = 0x7EE
+
+DIMMER = 0.72
+"""Step from each of the tints for what shades itself to the next darker one."""
 
 
 @lru_cache(maxsize=32)
@@ -48,7 +53,8 @@ def grown(species: TreeSpecies, seed: int, k: int, season: str = "summer") -> Gr
     bark = np.array(species.bark)
     if not greens:
         blends = [(1 - share) * bark[0] + share * bark[1] for share in (0.33, 0.67)]
-        return Grown(species, levels, leaves, np.zeros(0, np.int64), np.vstack((bark, blends)))
+        palette = np.vstack((bark, *_dimmed(species, bark), blends))
+        return Grown(species, levels, leaves, np.zeros(0, np.int64), palette)
     # Every branch has its own shade, and every leaf its own about that.
     bough = np.arange(len(levels[-1]))
     for level in levels[:2:-1]:
@@ -59,7 +65,15 @@ def grown(species: TreeSpecies, seed: int, k: int, season: str = "summer") -> Gr
     green = np.clip(np.rint(middle + tone), 0, len(greens) - 1).astype(np.int64)
     leafy = np.array(greens)
     blends = [(1 - s) * leafy[int(middle)] + s * bark[1] for s in (0.25, 0.5)]
-    return Grown(species, levels, leaves, len(bark) + green, np.vstack((bark, leafy, blends)))
+    palette = np.vstack((bark, leafy, *_dimmed(species, leafy), blends))
+    return Grown(species, levels, leaves, len(bark) + green, palette)
+
+
+def _dimmed(species: TreeSpecies, colours: Points) -> list[Float64[np.ndarray, "2 3"]]:
+    """The darkest and the lightest of some colours, down to what the least lit shapes need."""
+    least = 0.9 * min(species.lit, default=1.0)
+    steps = math.ceil(math.log(least) / math.log(DIMMER)) if species.lit else 0
+    return [DIMMER ** (k + 1) * colours[[0, -1]] for k in range(steps)]
 
 
 def _prototype(name: str, tree: Grown) -> Prototype:

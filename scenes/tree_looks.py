@@ -3,7 +3,8 @@
 Level by level: blobs for every branch (``tree_blobs``), as thick as makes each cover on average
 what it hides; then all of a level thicker or thinner by one factor, so that the tree displayed to
 that level covers what the whole tree does, for neighbours overlap otherwise than what they stand
-for; and tinted so that its mean colour, of what is seen, is that of the whole tree.
+for; and tinted so that its mean colour, of what is seen, is that of the whole tree, but darker by
+as much as what is hidden shades itself and its few smooth shapes do not.
 """
 
 from dataclasses import dataclass
@@ -124,7 +125,8 @@ def _of_level(tree: Grown, depth: int, above: StickTable, seen: Seen) -> StickTa
     standing = joined((above, _as_one((wood,))))
     factor = factor * _in_place(blobs, factor, standing, seen, tree.species.margin * seen.cover)
     own = _mean_colours(lost, group, len(blobs.part), tree.palette)
-    tint = _tints(blobs.table(n, factor), own, standing, seen, tree.palette)
+    lit = tree.species.lit[depth] if tree.species.lit else 1.0
+    tint = _tints(blobs.table(n, factor), own, lit, standing, seen, tree.palette)
     return joined((wood, blobs.table(n, factor, tint)))
 
 
@@ -139,15 +141,21 @@ def _in_place(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen, cov
 
 
 def _tints(
-    blobs: StickTable, own: np.ndarray, standing: StickTable, seen: Seen, palette: np.ndarray
+    blobs: StickTable,
+    own: np.ndarray,
+    lit: float,
+    standing: StickTable,
+    seen: Seen,
+    palette: np.ndarray,
 ) -> Ints:
-    """Tints of blobs about their own colours (g, 3), so that all that is seen has the tree's."""
+    """Tints of blobs about their own colours (g, 3), so that all that is seen has the tree's, less
+    what hidden leaves shade one another."""
     table = joined((standing, _as_one((blobs,))))
     area = visible_areas(table, seen.views, seen.spacing).mean(axis=0)
     wooden, weight = area[: len(standing)], area[len(standing) :]
     left = area.sum() * seen.colour - wooden @ palette[standing.tint]
     wanted = own + (left - weight @ own) / weight.sum()
-    return blended_tints(weight, np.clip(wanted, 0, 1), palette, np.arange(1, len(palette)))
+    return blended_tints(weight, lit * np.clip(wanted, 0, 1), palette, np.arange(1, len(palette)))
 
 
 def _mean_colours(hidden: StickTable, group: Ints, groups: int, palette: np.ndarray) -> np.ndarray:

@@ -80,6 +80,9 @@ class TreeSpecies:
     leafy: colours of leaves in each season, () where it stands bare
     broken: share of branches that have snapped; thinnest: radius of the thinnest twig [m]
     clear: how many of the trunk's 8 sticks, from the foot up, are seen from afar
+    lit: share of its colour that a leaf appearance of the tree, a limb, a branch, … has, so that it
+        sends as much light as what it hides, which shades itself; measured (``bench.leaf_light``);
+        () for all of it, as without leaves, where it is 1 within 5 %
     margin: cover of leaf appearances over what they hide: between two levels, where they and what
         is left of their parts hide one another, a leafy tree falls short by 3 to 6 %
     """
@@ -103,12 +106,14 @@ class TreeSpecies:
     thinnest: float = 0.006
     clear: int = 4
     margin: float = 1.015
+    lit: tuple[float, ...] = ()
 
     def bare(self) -> "TreeSpecies":
         """The same tree without its leaves; its looks are then all of wood."""
         keep = (self.wood[0], *(max(1, each) for each in self.wood[1:]))
         more = tuple(each + 1 for each in self.porous)
-        return replace(self, foliage=None, porous=more, wood=keep, clear=8, margin=0.955)
+        bare = replace(self, foliage=None, porous=more, wood=keep, lit=())
+        return replace(bare, clear=8, margin=0.955)
 
 
 def _shades(dark: Colour, light: Colour, count: int = 5) -> tuple[Colour, ...]:
@@ -146,6 +151,7 @@ BROADLEAF = TreeSpecies(
         "autumn": _shades((0.190, 0.070, 0.015), (0.480, 0.300, 0.050)),
         "winter": (),
     },
+    lit=(0.499, 0.678, 0.809, 0.869),
 )
 
 BIRCH = TreeSpecies(
@@ -174,6 +180,7 @@ BIRCH = TreeSpecies(
     },
     thinnest=0.004,
     margin=1.025,
+    lit=(0.648, 0.754, 0.836, 0.934),
 )
 
 CONIFER = TreeSpecies(
@@ -212,6 +219,7 @@ CONIFER = TreeSpecies(
     clear=1,
     margin=1.025,
     thinnest=0.004,
+    lit=(0.599, 0.834, 0.943),
 )
 
 SHRUB = TreeSpecies(
@@ -240,6 +248,7 @@ SHRUB = TreeSpecies(
     },
     thinnest=0.003,
     margin=1.03,
+    lit=(0.57, 0.767, 0.878, 0.92),
 )
 
 DEAD_TREE = TreeSpecies(

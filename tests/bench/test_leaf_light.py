@@ -1,0 +1,64 @@
+"""Leaf appearances send the light of what they hide: their colour is less by what shades itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench import leaf_light
+from bench.leaf_light import cut_at, sent, shares
+from scenes.stick_area import mean_outline_areas
+from scenes.tree import tree_prototypes
+from scenes.tree_species import SPECIES
+
+SHRUB = SPECIES["shrub"]
+
+
+@pytest.fixture(scope="module")
+def trees():
+    return tree_prototypes(1, 3, SHRUB)
+
+
+@pytest.fixture(scope="module")
+def unshaded():
+    return tree_prototypes(1, 3, replace(SHRUB, lit=()))
+
+
+def shapes(tree, level):
+    """Mean albedo of the shapes that stand for what is hidden, by their area."""
+    table, hides = cut_at(tree, SHRUB, level)
+    area, colour = mean_outline_areas(table)[hides], tree.tints[table.tint][hides]
+    return area @ colour / area.sum()
+
+
+def test_a_cut_at_the_finest_level_hides_nothing_and_others_do(trees):
+    h = trees[0].hierarchy
+    for level in range(int(h.level.max()) + 1):
+        table, hides = cut_at(trees[0], SHRUB, level)
+        assert hides.any() == (level < h.level.max())
+        assert (np.diff(table.first) == len(hides)).all()
+
+
+@pytest.mark.parametrize("level", range(4))
+def test_shapes_are_as_much_darker_as_the_species_says(trees, unshaded, level):
+    for shaded, plain in zip(trees, unshaded, strict=True):
+        assert np.array_equal(shaded.hierarchy.P, plain.hierarchy.P), "no shape moves"
+        share = (shapes(shaded, level) / shapes(plain, level)).mean()
+        # Colour is shared out by what is seen; of the few shapes of a whole tree the rest is much.
+        assert share == pytest.approx(SHRUB.lit[level], rel=0.03 if level else 0.15)
+
+
+@pytest.mark.slow
+def test_the_species_say_what_is_measured(monkeypatch):
+    """Fewer lines than the shares in the table come from: those have errors of 1 %."""
+    monkeypatch.setattr(leaf_light, "LINES", 500)
+    for name in ("shrub", "birch"):
+        assert shares(SPECIES[name], "summer") == pytest.approx(SPECIES[name].lit, rel=0.04)
+
+
+def test_a_stand_sends_as_much_at_every_level(trees, monkeypatch):
+    monkeypatch.setattr(leaf_light, "LINES", 400)
+    finest = int(trees[0].hierarchy.level.max())
+    made = [sent(trees, SHRUB, level) for level in range(finest + 1)]
+    total = np.array([(each.shapes + each.itself).sum() for each in made])
+    assert total[:-1] / total[-1] == pytest.approx(np.ones(finest), abs=0.05)
