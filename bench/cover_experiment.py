@@ -9,15 +9,16 @@ import hashlib
 import json
 import time
 from dataclasses import asdict, replace
-from datetime import UTC, datetime
 
 import numpy as np
 
+from bench.conduct import joined, measured, record_of
 from bench.cover_claims import judge
 from bench.cover_scene import AIRS, LOOKS, Case, cases, displayed, preset_of, whole
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
+from bench.spread import Each, in_turn
 from scenes.preset import Preset
 from scenes.render.frame import Layers, Quality
 from scenes.render.render import render_frame, restaged, staged, taken
@@ -31,35 +32,30 @@ FIELDS, QUICK_FIELDS = 4, 2
 _SPP = 32
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
-Sums = dict[Case, list[tuple[list[int], list[int]]]]
-"""Of every field: light of the tested picture and of the whole one in each band, in 10⁻⁶."""
 
-
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
     """Render every field whole and pruned, and judge every band."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
-    found: Sums = {case: [] for case in cases()}
     steps = [(look, seed + k) for look in LOOKS for k in range(fields)]
-    for number, (look, own) in enumerate(steps):
-        progress(number, len(steps), f"{look}, seed {own}")
-        for case, sums in field(look, own).items():
-            found[case].append(sums)
-    progress(len(steps), len(steps), "judged")
-    points = tuple(_point(case, rows) for case, rows in found.items())
-    return Record(
-        experiment=NAME,
-        version=VERSION,
+    named = [(f"{look}, seed {own}", (look, own)) for look, own in steps]
+    points = joined(measured(progress, each, (measure, named)))
+    return record_of(
+        NAME,
+        VERSION,
         quick=quick,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         provenance=provenance(_scene_hash(), seed, variant=choose()),
         points=points,
         claims=judge(points),
-        notes={
-            "fields": fields,
-            "samples_per_pixel": _SPP,
-            "seconds": round(time.perf_counter() - start, 1),
-        },
+        notes={"fields": fields, "samples_per_pixel": _SPP},
+        start=start,
     )
+
+
+def measure(look: str, seed: int) -> list[Point]:
+    """One field in all pictures of one look: a point for each."""
+    return [_point(case, *sums) for case, sums in field(look, seed).items()]
 
 
 def field(look: str, seed: int) -> dict[Case, tuple[list[int], list[int]]]:
@@ -110,11 +106,9 @@ def _sums(rgb: np.ndarray, band: np.ndarray, bands: int) -> list[int]:
     return [round(1e6 * float(light[band == k].sum())) for k in range(bands)]
 
 
-def _point(case: Case, rows: list[tuple[list[int], list[int]]]) -> Point:
-    samples = {}
-    for k in range(len(rows[0][0])):
-        samples[f"tested {k}"] = [tested[k] for tested, _ in rows]
-        samples[f"whole {k}"] = [unpruned[k] for _, unpruned in rows]
+def _point(case: Case, tested: list[int], unpruned: list[int]) -> Point:
+    samples = {f"tested {k}": [light] for k, light in enumerate(tested)}
+    samples |= {f"whole {k}": [light] for k, light in enumerate(unpruned)}
     return Point(asdict(case), {}, samples)
 
 

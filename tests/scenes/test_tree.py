@@ -155,7 +155,7 @@ class TestSeasons:
     def test_tints_vary_and_are_few(self, kind):
         for season in SEASONS:
             it = grown(SPECIES[kind], 1, 0, season)
-            assert len(it.palette) <= 9
+            assert len(it.palette) <= 15
             if len(it.leaf_tint):
                 share = np.bincount(it.leaf_tint)[2:] / len(it.leaf_tint)
                 assert share.min() > 0.03
