@@ -13,7 +13,9 @@ WAYS = {
 }
 """How a walk is pruned, and the settings that say so."""
 
-WORST = "unexplained 0.9999"
+WORST, SWITCHED = "unexplained 0.9999", "switched 0.9999"
+"""Of what motion does not explain: with samples of its own in each frame, and with the same."""
+
 _SOURCE = "§1.2, issue 6"
 
 
@@ -57,4 +59,8 @@ def _residuals(walks: dict[str, Point]) -> list[Claim]:
         words = about, "99.99th percentile ÷ that of the unpruned walk", _SOURCE
         found = paired_ratio(np.array(walks[way].samples[WORST], np.float64), whole)
         made.append(claim(f"walk/{way}/residual", words, 1.1, 0, found, "at most"))
+    both = (np.array(walks[way].samples[SWITCHED], np.float64) for way in ("fading", "clipped"))
+    about = "What switches at once, all noise left out, is less than half of that of clipping."
+    words = about, "99.99th percentile with the same samples, fading ÷ clipping", _SOURCE
+    made.append(claim("walk/fading/switched", words, 0.5, 0, paired_ratio(*both), "at most"))
     return made

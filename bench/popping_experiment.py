@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.conduct import measured, record_of
 from bench.experiments import Progress, silent
-from bench.popping_claims import WAYS, judge
+from bench.popping_claims import SWITCHED, WAYS, judge
 from bench.popping_measure import seen_of, walk
 from bench.provenance import provenance
 from bench.records import Point, Record
@@ -35,7 +35,7 @@ from scenes.prototype import Prototype
 from scenes.render.variants import choose
 from scenes.world import build_world
 
-NAME, VERSION = "popping", 1
+NAME, VERSION = "popping", 2
 SPECIES = ("figure", "tree")
 WIDTH_PX, STEP_M, FRAMES = 640, 2.0, 8
 DENSER = {"figure": 0.25, "tree": 1.0}
@@ -159,6 +159,8 @@ def _walks(way: str, walks: int, variant: str, seed: int) -> Point:
         samples.setdefault("popped", []).extend(found.popped.tolist())
         for share, value in zip(QUANTILES, np.quantile(found.unexplained, QUANTILES), strict=True):
             samples.setdefault(f"unexplained {share:g}", []).append(round(1e6 * float(value)))
+        same = np.quantile(found.switched, QUANTILES[-1])
+        samples.setdefault(SWITCHED, []).append(round(1e6 * float(same)))
     return Point({"what": "walk", "way": way}, {}, samples)
 
 

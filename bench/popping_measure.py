@@ -2,19 +2,17 @@
 
 Two figures of a walk, each of pairs of consecutive frames. Parts that are displayed in one frame
 only and show more than half of themselves there, though both frames have them in view, have popped.
-And of each pixel the surface it shows is looked up in the frame before (by Z and both cameras):
-where that frame shows the same surface, their difference is what motion does not explain. The
-picture is the albedo alone, a mean of many samples at the same places of every pixel in every
-frame: no light, no air and no noise, only what covers what.
+And what a frame displays is moved to where it is a frame later, and seen from where the eye is by
+then (``popping_picture``): what the next frame shows otherwise, motion does not explain.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64
 
-from lod.air import CLEAR
+from bench.popping_picture import silhouettes
 from lod.arrays import Reals, freeze
 from lod.camera import GRID_M, Camera
 from lod.fade import looks
@@ -22,20 +20,11 @@ from lod.prune import Cut, prune
 from lod.view import View, in_view
 from scenes.field import SpeciesField
 from scenes.preset import Preset
-from scenes.render.frame import Layers, Light, Quality, Visible
-from scenes.render.render import render_frame
-from scenes.shot import short_ids
+from scenes.shot import Shown, light_of, quality_of
 from scenes.world import World, view_at
 
 AT_FULL_SIZE = 0.5
 """Share of itself from which on a part that comes or goes is said to pop."""
-
-SAME_SURFACE = 0.02
-"""Two distances are of one surface when they differ by no more than this share."""
-
-_FARTHEST_M = 1e6
-
-Pixels = Int64[np.ndarray, "h w"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,29 +46,24 @@ class Seen:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One frame of a walk: its view, its parts by representation, and its picture."""
+    """One frame of a walk: its view, what it displays, and the parts of that which can pop."""
 
     view: View
+    shown: tuple[Shown, ...]
     seen: dict[str, Seen]
-    layers: Layers
 
 
-def frames_of(world: World, preset: Preset, frames: Sequence[int], variant: str) -> Iterator[Frame]:
+def frames_of(world: World, preset: Preset, frames: Sequence[int]) -> Iterator[Frame]:
     """The frames of a walk, one after the other."""
-    quality = Quality(variant, preset.render.spp, preset.seed, max_depth=1)
-    light = Light(preset.light.sun_azimuth, preset.light.sun_elevation)
     for number in frames:
-        view, visible, seen = view_at(world, preset, number), [], {}
+        view, shown, seen = view_at(world, preset, number), [], {}
         for each in world.representations:
             cut = prune(each, view)
             look = looks(cut, view)
             if isinstance(each, SpeciesField):  # the ground's vertices move; its tiles do not pop
                 seen[each.name] = seen_of(cut, np.maximum(look.inner, look.leaf))
-            shape = each.appearance(cut.parts, look)
-            visible.append(Visible(each.name, short_ids(cut), shape))
-        # Always frame 0: the same places in every pixel.
-        layers = render_frame(view.camera, visible, CLEAR, light, quality, 0)
-        yield Frame(view, seen, layers)
+            shown.append(Shown(each, cut, look, view))
+        yield Frame(view, tuple(shown), seen)
 
 
 def seen_of(cut: Cut, size: Reals) -> Seen:
@@ -117,75 +101,39 @@ def shift(old: Camera, new: Camera) -> Float64[np.ndarray, "3"]:
     return GRID_M * np.array((a.x - b.x, a.y - b.y, 0.0))
 
 
-def unexplained(before: Frame, after: Frame) -> Reals:
-    """Changes that motion does not explain, of every pixel of both frames that can be told.
-
-    Looked up both ways, from either frame to the other: what vanishes shows in one of them alone.
-    """
-    return np.concatenate((_changes(after, before), _changes(before, after)))
-
-
-def _changes(here: Frame, there: Frame) -> Reals:
-    """By how much each pixel's albedo leaves the range of the 3 × 3 pixels about its place there.
-
-    Left out: what is out of the other picture, or hidden in it by something nearer.
-    """
-    camera, other = here.view.camera, there.view.camera
-    far = np.minimum(here.layers.Z.astype(np.float64), _FARTHEST_M)
-    place = camera.eye + _directions(camera) * far[..., None] + shift(camera, other)
-    column, row, away = _projected(other, place)
-    inside = (np.minimum(column, row) >= 1) & np.isfinite(away)
-    inside &= (column < other.width - 1) & (row < other.height - 1)
-    column, row, now = column[inside], row[inside], here.layers.albedo[inside].astype(np.float64)
-    about = [(row + j, column + i) for j in (-1, 0, 1) for i in (-1, 0, 1)]
-    albedo = np.stack([there.layers.albedo[at] for at in about])
-    Z = np.stack([np.minimum(there.layers.Z[at], _FARTHEST_M) for at in about]) / away[inside]
-    shown = (np.abs(Z - 1) < SAME_SURFACE).any(axis=0) | (Z > 1).all(axis=0)
-    beyond = np.maximum(albedo.min(axis=0) - now, now - albedo.max(axis=0))
-    return np.maximum(beyond, 0.0).max(axis=1)[shown]
-
-
-def _directions(camera: Camera) -> Float64[np.ndarray, "h w 3"]:
-    """Unit vectors through the middles of the pixels, rows from the top."""
-    tan_x, tan_y = camera.tan_half
-    x = tan_x * (2 * (np.arange(camera.width) + 0.5) / camera.width - 1)
-    y = tan_y * (1 - 2 * (np.arange(camera.height) + 0.5) / camera.height)
-    ray = camera.forward + x[None, :, None] * camera.right + y[:, None, None] * camera.up
-    return ray / np.linalg.norm(ray, axis=-1, keepdims=True)
-
-
-def _projected(
-    camera: Camera, place: Float64[np.ndarray, "h w 3"]
-) -> tuple[Pixels, Pixels, Float64[np.ndarray, "h w"]]:
-    """Column and row of places on the film, and how far they are [m]; not ahead: infinitely."""
-    ray = place - camera.eye
-    depth = ray @ camera.forward
-    ahead = depth > 0
-    depth = np.where(ahead, depth, 1.0)
-    tan_x, tan_y = camera.tan_half
-    x = (1 + ray @ camera.right / (depth * tan_x)) * camera.width / 2
-    y = (1 - ray @ camera.up / (depth * tan_y)) * camera.height / 2
-    pixel = (np.floor(np.clip(v, -1.0, 1e6)).astype(np.int64) for v in (x, y))
-    return *pixel, np.where(ahead, np.linalg.norm(ray, axis=-1), np.inf)
-
-
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A measured walk: parts popped between frames (f - 1,), and all unexplained changes (n,)."""
+    """A measured walk, frame after frame but the first, (f - 1, …).
+
+    popped       parts that came or went at full size
+    unexplained  of every pixel, what motion does not explain: each frame has samples of its own
+    switched     the same with the same samples in both, so that no noise is left
+    picture      of the frame
+    """
 
     popped: np.ndarray
     unexplained: np.ndarray
+    switched: np.ndarray
+    picture: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, popped=np.int64, unexplained=np.float64)
+        real = np.float32
+        freeze(self, popped=np.int64, unexplained=real, switched=real, picture=real)
 
 
 def walk(world: World, preset: Preset, frames: Sequence[int], variant: str) -> Walk:
-    """Walk once through a world as the preset says."""
+    """Measure consecutive frames of a walk."""
+    light, quality = light_of(preset), quality_of(preset, variant)
     counts, changes, before = [], [], None
-    for after in frames_of(world, preset, frames, variant):
+    for number, after in zip(frames, frames_of(world, preset, frames), strict=True):
         if before is not None:
+            camera = after.view.camera
+            both = [
+                silhouettes(each.shown, camera, after.view.time_s, light, quality, samples)
+                for each, samples in ((before, (number - 1, number)), (after, (number,)))
+            ]
+            (moved, alike), (now,) = both
             counts.append(popped(before, after))
-            changes.append(unexplained(before, after))
+            changes.append((abs(now - moved), abs(now - alike), now))
         before = after
-    return Walk(np.array(counts), np.concatenate(changes))
+    return Walk(np.array(counts), *(np.stack(each) for each in zip(*changes, strict=True)))

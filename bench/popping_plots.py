@@ -27,7 +27,7 @@ def figures(record: Record) -> tuple[Figure, ...]:
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Heads and rows: switches of every species, then the walks."""
     heads = ("what", "of", "switches a field", "predicted", "size, median (px)", "size, 95 % (px)")
-    changes = "popped a frame", "unexplained, 99 %", "99.9 %", "99.99 %"
+    changes = "popped a frame", "unexplained, 99 %", "99.9 %", "99.99 %", "same samples"
     return (*heads, *changes), [_row(point) for point in record.points]
 
 
@@ -36,7 +36,7 @@ def _row(point: Point) -> tuple[str, ...]:
     if point.case["what"] == "switches":
         sizes = np.quantile(np.array(samples["size_mpx"]) / 1000, (0.5, 0.95))
         counts = f"{np.mean(samples['switches']):.1f}", f"{point.predicted['switches']:.1f}"
-        return "switches", point.case["species"], *counts, *(f"{v:.2f}" for v in sizes), *[""] * 4
+        return "switches", point.case["species"], *counts, *(f"{v:.2f}" for v in sizes), *[""] * 5
     changes = [np.mean(row) / 1e6 for name, row in samples.items() if name != "popped"]
     popped = f"{np.mean(samples['popped']):.1f}"
     return "walk", point.case["way"], *[""] * 4, popped, *(f"{v:.4f}" for v in changes)

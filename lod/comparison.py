@@ -69,6 +69,23 @@ def sees(s, x, y, z, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def entered(s, x, y, z, radius):  # type: ignore[no-untyped-def]
+    """How far a sphere that ``sees`` has come into the pyramid of view, 0 to 1 of its diameter."""
+    if s.look_around or radius <= 0.0:
+        return 1.0
+    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
+    ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
+    aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
+    above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
+    inside = min(
+        ahead,
+        (ahead * s.tan_x - aside) / math.hypot(1.0, s.tan_x),
+        (ahead * s.tan_y - above) / math.hypot(1.0, s.tan_y),
+    )
+    return min((inside + radius) / (2.0 * radius), 1.0)
+
+
+@njit(cache=True)
 def passes(s, x, y, z, bound, limit, limit_offscreen):  # type: ignore[no-untyped-def]
     """Whether a part is displayed: d < D, with the coarser D for what is out of view."""
     d = distance_to(s, x, y, z)

@@ -1,8 +1,10 @@
 """Fading: parts shrink away before their limit, and their wholes take over what they hide.
 
 Within a band before its limit distance D a part shrinks from its full area to none (Rubin 1982,
-the paper's ref. 8), and what hangs on it with it. The area that a part's own parts no longer cover
-is the share λ of its leaf appearance. Counts are those of the cut: fading changes no part of it.
+the paper's ref. 8), and what hangs on it with it. Out of view D is less; what is displayed only
+because it is in view grows as the sphere that holds it comes into the pyramid of view. The area
+that a part's own parts no longer cover is the share λ of its leaf appearance. Counts are those of
+the cut: fading changes no part of it.
 """
 
 import math
@@ -11,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Reals
-from lod.comparison import distance_to, sees, vantage_of
+from lod.comparison import distance_to, entered, sees, vantage_of
 from lod.parts import Look
 from lod.prune import Cut
 from lod.view import View
@@ -32,7 +34,10 @@ def looks(cut: Cut, view: View) -> Look:
 
 
 def shown_shares(cut: Cut, view: View) -> Reals:
-    """Share of its area that each displayed part shows by itself: (D − d)/(fade·D), at most 1."""
+    """Share of its area that each displayed part shows by itself: (D − d)/(fade·D), at most 1.
+
+    In view times what of its sphere's diameter is, but no less than it would show out of view.
+    """
     parts = cut.parts
     limits = parts.bound, parts.limit, parts.limit_offscreen
     return _shown(vantage_of(view), parts.position, parts.centre, *limits, view.fade)
@@ -43,15 +48,22 @@ def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade):  # t
     shown = np.ones(len(bound))
     for i in range(len(bound)):
         d = distance_to(vantage, position[i, 0], position[i, 1], position[i, 2])
-        D = limit_offscreen[i]
         # Where it is well within the coarser limit it is whole, in view or not.
-        if d < D * (1.0 - fade) and D <= limit[i]:
+        if d < limit_offscreen[i] * (1.0 - fade) and limit_offscreen[i] <= limit[i]:
             continue
-        if sees(vantage, centre[i, 0], centre[i, 1], centre[i, 2], bound[i]):
-            D = limit[i]
-        if D < math.inf:
-            shown[i] = min(max((D - d) / (fade * D), 0.0), 1.0)
+        x, y, z = centre[i, 0], centre[i, 1], centre[i, 2]
+        shown[i] = _of_band(d, limit_offscreen[i], fade)
+        if sees(vantage, x, y, z, bound[i]):
+            inside = _of_band(d, limit[i], fade) * entered(vantage, x, y, z, bound[i])
+            shown[i] = max(shown[i], inside)
     return shown
+
+
+@njit(cache=True)
+def _of_band(d, D, fade):  # type: ignore[no-untyped-def]
+    if D == math.inf:
+        return 1.0
+    return min(max((D - d) / (fade * D), 0.0), 1.0) if D > 0.0 else 0.0
 
 
 @njit(cache=True)

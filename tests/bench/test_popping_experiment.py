@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench import popping_plots
-from bench.popping_claims import WAYS, judge
+from bench.popping_claims import SWITCHED, WAYS, judge
 from bench.popping_experiment import QUANTILES, in_one_only
 from bench.provenance import provenance
 from bench.records import Point, Record
@@ -32,6 +32,9 @@ def planted(switches=100.0, popped=0, worst=1.0):
     for way in WAYS:
         by = worst if way == "fading" else 1.0
         changes = {f"unexplained {q:g}": [round(1e5 * by) + k for k in range(6)] for q in QUANTILES}
+        changes[SWITCHED] = [
+            round(1e5 * by * (0.3 if way == "fading" else 1.0)) + k for k in range(6)
+        ]
         many = [popped, popped + 1, popped] if way == "clipped" else [popped] * 3
         points.append(Point({"what": "walk", "way": way}, {}, {"popped": many, **changes}))
     return tuple(points)
@@ -41,8 +44,11 @@ def test_verdicts_follow_from_counts():
     verdict = {c.name: c.verdict for c in judge(planted())}
     for name in ("blake/tree/switches", "blake/tree/size", "walk/fading/popped"):
         assert verdict[name] == "holds", name
-    assert verdict["walk/fading/residual"] == "holds"
+    assert verdict["walk/fading/residual"] == verdict["walk/fading/switched"] == "holds"
     wrong = {c.name: c.verdict for c in judge(planted(120.0, 9, 1.3))}
+    assert {c.name: c.verdict for c in judge(planted(worst=2.0))}[
+        "walk/fading/switched"
+    ] == "refuted"
     for name in ("blake/tree/switches", "walk/fading/popped", "walk/fading/residual"):
         assert wrong[name] == "refuted", name
 

@@ -1,108 +1,109 @@
 """Popping is seen where it is, and only there; with fading a walk has none."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from bench.popping_measure import Frame, Seen, popped, unexplained, walk
+from bench.popping_claims import WAYS
+from bench.popping_film import MOST, settings_of
+from bench.popping_measure import Frame, Seen, popped, walk
+from bench.popping_picture import LUMINANCE, silhouettes
 from lod.camera import Corner, look
+from lod.fade import looks
 from lod.metric import METRICS
+from lod.prune import prune
 from lod.view import View
+from scenes.boulder import boulder_prototypes
+from scenes.placed import Placed
 from scenes.preset import load_preset
-from scenes.render.frame import SKY_Z, Layers
+from scenes.render.frame import Light, Quality
 from scenes.render.variants import choose
+from scenes.shot import Shown
+from scenes.terrain import Terrain
 from scenes.world import build_world
 
 SIZE = (32, 18)
-GREY, DARK = 0.5, 0.1
+GROUND = Terrain(0, 0.0, 64.0, 0.8, reach=32.0)
 
 
-def wall(eye_x=0.0, corner=0, hole=None, far=20.0) -> Frame:
-    """A striped wall to the north, sky above 3 m; a dark square before it, of a part of its own."""
-    camera = look(Corner(corner, 0), np.array((eye_x, 0.0, 0.0)), 0.0, 0.0, 60.0, SIZE)
-    tan_x, tan_y = camera.tan_half
-    across = tan_x * (2 * (np.arange(SIZE[0]) + 0.5) / SIZE[0] - 1)
-    height = tan_y * (1 - 2 * (np.arange(SIZE[1]) + 0.5) / SIZE[1])
-    x, z = np.meshgrid(far * across + eye_x + 16 * corner, far * height)
-    albedo = np.where(z > 3, 0.0, GREY + 0.01 * np.sin(x / 3))
-    away = far * np.sqrt(1 + across[None] ** 2 + height[:, None] ** 2)
-    Z = np.where(z > 3, SKY_Z, away)
-    if hole is not None:
-        inside = (np.abs(x / far * hole - (eye_x + 16 * corner) * (hole / far - 1)) < 2) & (
-            np.abs(z / far * hole) < 2
-        )
-        albedo[inside], Z[inside] = DARK, Z[inside] * hole / far
-    flat = np.repeat(albedo[..., None], 3, axis=2)
-    zero = np.zeros(Z.shape)
-    layers = Layers(flat, Z, np.zeros_like(flat), flat, zero, zero, zero)
-    parts = Seen(np.zeros((0, 4)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
-    return Frame(View(camera, METRICS["blake"]), {"thing": parts}, layers)
+def view(east=0.0, corner=0) -> View:
+    eye = np.array((east - 16.0 * corner, -7.0, 2.0))
+    return View(look(Corner(corner, 0), eye, 0.0, -8.0, 60.0, SIZE), METRICS["blake"])
 
 
-def with_parts(frame, numbers, sizes, ahead=10.0) -> Frame:
+def displayed(at: View, *distances: float) -> tuple[Shown, ...]:
+    """Even ground out to 30 m, and a boulder at each of these distances."""
+    stone = boulder_prototypes(0, 1)[0]
+    things = [Placed(f"stone {y}", stone, 0.0, y - 7.0, 0.0, GROUND) for y in distances]
+    cuts = [(each, prune(each, at)) for each in (GROUND, *things)]
+    return tuple(Shown(each, cut, looks(cut, at), at) for each, cut in cuts)
+
+
+def pictures(shown, at: View, *samples: int):
+    quality = Quality(choose("auto"), 25)
+    return silhouettes(shown, at.camera, 0.0, Light(0.0, 40.0), quality, samples)
+
+
+def test_pictures_are_albedo_under_a_white_sky():
+    shown = displayed(view())
+    (picture,) = pictures(shown, view(), 1)
+    assert picture[0] == pytest.approx(np.ones(SIZE[0]))
+    ground = shown[0].shape(0.0).colours @ LUMINANCE
+    assert ground.min() < picture[-1].min() and picture[-1].max() < ground.max()
+
+
+def test_motion_explains_all_of_what_stays():
+    """The same things from another place, and in the coordinates of another corner."""
+    at, after = view(), view(east=0.2, corner=1)
+    (moved,), (now, other) = (
+        pictures(displayed(seen, 6.0), after, *samples)
+        for seen, samples in ((at, [2]), (after, [2, 3]))
+    )
+    assert abs(now - moved).max() < 0.05, "but for the detail of the ground and the stone"
+    assert abs(now - other).max() > 2 * abs(now - moved).max(), "noise is there with other samples"
+
+
+def test_what_vanishes_is_seen_in_full():
+    at = view()
+    both, one = (pictures(displayed(at, *where), at, 4)[0] for where in ((6.0, 3.0), (6.0,)))
+    stone = abs(both - one)
+    assert 10 < (stone > 0.05).sum() < 200
+    assert 0.1 < stone.max() < 0.5
+
+
+def with_parts(numbers, sizes, ahead=10.0) -> Frame:
     n = len(numbers)
     key = np.zeros((n, 4), int)
     key[:, 3] = numbers
-    centre = np.tile((0.0, ahead, 0.0), (n, 1))
-    return replace(frame, seen={"thing": Seen(key, np.array(sizes), centre, np.ones(n))})
-
-
-def test_what_motion_explains_is_not_counted():
-    assert unexplained(wall(), wall()).max() == 0
-    for after in (wall(0.4), wall(-15.8, corner=1)):
-        assert unexplained(wall(), after).max() < 0.01
-    both = unexplained(wall(hole=10.0), wall(0.2, hole=10.0))
-    assert both.max() < 0.01, "what the square hides and uncovers is explained"
-
-
-@pytest.mark.parametrize("moved", [0.0, 0.2])
-def test_what_vanishes_or_appears_is_seen(moved):
-    for pair in (
-        (wall(hole=10.0), wall(moved)),
-        (wall(), wall(moved, hole=10.0)),
-    ):
-        assert unexplained(*pair).max() == pytest.approx(GREY - DARK, abs=0.02)
+    centre = np.tile((0.0, ahead, 2.0), (n, 1))
+    return Frame(view(), (), {"thing": Seen(key, np.array(sizes), centre, np.ones(n))})
 
 
 def test_parts_pop_at_full_size_and_in_view_of_both():
-    before = with_parts(wall(), [1, 2, 3], [1.0, 1.0, 0.2])
+    before = with_parts([1, 2, 3], [1.0, 1.0, 0.2])
     assert popped(before, before) == 0
-    assert popped(before, with_parts(wall(), [1, 2], [1.0, 1.0])) == 0, "3 had faded"
-    assert popped(before, with_parts(wall(), [1], [1.0])) == 1
-    assert popped(before, with_parts(wall(), [1, 2, 4], [1.0, 1.0, 0.9])) == 1
-    behind = with_parts(wall(), [1, 2, 4], [1.0, 1.0, 0.9], ahead=-10.0)
-    assert popped(with_parts(wall(), [1, 2], [1.0, 1.0]), behind) == 0
+    assert popped(before, with_parts([1, 2], [1.0, 1.0])) == 0, "3 had faded"
+    assert popped(before, with_parts([1], [1.0])) == 1
+    assert popped(before, with_parts([1, 2, 4], [1.0, 1.0, 0.9])) == 1
+    behind = with_parts([1, 2, 4], [1.0, 1.0, 0.9], ahead=-30.0)
+    assert popped(with_parts([1, 2], [1.0, 1.0]), behind) == 0
 
 
-WALK = (
-    "render.size=128x72",
-    "render.spp=36",
-    "world.extent=120.0",
-    "species.tree.density=0.002",
-    "species.figure.density=0.003",
-    "species.tree.prototypes=2",
-    "species.figure.prototypes=2",
-    "species.tree.sizes=[0.6]",
-    "camera.speed=2.8",
-    "view.haze_aware=false",
-    "view.detail=4.0",
-    "terrain.reach=300.0",
-    "terrain.amplitude=1.0",
-    "terrain.wavelength=256.0",
+LEAN = tuple(
+    f"species.{name}.prototypes=1"
+    for name in ("broadleaf", "birch", "conifer", "dead_tree", "shrub")
 )
-
-
-def walked(*settings: str, name: str = "meadow", frames: int = 7):
-    preset = load_preset(name, [*WALK, *settings])
-    return walk(build_world(preset), preset, range(1, frames + 1), choose("auto"))
+"""Trees that do not take long to grow."""
 
 
 @pytest.mark.slow
-def test_a_walk_with_fading_pops_nowhere_and_one_without_does():
-    full, faded, clipped = walked("view.metric=full"), walked(), walked("view.fade=0.0")
-    assert full.popped.sum() == 0
-    assert faded.popped.sum() == 0
-    assert clipped.popped.sum() > 10
-    worst = [np.percentile(each.unexplained, 99.99) for each in (full, faded)]
-    assert worst[1] <= 1.1 * worst[0]
+def test_a_walk_in_the_wood_that_fades_is_as_an_unpruned_one_and_one_that_clips_is_not():
+    walks = {}
+    for way in WAYS:
+        settings = (*settings_of(way, "96x54", 36, 6.0), *LEAN)
+        preset = load_preset("forest", settings)
+        walks[way] = walk(build_world(preset), preset, range(1, 6), choose("auto"))
+    worst = {way: np.quantile(found.unexplained, 0.9999) for way, found in walks.items()}
+    assert walks["unpruned"].switched.max() < 0.01
+    assert walks["unpruned"].popped.sum() == walks["fading"].popped.sum() == 0
+    assert walks["clipped"].popped.sum() > 5
+    assert worst["fading"] <= MOST * worst["unpruned"] < worst["clipped"]

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bench.terrain_benchmark import main, skyline
+from bench.terrain_benchmark import main, skyline, slice_of
 from lod.camera import Corner, look
+from lod.metric import METRICS
 from lod.parts import Triangles
+from lod.view import View, in_view
 
 
 def test_the_skyline_of_a_gable_is_its_outline():
@@ -26,3 +28,16 @@ def test_it_says_how_true_the_ground_is(monkeypatch):
     said = CliRunner().invoke(main, ["--quick"])
     assert said.exit_code == 0, said.output
     assert "meadow" in said.output and "100.00%" in said.output
+
+
+@pytest.mark.parametrize("pitch", [0.0, -25.0])
+def test_slices_hold_what_the_picture_shows(pitch):
+    camera = look(Corner(0, 0), np.zeros(3), 30.0, pitch, 75.0, (48, 27))
+    rng = np.random.default_rng(1)
+    x, y = (rng.uniform(-1, 1, (4000, 2)) * camera.tan_half).T
+    ray = camera.forward + x[:, None] * camera.right + y[:, None] * camera.up
+    column = ((x / camera.tan_half[0] + 1) * 24).astype(int)
+    for first in range(0, 48, 8):
+        part = slice_of(camera, slice(first, first + 8))
+        inside = in_view(View(part, METRICS["blake"]), ray[column // 8 == first // 8], 1e-9)
+        assert np.all(inside)

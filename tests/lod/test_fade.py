@@ -80,6 +80,38 @@ def test_out_of_view_the_band_is_before_the_coarser_limit():
     assert shown_shares(behind, view(0.2)) == pytest.approx([0.5])
 
 
+def beside(turn, ahead=30.0, bound=1.0, limit=100.0, rise=0.0):
+    """One part, its sphere at an angle from the axis, to the right and up [rad]."""
+    at = ahead * np.array([(np.sin(turn), np.cos(turn), rise)])
+    row, one = np.zeros(1, int), np.ones(1)
+    limits = limit * one, limit * one / 4
+    parts = Parts(at, at, bound * one, *limits, row, row, row, row - 1, one)
+    return cut_of(parts, 1, 1)
+
+
+def shown(turn, **where):
+    return float(shown_shares(beside(turn, **where), view(0.2))[0])
+
+
+EDGE, ASIDE = np.radians(30.0), np.arcsin(1 / 30)  # a sphere of 1 m at 30 m touches it so far off
+
+
+def test_what_comes_into_view_grows_with_what_of_its_sphere_is():
+    assert shown(EDGE - 1.0001 * ASIDE) == 1.0
+    assert shown(EDGE) == pytest.approx(0.5)
+    assert shown(EDGE + 0.9999 * ASIDE) == pytest.approx(0.0, abs=1e-3)
+    assert shown(0.0, rise=CAMERA.tan_half[1]) == pytest.approx(0.5)
+    turns = np.linspace(0, 2 * EDGE, 4000)
+    shares = np.array([shown(turn) for turn in turns])
+    assert np.abs(np.diff(shares)).max() < 1.01 * (turns[1] - turns[0]) / (2 * ASIDE)
+
+
+def test_what_is_displayed_out_of_view_too_does_not_shrink_at_its_edge():
+    turns = np.linspace(0, np.pi, 500)
+    assert all(shown(turn, ahead=19.9) == 1.0 for turn in turns)
+    assert min(shown(turn, ahead=22.5) for turn in turns) == pytest.approx(0.5)
+
+
 def test_without_limit_nothing_fades():
     assert shown_shares(cut([-1], [1.0], 1e9, limit=np.inf), view(0.2)) == [1.0]
 

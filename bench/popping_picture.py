@@ -1,0 +1,58 @@
+"""Pictures to see popping in: what covers what, under a white sky, without shade or air.
+
+A pixel is the mean over its samples of the albedo that they meet, in luminance, and 1 where they
+meet the sky: things as bright as they would be in even light from all around, if nothing shaded
+them. Only sampling is left of noise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float32
+
+from lod.air import CLEAR
+from lod.camera import Camera
+from lod.parts import Sticks
+from lod.smear import eye_from
+from scenes.render.frame import Light, Quality, Visible
+from scenes.render.render import staged, taken
+from scenes.shot import Shown, visible_at
+
+LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+"""Of linear Rec.709 (ITU-R BT.709)."""
+
+Picture = Float32[np.ndarray, "h w"]
+
+
+def silhouettes(
+    shown: Sequence[Shown],
+    camera: Camera,
+    time_s: float,
+    light: Light,
+    quality: Quality,
+    samples: tuple[int, ...],
+) -> tuple[Picture, ...]:
+    """Pictures of what a frame displays, as it stands at a time, from any camera near it.
+
+    One for each number of ``samples``: the frame whose places in each pixel are looked at.
+    """
+    corner = shown[0].view.camera.corner
+    here = replace(camera, corner=corner, eye=eye_from(corner, camera))
+    visible = [whitened(visible_at(each, time_s, None)) for each in shown]
+    stage = staged(here, visible, CLEAR, light, replace(quality, max_depth=1))
+    layers = (taken(stage, quality, number).albedo for number in samples)
+    return tuple(albedo[..., 0] + (1 - albedo[..., 1]) for albedo in layers)
+
+
+def whitened(visible: Visible) -> Visible:
+    """The same in colours that say their luminance, and 1: how much of a pixel is covered."""
+    shape = visible.shape
+    if isinstance(shape, Sticks):
+        return replace(visible, shape=replace(shape, tints=_whitened(shape.tints)))
+    return replace(visible, shape=replace(shape, colours=_whitened(shape.colours)))
+
+
+def _whitened(colours: np.ndarray) -> np.ndarray:
+    one = np.ones(len(colours))
+    return np.column_stack((colours @ LUMINANCE, one, one))
