@@ -5,6 +5,7 @@ meet the sky: things as bright as they would be in even light from all around, i
 them. Only sampling is left of noise.
 """
 
+import gc
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -40,8 +41,9 @@ def silhouettes(
     corner = shown[0].view.camera.corner
     here = replace(camera, corner=corner, eye=eye_from(corner, camera))
     visible = [whitened(visible_at(each, time_s, None)) for each in shown]
+    gc.collect()  # the renderer numbers shapes from 1 only where none before are left
     stage = staged(here, visible, CLEAR, light, replace(quality, max_depth=1))
-    layers = (taken(stage, quality, number).albedo for number in samples)
+    layers = [taken(stage, quality, number).albedo for number in samples]
     return tuple(albedo[..., 0] + (1 - albedo[..., 1]) for albedo in layers)
 
 
