@@ -130,7 +130,7 @@ def predict(each: SpeciesField, view: View) -> Moments | None:
     if view.metric.along_axis:
         return None
     low, high = each.ground.bounds()
-    if view.look_around and low == high and each.extent is None:
+    if view.look_around and low == high and each.extent is None and not each.species.habitat:
         return _flat(each, view, high)
     reach = reach_of(trees, view)
     if each.extent is not None:
@@ -138,6 +138,9 @@ def predict(each: SpeciesField, view: View) -> Moments | None:
     net = polar_net(view.camera.eye, reach, _RINGS, _SPOKES)
     if each.extent is not None:
         net = type(net)(net.xy, np.where(_in_window(each, view, net.xy), net.area, 0.0), net.turn)
+    if each.species.habitat is not None:
+        area = net.area * each.species.habitat.share(view.camera.corner, net.xy)
+        net = type(net)(net.xy, area, net.turn)
     return moments(trees, view, net, each.ground.height(view.camera.corner, net.xy))
 
 

@@ -51,7 +51,10 @@ class FarCover:
         columns = []
         for each in self.species:
             limits = [_limits_at(view, p.hierarchy, points) for p in each.prototypes]
-            columns.append(missing_share(d, np.stack(limits, axis=1), view.fade))
+            column = missing_share(d, np.stack(limits, axis=1), view.fade)
+            if each.habitat is not None:
+                column *= each.habitat.share(view.camera.corner, points[:, :2])
+            columns.append(column)
         return np.stack(columns, axis=1) if columns else np.zeros((len(points), 0))
 
     def lift(self, view: View, points: Points) -> Reals:

@@ -17,6 +17,7 @@ from lod.parts import Look, Parts, Sticks
 from lod.prune import Cut
 from lod.view import View, reach
 from scenes.cells import Draws, Near, PoissonCells, cells_near
+from scenes.habitat import Habitat
 from scenes.patrol import paces, patrol
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies
@@ -41,12 +42,14 @@ class Species:
     """Objects of a kind: equally likely prototypes, spread with density K [1/m²].
 
     patrol_m: what has a stride walks circles of this radius about its home; 0 = stays there
+    habitat: where it grows, thinning the density; None = everywhere
     """
 
     name: str
     prototypes: tuple[Prototype | RiggedPrototype, ...]
     density: float
     patrol_m: float = 0.0
+    habitat: Habitat | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.density) and self.density > 0):
@@ -90,12 +93,19 @@ class SpeciesField:
         self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray, time_s: float = 0.0
     ) -> Objects:
         """All objects of the given cells with homes in the window, as they are at a time."""
-        draws = self._drawn(cell_x, cell_y)
+        draws = self._grown(corner, self._drawn(cell_x, cell_y))
         return Objects(self._bodies(corner, draws, time_s, None), draws, np.zeros(len(draws)))
 
     def _drawn(self, cell_x: np.ndarray, cell_y: np.ndarray) -> Draws:
         draws = self.cells.draw(cell_x, cell_y)
         return draws if self.extent is None else draws.take(self._within_window(draws))
+
+    def _grown(self, corner: Corner, draws: Draws) -> Draws:
+        """Those of them whose home is where the species grows: a matter of the place alone."""
+        if self.species.habitat is None:
+            return draws
+        share = self.species.habitat.share(corner, self._homes(corner, draws))
+        return draws.take(draws.u[:, 7] < share)
 
     def _seen(self, draws: Draws, view: View) -> Objects:
         """These objects as a view has them."""
@@ -114,14 +124,14 @@ class SpeciesField:
 
     def roots(self, view: View) -> Parts:
         """The wholes of every cell from which one could be displayed."""
-        cells = self._cells_near(view)
-        return self.troupe.wholes(self._seen(self._drawn(*cells), view), view)
+        draws = self._grown(view.camera.corner, self._drawn(*self._cells_near(view)))
+        return self.troupe.wholes(self._seen(draws, view), view)
 
     def walk(self, view: View) -> Cut:
         """What is displayed, by compiled walks: of the objects, then of their parts."""
         corner, near = view.camera.corner, self._near(view)
         draws, examined = self.cells.near(*self._cells_near(view), corner, vantage_of(view), near)
-        return self.troupe.cut(self._seen(draws, view), view, examined)
+        return self.troupe.cut(self._seen(self._grown(corner, draws), view), view, examined)
 
     def _near(self, view: View) -> Near:
         """Where wholes can be displayed at all, prototype by prototype."""

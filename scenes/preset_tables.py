@@ -320,6 +320,15 @@ class SpeciesPreset(Table):
     patrol: Annotated[
         float, key("radius of its round [m]; 0 = stays at home", least=0, most=1000)
     ] = 0.0
+    highest: Annotated[
+        float | None, key("height above the datum where none grows [m]", least=-1e5, most=1e5)
+    ] = None
+    thinning: Annotated[
+        float, key("heights below that over which it thins out [m]", least=1, most=1e5)
+    ] = 100.0
+    steepest: Annotated[
+        float | None, key("tangent of the slope where none stands", least=0.01, most=100)
+    ] = None
 
 
 class PlacedPreset(Table):

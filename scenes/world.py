@@ -1,5 +1,6 @@
 """From a preset to a world: the ground, the fields that stand on it, and the eye that walks."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,6 +11,7 @@ from lod.window import blurred_s
 from scenes.camera_path import camera_at
 from scenes.far_cover import FarCover
 from scenes.field import Species, SpeciesField
+from scenes.habitat import Habitat
 from scenes.models import made
 from scenes.offer import Standing, standing_of
 from scenes.particles import KINDS, Plume
@@ -54,7 +56,9 @@ def build_world(preset: Preset) -> World:
     terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
     weather = Weather(preset.world.season, preset.wind.speed)
     fields = tuple(
-        SpeciesField(species_of(name, table, weather), preset.seed, terrain, preset.world.extent)
+        SpeciesField(
+            species_of(name, table, weather, terrain), preset.seed, terrain, preset.world.extent
+        )
         for name, table in preset.species.items()
         if table.density > 0
     )
@@ -82,11 +86,21 @@ def far_cover_of(preset: Preset, fields: tuple[SpeciesField, ...]) -> FarCover |
     return FarCover(tuple(each.species for each in fields), to_sun, share)
 
 
-def species_of(name: str, table: SpeciesPreset, weather: Weather) -> Species:
-    """Every prototype in every size, all equally likely."""
+def species_of(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:
+    """Every prototype in every size, all equally likely, where the species grows."""
     walks = table.patrol > 0
     prototypes = made(table.model, table.prototypes, table.sizes, walks, weather)
-    return Species(name, prototypes, table.density, table.patrol)
+    return Species(name, prototypes, table.density, table.patrol, habitat_of(table, terrain))
+
+
+def habitat_of(table: SpeciesPreset, terrain: Terrain) -> Habitat | None:
+    """Where a species grows; None = everywhere."""
+    if table.highest is None and table.steepest is None:
+        return None
+    highest, steepest = (
+        math.inf if limit is None else limit for limit in (table.highest, table.steepest)
+    )
+    return Habitat(terrain.relief, highest, table.thinning, steepest)
 
 
 def placed_of(name: str, table: PlacedPreset, terrain: Terrain, weather: Weather) -> Placed:
