@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import click
+from PIL import Image
 
 from scenes.preset import preset_names
 
@@ -20,7 +21,7 @@ FRAMES = {"campfire": 30, "fly_in": 40}
 def rendered(name: str, size: str, spp: int, folder: Path) -> Path:
     """One frame as EXR."""
     frame = FRAMES.get(name, 1)
-    flags = f"--frames {frame} --size {size} --spp {spp} --overwrite".split()
+    flags = f"--frames {frame} --size {size} --spp {spp} --denoise --overwrite".split()
     target = folder / name / f"{name}.####.exr"
     subprocess.run(
         [sys.executable, "-m", "bench.cli", "render", name, "-o", str(target), *flags], check=True
@@ -29,11 +30,14 @@ def rendered(name: str, size: str, spp: int, folder: Path) -> Path:
 
 
 def pictured(frame: Path, name: str, folder: Path) -> None:
-    """Both pictures of a frame."""
+    """Both pictures of a frame, the denoised one of its light."""
     from scenes.render.contact_sheet import preview
-    from scenes.render.display import Look
+    from scenes.render.display import USUAL, Look, display
+    from scenes.render.exr import read_exr
 
-    preview(frame, folder / f"{name}.png")
+    light = read_exr(frame)[0].denoised
+    picture = Image.fromarray(display(light, USUAL.exposure_of(light), USUAL.tone))
+    picture.save(folder / f"{name}.png", optimize=True)
     preview(frame, folder / f"{name}_level.png", Look(view="level"))
 
 
@@ -41,7 +45,8 @@ def page(presets: Sequence[tuple[str, str]]) -> str:
     """The gallery as Markdown, from names and what they show."""
     head = (
         "# What there is to see\n\nEvery preset, and beside it the same frame by detail level"
-        " (`--view level`): dark is coarse, light is fine.\n"
+        " (`--view level`): dark is coarse, light is fine. Made by `python -m bench.gallery`, 16"
+        " samples a pixel, denoised.\n"
     )
     rows = [
         f"\n## {name}\n\n{about}\n\n![{name}]({name}.png) ![{name} by level]({name}_level.png)\n"
@@ -54,7 +59,7 @@ def page(presets: Sequence[tuple[str, str]]) -> str:
 @click.argument("names", nargs=-1)
 @click.option("-o", "folder", default="results/gallery", metavar="DIR", show_default=True)
 @click.option("--size", default="640x360", metavar="WxH", show_default=True)
-@click.option("--spp", default=32, show_default=True)
+@click.option("--spp", default=16, show_default=True)
 def main(names: tuple[str, ...], folder: str, size: str, spp: int) -> None:
     """Render the presets of these NAMES, or all, and write the page of all that have pictures."""
     target = Path(folder)
