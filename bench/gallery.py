@@ -35,7 +35,8 @@ def pictured(frame: Path, name: str, folder: Path) -> None:
     from scenes.render.display import USUAL, Look, display
     from scenes.render.exr import read_exr
 
-    light = read_exr(frame)[0].denoised
+    layers = read_exr(frame)[0]
+    light = layers.rgb if layers.denoised is None else layers.denoised
     picture = Image.fromarray(display(light, USUAL.exposure_of(light), USUAL.tone))
     picture.save(folder / f"{name}.png", optimize=True)
     preview(frame, folder / f"{name}_level.png", Look(view="level"))

@@ -3,7 +3,7 @@
 A fast pan, a walk past walkers, a turn that stops, and a flight over trees, each as it is pruned
 (by motion too, and with parts kept for as long as they are off by less than half a pixel) beside
 the same clip with everything drawn in every frame. The table has what motion does not explain from
-frame to frame (``popping_measure``) of both. In a window of 120 m, where everything can be drawn.
+frame to frame (``picture_lookup``) of both. In a window of 120 m, where everything can be drawn.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from bench.output import table
-from bench.popping_measure import Frame, unexplained
+from bench.picture_lookup import Shot, unexplained
 from scenes.preset import Preset, load_preset
 from scenes.render.contact_sheet import contact_sheet
 from scenes.render.exr import write_exr
@@ -65,7 +65,7 @@ WAYS = {
 QUANTILE = 0.999
 
 
-def frames_of(preset: Preset, world: World, count: int, variant: str) -> Iterator[Frame]:
+def frames_of(preset: Preset, world: World, count: int, variant: str) -> Iterator[Shot]:
     """The frames of a clip. Samples are at the same places of every pixel in every frame."""
     for number in range(1, count + 1):
         made = shoot(world, preset, number, variant)
@@ -74,7 +74,7 @@ def frames_of(preset: Preset, world: World, count: int, variant: str) -> Iterato
             layers = render_exposed(made.instants, *lit)
         else:
             layers = render_frame(made.camera, made.visible, *lit)
-        yield Frame(view_at(world, preset, number), {}, layers)
+        yield Shot(view_at(world, preset, number), layers)
 
 
 def clip(name: str, settings: tuple[str, ...], count: int, folder: Path) -> list[list[str]]:
@@ -98,7 +98,7 @@ def clip(name: str, settings: tuple[str, ...], count: int, folder: Path) -> list
     ]
 
 
-def _residuals(frames: list[Frame]) -> list[float]:
+def _residuals(frames: list[Shot]) -> list[float]:
     """Of every frame but the first, what motion does not explain of it, at the quantile."""
     return [float(np.quantile(unexplained(*pair), QUANTILE)) for pair in pairwise(frames)]
 
