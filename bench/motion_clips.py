@@ -46,7 +46,13 @@ _TURN = (
     "{frame=99, position=[0, -30], height=1.7, target=[6, 0, 1.7]}]"
 )
 CLIPS = {
-    "pan": ("camera.turn=90", "camera.speed=0", "view.shutter=180"),
+    "pan": (
+        "camera.turn=90",
+        "camera.speed=0",
+        "camera.position=[0, -30]",
+        "camera.heading=-25",
+        "view.shutter=180",
+    ),
     "walk": ("camera.speed=1.4", "species.figure.patrol=6", "view.update_threshold=0.5"),
     "stop": ("view.shutter=180", _TURN),
     "fly-over": (

@@ -159,11 +159,8 @@ def timed(rounds: int, variant: str, seed: int) -> Point:
             whole = time.process_time() - start
             if number:  # the first of each is compiled and warmed up
                 samples.setdefault(name, []).append(round(1e6 * whole))
-                samples.setdefault(f"{name}, before rendering", []).append(
-                    round(1e6 * (posed - start))
-                )
-                appearance = made.seconds["appearance"]
-                samples.setdefault(f"{name}, looks", []).append(round(1e6 * appearance))
+                before = round(1e6 * (posed - start))
+                samples.setdefault(f"{name}, before rendering", []).append(before)
     return Point({"what": "time", "move": "rest"}, {}, samples)
 
 

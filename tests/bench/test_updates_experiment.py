@@ -34,7 +34,7 @@ def fake(preset):
 
 
 def fake_time(rounds, variant, seed):
-    columns = {"all": 100, "scheduled": 140, "all, looks": 5}
+    columns = {"all": 100, "scheduled": 140, "all, before rendering": 5}
     samples = {name: [value] * rounds for name, value in columns.items()}
     return updates_experiment.Point({"what": "time", "move": "rest"}, {}, samples)
 
