@@ -89,7 +89,7 @@ def moments(
     for turn, hierarchy in enumerate(hierarchies):
         rows = slice(turn, None, len(hierarchies))
         where = net.xy[rows], net.area[rows] * len(hierarchies), net.turn[rows], ground[rows]
-        sums, level_sums = _integrate(*_falling(hierarchy, view), *where, *_frustum(view), levels)
+        sums, level_sums = _integrate(_falling(hierarchy, view), where, _frustum(view), levels)
         total += sums
         by_level += level_sums
     objects, objects_variance, parts, parts_variance = (total / len(hierarchies)).tolist()
@@ -122,24 +122,11 @@ def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
 
 
 @njit(cache=True)
-def _integrate(  # type: ignore[no-untyped-def]
-    position,
-    bound,
-    level,
-    inside,
-    outside,
-    farthest,
-    is_whole,
-    xy,
-    area,
-    turn,
-    ground,
-    eye,
-    planes,
-    look_around,
-    levels,
-):
+def _integrate(falling, where, frustum, levels):  # type: ignore[no-untyped-def]
     """Sums of area·(objects, objects², parts, parts²) displayed, and area·parts of each level."""
+    position, bound, level, inside, outside, farthest, is_whole = falling
+    xy, area, turn, ground = where
+    eye, planes, look_around = frustum
     total = np.zeros(4)
     by_level = np.zeros(levels)
     for q in range(len(area)):
@@ -154,10 +141,7 @@ def _integrate(  # type: ignore[no-untyped-def]
             x = xy[q, 0] + c * position[i, 0] - s * position[i, 1] - eye[0]
             y = xy[q, 1] + s * position[i, 0] + c * position[i, 1] - eye[1]
             z = ground[q] + position[i, 2] - eye[2]
-            seen = True
-            if not look_around:
-                for plane in planes:
-                    seen &= plane[0] * x + plane[1] * y + plane[2] * z > -bound[i]
+            seen = look_around or _in_view(planes, x, y, z, bound[i])
             limit = inside[i] if seen else outside[i]
             if x * x + y * y + z * z < limit * limit:
                 parts += 1
@@ -167,3 +151,12 @@ def _integrate(  # type: ignore[no-untyped-def]
         total[2] += area[q] * parts
         total[3] += area[q] * parts * parts
     return total, by_level
+
+
+@njit(cache=True)
+def _in_view(planes, x, y, z, bound):  # type: ignore[no-untyped-def]
+    """Whether a ball about a point relative to the eye is not wholly outside of any plane."""
+    for plane in planes:
+        if plane[0] * x + plane[1] * y + plane[2] * z <= -bound:
+            return False
+    return True

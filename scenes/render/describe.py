@@ -63,17 +63,21 @@ def describe(
             moves[name] = batch.moves
     return {
         "camera": _camera(camera, camera.corner),
-        "light": {
-            "to_sun": light.to_sun,
-            "turbidity": light.turbidity,
-            "weight": SUN_SAMPLING,
-            "canopy": light.canopy,
-        },
+        "light": _light(light),
         "integrator": {"max_depth": max_depth},
         "shapes": shapes,
         "ids": ids,
         "after": _camera(after, camera.corner) if after else None,
         "moves": moves,
+    }
+
+
+def _light(light: Light) -> Description:
+    return {
+        "to_sun": light.to_sun,
+        "turbidity": light.turbidity,
+        "weight": SUN_SAMPLING,
+        "canopy": light.canopy,
     }
 
 
