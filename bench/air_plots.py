@@ -7,6 +7,10 @@ from bench.air_targets import DISTANCES
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
 from bench.statistics import mean
+from lod.air import Air, rgb_extinction
+
+_VISIBILITY_M = 5e3
+"""Of the targets that are drawn."""
 
 
 def figures(record: Record) -> tuple[Figure, ...]:
@@ -41,19 +45,21 @@ def _share(point: Point, kind: str) -> float:
 def _contrast(record: Record) -> Figure:
     drawn = []
     for point in record.points:
-        if point.case["what"] != "targets" or point.case["visibility"] != 5e3:
+        if point.case["what"] != "targets" or point.case["visibility"] != _VISIBILITY_M:
             continue
         black = np.array(point.samples["grey"]) == 0
         step = np.array(point.samples["step"])[black]
         rows = np.argsort(step)
         target, beyond = (np.array(point.samples[f"{k}_g"])[black] for k in ("target", "beyond"))
         contrast = np.abs(target / beyond - 1)[rows]
-        x = (step[rows] / DISTANCES).tolist()
-        drawn.append(Curve(point.case["way"], x, contrast.tolist()))
+        x = step[rows] / DISTANCES
+        law = np.exp(-rgb_extinction(Air(_VISIBILITY_M))[1] * x * _VISIBILITY_M)
+        line = x.tolist(), law.tolist()
+        drawn.append(Curve(point.case["way"], x.tolist(), contrast.tolist(), line=line))
     words = "; ".join(f"{c.label}: {c.y[-1]:.4f} at V" for c in drawn)
     caption = (
         "Contrast in green of black targets against the endless path beside them, V = 5 km. "
-        f"{words}."
+        f"Dashed: exp(−βd). {words}."
     )
     axis = "distance ÷ V", "contrast"
     return curves("contrast", "Contrast in haze", caption, caption, axis, drawn, "linear")
@@ -62,12 +68,16 @@ def _contrast(record: Record) -> Figure:
 def _brightness(record: Record) -> Figure:
     rows = [p for p in _bands(record) if p.case["from"] != SKY]
     x = [max(p.case["from"], 25.0) for p in rows]
-    drawn = [Curve(k, x, [_share(p, k) for p in rows]) for k in ("analytic", "scattered")]
+    even = x, [1.0] * len(x)
+    drawn = [
+        Curve(k, x, [_share(p, k) for p in rows], line=even) for k in ("analytic", "scattered")
+    ]
     words = "; ".join(f"{c.label}: from {min(c.y):.3f} to {max(c.y):.3f}" for c in drawn)
     caption = (
         "Mean luminance of meadow at V = 5 km by distance, over that of the medium which scatters "
-        f"light. {words}. Analytic takes its airlight from the sky model's horizon, which a thin "
-        "layer of air under that sky does not reach."
+        f"light; dashed: as bright. {words}. Analytic takes its airlight from the sky model's "
+        "horizon, which a thin layer of air under that sky does not reach; scattered solves that "
+        "layer."
     )
     axis = "distance of the band's near end (m)", "luminance ÷ the medium's"
     return curves("medium", "Closed forms and medium", caption, caption, axis, drawn)

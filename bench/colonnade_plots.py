@@ -3,6 +3,7 @@
 import numpy as np
 
 from bench.colonnade_claims import MIDDLE, columns
+from bench.colonnade_scene import image_width
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
 
@@ -48,12 +49,14 @@ def _sizes(record: Record) -> Figure:
     drawn = []
     for label, name in names.items():
         y = np.array([_mean(point, name) for point in row])
-        drawn.append(Curve(label, x, (y / y[MIDDLE]).tolist()))
+        law = [image_width(each) / image_width(0.0) for each in x] if name == "shaft_mpx" else []
+        line = x[: len(law)], law
+        drawn.append(Curve(label, x, (y / y[MIDDLE]).tolist(), line=line))
     caption = (
         "Equal columns in a row parallel to the picture plane, 12 m from the eye. To the side "
         "their images grow and the solid angles that they subtend shrink: outermost ÷ middle is "
         + ", ".join(f"{each.y[-1]:.2f} for the {each.label}" for each in drawn)
-        + "."
+        + ". Dashed: the width that perspective gives a shaft."
     )
     axis = _AXIS, "÷ that of the middle column"
     return curves("sizes", "Leonardo's columns", caption, caption, axis, drawn, "linear")

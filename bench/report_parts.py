@@ -82,12 +82,12 @@ def answer(claims: Sequence[Claim]) -> str:
 
 
 def groups(claims: Sequence[Claim]) -> dict[str, list[Claim]]:
-    """Claims by metric and species, in the order they come."""
+    """Claims by the first two words of their names, often metric and species, in their order."""
     grouped: dict[str, list[Claim]] = {}
     for claim in claims:
         metric, _, rest = claim.name.partition("/")
-        species = rest.partition("/")[0]
-        title = f"{METRICS.get(metric, metric)} — {species} species" if rest else "Claims"
+        what = rest.partition("/")[0]
+        title = f"{METRICS.get(metric, metric)} — {what}" if rest else "Claims"
         grouped.setdefault(title, []).append(claim)
     return grouped
 
