@@ -76,7 +76,7 @@ def _medium(point: Point) -> list[Claim]:
     """The closed forms against the medium."""
     made, where = [], label(point)
     medium = np.array(point.samples["medium"], np.float64)
-    for kind, airlight in (("analytic", "the horizon's sky"), ("scattered", "what air scatters")):
+    for kind, airlight in (("analytic", "the horizon's sky"), ("scattered", "its layer")):
         about = f"With the airlight of {airlight} the meadow is as bright as the medium's, {where}."
         words = about, "mean luminance ÷ the medium's", _SOURCE
         share = mean(np.array(point.samples[kind], np.float64) / medium)

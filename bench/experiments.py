@@ -156,10 +156,10 @@ EXPERIMENTS: dict[str, Experiment] = {
         table=_later("air_plots", "table"),
         judge=_judge("air_claims"),
         limits=(
-            "The closed forms leave out that air lies in the shade of what stands in it. The "
-            "airlight of the horizon's sky leaves out which way the sun stands to the air, that "
-            "its glow varies with height, and that it dims the light on its way to the ground; the "
-            "scattered one has all that for even ground at the mean height.",
+            "The airlight of the horizon's sky leaves out which way the sun stands to the air, "
+            "that its glow varies with height, that it lies in the shade of what stands in it, and "
+            "that it dims the light on its way to the ground. The scattered one has all that, with "
+            "the shade of the mean stand, over ground that is level where a line of sight passes.",
             "The medium is a layer 10 m higher than the scene, under a sky that holds a whole "
             "atmosphere already; its phase function is one of clean continental air.",
             "RGB and spectral pictures also differ in the coefficients of the sky's model: the "

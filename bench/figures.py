@@ -188,11 +188,26 @@ def curves(
         if fitted:
             _over_lines(below, drawn)
         if x_scale == "linear":
-            axes.set_xticks(sorted({x for each in drawn for x in each.x}))
-        axes.tick_params(which="minor", labelbottom=False, labelleft=False)
+            axes.set_xticks(_ticks(sorted({x for each in drawn for x in each.x})))
+        axes.tick_params(which="minor", labelbottom=False, labelleft=_within_a_decade(axes))
         axes.legend(loc="best")
         picture, scale = _svg(canvas, name), (x_scale, "log")
         return Figure(name, title, caption, alt, picture, tuple(drawn), "curves", axis, scale)
+
+
+def _ticks(x: list[float]) -> list[float]:
+    """At most thirteen of them, evenly; their names would run into each other otherwise."""
+    step = -(-len(x) // 13)
+    return x[step - 1 :: step]
+
+
+def _within_a_decade(axes: Axes) -> bool:
+    """Whether powers of ten alone would name hardly any height; then all are plain numbers."""
+    low, high = axes.get_ylim()
+    if narrow := high < 10 * low:
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter("{x:g}")
+    return narrow
 
 
 def _panels(canvas: Canvas, fitted: bool) -> tuple[Axes, Axes]:
