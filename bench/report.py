@@ -26,7 +26,7 @@ def write_report(folder: Path) -> tuple[Path, Path]:
     if not records:
         cure = f"make one with `lodbench run scaling -o {folder}`"
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
-    sections = [_section(record) for record in records]
+    sections = [_section(record) for record in sorted(records, key=_place)]
     html, markdown = folder / "report.html", folder / "report.md"
     files: dict[Path, str | bytes] = {html: page(sections), markdown: document(sections)}
     files |= {folder / name: text for name, text in _beside(sections).items()}
@@ -52,6 +52,12 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
             for number, (_, data) in enumerate(each.layers):
                 files[picture_path(section, each, number)] = base64.b64decode(data)
     return files
+
+
+def _place(record: Record) -> int:
+    """Experiments in the order in which `lodbench list` has them, others after them."""
+    names = list(EXPERIMENTS)
+    return names.index(record.experiment) if record.experiment in names else len(names)
 
 
 def _section(record: Record) -> Section:

@@ -32,19 +32,22 @@ _TITLES = {
 }
 _PER_FIELD = "mean number per field"
 
+Noise = dict[str, float]
+"""Of every metric, species and count: variance measured over that which the law predicts."""
+
 
 def figures(record: Record) -> tuple[Figure, ...]:
     """Every sweep of the default metric, then every metric against its own prediction."""
-    kinds = by_kind(record.points)
+    kinds, noise = by_kind(record.points), noise_of(record.points)
     made = [
-        _sweep_figure(record, species, sweep)
+        _sweep_figure(record, species, sweep, noise)
         for species, metric in kinds
         if metric == "blake"
         for sweep in _AXES
         if _chosen(record, species, metric, sweep)
     ]
     made += beyond_figures(record)
-    made += [_law_figure(record, what) for what in ("objects", "parts")]
+    made += [_law_figure(record, what, noise) for what in ("objects", "parts")]
     made += [_search_figure(record, what) for what in ("objects", "parts")]
     return tuple(made)
 
@@ -60,7 +63,7 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     return heads, [_row(point, noise) for point in record.points]
 
 
-def _row(point: Point, noise: dict[str, float]) -> tuple[str, ...]:
+def _row(point: Point, noise: Noise) -> tuple[str, ...]:
     case, count = case_of(point), len(point.samples[COLUMNS[0]])
     beyond = case.sweep in BEYOND
     value = swept_beyond(case) if beyond else swept(point)
@@ -80,7 +83,7 @@ def mean(point: Point, column: str) -> float:
     return float(np.mean(point.samples[column]))
 
 
-def half_interval(point: Point, what: str, noise: dict[str, float]) -> float:
+def half_interval(point: Point, what: str, noise: Noise) -> float:
     """Half the 95 % interval of the mean.
 
     The variance is the law's, times what all fields of the species and metric together say of it
@@ -91,9 +94,11 @@ def half_interval(point: Point, what: str, noise: dict[str, float]) -> float:
     return float(stats.norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance))
 
 
-def _sweep_figure(record: Record, species: str, sweep: str) -> Figure:
+def _sweep_figure(record: Record, species: str, sweep: str, noise: Noise) -> Figure:
     points = _chosen(record, species, "blake", sweep)
-    series = [_series(f"{what} displayed", points, what, swept) for what in ("objects", "parts")]
+    series = [
+        _series(f"{what} displayed", points, what, swept, noise) for what in ("objects", "parts")
+    ]
     mark = None
     if sweep == "world":
         mark = 2 * max(p.predicted["farthest_limit"] for p in points), "L = 2D"
@@ -115,12 +120,12 @@ def _caption(record: Record, name: str) -> str:
     )
 
 
-def _law_figure(record: Record, what: str) -> Figure:
+def _law_figure(record: Record, what: str, noise: Noise) -> Figure:
     def predicted(point: Point) -> float:
         return point.predicted[what]
 
     series = [
-        _series(f"{metric}, {species}", points, what, predicted)
+        _series(f"{metric}, {species}", points, what, predicted, noise)
         for (species, metric), points in by_kind(record.points).items()
     ]
     title = f"All sweeps, against the prediction: {what}"
@@ -152,10 +157,9 @@ def _search_figure(record: Record, what: str) -> Figure:
 
 
 def _series(
-    label: str, points: Iterable[Point], what: str, along: Callable[[Point], float]
+    label: str, points: Iterable[Point], what: str, along: Callable[[Point], float], noise: Noise
 ) -> Series:
     points = sorted(points, key=along)
-    noise = noise_of(points)
     return Series(
         label,
         [along(p) for p in points],
