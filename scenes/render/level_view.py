@@ -50,7 +50,7 @@ def _with_legend(picture: np.ndarray, deepest: int) -> np.ndarray:
     """Squares with the numbers of the levels, coarse to fine, over the lowest rows."""
     height, width = picture.shape[:2]
     size = max(8, height // 24)
-    if width < (LEVELS + 3) * 2 * size:
+    if width < (LEVELS + 3) * 5 * size / 2:
         return picture
     image = Image.fromarray(picture)
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size)
@@ -60,7 +60,7 @@ def _with_legend(picture: np.ndarray, deepest: int) -> np.ndarray:
     for level, colour in enumerate(level_colours().astype(int).tolist()):
         if level > deepest:
             break
-        left = 4 + (2 * level + 3) * size
+        left = 4 + round((5 * level / 2 + 3) * size)
         draw.rectangle((left, top, left + size - 2, top + size - 2), tuple(colour))
         more = "+" if level == LEVELS - 1 < deepest else ""
         draw.text((left + size + 1, top - 1), f"{level}{more}", _INK, font)
