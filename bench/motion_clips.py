@@ -42,7 +42,7 @@ WORLD = (
 )
 _TURN = (
     "camera.keys=[{frame=1, position=[0, -30], height=1.7, target=[-12, 0, 1.7]},"
-    "{frame=9, position=[0, -30], height=1.7, target=[6, 0, 1.7]},"
+    "{frame=6, position=[0, -30], height=1.7, target=[6, 0, 1.7]},"
     "{frame=99, position=[0, -30], height=1.7, target=[6, 0, 1.7]}]"
 )
 CLIPS = {
