@@ -10,7 +10,7 @@ from scenes.render import variants
 from scenes.render.build import build
 from scenes.render.describe import describe
 from scenes.render.frame import SKY_Z, Quality
-from scenes.render.haze import airlight_towards, haze_of
+from scenes.render.haze import airlight_on_the_way, haze_of
 from scenes.render.render import render_frame
 from scenes.render.scattered import with_layer
 
@@ -24,7 +24,8 @@ def far_along(make, variant, heading, spp=2048):
     seen = render_frame(camera, [], AIR, make.light, quality).rgb.mean(axis=(0, 1))
     variants.use(variant)
     built = build(with_layer(describe(camera, [], make.light, 4), AIR))
-    return seen, airlight_towards(haze_of(built, AIR), camera.forward[None])[0]
+    haze, endless = haze_of(built, AIR), np.array([np.inf])
+    return seen, airlight_on_the_way(haze, camera.forward[None], endless)[0]
 
 
 @pytest.mark.parametrize("heading", [20.0, 200.0])
