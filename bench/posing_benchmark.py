@@ -1,10 +1,12 @@
 """What posing a crowd costs: ``python -m bench.posing_benchmark [-o FILE] [--quick]``.
 
 Sticks posed in a second on one core, by the walk alone and with all that is handed to the renderer;
-and the cost of a displayed part as the field grows from 10⁴ to 10⁶ figures under the same eye, and
-as the same eye resolves more of them. Repeats of all cases take turns; times of compiling stand
-apart. Seconds are those of one thread's processor, so that what else runs there counts little; they
-are facts of one machine.
+the same of the first frame of the preset ``crowd``, with all that it takes before: finding and
+placing the walkers, pruning, the origins of their parts; and the cost of a displayed part as the
+field grows from 10⁴ to 10⁶ figures under the same eye, and as the same eye resolves more of them.
+Repeats of all cases take turns; times of compiling stand
+apart. Seconds are those of the processor, all of it in one thread, so that what else runs there
+counts little; they are facts of one machine.
 """
 
 import json
@@ -17,6 +19,7 @@ from typing import Any
 
 import click
 import numpy as np
+from numba import set_num_threads
 
 from bench.output import table
 from bench.provenance import provenance
@@ -29,8 +32,10 @@ from lod.view import View
 from scenes.field import Species, SpeciesField
 from scenes.models import people
 from scenes.plugins import metric_named
+from scenes.preset import load_preset
 from scenes.rig_pose import pose_sticks
 from scenes.terrain import Terrain
+from scenes.world import build_world, view_at
 
 DENSITY = 0.025
 """Walkers per m²: about 10⁵ within the limit distance of a person, 1.15 km at one pixel."""
@@ -106,6 +111,31 @@ def posing_rows(repeats: int, share: float) -> list[Row]:
     return rows
 
 
+def preset_rows(repeats: int) -> list[Row]:
+    """The first frame of the preset ``crowd``, people alone: each step, and all of them."""
+    preset = load_preset("crowd", ["species.tree.density=0"])
+    world = build_world(preset)
+    (field,), seen = world.fields, view_at(world, preset, 1)
+    cut = prune(field, seen)
+    shown = looks(cut, seen)
+    sticks = len(field.appearance(cut.parts, shown))
+
+    def whole() -> Any:
+        fresh = prune(field, seen)
+        return field.appearance(fresh.parts, looks(fresh, seen))
+
+    tasks = {
+        "find, place and prune": lambda: prune(field, seen),
+        "of which place": lambda: field.later(cut.parts, seen, seen.time_s),
+        "origins of parts": cut.tell,
+        "pose and emit": lambda: field.appearance(cut.parts, shown),
+        "all of it": whole,
+    }
+    seconds = interleaved(list(tasks.values()), repeats)
+    counts = cut.displayed_objects, cut.displayed_parts, sticks
+    return [Row(name, *counts, times) for name, times in zip(tasks, seconds, strict=True)]
+
+
 def _walk(field: SpeciesField, cut: Cut, shown: Look) -> tuple[Callable[[], Any], int]:
     """The compiled walk over the sticks of a cut, ready to go, and how many they are."""
     atlas, cast = field.troupe.atlas, field.troupe.cast
@@ -173,6 +203,7 @@ def _shown(title: str, rows: Sequence[Row], per_stick: bool) -> str:
 
 def run(repeats: int, share: float) -> dict[str, Any]:
     """All cases; ``share`` of the full number of figures."""
+    set_num_threads(1)
     start = time.perf_counter()
     seen = view(1.0)
     cut = prune(crowd(20.0), seen)
@@ -181,6 +212,7 @@ def run(repeats: int, share: float) -> dict[str, Any]:
     return {
         "compiling_s": compiling,
         "posing": posing_rows(repeats, share),
+        "preset": preset_rows(repeats),
         "growing": frame_rows(growing(share), repeats),
         "resolving": frame_rows(resolving(share), repeats),
     }
@@ -196,12 +228,13 @@ def main(path: str | None, quick: bool) -> None:
     click.echo(told)
     target = f"Posing, one core (target {_TARGET / 1e6:g} M sticks/s)"
     click.echo(_shown(target, found["posing"], per_stick=True))
+    click.echo(_shown("The preset crowd, frame 1", found["preset"], per_stick=True))
     for name, title in (("growing", "The field grows"), ("resolving", "The eye resolves more")):
         click.echo(_shown(title, found[name], per_stick=False))
         value, low, high = flatness(found[name])
         click.echo(f"cost of a part, last ÷ first: {value:.3f} ({low:.3f} to {high:.3f})")
     if path:
-        rows = {k: [asdict(row) for row in found[k]] for k in ("posing", "growing", "resolving")}
+        rows = {k: [asdict(row) for row in found[k]] for k in found if k != "compiling_s"}
         origin = asdict(provenance("walkers", SEED))
         body = {"quick": quick, "compiling_s": found["compiling_s"], **rows, "provenance": origin}
         Path(path).write_text(json.dumps(body, indent=1) + "\n", encoding="utf-8")

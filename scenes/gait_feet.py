@@ -93,33 +93,51 @@ def contacts_of(prototype: RiggedPrototype, ankle: int) -> Contacts:
 def sole_of(prototype: RiggedPrototype, ankle: int) -> Points2:
     """Where a flat foot touches the ground: behind its heel, and on either side of its ball, x and
     y from the ankle, (3, 2) [m].
+
+    Whose heel is its ball stands on its toes, laid flat.
     """
     low = _lowest(prototype, ankle)
+    if np.ptp(low[:, 0]) < _NEAR:
+        low = np.concatenate((low, *_toes(prototype, ankle)))
     heel, ball = low[np.argmin(low[:, 0])], low[:, 0].max()
     ahead = low[low[:, 0] >= (heel[0] + ball) / 2]
     right, left = (ahead[:, 1] - ahead[:, 3]).min(), (ahead[:, 1] + ahead[:, 3]).max()
     return np.array(((heel[0] - heel[3], heel[1]), (ball, right), (ball, left)))
 
 
+def _toes(prototype: RiggedPrototype, ankle: int) -> list[Spheres]:
+    """The spheres of the toes at the angles of the ankle, in its frame."""
+    rig = prototype.rig
+    rows = np.flatnonzero(rig.parent == ankle).tolist()
+    return [_spheres(prototype, row) + np.append(rig.offset[row], 0.0) for row in rows]
+
+
 def _lowest(prototype: RiggedPrototype, ankle: int) -> Spheres:
     """The lowest spheres of a foot in the frame of its ankle: centre and radius."""
+    spheres = _spheres(prototype, ankle)
+    if not len(spheres):
+        raise InputError("gait.leg", prototype.rig.name[ankle], "an ankle that carries a foot")
+    bottom = spheres[:, 2] - spheres[:, 3]
+    return spheres[bottom <= bottom.min() + 0.12 * abs(bottom.min())]
+
+
+def _spheres(prototype: RiggedPrototype, joint: int) -> Spheres:
+    """Both ends of all sticks on a joint, as they are while everything is displayed: centre in its
+    frame, and radius.
+    """
     owns = np.zeros(len(prototype.joint), bool)
     owns[prototype.hierarchy.whole[1:]] = True
     bodies = (prototype.inner.only(owns), prototype.leaf.only(~owns))
-    spheres = np.concatenate(
+    return np.concatenate(
         [
-            np.column_stack((point, radius))[joint == ankle]
+            np.column_stack((point, radius))[on == joint]
             for table in bodies
-            for joint, point, radius in (
+            for on, point, radius in (
                 (table.start_joint, table.start, table.start_radius),
                 (table.end_joint, table.end, table.end_radius),
             )
         ]
     )
-    if not len(spheres):
-        raise InputError("gait.leg", prototype.rig.name[ankle], "an ankle that carries a foot")
-    bottom = spheres[:, 2] - spheres[:, 3]
-    return spheres[bottom <= bottom.min() + 0.12 * abs(bottom.min())]
 
 
 def foot_path(

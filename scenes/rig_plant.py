@@ -47,9 +47,12 @@ def plant_leg(  # type: ignore[no-untyped-def]
     shortest = abs(upper - lower) * 1.001
     distance = min(max(math.sqrt(x * x + y * y + z * z), shortest), longest)
     cosine = (distance * distance - upper * upper - lower * lower) / (2 * upper * lower)
-    half = offset[first + hip, 3] * math.acos(min(1.0, max(-1.0, cosine))) / 2
+    cosine = min(1.0, max(-1.0, cosine))
+    # Sine and cosine of half the knee's angle, from the cosine of all of it.
+    bent, straight = math.sqrt((1.0 - cosine) / 2), math.sqrt((1.0 + cosine) / 2)
     hx, hy, hz, hw = frame[hip, 3], frame[hip, 4], frame[hip, 5], frame[hip, 6]
-    kx, ky, kz, kw = times(hx, hy, hz, hw, 0.0, math.sin(half), 0.0, math.cos(half))
+    bent *= offset[first + hip, 3]
+    kx, ky, kz, kw = times(hx, hy, hz, hw, 0.0, bent, 0.0, straight)
     tx, ty, tz = turn(hx, hy, hz, hw, offset[thigh, 0], offset[thigh, 1], offset[thigh, 2])
     sx, sy, sz = turn(kx, ky, kz, kw, offset[shank, 0], offset[shank, 1], offset[shank, 2])
     qx, qy, qz, qw = _shortest(tx + sx, ty + sy, tz + sz, x, y, z)

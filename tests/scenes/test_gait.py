@@ -115,6 +115,17 @@ def test_pace_follows_froude():
     assert motion_of(someone(True), GAITS["adult"]).period < adult.period
 
 
+def test_people_walk_as_fast_as_people_do():
+    """The mean over adults and their strides is within what 41 studies found (Bohannon & Williams
+    Andrews 2011: group means of 1.24 to 1.43 m/s); nobody dawdles or runs.
+    """
+    adults = walkers(rigged_people(0, 24, 0.0), 0)
+    stride, period = paces(np.linspace(0, 1, 33))
+    speeds = np.array([who.motion.speed for who in adults])[:, None] * (stride / period)
+    assert 1.24 < speeds.mean() < 1.43
+    assert 0.8 < speeds.min() < speeds.max() < 1.9
+
+
 def test_a_stride_too_long_is_refused():
     with pytest.raises(InputError, match="reach"):
         motion_of(someone(), walk(froude=3.0))
