@@ -161,7 +161,7 @@ def test_feet_stand_on_slopes_at_any_stride(gradient, pace):
                 point = riding(cast, bodies, ankle, (x, 0.0, z))
                 gaps.append(point @ normal - radius)
             gap = np.minimum(*gaps)
-            assert gap.min() > -0.005
+            assert gap.min() > (-0.005 if gradient <= 0.1 else -0.008)
             assert gap[own < 0.62].max() < (0.005 if gradient <= 0.1 else 0.015)
             point[:, 0] += pace * who.motion.stride * own
             stands = (own > 0.09) & (own < 0.6)
