@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     import bench.claims
     import bench.figures
     import bench.records
-    from bench.spread import Each
 
 Progress = Callable[[int, int, str], None]
 """Called with points done, points in all, and what comes next."""
@@ -26,11 +25,12 @@ def silent(done: int, total: int, what: str) -> None:
 class Run(Protocol):
     """Measures and judges; ``quick`` has the same points and fewer fields.
 
-    What is not timed takes ``each`` as well, and has its cases measured by it, wherever that is.
+    What is not timed takes ``each`` as well, and has its cases measured by it, wherever that is;
+    what tries metrics takes ``metric``, the name of another to be tried beside its own.
     """
 
     def __call__(
-        self, quick: bool = False, progress: Progress = silent, seed: int = 0, **each: "Each"
+        self, quick: bool = False, progress: Progress = silent, seed: int = 0, **more: Any
     ) -> "bench.records.Record":
         """The finished record."""
 
@@ -40,6 +40,7 @@ class Experiment:
     """One question, the way to answer it, what its record shows, and what that does not say.
 
     timed       it measures time, and so must stay on one machine
+    tries       it can try an installed metric beside its own
     judge       every claim that a record's samples can decide
     takes_s     seconds that it takes, quick and full, on two cores: for estimates only
     """
@@ -52,6 +53,7 @@ class Experiment:
     limits: tuple[str, ...]
     judge: Callable[["bench.records.Record"], tuple["bench.claims.Claim", ...]]
     timed: bool = False
+    tries: bool = False
     takes_s: tuple[float, float] = (60.0, 600.0)
 
 
@@ -79,6 +81,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         figures=_later("scaling_figures", "figures"),
         table=_later("scaling_figures", "table"),
         judge=_judge("scaling_claims"),
+        tries=True,
         limits=(
             "An eye that looks all round; a field of view has predictions of its own (`lodbench "
             "count`).",
@@ -86,6 +89,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             "bare law breaks, and that the law with its terms does not.",
             "Counts, not seconds: what a frame costs is another experiment.",
         ),
+        takes_s=(40.0, 260.0),
     ),
     "figure": Experiment(
         about="parts of one object against distance and level, and what posing it costs",
@@ -102,6 +106,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             "Times are those of one machine, its compiler and these two kernels; they say which "
             "is cheaper here.",
         ),
+        takes_s=(5.0, 10.0),
     ),
     "haze": Experiment(
         about="what haze takes of each size of part, from V = 0.5 to 50 km, measured and predicted",
@@ -117,6 +122,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             "Shares depend on m·V alone, as long as contrast classes are the same: a finer picture "
             "shows more far parts for haze to take.",
         ),
+        takes_s=(60.0, 150.0),
     ),
     "eye": Experiment(
         about="what display and eye leave out, from 20 to 120 pixels per degree",
@@ -131,6 +137,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             "A part is a half-period of a grating of its own size; what eyes make of edges, colour "
             "and movement is not in it.",
         ),
+        takes_s=(30.0, 300.0),
     ),
     "colonnade": Experiment(
         about="Leonardo's columns: solid angle against image size, true distance against depth",
@@ -146,6 +153,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             "Depth is the coarser the finer it is asked to be: its cut with about as many parts is "
             "the nearest that there is.",
         ),
+        takes_s=(60.0, 120.0),
     ),
     "air": Experiment(
         about="haze as rendered: targets, the medium that scatters light, and spectral light",
@@ -165,6 +173,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             "RGB and spectral pictures also differ in the coefficients of the sky's model: the "
             "row of the sky shows by how much.",
         ),
+        takes_s=(170.0, 295.0),
     ),
     "fidelity": Experiment(
         about="image error against parts, memory and time, every metric, τ from ⅛ to 8 pixels",
@@ -173,7 +182,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         figures=_later("fidelity_plots", "figures"),
         table=_later("fidelity_plots", "table"),
         judge=_judge("fidelity_claims"),
-        takes_s=(90.0, 720.0),
+        takes_s=(180.0, 900.0),
         limits=(
             "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
             "and so are the limits that they set; what lies beyond 170 m is not there at all.",
@@ -204,6 +213,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         figures=_later("pixels_plots", "figures"),
         table=_later("pixels_plots", "table"),
         judge=_judge("pixels_claims"),
+        tries=True,
         takes_s=(15.0, 60.0),
         limits=(
             "Objects nearer than two of their bounds are left out: they cover far more pixels than "
@@ -219,7 +229,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         figures=_later("depth_plots", "figures"),
         table=_later("depth_plots", "table"),
         judge=_judge("depth_claims"),
-        takes_s=(20.0, 120.0),
+        takes_s=(16.0, 120.0),
         limits=(
             "People on flat ground, level rays at the height of chests; every stick is a surface.",
             "The ground is not counted: a level ray never meets it.",

@@ -207,7 +207,7 @@ def _within_a_decade(axes: Axes) -> bool:
     if narrow := high < 10 * low:
         axes.yaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_minor_formatter("{x:g}")
-    return narrow
+    return bool(narrow)
 
 
 def _panels(canvas: Canvas, fitted: bool) -> tuple[Axes, Axes]:

@@ -28,11 +28,12 @@ _ROOMS = ("lod", "scenes", "bench")
 
 @dataclass(frozen=True)
 class Asked:
-    """One experiment as it was asked for."""
+    """One experiment as it was asked for; ``metric``: another to be tried beside its own."""
 
     name: str
     quick: bool
     seed: int
+    metric: str | None = None
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,11 @@ from bench.sight_measure import camera, density_of, prototypes_with, scene_hash,
 from bench.spread import Each, in_turn
 from lod.arrays import Ints
 from lod.fade import looks
-from lod.metric import METRICS
 from lod.parts import Look, Sticks
 from lod.prune import prune
 from lod.view import View
 from scenes.field import Species, SpeciesField
+from scenes.plugins import metric_named
 from scenes.stick_table import StickTable
 from scenes.stick_view import first_met
 
@@ -55,14 +55,18 @@ class Covered:
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: Each = in_turn,
+    metric: str | None = None,
 ) -> Record:
-    """Draw objects of every species by every metric, and judge the claims."""
+    """Draw objects of every species by every metric, and ``metric``, and judge the claims."""
     start, most = time.perf_counter(), _QUICK_OBJECTS if quick else _OBJECTS
     cases = [
-        (f"{species}, {metric}, {detail:g} px", (species, metric, detail, most, seed))
+        (f"{species}, {tried}, {detail:g} px", (species, tried, detail, most, seed))
         for species in SPECIES
-        for metric in METRICS_TRIED
+        for tried in (*METRICS_TRIED, *([metric] if metric else []))
         for detail in DETAILS
     ]
     points = measured(progress, each, (measure, cases))
@@ -87,7 +91,7 @@ def measure(species: str, metric: str, detail: float, most: int, seed: int) -> P
 
 def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Covered:
     """Up to ``most`` displayed objects of one field, drawn by lot."""
-    view = View(camera(WIDTH_PX), METRICS[metric], detail, look_around=True)
+    view = View(camera(WIDTH_PX), metric_named(metric), detail, look_around=True)
     density = THINNER * density_of(species, view.m)
     kind = Species("pixels", prototypes_with(species, None), density)
     field = SpeciesField(kind, seed_of(f"pixels {species}", seed, 0), FLAT)

@@ -8,7 +8,7 @@ from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.sampling import Effort, sample, worst_error
 from bench.scaling_beyond import beyond_cases
-from bench.scaling_cases import Case
+from bench.scaling_cases import Case, metric_cases
 from bench.scaling_cases import cases as even_cases
 from bench.scaling_claims import judge, noise_of
 from bench.scaling_law import predict
@@ -31,10 +31,15 @@ def cases() -> tuple[Case, ...]:
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: Each = in_turn,
+    metric: str | None = None,
 ) -> Record:
-    """Measure every case and judge every claim."""
-    grid, effort, start = cases(), QUICK if quick else FULL, time.perf_counter()
+    """Measure every case and judge every claim; ``metric``: of another than its own as well."""
+    start, effort = time.perf_counter(), QUICK if quick else FULL
+    grid = cases() if metric is None else (*cases(), *metric_cases(metric))
     jobs = [(f"{c.species}, {c.metric}, {c.sweep}", (c, effort, seed)) for c in grid]
     points = measured(progress, each, (measure, jobs))
     return record_of(

@@ -114,6 +114,12 @@ def cases() -> tuple[Case, ...]:
     )
 
 
+def metric_cases(name: str) -> tuple[Case, ...]:
+    """The sweeps of another metric, where `bounded` and `solid_angle` have theirs."""
+    setup = Setup("figure", name, _SOME, 2.1e-2, 0.045, 340.0, 4)
+    return tuple(case for sweep in setup.sweeps for case in _sweep(setup, sweep))
+
+
 def _sweep(setup: Setup, sweep: str) -> list[Case]:
     middle = _with_m(Case(sweep, setup.species, setup.metric, setup.density), setup.coarsest / 10)
     finer = np.geomspace(1.0, 10**-_DECADES, setup.steps) * setup.coarsest

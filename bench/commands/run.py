@@ -29,6 +29,7 @@ ALL = "all"
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder for the records.")
 @click.option("--again", is_flag=True, help="Measure anew what is done already.")
+@click.option("--metric", metavar="NAME", help="An installed metric, to be tried beside ours.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
@@ -39,6 +40,7 @@ def command(
     seed: int,
     folder: str,
     again: bool,
+    metric: str | None,
     cluster: str | None,
     as_json: bool,
 ) -> None:
@@ -49,8 +51,10 @@ def command(
     from bench.journal import Asked, journal
 
     names = _chosen(experiments, cluster)
+    if metric is not None:
+        _check_metric(metric, names)
     kept = journal(make_folder(folder))
-    asked = [Asked(name, quick, seed) for name in names]
+    asked = [Asked(name, quick, seed, metric) for name in names]
     if again:
         for each in asked:
             kept.forget(each)
@@ -78,6 +82,21 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
             able = ", ".join(n for n, each in EXPERIMENTS.items() if not each.timed)
             raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")
     return tuple(dict.fromkeys(experiments))
+
+
+def _check_metric(metric: str, names: Sequence[str]) -> None:
+    """Raises InputError for a metric that cannot be had, is ours, or that some do not try."""
+    from bench.experiments import EXPERIMENTS
+    from lod.metric import METRICS
+    from scenes.plugins import metric_named
+
+    metric_named(metric)
+    if metric in METRICS:
+        raise InputError("--metric", metric, "one of another package", "ours are tried anyhow")
+    able = [name for name, each in EXPERIMENTS.items() if each.tries]
+    if others := [name for name in names if name not in able]:
+        rule = f"experiments that try metrics: {', '.join(able)}"
+        raise InputError("--metric", ", ".join(others), rule, f"run {able[0]}")
 
 
 def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Each) -> list[str]:
@@ -117,8 +136,10 @@ def _run(kept: "Journal", asked: "Asked", spread: Each) -> tuple[Path, tuple["Cl
 
     chosen = EXPERIMENTS[asked.name]
     with progress_bar("point") as progress:
-        spreads = {} if chosen.timed else {"each": kept.keeping(asked, spread)}
-        record = chosen.run(asked.quick, progress, asked.seed, **spreads)
+        more: dict[str, Any] = {} if chosen.timed else {"each": kept.keeping(asked, spread)}
+        if asked.metric is not None:
+            more["metric"] = asked.metric
+        record = chosen.run(asked.quick, progress, asked.seed, **more)
     path = write_record(record, kept.folder)
     kept.finished(asked, path)
     return path, record.claims

@@ -10,11 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench import scaling, scaling_cases
 from bench.cli import main
 from bench.conformance_metric import FORMULA, rabbits
 from bench.conformance_offer import broken_offer_rules
 from bench.journal import sources
 from bench.provenance import provenance
+from bench.sampling import Effort
+from bench.scaling_cases import metric_cases
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.prune import prune
@@ -122,6 +125,28 @@ def test_check_refuses_what_is_not_there(capfd):
     assert said(capfd, "check", "halfway")[0] == 2
     code, _, err = said(capfd, "check")
     assert (code, len(err.splitlines())) == (2, 1)
+
+
+@pytest.mark.usefixtures("package")
+def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, monkeypatch):
+    even = scaling_cases.cases()
+    monkeypatch.setattr(scaling, "cases", lambda: even[:3])
+    some = [case for case in metric_cases("halfway") if case.sweep == "detail"][:3]
+    monkeypatch.setattr(scaling, "metric_cases", lambda name: tuple(some))
+    monkeypatch.setattr(scaling, "QUICK", Effort(0.2, 2, 4))
+    code, out, err = said(
+        capfd, "run", "scaling", "--quick", *HALFWAY, "-o", str(tmp_path), "--json"
+    )
+    assert code == 0, err
+    names = {claim["name"] for claim in json.loads(out)["claims"]}
+    assert {"halfway/figure/objects/ratio", "blake/figure/objects/ratio"} <= names
+    for wrong, says in (
+        (("run", "scaling", "cost", *HALFWAY), "experiments that try metrics: scaling, pixels"),
+        (("run", "scaling", "--metric", "blake"), "ours are tried anyhow"),
+        (("run", "scaling", "--metric", "missing"), "No module named"),
+    ):
+        code, _, err = said(capfd, *wrong, "-o", str(tmp_path))
+        assert code == 2 and says in err
 
 
 WRONG = {
