@@ -29,108 +29,15 @@ from lod.hierarchy import Hierarchy
 from lod.parts import Look, Parts, Sticks, Triangles
 from lod.view import View
 from scenes.field import Ground
-from scenes.particle_shapes import balls, chances, tongues
-from scenes.random import word_of
-
-STAND_INS = 8
-"""Particles for which one larger stands in a puff's leaf appearance."""
+from scenes.particle_growth import LARGEST, Growth, Puffs
+from scenes.particle_kinds import STAND_INS, Kind
+from scenes.particle_shapes import balls, tongues
 
 CLUMPS = 4
 """Those that stand for each puff in a plume's leaf appearance."""
 
-_SMALLEST, _LARGEST = 0.7, 1.3
-_SHORTEST_LIFE = 0.75
-_WAKING, _DYING = 0.12, 0.4
-"""Shares of life over which particles come to size, and dwindle."""
-
-_GROWTH, _BENT, _SLOWING = 0.7, 1.6, 0.85
-"""Powers of age: how a puff spreads, drifts ever faster, and rises ever slower."""
-
 SHADES = 8
 """Colours between birth and death."""
-
-_SPARK = 1e-3
-"""Least size of what is just born, or has just died, as a share of its full size."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """What a plume is made of; lengths at size 1.
-
-    rate       puffs born in a second; life_s: longest life of one [s]
-    particles  in a puff, a multiple of STAND_INS
-    height     to which a puff rises in its life [m]; lean: how far the wind takes it meanwhile [m]
-    mouth      radius in which puffs are born [m]; wander: radius of their winding at the end [m]
-    young, old radius of a puff at birth and at the end [m]
-    grain      radius of a particle beside its puff's, at its largest
-    stretch    its half length beside its radius: 1 = a ball
-    colours    (k, 3) from birth to death: albedo, or radiance where it glows
-    glows      whether it is a flame, which gives light and is bounded by triangles
-    """
-
-    rate: float
-    life_s: float
-    particles: int
-    height: float
-    lean: float
-    mouth: float
-    wander: float
-    young: float
-    old: float
-    grain: float
-    stretch: float
-    colours: tuple[tuple[float, float, float], ...]
-    glows: bool = False
-
-    def __post_init__(self) -> None:
-        if self.particles % STAND_INS or self.particles < STAND_INS:
-            raise InputError("particles", self.particles, f"a multiple of {STAND_INS}")
-        if not (self.grain > 0 and self.stretch >= 1):
-            raise InputError("grain, stretch", (self.grain, self.stretch), "above 0; 1 or more")
-        if not self.rate * self.life_s * _SHORTEST_LIFE >= 2:
-            rule = "births a second such that one puff at least is always alive"
-            raise InputError("rate", self.rate, rule, f"try {4 / self.life_s:.3g}")
-
-    @property
-    def widest(self) -> float:
-        """Largest radius of a puff [m]."""
-        return max(self.young, self.old)
-
-
-SMOKE = Kind(
-    rate=5.0,
-    life_s=9.0,
-    particles=240,
-    height=13.0,
-    lean=5.0,
-    mouth=0.12,
-    wander=0.7,
-    young=0.16,
-    old=1.5,
-    grain=0.03,
-    stretch=1.0,
-    colours=((0.16, 0.15, 0.14), (0.30, 0.30, 0.30), (0.42, 0.42, 0.43)),
-)
-"""Of a wood fire in light wind; chosen by eye."""
-
-FLAMES = Kind(
-    rate=26.0,
-    life_s=0.9,
-    particles=32,
-    height=1.05,
-    lean=0.14,
-    mouth=0.24,
-    wander=0.07,
-    young=0.15,
-    old=0.05,
-    grain=0.13,
-    stretch=3.0,
-    colours=((0.9, 0.22, 0.02), (0.7, 0.12, 0.008), (0.45, 0.05, 0.002), (0.2, 0.012, 0.0005)),
-    glows=True,
-)
-"""Of a campfire; hotter below. Radiance in the units of the sky at dusk, chosen by eye."""
-
-KINDS = {"smoke": SMOKE, "flames": FLAMES}
 
 
 @dataclass(frozen=True)
@@ -139,17 +46,6 @@ class Moment:
 
     corner: Corner
     time_s: float
-
-
-class Puffs(NamedTuple):
-    """Puffs at some time: share of life gone (n,), middle (n, 3) [m], radius (n,) [m], and size
-    (n,) of their particles beside the largest they get to, above 0.
-    """
-
-    age: np.ndarray
-    middle: np.ndarray
-    radius: np.ndarray
-    size: np.ndarray
 
 
 class Grains(NamedTuple):
@@ -185,17 +81,22 @@ class Plume:
             raise InputError(f"{self.name}.size", self.size, "a size factor above 0")
 
     @cached_property
+    def growth(self) -> Growth:
+        """What its puffs do."""
+        return Growth(self.kind, self.name, self.seed, self.size, self.azimuth_deg)
+
+    @cached_property
     def hierarchy(self) -> Hierarchy:
         """One row for each level: what all its parts have in common."""
         kind, n = self.kind, self.kind.particles
-        half = _LARGEST * kind.grain * kind.stretch
+        half = LARGEST * kind.grain * kind.stretch
         reach = kind.widest * (1 + half * math.sqrt(max(STAND_INS, n / CLUMPS)))
-        axis = self._axis(np.linspace(0, 1, 257))
-        bend = float(np.linalg.norm(axis - self._axis(np.array([0.5])), axis=1).max())
+        axis = self.growth.axis(np.linspace(0, 1, 257))
+        bend = float(np.linalg.norm(axis - self.growth.axis(np.array([0.5])), axis=1).max())
         separation = 1.01 * bend + kind.mouth + kind.wander
         side = (
             math.sqrt((2.0 if kind.glows else math.pi) * kind.stretch)
-            * _LARGEST
+            * LARGEST
             * kind.grain
             * kind.widest
         )
@@ -214,7 +115,7 @@ class Plume:
     @property
     def top_m(self) -> float:
         """Height above the ground under it that nothing of it is above [m]."""
-        return float(self.size * self._axis(np.array([0.5]))[0, 2] + self.hierarchy.B[0])
+        return float(self.size * self.growth.axis(np.array([0.5]))[0, 2] + self.hierarchy.B[0])
 
     def roots(self, view: View) -> Parts:
         """The plume itself, whether near or far."""
@@ -224,7 +125,7 @@ class Plume:
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The live puffs of a plume, the particles of a puff."""
-        n, births = self.kind.particles, self._live(parts.state.time_s)
+        n, births = self.kind.particles, self.growth.live(parts.state.time_s)
         count = np.array([len(births), n, 0])[parts.level]
         whole = np.repeat(np.arange(len(parts)), count)
         number = np.arange(len(whole)) - np.repeat(np.cumsum(count) - count, count)
@@ -277,13 +178,13 @@ class Plume:
         puffs = self._puffs(time, birth)
         at = puffs.middle.copy()
         rows = np.flatnonzero(number >= 0)
-        at[rows] += puffs.radius[rows, None] * self._members(birth[rows], number[rows])[0]
-        at[part == 0] = self._base(time.corner) + self.size * self._axis(np.array([0.5]))[0]
+        at[rows] += puffs.radius[rows, None] * self.growth.members(birth[rows], number[rows])[0]
+        at[part == 0] = self._base(time.corner) + self.size * self.growth.axis(np.array([0.5]))[0]
         return at
 
     def _grains(self, parts: Parts, look: Look) -> Grains:
         """What is drawn: of plumes CLUMPS for each puff, of puffs one for STAND_INS particles."""
-        n, births = self.kind.particles, self._live(parts.state.time_s)
+        n, births = self.kind.particles, self.growth.live(parts.state.time_s)
         count = np.array([CLUMPS * len(births), n // STAND_INS, 1])[parts.level] * (look.leaf > 0)
         owner = np.repeat(np.arange(len(parts)), count)
         number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
@@ -292,10 +193,10 @@ class Plume:
         birth = np.where(level == 0, births[np.where(level == 0, number // CLUMPS, 0)], birth)
         of_each = np.array([n // CLUMPS, STAND_INS, 1])[level]
         member = np.where(level == 2, member, of_each * np.where(level, number, number % CLUMPS))
-        areas, row = self._areas(birth)
+        areas, row = self.growth.areas(birth)
         upto = np.column_stack((np.zeros(len(areas)), np.cumsum(areas, axis=1)))
         area = upto[row, member + of_each] - upto[row, member]
-        offset = self._members(birth, member)[0]
+        offset = self.growth.members(birth, member)[0]
         return Grains(owner, birth, area * look.leaf[owner], offset)
 
     def _shares(
@@ -314,62 +215,13 @@ class Plume:
         share[rows] = (of_puff / of_puff.sum())[number[rows]]
         rows = np.flatnonzero(level == 2)
         birth, member = self._names(part[rows])
-        areas, row = self._areas(birth)
+        areas, row = self.growth.areas(birth)
         share[rows] = areas[row, member] / areas.sum(axis=1)[row]
         return share
 
-    def _areas(self, births: Ints) -> tuple[Float64[np.ndarray, "u k"], Ints]:
-        """Areas of all particles of each puff, those of size 1 being 1; and its row for each."""
-        distinct, row = np.unique(births, return_inverse=True)
-        n = self.kind.particles
-        every = np.tile(np.arange(n), len(distinct))
-        sizes = self._members(np.repeat(distinct, n), every)[1]
-        return (sizes**2).reshape(len(distinct), n), row
-
-    def _live(self, time_s: float) -> Ints:
-        """Birth numbers of the puffs that live at a time, in a row."""
-        rate, life = self.kind.rate, self.kind.life_s
-        births = np.arange(math.floor((time_s - life) * rate) - 1, math.floor(time_s * rate) + 2)
-        born, lives = self._born(births)
-        return births[(born <= time_s) & (time_s < born + lives)]
-
-    def _born(self, births: Ints) -> tuple[Reals, Reals]:
-        """When puffs are born and how long each lives, (n,) each [s]."""
-        u = chances(births, 0 * births, self.seed, word_of(self.name))
-        lives = self.kind.life_s * (_SHORTEST_LIFE + (1 - _SHORTEST_LIFE) * u[:, 1])
-        return (births + u[:, 0]) / self.kind.rate, lives
-
     def _puffs(self, time: Moment, births: Ints) -> Puffs:
-        """Puffs as they are at a time, alive or not; lengths in metres."""
-        kind, u = self.kind, chances(births, 0 * births, self.seed, word_of(self.name))
-        born, lives = self._born(births)
-        age = (time.time_s - born) / lives
-        s = np.maximum(age, 0.0)
-        mouth = kind.mouth * np.sqrt(u[:, 2])
-        wander, turn = kind.wander * s, 2 * np.pi * (u[:, 4] + (0.5 + u[:, 5]) * s)
-        middle = self._axis(s)
-        middle[:, 0] += mouth * np.cos(2 * np.pi * u[:, 3]) + wander * np.cos(turn)
-        middle[:, 1] += mouth * np.sin(2 * np.pi * u[:, 3]) + wander * np.sin(turn)
-        radius = kind.young + (kind.old - kind.young) * s**_GROWTH
-        size = np.maximum(_smooth(s / _WAKING) * _smooth((1 - s) / _DYING), _SPARK)
-        at = self._base(time.corner) + self.size * middle
-        return Puffs(age, at, self.size * np.maximum(radius, _SPARK), size)
-
-    def _members(self, birth: Ints, number: Ints) -> tuple[Points, Reals]:
-        """Where particles are in puffs of radius 1, (n, 3), and their sizes, (n,)."""
-        u = chances(birth, number + 1, self.seed, word_of(self.name))
-        z, turn = 2 * u[:, 1] - 1, 2 * np.pi * u[:, 2]
-        flat = np.sqrt(1 - z * z)
-        place = np.stack((flat * np.cos(turn), flat * np.sin(turn), z), axis=1)
-        size = _SMALLEST + (_LARGEST - _SMALLEST) * u[:, 3]
-        return place * np.cbrt(u[:, 0])[:, None], size
-
-    def _axis(self, age: Reals) -> Points:
-        """The way of a puff without its own wandering, from the ground, in sizes, (n, 3)."""
-        wind = math.radians(self.azimuth_deg)
-        away = self.kind.lean * age**_BENT
-        up = self.kind.height * age**_SLOWING
-        return np.stack((away * math.sin(wind), away * math.cos(wind), up), axis=1)
+        """Puffs as they are in a frame."""
+        return self.growth.puffs(time.time_s, births, self._base(time.corner))
 
     def _base(self, corner: Corner) -> Float64[np.ndarray, "3"]:
         """Where it rises from, (3,) [m]."""
@@ -389,12 +241,6 @@ class Plume:
 
     def _levels(self, part: Ints) -> Ints:
         return np.where(part == 0, 0, np.where(self._names(part)[1] < 0, 1, 2))
-
-
-def _smooth(x: Reals) -> Reals:
-    """From 0 to 1 while x does, level at both ends."""
-    t = np.clip(x, 0.0, 1.0)
-    return t * t * (3 - 2 * t)
 
 
 def _shades(colours: tuple[tuple[float, float, float], ...]) -> Float64[np.ndarray, "s 3"]:

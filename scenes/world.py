@@ -14,7 +14,8 @@ from scenes.field import Species, SpeciesField
 from scenes.habitat import Habitat
 from scenes.models import made
 from scenes.offer import Standing, standing_of
-from scenes.particles import KINDS, Plume
+from scenes.particle_kinds import KINDS
+from scenes.particles import Plume
 from scenes.placed import Placed
 from scenes.plugins import metric_named
 from scenes.preset import PlacedPreset, PlumePreset, Preset, SpeciesPreset

@@ -15,7 +15,8 @@ from scenes.animals import animal
 from scenes.boulder import boulder_prototypes
 from scenes.field import Species, SpeciesField
 from scenes.models import MODELS, made
-from scenes.particles import KINDS, Plume
+from scenes.particle_kinds import KINDS
+from scenes.particles import Plume
 from scenes.placed import Placed
 from scenes.rig_actor import actor_of, in_pose_of
 from scenes.rig_figure import rigged_people
