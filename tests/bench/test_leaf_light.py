@@ -50,10 +50,10 @@ def test_shapes_are_as_much_darker_as_the_species_says(trees, unshaded, level):
 
 @pytest.mark.slow
 def test_the_species_say_what_is_measured(monkeypatch):
-    """Fewer lines than the shares in the table come from: those have errors of 1 %."""
+    """With a third of the lines that the shares in the table come from."""
     monkeypatch.setattr(leaf_light, "LINES", 500)
     for name in ("shrub", "birch"):
-        assert shares(SPECIES[name], "summer") == pytest.approx(SPECIES[name].lit, rel=0.04)
+        assert shares(SPECIES[name], "summer") == pytest.approx(SPECIES[name].lit, rel=0.06)
 
 
 def test_a_stand_sends_as_much_at_every_level(trees, monkeypatch):
