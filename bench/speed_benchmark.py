@@ -74,7 +74,7 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
     limits = limits_of(slots, atlas, view, 0.0)
     still = np.zeros(len(bodies))
     coarse = View(view.camera, view.metric, view.detail * _FAR, view.offscreen_detail)
-    beyond, vantage, corner = field._near(coarse), vantage_of(view), view.camera.corner
+    beyond, vantage, corner = field.near(coarse), vantage_of(view), view.camera.corner
 
     def turn_away() -> tuple[Any, int]:
         return field.cells.near(*field._cells_near(view), corner, vantage, beyond)

@@ -69,20 +69,45 @@ def sees(s, x, y, z, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def entered(s, x, y, z, radius):  # type: ignore[no-untyped-def]
-    """How far a sphere that ``sees`` has come into the pyramid of view, 0 to 1 of its diameter."""
-    if s.look_around or radius <= 0.0:
-        return 1.0
+def into_view(s, x, y, z):  # type: ignore[no-untyped-def]
+    """How far a point is inside the pyramid of view, by the plane that it is least inside of; below
+    0 outside [m].
+
+    Plane by plane as ``sees``: a sphere is seen while this is above minus its radius.
+    """
+    if s.look_around:
+        return math.inf
     x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
     ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
     aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
     above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
-    inside = min(
-        ahead,
-        (ahead * s.tan_x - aside) / math.hypot(1.0, s.tan_x),
-        (ahead * s.tan_y - above) / math.hypot(1.0, s.tan_y),
-    )
-    return min((inside + radius) / (2.0 * radius), 1.0)
+    across = (ahead * s.tan_x - aside) / math.hypot(1.0, s.tan_x)
+    return min(ahead, across, (ahead * s.tan_y - above) / math.hypot(1.0, s.tan_y))
+
+
+@njit(cache=True)
+def entered(s, x, y, z, radius):  # type: ignore[no-untyped-def]
+    """How far a sphere that ``sees`` has come into the pyramid of view, 0 to 1 of its diameter."""
+    if s.look_around or radius <= 0.0:
+        return 1.0
+    return min((into_view(s, x, y, z) + radius) / (2.0 * radius), 1.0)
+
+
+@njit(cache=True)
+def slack(d, away, within, least, most, inside, outside, passed):  # type: ignore[no-untyped-def]
+    """How far a point may come or go before its comparison could turn out otherwise [m]: by its
+    distance, and by what is in view (inf where that does not decide).
+
+    d, within: distance and ``into_view`` of the point, or of one that it is never further from than
+    ``away``; in view it counts while that is above ``least``, and out of it below −``most``.
+    """
+    if passed and d + away < outside:
+        return outside - d - away, math.inf
+    if not d - away < inside:
+        return d - away - inside, math.inf
+    if passed:
+        return inside - d - away, within - least
+    return d - away - outside, -within - most
 
 
 @njit(cache=True)

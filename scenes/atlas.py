@@ -1,6 +1,7 @@
 """The prototypes of one species, laid end to end in one set of arrays."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -72,8 +73,7 @@ class Atlas:
 
     def limits(self, view: View, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Clamped limit distances of every row, in view and out of it [m]."""
-        pairs = [view.limits(tree, smear) for tree in self.hierarchies]
-        return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+        return _limits(self, view, smear)
 
     def smeared_limits(self, view: View, most: float) -> np.ndarray:
         """The same at every whole step of smear up to the next after ``most``, (steps, m, 2) [m].
@@ -92,6 +92,16 @@ class Atlas:
     def sticks_of(self, rows: np.ndarray, look: Look) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which of ``rows`` owns each displayed stick, the stick's row, and its share of area."""
         return _sticks_of(self.sticks.first, rows, look.inner, look.leaf)
+
+
+@lru_cache(maxsize=16)
+def _limits(atlas: Atlas, view: View, smear: int) -> tuple[np.ndarray, np.ndarray]:
+    """Asked for again and again in one frame, worked out once."""
+    pairs = [view.limits(tree, smear) for tree in atlas.hierarchies]
+    inside, outside = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    for each in (inside, outside):
+        each.setflags(write=False)
+    return inside, outside
 
 
 def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,11 +11,15 @@ from scipy.stats import poisson
 
 from lod.arrays import freeze
 from lod.camera import Corner
-from lod.comparison import Vantage, sees
+from lod.comparison import Vantage, into_view, sees, slack
 from scenes.random import philox, unit, word_of
 
 _MEAN_PER_CELL = 2.0
 """Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""
+
+
+NOT_HELD = np.empty((0, 4))
+"""Where nobody asks for how long something holds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,18 +96,26 @@ class PoissonCells:
         return Draws(x, y, index, _uniforms(x, y, index, *key))
 
     def near(
-        self, cell_x: np.ndarray, cell_y: np.ndarray, corner: Corner, vantage: Vantage, near: Near
+        self,
+        cell_x: np.ndarray,
+        cell_y: np.ndarray,
+        corner: Corner,
+        vantage: Vantage,
+        near: Near,
+        held: np.ndarray = NOT_HELD,
     ) -> tuple[Draws, int]:
         """The objects of the given cells that could be displayed, and how many are in the window.
 
         What is beyond every limit is turned away by its place and prototype alone.
+        held: (cells, 4) takes of each cell how many of its objects are in the window, how many
+            could be displayed, and the slack of all that (``lod.comparison.slack``)
         """
         key = np.uint64(self.seed), word_of(self.name)
         count = _counts(cell_x, cell_y, *key, self._cumulative)
         lattice = (*corner.lattice(self.exponent), self.side_m)
         room = int(count.sum())
         name, u = np.empty((3, room), np.int64), np.empty((room, 8))
-        kept, examined = _near(cell_x, cell_y, count, *key, lattice, vantage, near, name, u)
+        kept, examined = _near(cell_x, cell_y, count, *key, lattice, vantage, near, name, u, held)
         return Draws(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
 
     @cached_property
@@ -124,27 +136,37 @@ def cells_near(spans, lattice, vantage, rules):  # type: ignore[no-untyped-def]
     """
     x0, x1, y0, y1 = spans
     ix, iy, rest_x, rest_y, side = lattice
-    in_plan, inside, outside, lean, above, middle, radius = rules
     room = max(x1 - x0, 0) * max(y1 - y0, 0)
     cell_x, cell_y, n = np.empty(room, np.int64), np.empty(room, np.int64), 0
     for y in range(y0, y1):
         north = (y - iy + 0.5) * side - rest_y
-        aside_y = max(abs(north - vantage.eye_y) - side / 2, 0.0)
         for x in range(x0, x1):
             east = (x - ix + 0.5) * side - rest_x
-            aside_x = max(abs(east - vantage.eye_x) - side / 2, 0.0)
-            near = math.sqrt(aside_x * aside_x + aside_y * aside_y)
-            if near > in_plan:
-                continue
-            if not vantage.look_around:
-                far = math.hypot(max(near - lean, 0.0), above)
-                if far > inside or (
-                    far > outside and not sees(vantage, east, north, middle, radius)
-                ):
-                    continue
-            cell_x[n], cell_y[n] = x, y
-            n += 1
+            if near_enough(vantage, east, north, side, rules):
+                cell_x[n], cell_y[n] = x, y
+                n += 1
     return cell_x[:n], cell_y[:n]
+
+
+@njit(cache=True)
+def near_enough(vantage, east, north, side, rules):  # type: ignore[no-untyped-def]
+    """Whether the cell about that middle is one of ``cells_near``."""
+    in_plan, inside, outside, lean, above, middle, radius = rules
+    near = away_in_plan(vantage, east, north, side)
+    if near > in_plan:
+        return False
+    if vantage.look_around:
+        return True
+    far = math.hypot(max(near - lean, 0.0), above)
+    return not far > inside and (not far > outside or sees(vantage, east, north, middle, radius))
+
+
+@njit(cache=True)
+def away_in_plan(vantage, east, north, side):  # type: ignore[no-untyped-def]
+    """How far the cell about that middle is from the eye, in plan [m]."""
+    aside_x = max(abs(east - vantage.eye_x) - side / 2, 0.0)
+    aside_y = max(abs(north - vantage.eye_y) - side / 2, 0.0)
+    return math.sqrt(aside_x * aside_x + aside_y * aside_y)
 
 
 @njit(cache=True)
@@ -175,13 +197,15 @@ def _uniforms(cell_x, cell_y, index, seed, species):  # type: ignore[no-untyped-
 
 
 @njit(cache=True)
-def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u):  # type: ignore[no-untyped-def]
+def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u, held):  # type: ignore[no-untyped-def]
     """Names and uniforms of objects that pass in plan; how many, and how many are in the window."""
     ix, iy, rest_x, rest_y, side = lattice
     above = max(0.0, vantage.eye_z - near.high, near.low - vantage.eye_z)
     middle, spread = (near.low + near.high) / 2, (near.high - near.low) / 2 + near.lean
     kinds, kept, examined, one = len(near.bound), 0, 0, np.uint64(1)
+    holding = len(held) > 0
     for i in range(len(cell_x)):
+        before, room, room_view = (examined, kept), math.inf, math.inf
         x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
         west, south = (cell_x[i] - ix) * side - rest_x, (cell_y[i] - iy) * side - rest_y
         for index in range(count[i]):
@@ -197,14 +221,23 @@ def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u)
             away = math.sqrt((east - vantage.eye_x) ** 2 + (north - vantage.eye_y) ** 2)
             # A billionth for rounding: what is kept in vain is turned away by the walk.
             away = math.hypot(max(away - near.lean, 0.0), above) * (1 - 1e-9)
-            if not away < near.farthest[kind]:
+            inside, outside = near.farthest[kind], near.farthest_offscreen[kind]
+            reach = (near.bound[kind] + spread) * (1 + 1e-9)
+            passed = away < inside
+            if passed and not away < outside:
+                passed = sees(vantage, east, north, middle, reach)
+            if holding:
+                within = into_view(vantage, east, north, middle)
+                by_d, by_view = slack(away, 0.0, within, -reach, reach, inside, outside, passed)
+                room, room_view = min(room, by_d), min(room_view, by_view)
+            if not passed:
                 continue
-            if not away < near.farthest_offscreen[kind]:
-                if not sees(vantage, east, north, middle, (near.bound[kind] + spread) * (1 + 1e-9)):
-                    continue
             name[0, kept], name[1, kept], name[2, kept] = cell_x[i], cell_y[i], index
             rest = philox(x, y, block, one, seed, species)
             for k in range(4):
                 u[kept, k], u[kept, 4 + k] = unit(words[k]), unit(rest[k])
             kept += 1
+        if holding:
+            held[i, 0], held[i, 1] = examined - before[0], kept - before[1]
+            held[i, 2], held[i, 3] = room, room_view
     return kept, examined

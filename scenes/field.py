@@ -6,7 +6,7 @@ No list of objects exists anywhere. A frame visits only the cells from which a p
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -100,18 +100,23 @@ class SpeciesField:
         draws = self.cells.draw(cell_x, cell_y)
         return draws if self.extent is None else draws.take(self._within_window(draws))
 
-    def _grown(self, corner: Corner, draws: Draws) -> Draws:
-        """Those of them whose home is where the species grows: a matter of the place alone."""
+    def grown(self, corner: Corner, draws: Draws) -> np.ndarray:
+        """Which of them have their home where the species grows: a matter of the place alone."""
         if self.species.habitat is None:
-            return draws
+            return np.ones(len(draws), bool)
         share = self.species.habitat.share(corner, self._homes(corner, draws))
-        return draws.take(draws.u[:, 7] < share)
+        return draws.u[:, 7] < share
 
-    def _seen(self, draws: Draws, view: View) -> Objects:
+    def _grown(self, corner: Corner, draws: Draws) -> Draws:
+        """Those of them that grow."""
+        return draws if self.species.habitat is None else draws.take(self.grown(corner, draws))
+
+    def seen(self, draws: Draws, view: View) -> Objects:
         """These objects as a view has them."""
         corner = view.camera.corner
-        now = self._bodies(corner, draws, view.time_s, view)
-        moves = self._moves and view.exposure is not None
+        # What does not move is the same in every frame, to the last bit.
+        now = self._bodies(corner, draws, view.time_s if self.moves else 0.0, view)
+        moves = self.moves and view.exposure is not None
 
         def bodies_at(time_s: float) -> Bodies:
             return self._bodies(corner, draws, time_s, view) if moves else now
@@ -119,21 +124,22 @@ class SpeciesField:
         return self.troupe.seen(draws, view, bodies_at)
 
     @property
-    def _moves(self) -> bool:
+    def moves(self) -> bool:
+        """Whether any of it moves, by itself or as it walks."""
         return bool(self.species.patrol_m or self.troupe.moves)
 
     def roots(self, view: View) -> Parts:
         """The wholes of every cell from which one could be displayed."""
         draws = self._grown(view.camera.corner, self._drawn(*self._cells_near(view)))
-        return self.troupe.wholes(self._seen(draws, view), view)
+        return self.troupe.wholes(self.seen(draws, view), view)
 
     def walk(self, view: View) -> Cut:
         """What is displayed, by compiled walks: of the objects, then of their parts."""
-        corner, near = view.camera.corner, self._near(view)
+        corner, near = view.camera.corner, self.near(view)
         draws, examined = self.cells.near(*self._cells_near(view), corner, vantage_of(view), near)
-        return self.troupe.cut(self._seen(self._grown(corner, draws), view), view, examined)
+        return self.troupe.cut(self.seen(self._grown(corner, draws), view), view, examined)
 
-    def _near(self, view: View) -> Near:
+    def near(self, view: View) -> Near:
         """Where wholes can be displayed at all, prototype by prototype."""
         atlas = self.troupe.atlas
         bound = atlas.bound[atlas.root]
@@ -154,7 +160,7 @@ class SpeciesField:
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time."""
-        if not self._moves:
+        if not self.moves:
             return parts
         bodies = self._bodies(view.camera.corner, parts.state.draws, time_s, view)
         return replace(parts, state=replace(parts.state, bodies=bodies))
@@ -197,6 +203,11 @@ class SpeciesField:
 
     def _cells_near(self, view: View) -> tuple[np.ndarray, np.ndarray]:
         """Cells near enough, in view or out of it, to hold a displayed whole."""
+        spans, lattice, rules = self.search(view)
+        return cells_near(spans, lattice, vantage_of(view), rules)
+
+    def search(self, view: View) -> tuple[Any, Any, Any]:
+        """What ``cells_near`` is asked with: spans, lattice and rules."""
         atlas = self.troupe.atlas
         inside, outside = (limit[atlas.root].max() for limit in atlas.limits(view))
         bound = float(atlas.bound[atlas.root].max())
@@ -210,7 +221,7 @@ class SpeciesField:
         radius = self.cells.side_m / math.sqrt(2) + (high - low) / 2 + lean + bound
         rules = (in_plan, inside, float(outside), lean, above, (low + high) / 2, radius)
         lattice = (*view.camera.corner.lattice(self.cells.exponent), self.cells.side_m)
-        return cells_near(spans, lattice, vantage_of(view), rules)
+        return spans, lattice, rules
 
     def _root_heights(self) -> tuple[float, float]:
         """Lowest and highest that the origin of a whole can be [m]."""

@@ -115,6 +115,11 @@ class Relief:
         they are independent it is their squares that add."""
         return RARE * self.rms_between(0.0, wavelength)
 
+    def rise(self, radius: float) -> float:
+        """How much higher or lower the ground can be than at a point that far from it [m]."""
+        steepest = STEEPEST / self.unit * self.rms / self.wavelengths
+        return float(np.minimum(2 * BOUND / self.unit * self.rms, steepest * radius).sum())
+
     def within(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], radius: Reals
     ) -> tuple[Reals, Reals]:

@@ -20,7 +20,7 @@ from scenes.rig_heed import foot_parts, heed
 from scenes.rig_pose import pose_points
 from scenes.rig_prototype import RiggedPrototype, rigid
 from scenes.rig_swing import swing
-from scenes.walk import Slots, limits_of, slots_of, walk
+from scenes.walk import Rows, Slots, limits_of, slots_of, walk
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,14 +130,21 @@ class Troupe:
         limits = limits_of(self.slots, self.atlas, view, _most(objects))
         rows = walk(self.cast, self.slots, limits, objects.bodies, objects.smear, view)
         rejected = examined - len(objects)
-
-        def tell() -> Parts:
-            owner, part, whole = (a.astype(np.int64) for a in (rows.object, rows.part, rows.whole))
-            return self._parts(objects, owner, part, whole, view)
-
         level = self.atlas.level.astype(np.int16)[rows.part]
         counted = examined, rejected + rows.examined
-        return Cut(rows.object, rows.part, level, rows.whole, *counted, tell)
+        return Cut(
+            rows.object,
+            rows.part,
+            level,
+            rows.whole,
+            *counted,
+            lambda: self.parts_shown(objects, rows, view),
+        )
+
+    def parts_shown(self, objects: Objects, rows: Rows, view: View) -> Parts:
+        """All that is known of displayed parts."""
+        owner, part, whole = (a.astype(np.int64) for a in (rows.object, rows.part, rows.whole))
+        return self._parts(objects, owner, part, whole, view)
 
     def wholes(self, objects: Objects, view: View) -> Parts:
         """The wholes of these objects."""

@@ -9,16 +9,18 @@ agrees with the level-by-level pruner to the last bit; rows of parts are int32.
 Objects are shared out to threads in runs, and the runs joined in order: same bytes for any number.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from lod.comparison import Vantage, distance_to, passes, sees, vantage_of
+from lod.comparison import Vantage, distance_to, into_view, passes, sees, slack, vantage_of
 from lod.hierarchy import Hierarchy
 from lod.runs import in_runs
 from lod.view import View
 from scenes.atlas import Atlas
+from scenes.cells import NOT_HELD
 from scenes.rig_cast import Bodies, Cast
 from scenes.rig_pose import (
     NO_STANCE,
@@ -63,6 +65,22 @@ class Slots(NamedTuple):
     rest: np.ndarray
     spread: np.ndarray
     most: int
+
+
+class Held(NamedTuple):
+    """For how long what is found of objects holds.
+
+    objects (n, 4) takes of each how many of its parts are displayed and examined, and the slack of
+            all of them (``lod.comparison.slack``) [m]
+    still   whether they stay as they are; else only what is decided before anything is posed holds
+    lift    how far up or down where they stand may go meanwhile [m]
+    least   slack that is of no use, and not worth working out [m]
+    """
+
+    objects: np.ndarray
+    still: bool
+    lift: float
+    least: float
 
 
 class Rows(NamedTuple):
@@ -121,13 +139,20 @@ def limits_of(slots: Slots, atlas: Atlas, view: View, most: float) -> np.ndarray
 
 
 def walk(
-    cast: Cast, slots: Slots, limits: np.ndarray, bodies: Bodies, smear: np.ndarray, view: View
+    cast: Cast,
+    slots: Slots,
+    limits: np.ndarray,
+    bodies: Bodies,
+    smear: np.ndarray,
+    view: View,
+    held: Held | None = None,
 ) -> Rows:
-    """Everything displayed of these objects; smear (n,): of each."""
+    """Everything displayed of these objects; smear (n,): of each; held: takes for how long."""
     vantage, columns = vantage_of(view), (*bodies.columns(), smear)
+    asked = Held(NOT_HELD, True, 0.0, 0.0) if held is None else held
 
     def run(first: int, last: int) -> list[Rows]:
-        return _run(cast, slots, limits, columns, vantage, first, last)
+        return _run(cast, slots, limits, columns, vantage, asked, first, last)
 
     runs = in_runs(run, len(bodies), _SHORTEST_RUN)
     return _joined([rows for each in runs for rows in each])
@@ -139,6 +164,7 @@ def _run(
     limits: np.ndarray,
     columns: tuple[np.ndarray, ...],
     vantage: Vantage,
+    held: Held,
     first: int,
     last: int,
 ) -> list[Rows]:
@@ -149,7 +175,16 @@ def _run(
         out = np.empty((3, room), np.int32)
         table = (slots.place, limits, slots.links, slots.rest, slots.spread)
         first, filled, examined = _walk(
-            cast.tables, cast.most_joints, vantage, *columns, table, slots.most, first, last, out
+            cast.tables,
+            cast.most_joints,
+            vantage,
+            *columns,
+            table,
+            slots.most,
+            held,
+            first,
+            last,
+            out,
         )
         done.append(Rows(out[0, :filled], out[1, :filled], out[2, :filled], examined))
         room *= 2
@@ -170,7 +205,22 @@ def _joined(runs: list[Rows]) -> Rows:
 
 @njit(cache=True, nogil=True)
 def _walk(  # type: ignore[no-untyped-def]
-    t, joints, vantage, origin, cos, sin, variant, phase, feet, smear, table, most, first, last, out
+    t,
+    joints,
+    vantage,
+    origin,
+    cos,
+    sin,
+    variant,
+    phase,
+    feet,
+    smear,
+    table,
+    most,
+    held,
+    first,
+    last,
+    out,
 ):
     """Objects from ``first`` while the rest of the buffer holds any one of them.
 
@@ -179,7 +229,7 @@ def _walk(  # type: ignore[no-untyped-def]
     place, limits, links, rest, spread = table
     frame, state = scratch(joints)
     slot = np.empty(most, np.int32)
-    n, examined, o = 0, 0, first
+    n, examined, o, holding = 0, 0, first, len(held.objects) > 0
     while o < last and n + most <= out.shape[1]:
         v = variant[o]
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
@@ -187,6 +237,7 @@ def _walk(  # type: ignore[no-untyped-def]
         d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
         stance, turn = NO_STANCE, NO_TURN
         base, i, whole, k, end = n, n, -1, v, v + 1
+        room, room_view, before = math.inf, math.inf, examined
         step = int(smear[o])
         between = smear[o] - step
         while True:
@@ -221,6 +272,21 @@ def _walk(  # type: ignore[no-untyped-def]
                         else:
                             x, y, z = at_point(frame, row, matrix(frame, row), x, y, z)
                     passed = passes(vantage, x, y, z, limits[step, k, 3], inside, outside)
+                if holding and room > held.least:
+                    by_d, by_view = 0.0, 0.0
+                    if decided:
+                        within = into_view(vantage, *middle)
+                        all_in, all_out = spread[v, 0], spread[v, 1]
+                        by_d, by_view = slack(
+                            d, wander, within, all_in, all_out, inside, outside, passed
+                        )
+                    elif held.still:
+                        bound = limits[step, k, 3]
+                        far, within = distance_to(vantage, x, y, z), into_view(vantage, x, y, z)
+                        by_d, by_view = slack(
+                            far, 0.0, within, -bound, bound, inside, outside, passed
+                        )
+                    room, room_view = min(room, by_d), min(room_view, by_view)
                 if passed:
                     out[0, n], out[1, n], out[2, n] = o, links[k, 0], whole
                     slot[n - base] = k
@@ -231,6 +297,12 @@ def _walk(  # type: ignore[no-untyped-def]
             whole, k = i, links[slot[i - base], 2]
             end = k + links[slot[i - base], 3]
             i += 1
+        if holding:
+            held.objects[o, 0], held.objects[o, 1] = n - base, examined - before
+            lift = held.lift
+            steep = (abs(middle[2] - vantage.eye_z) + lift) / max(d - lift, 1e-9)
+            held.objects[o, 2] = room - lift * min(1.0, steep)
+            held.objects[o, 3] = room_view - lift
         o += 1
     return o, n, examined
 

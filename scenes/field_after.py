@@ -1,0 +1,285 @@
+"""A field's cut from that of the frame before: only what may have changed is examined again.
+
+Every comparison holds until the eye has gone as far as its slack (``lod.comparison.slack``). A cell
+holds as long as the least of its own, of its objects' and of all their parts', in steps of the eye
+added up; where things walk, their own steps are added to the eye's. What is left is examined anew
+by the same walks, and woven into what held: the same cut as from scratch, to the last bit.
+
+A ``Hold`` is used up by the frame that goes on from it: its buffers become the next one's.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from lod.comparison import into_view, vantage_of
+from lod.parts import Parts
+from lod.prune import Cut
+from lod.view import View
+from scenes.cells import Draws, away_in_plan, near_enough
+from scenes.field import SpeciesField
+from scenes.rig_cast import Bodies
+from scenes.rig_lift import lift, pace_most
+from scenes.troupe import Objects
+from scenes.walk import Held, Rows, limits_of, walk
+
+FARTHEST_M, FARTHEST_WALKING_M = 32.0, 2.0
+"""Nothing is said to hold for longer than so many metres; the ground rises under who walks."""
+
+_ROUNDING_M = 1e-6
+
+
+@dataclass(eq=False)
+class Hold:
+    """What is known of a field from the frame before; cells row by row of those searched.
+
+    view     of that frame; limits (2, m) of all parts, and the span of cells, that it holds for
+    gone     steps of the eye, and of what walks, since this hold began [m]; step: the last one;
+             turned: of its axes
+    until    (c, 2) ``gone`` until which a cell holds by distance, and by view, for each radian that
+             the axes turn the last column [m]; far (c,) that column: more than anything is away
+    counts   (c, 4) of each cell: objects in the window, objects kept, parts shown, parts examined
+    totals   of them (4,)
+    order    (n,) row of each kept object in ``pool``: objects as they were drawn, and their bodies
+    rows     displayed parts
+    """
+
+    view: View
+    limits: np.ndarray
+    spans: tuple[int, int, int, int]
+    gone: float
+    step: float
+    turned: float
+    until: np.ndarray
+    far: np.ndarray
+    counts: np.ndarray
+    totals: np.ndarray
+    order: np.ndarray
+    pool: list[Objects]
+    rows: Rows
+
+
+def cut_after(field: SpeciesField, view: View, before: Hold | None) -> tuple[Cut, Hold | None]:
+    """What of a field is displayed, as ``prune`` finds it; and what the next frame may go on from.
+
+    Where motion hides detail, or depth along the axis is what counts, every frame is pruned from
+    scratch.
+    """
+    if view.exposure is not None or view.metric.along_axis:
+        return field.walk(view), None
+    hold = _moved(field, view, before)
+    stale = _stale(hold.until, hold.far, hold.gone, hold.turned)
+    _examine(field, hold, stale)
+    return _cut(field, hold), hold
+
+
+def _moved(field: SpeciesField, view: View, before: Hold | None) -> Hold:
+    """The hold of the frame before as this one has it; a new one where that is of no use."""
+    limits = np.stack(field.troupe.atlas.limits(view))
+    spans = field.search(view)[0]
+    if before is None or not _fits(before, view, limits, spans):
+        cells = max(spans[1] - spans[0], 0) * max(spans[3] - spans[2], 0)
+        none = np.zeros(0, np.int32)
+        return Hold(
+            *(view, limits, spans, 0.0, 0.0, 0.0, np.full((cells, 2), -np.inf), np.zeros(cells)),
+            *(
+                np.zeros((cells, 4), np.int32),
+                np.zeros(4, np.int64),
+                none,
+                [],
+                Rows(none, none, none, 0),
+            ),
+        )
+    a, b = before.view, view
+    step = float(np.linalg.norm(b.camera.eye - a.camera.eye)) + _ROUNDING_M
+    walked = pace_most(field.troupe.rigged) if field.species.patrol_m else 0.0
+    step += walked * abs(b.time_s - a.time_s)
+    axes = ("forward", "right", "up")
+    turn = sum(float(np.linalg.norm(getattr(b.camera, k) - getattr(a.camera, k))) for k in axes)
+    return replace(
+        before, view=view, gone=before.gone + step, step=step, turned=before.turned + turn
+    )
+
+
+def _fits(before: Hold, view: View, limits: np.ndarray, spans: tuple[int, ...]) -> bool:
+    was = before.view
+    return (
+        was.camera.corner == view.camera.corner
+        and was.camera.tan_half == view.camera.tan_half
+        and was.look_around == view.look_around
+        and before.spans == spans
+        and np.array_equal(before.limits, limits)
+    )
+
+
+@njit(cache=True)
+def _stale(until, far, gone, turned):  # type: ignore[no-untyped-def]
+    """Cells that no longer hold, in their order."""
+    stale, n = np.empty(len(until), np.int64), 0
+    for c in range(len(until)):
+        if not (gone < until[c, 0] and gone + turned * far[c] < until[c, 1]):
+            stale[n] = c
+            n += 1
+    return stale[:n]
+
+
+def _examine(field: SpeciesField, hold: Hold, stale: np.ndarray) -> None:
+    """Examine stale cells anew, and weave what they hold now into the rest."""
+    view = hold.view
+    spans, lattice, rules = field.search(view)
+    vantage, reach = vantage_of(view), field.near(view)
+    moves, wide = field.moves, spans[1] - spans[0]
+    most = FARTHEST_WALKING_M if moves else FARTHEST_M
+    rise = lift(field.troupe.cast, field.ground, most) if moves else 0.0
+    spread = float(field.troupe.slots.spread.max()) + rise + 2 * FARTHEST_M + reach.high - reach.low
+    cell_x, cell_y = spans[0] + stale % wide, spans[2] + stale // wide
+    held = np.zeros((len(stale), 6))
+    is_near, far = _search(cell_x, cell_y, vantage, lattice, rules, spread, held[:, 4:])
+    near = np.flatnonzero(is_near)
+    of_objects = np.zeros((len(near), 4))
+    corner = view.camera.corner
+    draws, _ = field.cells.near(cell_x[near], cell_y[near], corner, vantage, reach, of_objects)
+    objects = field.seen(draws, view)
+    of_parts = np.zeros((len(objects), 4))
+    troupe = field.troupe
+    limits = limits_of(troupe.slots, troupe.atlas, view, 0.0)
+    asked = Held(of_parts, not moves, rise, hold.step)
+    rows = walk(troupe.cast, troupe.slots, limits, objects.bodies, objects.smear, view, asked)
+    counts = np.zeros((len(stale), 4), np.int32)
+    _by_cell(near, of_objects, of_parts, held[:, 4:], counts)
+    first = sum(len(each) for each in hold.pool)
+    woven = _woven(stale, counts, hold.counts, hold.order, hold.rows[:3], rows[:3], first)
+    hold.order, *columns = woven
+    hold.rows = Rows(*columns, 0)
+    hold.totals = hold.totals + counts.sum(axis=0) - hold.counts[stale].sum(axis=0)
+    hold.counts[stale], hold.far[stale] = counts, far
+    room = np.minimum(held[:, 4:], most) - 100 * _ROUNDING_M
+    room[:, 1] += hold.turned * far
+    hold.until[stale] = hold.gone + room
+    hold.pool.append(objects)
+    if first > 2 * len(hold.order) + 1000:
+        hold.pool, hold.order = [_taken(hold)], np.arange(len(hold.order), dtype=np.int32)
+
+
+@njit(cache=True)
+def _search(cell_x, cell_y, vantage, lattice, rules, spread, room):  # type: ignore[no-untyped-def]
+    """Which of the cells are near enough; more than anything of them is away (n,); and into
+    ``room`` (n, 2) the slack of that, by distance and by view.
+    """
+    ix, iy, rest_x, rest_y, side = lattice
+    _, inside, outside, lean, above, middle, radius = rules
+    is_near, away = np.empty(len(cell_x), np.bool_), np.empty(len(cell_x))
+    for i in range(len(cell_x)):
+        east, north = (cell_x[i] - ix + 0.5) * side - rest_x, (cell_y[i] - iy + 0.5) * side - rest_y
+        is_near[i] = near_enough(vantage, east, north, side, rules)
+        near = away_in_plan(vantage, east, north, side)
+        far = math.hypot(max(near - lean, 0.0), above)
+        away[i] = near + 2 * side + 2 * lean + above + spread
+        room[i, 0], room[i, 1] = abs(inside - far), math.inf
+        if above >= inside:
+            room[i, 0] = 0.0
+        elif not vantage.look_around and not far > inside:
+            if not far > outside:
+                room[i, 0] = outside - far
+            else:
+                within = into_view(vantage, east, north, middle)
+                room[i, 1] = abs(within + radius)
+                if not is_near[i]:
+                    room[i, 0] = far - outside
+    return is_near, away
+
+
+@njit(cache=True)
+def _by_cell(near, of_objects, of_parts, room, counts):  # type: ignore[no-untyped-def]
+    """What objects and their parts say, cell by cell: the least of their slacks, and counts."""
+    first = 0
+    for i in range(len(near)):
+        c = near[i]
+        counts[c, 0], counts[c, 1] = of_objects[i, 0], of_objects[i, 1]
+        room[c, 0] = min(room[c, 0], of_objects[i, 2])
+        room[c, 1] = min(room[c, 1], of_objects[i, 3])
+        for o in range(first, first + counts[c, 1]):
+            counts[c, 2] += of_parts[o, 0]
+            counts[c, 3] += of_parts[o, 1]
+            room[c, 0] = min(room[c, 0], of_parts[o, 2])
+            room[c, 1] = min(room[c, 1], of_parts[o, 3])
+        first += counts[c, 1]
+
+
+@njit(cache=True)
+def _woven(stale, fresh, counts, order, old, new, first):  # type: ignore[no-untyped-def]
+    """Objects and displayed parts of all cells in their order: fresh ones of stale cells, and old.
+
+    first: row in the pool of the first fresh object.
+    """
+    kept, shown = len(order), len(old[0])
+    for i in range(len(stale)):
+        kept += fresh[i, 1] - counts[stale[i], 1]
+        shown += fresh[i, 2] - counts[stale[i], 2]
+    names = np.empty(kept, np.int32)
+    object_, part, whole = (
+        np.empty(shown, np.int32),
+        np.empty(shown, np.int32),
+        np.empty(shown, np.int32),
+    )
+    at, row, i = np.zeros(2, np.int64), np.zeros(2, np.int64), 0
+    o, n = 0, 0
+    for c in range(len(counts)):
+        which = 0
+        if i < len(stale) and stale[i] == c:
+            which = 1
+            at[0] += counts[c, 1]
+            row[0] += counts[c, 2]
+            objects, parts = fresh[i, 1], fresh[i, 2]
+            i += 1
+        else:
+            objects, parts = counts[c, 1], counts[c, 2]
+        if objects == 0:
+            continue
+        a, r = at[which], row[which]
+        for k in range(objects):
+            names[o + k] = first + a + k if which == 1 else order[a + k]
+        source = new if which == 1 else old
+        _copy(source[0], source[1], source[2], r, parts, o - a, n - r, object_, part, whole)
+        at[which], row[which] = a + objects, r + parts
+        o, n = o + objects, n + parts
+    return names, object_, part, whole
+
+
+@njit(cache=True)
+def _copy(objects, parts, wholes, first, count, later, down, object_, part, whole):  # type: ignore[no-untyped-def]
+    """Rows of one cell, of objects so many later, so many rows further down."""
+    for k in range(first, first + count):
+        object_[k + down], part[k + down] = objects[k] + later, parts[k]
+        whole[k + down] = wholes[k] + down if wholes[k] >= 0 else wholes[k]
+
+
+def _taken(hold: Hold) -> Objects:
+    """The kept objects in their order, as they were when they were examined."""
+    draws = [each.draws for each in hold.pool]
+    names = ("cell_x", "cell_y", "index", "u")
+    drawn = Draws(*(np.concatenate([getattr(d, k) for d in draws])[hold.order] for k in names))
+    bodies = [each.bodies for each in hold.pool]
+    parts = ("origin", "cos", "sin", "variant", "phase", "feet")
+    stood = Bodies(*(np.concatenate([getattr(b, k) for b in bodies])[hold.order] for k in parts))
+    return Objects(stood, drawn, np.zeros(len(drawn)))
+
+
+def _cut(field: SpeciesField, hold: Hold) -> Cut:
+    """The cut of what is held; bodies that move are put in their places when somebody asks."""
+    rows, view, order, pool = hold.rows, hold.view, hold.order, tuple(hold.pool)
+    frozen = replace(hold, order=order, pool=list(pool))
+
+    def tell() -> Parts:
+        objects: Any = _taken(frozen)
+        if field.moves:
+            objects = field.seen(objects.draws, view)
+        return field.troupe.parts_shown(objects, rows, view)
+
+    examined, kept, _, parts = hold.totals.tolist()
+    level = field.troupe.atlas.level.astype(np.int16)[rows.part]
+    counted = examined, examined - kept + parts
+    return Cut(rows.object, rows.part, level, rows.whole, *counted, tell)
