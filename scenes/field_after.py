@@ -29,7 +29,7 @@ from scenes.walk import Held, Rows, limits_of, walk
 FARTHEST_M, FARTHEST_WALKING_M = 32.0, 2.0
 """Nothing is said to hold for longer than so many metres; the ground rises under who walks."""
 
-_ROUNDING_M = 1e-6
+_ROUNDING_M, _USUAL_STEP_M = 1e-6, 0.05
 
 
 @dataclass(eq=False)
@@ -83,16 +83,10 @@ def _moved(field: SpeciesField, view: View, before: Hold | None) -> Hold:
     if before is None or not _fits(before, view, limits, spans):
         cells = max(spans[1] - spans[0], 0) * max(spans[3] - spans[2], 0)
         none = np.zeros(0, np.int32)
-        return Hold(
-            *(view, limits, spans, 0.0, 0.0, 0.0, np.full((cells, 2), -np.inf), np.zeros(cells)),
-            *(
-                np.zeros((cells, 4), np.int32),
-                np.zeros(4, np.int64),
-                none,
-                [],
-                Rows(none, none, none, 0),
-            ),
-        )
+        never, none = np.full((cells, 2), -np.inf), np.zeros(0, np.int32)
+        counts, rows = np.zeros((cells, 4), np.int32), Rows(none, none, none, 0)
+        began = (view, limits, spans, 0.0, _USUAL_STEP_M, 0.0)
+        return Hold(*began, never, np.zeros(cells), counts, counts.sum(axis=0), none, [], rows)
     a, b = before.view, view
     step = float(np.linalg.norm(b.camera.eye - a.camera.eye)) + _ROUNDING_M
     walked = pace_most(field.troupe.rigged) if field.species.patrol_m else 0.0
@@ -152,8 +146,8 @@ def _examine(field: SpeciesField, hold: Hold, stale: np.ndarray) -> None:
     _by_cell(near, of_objects, of_parts, held[:, 4:], counts)
     first = sum(len(each) for each in hold.pool)
     woven = _woven(stale, counts, hold.counts, hold.order, hold.rows[:3], rows[:3], first)
-    hold.order, *columns = woven
-    hold.rows = Rows(*columns, 0)
+    hold.order, shown, part, whole = woven
+    hold.rows = Rows(shown, part, whole, 0)
     hold.totals = hold.totals + counts.sum(axis=0) - hold.counts[stale].sum(axis=0)
     hold.counts[stale], hold.far[stale] = counts, far
     room = np.minimum(held[:, 4:], most) - 100 * _ROUNDING_M

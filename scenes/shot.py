@@ -16,20 +16,32 @@ from lod.smear import eye_from
 from lod.view import View
 from scenes.camera_path import camera_at
 from scenes.canopy import canopy_of
+from scenes.field import SpeciesField
+from scenes.field_after import Hold, cut_after
 from scenes.preset import Preset
 from scenes.render.frame import Extras, FileForm, FrameInput, Instant, Light, Quality, Visible
 from scenes.render.shutter import offsets
 from scenes.sight import air_of
 from scenes.world import World, time_of, view_at
 
+Holds = dict[str, Hold]
+"""What holds of each field, by its name."""
 
-def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
-    """Prune every representation for a frame, and ask what is displayed for its looks."""
+
+def shoot(
+    world: World, preset: Preset, frame: int, variant: str, holds: Holds | None = None
+) -> FrameInput:
+    """Prune every representation for a frame, and ask what is displayed for its looks.
+
+    holds: what frames before have left for the next one, which goes on from it and leaves its own;
+        the same frame in less time.
+    """
+    holds = {} if holds is None else holds
     view, shown, seconds = view_at(world, preset, frame), [], {"prune": 0.0, "appearance": 0.0}
     after = view_at(world, preset, frame + 1) if preset.output.motion else None
     for each in world.representations:
         start = time.perf_counter()
-        cut = prune(each, view)
+        cut = _cut_after(each, view, holds)
         pruned = time.perf_counter()
         one = Shown(each, cut, looks(cut, view), view)
         shown.append(with_schedule(world, preset, frame, one))
@@ -52,6 +64,16 @@ def shoot(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
         counts=updates([each.drawn for each in shown if each.drawn]),
         instants=instants_of(world, preset, frame, shown, visible),
     )
+
+
+def _cut_after(each: Representation, view: View, holds: Holds) -> Cut:
+    """What of a representation is displayed; taken out first, a hold is never used twice."""
+    if not isinstance(each, SpeciesField):
+        return prune(each, view)
+    cut, hold = cut_after(each, view, holds.pop(each.name, None))
+    if hold is not None:
+        holds[each.name] = hold
+    return cut
 
 
 @dataclass(frozen=True, eq=False)

@@ -238,6 +238,8 @@ def _walk(  # type: ignore[no-untyped-def]
         stance, turn = NO_STANCE, NO_TURN
         base, i, whole, k, end = n, n, -1, v, v + 1
         room, room_view, before = math.inf, math.inf, examined
+        within = into_view(vantage, *middle) if holding else 0.0
+        ends = spread[v, 0], spread[v, 1]
         step = int(smear[o])
         between = smear[o] - step
         while True:
@@ -275,16 +277,13 @@ def _walk(  # type: ignore[no-untyped-def]
                 if holding and room > held.least:
                     by_d, by_view = 0.0, 0.0
                     if decided:
-                        within = into_view(vantage, *middle)
-                        all_in, all_out = spread[v, 0], spread[v, 1]
-                        by_d, by_view = slack(
-                            d, wander, within, all_in, all_out, inside, outside, passed
-                        )
+                        by_d, by_view = slack(d, wander, within, *ends, inside, outside, passed)
                     elif held.still:
-                        bound = limits[step, k, 3]
-                        far, within = distance_to(vantage, x, y, z), into_view(vantage, x, y, z)
+                        far, into, reach = distance_to(vantage, x, y, z), 0.0, limits[step, k, 3]
+                        if not far < outside and far < inside:
+                            into = into_view(vantage, x, y, z)
                         by_d, by_view = slack(
-                            far, 0.0, within, -bound, bound, inside, outside, passed
+                            far, 0.0, into, -reach, reach, inside, outside, passed
                         )
                     room, room_view = min(room, by_d), min(room_view, by_view)
                 if passed:
@@ -301,7 +300,8 @@ def _walk(  # type: ignore[no-untyped-def]
             held.objects[o, 0], held.objects[o, 1] = n - base, examined - before
             lift = held.lift
             steep = (abs(middle[2] - vantage.eye_z) + lift) / max(d - lift, 1e-9)
-            held.objects[o, 2] = room - lift * min(1.0, steep)
+            # Where it is of no use, the rest was not looked at.
+            held.objects[o, 2] = room - lift * min(1.0, steep) if room > held.least else 0.0
             held.objects[o, 3] = room_view - lift
         o += 1
     return o, n, examined

@@ -104,15 +104,16 @@ def _made(settings: Settings, frame: int) -> FrameInput:
     from scenes.shot import shoot
 
     start = time.perf_counter()
-    preset, world = _world(json.dumps(settings, sort_keys=True))
+    preset, world, holds = _world(json.dumps(settings, sort_keys=True))
     seconds = {"world": time.perf_counter() - start}
-    made = shoot(world, preset, frame, preset.render.variant)
+    made = shoot(world, preset, frame, preset.render.variant, holds)
     return replace(made, seconds=seconds | made.seconds)
 
 
 @lru_cache(maxsize=1)
-def _world(settings: str) -> tuple[Preset, Any]:
+def _world(settings: str) -> tuple[Preset, Any, dict[str, Any]]:
+    """The world, and what of its cuts holds from frame to frame."""
     from scenes.world import build_world
 
     preset = preset_in(json.loads(settings))
-    return preset, build_world(preset)
+    return preset, build_world(preset), {}
