@@ -80,11 +80,11 @@ class Relief:
         sides = self.wavelength / self.lacunarity ** np.arange(math.floor(octaves + 1e-9) + 1)
         return frozen(np.rint(sides / STEP_M) * STEP_M, np.float64)
 
-    @property
+    @cached_property
     def rms(self) -> Reals:
         """RMS height of each octave, (k,) [m]; their squares add up to amplitude²."""
         share = self.lacunarity ** (-self.hurst * np.arange(len(self.wavelengths)))
-        return self.amplitude * share / math.sqrt(np.sum(share**2))
+        return frozen(self.amplitude * share / math.sqrt(np.sum(share**2)), np.float64)
 
     @property
     def unit(self) -> float:

@@ -8,6 +8,7 @@ generators"): a point costs some fifty hashes, so it must be cheaper than ``scen
 """
 
 import math
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float64
@@ -44,6 +45,7 @@ _TURN = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
 _GRADIENTS = STEEP * np.stack((np.cos(_TURN), np.sin(_TURN)), axis=1)
 
 
+@cache
 def unit_rms() -> float:
     """RMS of unit noise over a cell: √(∫∫ Σ w²·(1/3 + STEEP²·|d|²/2)), integrated exactly."""
     blend = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])
