@@ -9,6 +9,7 @@ known of its parts, for which who walks must be put in place in any frame.
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import click
 import numba
@@ -19,7 +20,7 @@ from bench.output import table
 from bench.speed_benchmark import scene
 from lod.prune import prune
 from scenes.field import SpeciesField
-from scenes.field_after import cut_after
+from scenes.field_after import Hold, cut_after
 from scenes.world import view_at
 
 _FRAMES, _QUICK_FRAMES = 48, 12
@@ -38,9 +39,10 @@ class Spent:
 def spent(name: str, size: str, frames: int) -> dict[str, Spent]:
     """Of every representation that fields of a preset are, and of its ground."""
     world, preset, _ = scene(name, size, "camera.speed=1.4")
-    found = {}
+    found: dict[str, Spent] = {}
     for each in (world.terrain, *world.fields):
-        rows, hold = [], None
+        rows: list[tuple[float, ...]] = []
+        hold: Hold | None = None
         for frame in range(1, frames + 2):
             view = view_at(world, preset, frame)
             start = time.thread_time()
@@ -66,12 +68,12 @@ def ratio(after: np.ndarray, scratch: np.ndarray) -> str:
     return f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})"
 
 
-def rows_of(name: str, found: dict[str, Spent]) -> list[tuple[str, ...]]:
+def rows_of(name: str, found: dict[str, Spent]) -> list[tuple[Any, ...]]:
     """One row of each representation, one of all fields, and one of everything."""
     fields = [each for key, each in found.items() if key != "terrain"]
     sums = {"all species": fields, "species and ground": [*found.values()]}
     cases = [(key, [each]) for key, each in found.items()] + list(sums.items())
-    rows = []
+    rows: list[tuple[Any, ...]] = []
     for key, them in cases:
         a, b, c, d = (
             np.sum([getattr(each, column) for each in them], axis=0)
@@ -88,7 +90,7 @@ def rows_of(name: str, found: dict[str, Spent]) -> list[tuple[str, ...]]:
 def main(quick: bool, size: str) -> None:
     """Measure and print."""
     numba.set_num_threads(1)
-    rows: list[tuple[str, ...]] = [
+    rows: list[tuple[Any, ...]] = [
         ("on one core", "scratch ms", "after ms", "ratio of cuts (95 %)", "with parts (95 %)")
     ]
     for name in ("meadow", "crowd"):

@@ -122,44 +122,75 @@ def _stale(until, far, gone, turned):  # type: ignore[no-untyped-def]
 
 def _examine(field: SpeciesField, hold: Hold, stale: np.ndarray) -> None:
     """Examine stale cells anew, and weave what they hold now into the rest."""
-    view = hold.view
-    spans, lattice, rules = field.search(view)
-    vantage, reach = vantage_of(view), field.near(view)
-    moves, wide = field.moves, spans[1] - spans[0]
-    most = FARTHEST_WALKING_M if moves else FARTHEST_M
-    rise = lift(field.troupe.cast, field.ground, most) if moves else 0.0
-    spread = float(field.troupe.slots.spread.max()) + rise + 2 * FARTHEST_M + reach.high - reach.low
-    cell_x, cell_y = spans[0] + stale % wide, spans[2] + stale // wide
-    held = np.zeros((len(stale), 6))
-    is_near, far = _search(cell_x, cell_y, vantage, lattice, rules, spread, held[:, 4:])
-    near = np.flatnonzero(is_near)
-    of_objects = np.zeros((len(near), 4))
-    corner = view.camera.corner
-    draws, _ = field.cells.near(cell_x[near], cell_y[near], corner, vantage, reach, of_objects)
-    objects = field.seen(draws, view)
-    of_parts = np.zeros((len(objects), 4))
-    troupe = field.troupe
-    limits = limits_of(troupe.slots, troupe.atlas, view, 0.0)
-    asked = Held(of_parts, not moves, rise, hold.step)
-    rows = walk(troupe.cast, troupe.slots, limits, objects.bodies, objects.smear, view, asked)
-    counts = np.zeros((len(stale), 4), np.int32)
-    _by_cell(near, of_objects, of_parts, held[:, 4:], counts)
+    counts, room = np.zeros((len(stale), 4), np.int32), np.full((len(stale), 2), math.inf)
+    near, of_objects, far = _search(field, hold, stale, room)
+    objects = _drawn(field, hold.view, near, of_objects)
+    most, rise = FARTHEST_M, 0.0
+    if field.moves:
+        most, rise = FARTHEST_WALKING_M, lift(field.troupe.cast, field.ground, FARTHEST_WALKING_M)
+    of_parts, rows = _walked(field, hold, objects, rise)
+    _by_cell(near[0], of_objects, of_parts, room, counts)
     first = sum(len(each) for each in hold.pool)
     woven = _woven(stale, counts, hold.counts, hold.order, hold.rows[:3], rows[:3], first)
     hold.order, shown, part, whole = woven
     hold.rows = Rows(shown, part, whole, 0)
     hold.totals = hold.totals + counts.sum(axis=0) - hold.counts[stale].sum(axis=0)
-    hold.counts[stale], hold.far[stale] = counts, far
-    room = np.minimum(held[:, 4:], most) - 100 * _ROUNDING_M
-    room[:, 1] += hold.turned * far
+    hold.counts[stale], hold.far[stale] = counts, far + rise
+    room = np.minimum(room, most) - 100 * _ROUNDING_M
+    room[:, 1] += hold.turned * hold.far[stale]
     hold.until[stale] = hold.gone + room
     hold.pool.append(objects)
     if first > 2 * len(hold.order) + 1000:
         hold.pool, hold.order = [_taken(hold)], np.arange(len(hold.order), dtype=np.int32)
 
 
+Near = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Cells near enough: their rows among those that are stale, and their x and y."""
+
+
+def _search(
+    field: SpeciesField, hold: Hold, stale: np.ndarray, room: np.ndarray
+) -> tuple[Near, np.ndarray, np.ndarray]:
+    """Which stale cells are near enough, and ``held`` of their objects; more than anything of each
+    stale cell is away. Slack of that into ``room``.
+    """
+    (x0, x1, y0, _), lattice, rules = field.search(hold.view)
+    reach = field.near(hold.view)
+    spread = float(field.troupe.slots.spread.max()) + 2 * FARTHEST_M + reach.high - reach.low
+    x, y = x0 + stale % (x1 - x0), y0 + stale // (x1 - x0)
+    is_near, far = _searched(x, y, vantage_of(hold.view), lattice, rules, spread, room)
+    near = np.flatnonzero(is_near)
+    return (near, x[near], y[near]), np.zeros((len(near), 4)), far
+
+
+def _drawn(field: SpeciesField, view: View, near: Near, held: np.ndarray) -> Objects:
+    """The objects of near cells that could be displayed, and ``held`` of each cell's."""
+    corner, vantage, (_, x, y) = view.camera.corner, vantage_of(view), near
+    draws, _ = field.cells.near(x, y, corner, vantage, field.near(view), held)
+    grown = field.grown(corner, draws)
+    cell = np.repeat(np.arange(len(held)), held[:, 1].astype(np.int64))[grown]
+    held[:, 1] = np.bincount(cell, minlength=len(held))
+    objects = field.seen(draws.take(grown), view)
+    if not field.moves and field.troupe.cast.most_legs:
+        bodies = objects.bodies
+        room = field.troupe.heed_slack(view, bodies.origin[:, :2], bodies.variant)
+        np.minimum.at(held[:, 2], cell, room)
+    return objects
+
+
+def _walked(
+    field: SpeciesField, hold: Hold, objects: Objects, rise: float
+) -> tuple[np.ndarray, Rows]:
+    """Parts displayed of these objects, and ``held`` of each."""
+    troupe, held = field.troupe, np.zeros((len(objects), 4))
+    limits = limits_of(troupe.slots, troupe.atlas, hold.view, 0.0)
+    asked = Held(held, not field.moves, rise, hold.step)
+    bodies, smear = objects.bodies, objects.smear
+    return held, walk(troupe.cast, troupe.slots, limits, bodies, smear, hold.view, asked)
+
+
 @njit(cache=True)
-def _search(cell_x, cell_y, vantage, lattice, rules, spread, room):  # type: ignore[no-untyped-def]
+def _searched(cell_x, cell_y, vantage, lattice, rules, spread, room):  # type: ignore[no-untyped-def]
     """Which of the cells are near enough; more than anything of them is away (n,); and into
     ``room`` (n, 2) the slack of that, by distance and by view.
     """

@@ -13,7 +13,7 @@ m·d (which a test repeats, on the presets' hills).
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Ints
+from lod.arrays import Ints, Reals
 from lod.view import View
 from scenes.atlas import Atlas
 from scenes.rig_prototype import RiggedPrototype
@@ -46,11 +46,34 @@ def heed(
 
     feet (m,): as ``foot_parts`` gives them, of the rows of the atlas
     """
-    farthest = _farthest(atlas, feet, view)
+    return np.count_nonzero(_within(atlas, slots, feet, view, xy, variant) > 0, axis=1)
+
+
+def heed_slack(
+    atlas: Atlas,
+    slots: Slots,
+    feet: np.ndarray,
+    view: View,
+    xy: Float64[np.ndarray, "n 2"],
+    variant: Ints,
+) -> Reals:
+    """How far the eye may go until these bodies could mind the ground otherwise, (n,) [m]."""
+    return np.abs(_within(atlas, slots, feet, view, xy, variant)).min(axis=1)
+
+
+def _within(
+    atlas: Atlas,
+    slots: Slots,
+    feet: np.ndarray,
+    view: View,
+    xy: Float64[np.ndarray, "n 2"],
+    variant: Ints,
+) -> Float64[np.ndarray, "n 2"]:
+    """How far each body is within the two distances [m]."""
     root = slots.rest[:, :2]
     away = slots.spread[:, 0] + np.hypot(root[:, 0], root[:, 1])
     near = np.hypot(*(xy - view.camera.eye[:2]).T) - away[variant]
-    return np.count_nonzero(near[:, None] < farthest[variant], axis=1)
+    return _farthest(atlas, feet, view)[variant] - near[:, None]
 
 
 def _farthest(atlas: Atlas, feet: np.ndarray, view: View) -> Float64[np.ndarray, "v 2"]:

@@ -16,7 +16,7 @@ from scenes.atlas import Atlas
 from scenes.emit import emit
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies, Cast
-from scenes.rig_heed import foot_parts, heed
+from scenes.rig_heed import foot_parts, heed, heed_slack
 from scenes.rig_pose import pose_points
 from scenes.rig_prototype import RiggedPrototype, rigid
 from scenes.rig_swing import swing
@@ -97,6 +97,10 @@ class Troupe:
     def heed(self, view: View, xy: np.ndarray, variant: Ints) -> Ints:
         """How closely bodies at xy (n, 2) [m] mind the ground."""
         return heed(self.atlas, self.slots, self.feet, view, xy, variant)
+
+    def heed_slack(self, view: View, xy: np.ndarray, variant: Ints) -> Reals:
+        """How far the eye may go until they could mind it otherwise, (n,) [m]."""
+        return heed_slack(self.atlas, self.slots, self.feet, view, xy, variant)
 
     def seen(self, draws: Any, view: View, bodies_at: Callable[[float], Bodies]) -> Objects:
         """Objects as they are in a view, and how much motion hides of each.
