@@ -15,9 +15,10 @@ import click
 import numba
 import numpy as np
 
-from bench.figure_fit import median
 from bench.output import table
 from bench.speed_benchmark import scene
+from bench.statistics import median
+from lod.parts import Representation
 from lod.prune import prune
 from scenes.field import SpeciesField
 from scenes.field_after import Hold, cut_after
@@ -40,7 +41,8 @@ def spent(name: str, size: str, frames: int) -> dict[str, Spent]:
     """Of every representation that fields of a preset are, and of its ground."""
     world, preset, _ = scene(name, size, "camera.speed=1.4")
     found: dict[str, Spent] = {}
-    for each in (world.terrain, *world.fields):
+    everything: list[Representation] = [world.terrain, *world.fields]
+    for each in everything:
         rows: list[tuple[float, ...]] = []
         hold: Hold | None = None
         for frame in range(1, frames + 2):
