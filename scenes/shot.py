@@ -67,8 +67,11 @@ def shoot(
 
 
 def _cut_after(each: Representation, view: View, holds: Holds) -> Cut:
-    """What of a representation is displayed; taken out first, a hold is never used twice."""
-    if not isinstance(each, SpeciesField):
+    """What of a representation is displayed; taken out first, a hold is never used twice.
+
+    Where things walk all of them must be put in their places anyway, and nothing would be gained.
+    """
+    if not isinstance(each, SpeciesField) or each.moves:
         return prune(each, view)
     cut, hold = cut_after(each, view, holds.pop(each.name, None))
     if hold is not None:
