@@ -36,7 +36,7 @@ MEADOW = (
 )
 _TARGET_SPP = {"scalar": 512, "jit": 512, "medium": 2048}
 _QUICK_TARGET_SPP = {"scalar": 256, "jit": 256, "medium": 512}
-_SPP = {"analytic": 32, "scattered": 32, "medium": 96, "spectral": 64}
+_SPP = {"analytic": 32, "scattered": 32, "medium": 384, "spectral": 64}
 _SEEDS, _QUICK_SEEDS = 8, 4
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
