@@ -235,14 +235,18 @@ def test_everyone_has_a_stride_of_their_own():
     assert np.allclose(stride, froude**0.3)  # Alexander's rule, as gaits are made by
 
 
-@pytest.mark.parametrize("child", [False, True])
-def test_joints_keep_their_limits_on_slopes_and_at_any_stride(child):
-    """Which is what P, R and B of a walker's parts rest on: no pose is beyond those limits."""
-    who = walkers((someone(child),), 0)[0]
-    cast, rng, count = Cast.of((who,)), np.random.default_rng(3), 400
+@pytest.mark.parametrize(
+    ("name", "steepest"), [("person", 0.3), ("child", 0.3), ("giraffe", 0.05), ("insect", 0.15)]
+)
+def test_joints_keep_their_limits_on_slopes_and_at_any_stride(name, steepest):
+    """No pose is beyond them: of people on any slope that their feet follow, of animals on less."""
+    human = name in ("person", "child")
+    who = walkers((someone(name == "child"),), 0)[0] if human else animal(name)
+    assert not human or steepest == who.motion.feet.steepest[0]
+    cast, rng, count = Cast.of((who,)), np.random.default_rng(3), 400 if human else 120
     rig, worst = who.rig, 0.0
     for pace in (SHORTEST, 0.9, 1.0):
-        for slope in who.motion.feet.steepest[0] * np.vstack((np.eye(2), -np.eye(2))):
+        for slope in steepest * np.vstack((np.eye(2), -np.eye(2))):
             bodies = on_the_spot(cast, rng.random(count), slope, pace)
             turns = np.tile(rig.rest, (count, 1, 1))
             for row in who.motion.feet.legs.ravel().tolist():
