@@ -8,10 +8,12 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
+from lod.parts import Sticks
 from lod.prune import prune
 from scenes.field_after import FARTHEST_WALKING_M, cut_after
 from scenes.preset import load_preset
 from scenes.rig_lift import lift, pace_most, rise_of
+from scenes.shot import shoot
 from scenes.world import build_world, view_at
 
 COLUMNS = ("object", "part", "level", "whole")
@@ -133,3 +135,19 @@ def test_ground_rises_no_further_than_is_said():
         there = at + far * np.stack((np.cos(turn), np.sin(turn)), axis=1)
         a, b = (world.terrain.height(view.camera.corner, each) for each in (at, there))
         assert np.abs(a - b).max() <= rise_of(world.terrain, far)
+
+
+def test_frames_in_a_row_are_the_frames_alone():
+    """What is handed to the renderer, with what the frames before left and without."""
+    preset = load_preset("meadow", ["render.size=96x54"])
+    world, holds = build_world(preset), {}
+    for frame in (1, 2, 3):
+        row, alone = (shoot(world, preset, frame, "scalar_rgb", h) for h in (holds, None))
+        for one, other in zip(row.visible, alone.visible, strict=True):
+            for name in COLUMNS:
+                assert np.array_equal(getattr(one.cut, name), getattr(other.cut, name)), name
+            names = ("start", "end", "start_radius", "end_radius", "tint", "owner")
+            for name in names if isinstance(one.shape, Sticks) else ():
+                a, b = getattr(one.shape, name), getattr(other.shape, name)
+                assert a.tobytes() == b.tobytes(), name
+    assert set(holds) == {each.name for each in world.fields if not each.moves}
