@@ -26,7 +26,7 @@ def plot(figure: Figure) -> Plot | None:
     below = [_over_line(k, each) for k, each in enumerate(figure.drawn) if isinstance(each, Curve)]
     if any(each["x"] for each in below):
         data += [each for each in below if each["x"]]
-        _make_room(layout, "measured ÷ line")
+        _make_room(layout, "measured ÷<br>line")
         layout["yaxis2"]["type"] = "log"
     return {"data": data, "layout": layout}
 
@@ -82,7 +82,7 @@ def _law(figure: Figure) -> Plot:
         below["error_y"] = _bars(each.ratio_half.tolist())
         data.append({**below, **mark, "showlegend": False})
     layout = _layout(figure)
-    _make_room(layout, "measured ÷ predicted")
+    _make_room(layout, "measured ÷<br>predicted")
     return {"data": data, "layout": layout}
 
 

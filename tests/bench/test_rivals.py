@@ -76,7 +76,7 @@ def test_a_curve_with_a_line_has_its_residuals_drawn():
     assert Curve("none", [1.0], [1.0]).residuals == ([], [])
     figure = curves("n", "t", "c", "a", ("x", "y"), [curve])
     drawn = plot(figure)
-    assert drawn["layout"]["yaxis2"]["title"]["text"] == "measured ÷ line"
+    assert drawn["layout"]["yaxis2"]["title"]["text"] == "measured ÷<br>line"
     assert [t["y"] for t in drawn["data"] if t.get("yaxis") == "y2"] == [over]
     bare = plot(curves("n", "t", "c", "a", ("x", "y"), [Curve("it", [1.0, 2.0], [1.0, 2.0])]))
     assert "yaxis2" not in bare["layout"]
