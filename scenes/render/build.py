@@ -1,10 +1,14 @@
 """The last door: a plain description becomes a Mitsuba scene, in whatever variant is set."""
 
+import gc
 import tempfile
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from weakref import WeakSet
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -34,7 +38,8 @@ class Built:
 
     integrators   "image" alone, "distance" alone, "guides" alone, and "all": image and guides;
         "medium": the image with what its medium does to it
-    names  of the shapes by the renderer's shape number; 0 is the sky
+    description  of the frame, without the arrays of what does not move
+    names  of the shapes by the renderer's shape number; "" is none, as 0, the sky
     ids    (n, 3) uint32 object, part and level of every primitive; row 0 is the sky
     first  (k,) row of primitive 0 of each shape, by the renderer's shape number
     medium that the eye is in, None in clear air and where haze is worked out after the fact
@@ -53,11 +58,28 @@ class Built:
         return self.ids[self.first[shape.astype(np.int64)] + prim.astype(np.int64)]
 
 
+_STILL_THERE: WeakSet[Built] = WeakSet()
+"""Scenes that someone holds. Where that is but a cycle, as after the imports of a first frame, it is
+broken before the next is built: a JIT variant compiles code for every shape that there is."""
+
+
 def build(description: Description) -> Built:
-    """Build the scene; the acceleration structure is made here."""
-    shapes = _steady(description["shapes"])
-    contents = {name: _shape(name, shape) for name, shape in shapes.items()}
-    medium = None
+    """Build the scene; the acceleration structure is made here.
+
+    Takes ``shapes`` and ``ids`` out of the description, so that nothing is held twice.
+    """
+    if _STILL_THERE:
+        gc.collect()
+    shapes, owners = description.pop("shapes"), description.pop("ids")
+    moving = {name: shapes[name] for name in description["moves"]}
+    medium, contents = None, {}
+    with tempfile.TemporaryDirectory() as folder:
+        stub = Path(folder) / "stub.txt"
+        stub.write_text("0 0 0 1\n0 0 1 1\n")
+        steady = _steady(shapes)
+        del shapes
+        for name in list(steady):
+            contents[name] = _shape(name, steady.pop(name), stub)
     if box := description.get(MEDIUM):
         medium = _medium(box)
         contents[MEDIUM] = _box(box, medium)
@@ -69,13 +91,27 @@ def build(description: Description) -> Built:
             **contents,
         }
     )
-    names = ("", *(shape.id() for shape in scene.shapes()))
+    names = _names(scene)
     sky_ids = np.zeros((1, 3), np.uint32)
-    owners = description["ids"]
     tables = [owners[name] if len(owners.get(name, ())) else sky_ids for name in names]
     first = np.cumsum([0] + [len(table) for table in tables])[:-1]
-    integrators = _integrators(description)
-    return Built(scene, description, integrators, names, np.concatenate(tables), first, medium)
+    kept, integrators = {**description, "shapes": moving}, _integrators(description)
+    ids = np.concatenate(tables)
+    _STILL_THERE.add(built := Built(scene, kept, integrators, names, ids, first, medium))
+    return built
+
+
+def _names(scene: Any) -> tuple[str, ...]:
+    """Names of the shapes by the numbers that hits have of them.
+
+    A JIT variant numbers all shapes that there are, those of other scenes as well.
+    """
+    names = [shape.id() for shape in scene.shapes()]
+    if str(mi.variant()).startswith("scalar_"):
+        return ("", *names)
+    numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr()))
+    found = dict(zip(numbers.tolist(), names, strict=True))
+    return tuple(found.get(number, "") for number in range(max(found) + 1))
 
 
 def sensor(
@@ -151,25 +187,35 @@ def _integrators(description: Description) -> dict[str, Any]:
 def _steady(shapes: Description) -> Description:
     """The shapes, with what keeps a JIT variant's code the same from frame to frame.
 
-    Compiled into it are the scene's bounds and the number of shapes, and each new code costs a
-    second. So two triangles without area, which no ray meets, stand at opposite corners of a cube
-    whose side is a power of two; and a tint of which no stick is displayed has one too thin to be
-    met, in a corner.
+    Compiled into it are the scene's bounds, the number of shapes, and whether a shape has just one
+    segment; and each new code costs a second. So two triangles without area, which no ray meets,
+    stand at opposite corners of a cube whose side is a power of two; and a tint of which less than
+    two sticks are displayed has more, too thin to be met, in a corner.
     """
     arrays = [
         s["vertices"] if s["type"] == "mesh" else s["control_points"] for s in shapes.values()
     ]
     reach = max((float(np.abs(array).max()) for array in arrays if len(array)), default=1.0)
     corner = float(2.0 ** np.ceil(np.log2(max(reach, 1.0)) + 0.5))
-    ends = [[corner, corner, corner, 1e-6], [corner, corner, 0.999 * corner, 1e-6]]
-    thin = {"control_points": np.array(ends, np.float32), "segment_indices": np.zeros(1, np.uint32)}
     filled = {
         name: shape
-        if shape["type"] == "mesh" or len(shape["segment_indices"])
-        else {**shape, **thin}
+        if shape["type"] == "mesh" or len(shape["segment_indices"]) > 1
+        else _with_thin(shape, corner)
         for name, shape in shapes.items()
     }
     return {**filled, "outer": _outer(corner)}
+
+
+def _with_thin(curve: Description, corner: float) -> Description:
+    """A curve of at most one segment with two more that no ray meets, behind its own."""
+    ends = [[corner, corner, share * corner, 1e-6] for share in (1.0, 0.999, 0.998)]
+    points, segments = curve["control_points"], curve["segment_indices"]
+    more = len(points) + np.arange(2, dtype=np.uint32)
+    return {
+        **curve,
+        "control_points": np.concatenate((points, np.array(ends, np.float32))),
+        "segment_indices": np.concatenate((segments, more)).astype(np.uint32),
+    }
 
 
 def _outer(corner: float) -> Description:
@@ -179,24 +225,21 @@ def _outer(corner: float) -> Description:
     return {"type": "mesh", "vertices": vertices, "normals": up, "colours": up * 0, "faces": faces}
 
 
-def _shape(name: str, shape: Description) -> Any:
-    return _mesh(name, shape) if shape["type"] == "mesh" else _curve(name, shape)
+def _shape(name: str, shape: Description, stub: Path) -> Any:
+    return _mesh(name, shape) if shape["type"] == "mesh" else _curve(name, shape, stub)
 
 
-def _curve(name: str, shape: Description) -> Any:
+def _curve(name: str, shape: Description, stub: Path) -> Any:
     """The plugin loads only from a file: load a stub of one segment, then replace its arrays."""
-    with tempfile.TemporaryDirectory() as folder:
-        stub = Path(folder) / "stub.txt"
-        stub.write_text("0 0 0 1\n0 0 1 1\n")
-        reflectance = {"type": "rgb", "value": shape["albedo"].tolist()}
-        curve = mi.load_dict(
-            {
-                "type": "linearcurve",
-                "id": name,
-                "filename": str(stub),
-                "bsdf": {"type": "diffuse", "reflectance": reflectance},
-            }
-        )
+    reflectance = {"type": "rgb", "value": shape["albedo"].tolist()}
+    curve = mi.load_dict(
+        {
+            "type": "linearcurve",
+            "id": name,
+            "filename": str(stub),
+            "bsdf": {"type": "diffuse", "reflectance": reflectance},
+        }
+    )
     points = np.ascontiguousarray(shape["control_points"]).reshape(-1)
     _replace(
         curve,
@@ -256,15 +299,35 @@ def _box(box: Description, medium: Any) -> Any:
     )
 
 
+@lru_cache(maxsize=1)
+def _finder() -> Any:
+    """A class, made once a variant is set: where each of a plugin's own parameters is, by name.
+
+    What mi.traverse gives holds the plugin until Python looks for cycles; till then it costs its
+    memory, and a JIT variant compiles code for it.
+    """
+
+    class Finder(mi.TraversalCallback):
+        def __init__(self) -> None:
+            super().__init__()
+            self.found: dict[str, tuple[Any, Any]] = {}
+
+        def put(self, name: str, value: Any, flags: int, kind: Any = None) -> None:
+            self.found[name] = value, kind
+
+    return Finder
+
+
 def _replace(plugin: Any, **values: Any) -> None:
     """Set parameters to values of another size, which scalar variants refuse to be assigned."""
-    parameters = mi.traverse(plugin)
+    finder = _finder()()
+    plugin.traverse(finder)
     for key, value in values.items():
-        current, kind, node, _ = parameters.properties[key]
+        where, kind = finder.found[key]
         if kind is None:
-            mi.set_property(current, value)
+            mi.set_property(where, value)
         else:
-            held: Any = type(mi.get_property(current, kind, node))
-            mi.set_property(current, kind, value if np.isscalar(value) else held(value))
-        parameters.set_dirty(key)
-    parameters.update()
+            held: Any = type(mi.get_property(where, kind, plugin))
+            mi.set_property(where, kind, value if np.isscalar(value) else held(value))
+    plugin.parameters_changed(list(values))
+    dr.eval()

@@ -69,10 +69,11 @@ def staged(
 
     if quality.haze == "scattered":
         description = with_layer(description, air)
+    statistics = _statistics(description)
     built = build(description)
     haze = haze_of(built, air)
     seconds = {"describe": described - start, "build": time.perf_counter() - described}
-    return Stage(built, haze, name, _statistics(description), seconds)
+    return Stage(built, haze, name, statistics, seconds)
 
 
 def taken(
