@@ -44,7 +44,8 @@ def projected(camera: Description, offset: np.ndarray) -> np.ndarray:
 
 def carried(built: Built, hit: np.ndarray) -> np.ndarray:
     """Where the points of hits (n, 9) are in the next frame, in this one's coordinates, (n, 3)."""
-    point, shape, primitive = hit[:, 6:9].copy(), hit[:, 4].astype(int), hit[:, 5].astype(int)
+    point = hit[:, 6:9].astype(np.float64)
+    shape, primitive = hit[:, 4].astype(int), hit[:, 5].astype(int)
     for name, moves in built.description["moves"].items():
         rows = np.flatnonzero(shape == built.names.index(name))
         sticks = built.description["shapes"][name]

@@ -14,7 +14,7 @@ from typing import Any
 
 from lod.parts import Sticks, Triangles
 from scenes.preset import Preset, preset_from
-from scenes.render.frame import FrameInput
+from scenes.render.frame import FrameInput, Layers
 from scenes.render.header import frame_header, software
 from scenes.render.manifest import flatten
 from scenes.render.memory import Beside, check_memory, foretell, peak_rss_bytes
@@ -52,16 +52,8 @@ def render_one(
     OSError where the disk refuses.
     """
     from scenes.render.exr import write_exr
-    from scenes.render.render import render_frame
-    from scenes.render.shutter import render_exposed
 
-    made = _made(settings, frame)
-    _check_memory(made, most_bytes, f"frame {frame}")
-    lit, counted = (made.air, made.light, made.quality), _counted(made, watch)
-    if made.instants:
-        layers = render_exposed(made.instants, *lit, frame, counted, made.extras.denoise)
-    else:
-        layers = render_frame(made.camera, made.visible, *lit, frame, counted, made.extras)
+    made, layers = _rendered(settings, frame, most_bytes, watch)
     rendered = time.perf_counter()
     header = frame_header(made.camera, made.fps, {**dict(flatten(settings)), "frame": frame})
     digest = write_exr(target, layers, header, made.form)
@@ -73,6 +65,32 @@ def render_one(
         "peak_rss_bytes": peak_rss_bytes(),
         "statistics": layers.statistics | made.counts,
     }
+
+
+def _rendered(
+    settings: Settings, frame: int, most_bytes: int | None, watch: Callable[[int, int], object]
+) -> tuple[FrameInput, Layers]:
+    """What a frame was made from, save what is displayed, which has been let go of; its layers."""
+    from scenes.render.denoise import check_denoiser
+    from scenes.render.render import described, stage_of, taken, with_denoised
+    from scenes.render.shutter import render_exposed
+
+    made = _made(settings, frame)
+    _check_memory(made, most_bytes, f"frame {frame}")
+    lit = made.air, made.light, made.quality
+    samples = made.camera.width * made.camera.height * made.quality.spp
+    counted = _counted(samples, watch)
+    if made.instants:
+        layers = render_exposed(made.instants, *lit, frame, counted, made.extras.denoise)
+        return made, layers
+    if made.extras.denoise:
+        check_denoiser()
+    start = time.perf_counter()
+    description = described(made.camera, made.visible, *lit, made.extras.after)
+    spent = {**made.seconds, "describe": time.perf_counter() - start}
+    made = replace(made, visible=(), seconds=spent)
+    layers = taken(stage_of(description, made.air, made.quality), made.quality, frame, counted)
+    return made, with_denoised(layers) if made.extras.denoise else layers
 
 
 def _check_memory(made: FrameInput, most_bytes: int | None, what: str) -> None:
@@ -87,9 +105,9 @@ def _check_memory(made: FrameInput, most_bytes: int | None, what: str) -> None:
     check_memory(needed, most_bytes, counts)
 
 
-def _counted(made: FrameInput, watch: Callable[[int, int], object]) -> Callable[[int], object]:
-    """Adds up the samples that a driver says it takes."""
-    taken, of = 0, made.camera.width * made.camera.height * made.quality.spp
+def _counted(of: int, watch: Callable[[int, int], object]) -> Callable[[int], object]:
+    """Adds up the samples that a driver says it takes, of so many."""
+    taken = 0
 
     def count(samples: int) -> None:
         nonlocal taken

@@ -57,23 +57,40 @@ def staged(
 ) -> Stage:
     """Build what ``render_frame`` renders. Of the quality, seed and spp may change later."""
     start = time.perf_counter()
+    description = described(camera, visible, air, light, quality, after)
+    seconds = {"describe": time.perf_counter() - start}
+    stage = stage_of(description, air, quality)
+    return replace(stage, seconds={**seconds, **stage.seconds})
+
+
+def described(
+    camera: Camera,
+    visible: Sequence[Visible],
+    air: Air,
+    light: Light,
+    quality: Quality,
+    after: Camera | None = None,
+) -> Description:
+    """What ``stage_of`` builds, as plain data: after it nobody needs ``visible``."""
     description = describe(camera, visible, light, quality.max_depth, after)
-    if quality.haze == "medium":
-        description = with_medium(description, air)
-    described = time.perf_counter()
+    return with_medium(description, air) if quality.haze == "medium" else description
+
+
+def stage_of(description: Description, air: Air, quality: Quality) -> Stage:
+    """Build the scene of a description, whose arrays it takes over."""
+    start = time.perf_counter()
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
     from scenes.render.build import build
     from scenes.render.haze import haze_of
     from scenes.render.scattered import with_layer
 
-    if quality.haze == "scattered":
-        description = with_layer(description, air)
     statistics = _statistics(description)
+    if quality.haze == "scattered":
+        description["light"] = with_layer(description, air)["light"]
     built = build(description)
     haze = haze_of(built, air)
-    seconds = {"describe": described - start, "build": time.perf_counter() - described}
-    return Stage(built, haze, name, statistics, seconds)
+    return Stage(built, haze, name, statistics, {"build": time.perf_counter() - start})
 
 
 def taken(

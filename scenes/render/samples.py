@@ -31,7 +31,8 @@ class Samples:
     def zeros(width: int, height: int) -> "Samples":
         """Nothing yet."""
         colour = (height, width, 3)
-        return Samples(np.zeros(colour), np.zeros(colour), np.zeros((height, width, 9)))
+        hit = np.zeros((height, width, 9), np.float32)  # as the renderer gives it
+        return Samples(np.zeros(colour), np.zeros(colour), hit)
 
     def keep(self, band: slice, guides: np.ndarray) -> None:
         """Keep the guides of one sample of each pixel: of a band of rows, (h, w, n) as in

@@ -3,7 +3,7 @@
 import math
 from functools import lru_cache
 
-MOST_SAMPLES = 2**20
+MOST_SAMPLES = 2**19
 """Samples traced at once: bounds memory, and how long Ctrl-C waits."""
 
 
