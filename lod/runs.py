@@ -14,14 +14,20 @@ from numba import get_num_threads
 Result = TypeVar("Result")
 
 
-def in_runs(task: Callable[[int, int], Result], count: int, least: int) -> list[Result]:
+def in_runs(
+    task: Callable[[int, int], Result], count: int, least: int, most: int | None = None
+) -> list[Result]:
     """``task(first, last)`` of every run of items 0 to ``count``, in order.
 
-    least: items for which another thread is worth its start.
+    least: items for which another thread is worth its start; most: about so many in a run at most,
+    where what a task needs for each of them should stay in the cache.
     """
     threads = max(1, min(get_num_threads(), count // least))
-    if threads == 1:
+    runs = threads if most is None else threads * -(-count // (threads * most))
+    if runs <= 1:
         return [task(0, count)]
-    ends = np.linspace(0, count, threads + 1).astype(np.int64).tolist()
+    ends = np.linspace(0, count, runs + 1).astype(np.int64).tolist()
+    if threads == 1:
+        return [task(first, last) for first, last in zip(ends[:-1], ends[1:], strict=True)]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(task, ends[:-1], ends[1:]))

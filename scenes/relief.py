@@ -146,6 +146,14 @@ class Relief:
         """Unit normals; given ``shortest``, without the octaves shorter than it at each point."""
         return normals(self.sums(corner, xy, np.zeros(len(xy)) if shortest is None else shortest))
 
+    def slopes(
+        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals
+    ) -> Float64[np.ndarray, "n 2"]:
+        """The two slopes of ``sums``, for less: what is too short for a slope is left out."""
+        if self.amplitude == 0:
+            return np.zeros((len(xy), 2))
+        return octave_sums(_octaves(self, corner), xy, shortest, True, self.crest)[:, 1:]
+
     def sums(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals
     ) -> Float64[np.ndarray, "n 3"]:

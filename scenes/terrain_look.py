@@ -4,6 +4,7 @@ Over the view's band of fading, vertices move from the surface of the coarser ti
 (``terrain_morph``), and patches of colour smaller than the spacing fade in.
 """
 
+from collections.abc import Callable, Sized
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from lod.arrays import Ints, Points, Reals
 from lod.parts import Triangles
+from lod.runs import in_runs
 from lod.view import View, distance
 from scenes.relief import Relief
 from scenes.terrain_colour import Cover, ground_colours
@@ -20,6 +22,9 @@ from scenes.terrain_patches import Patches, balanced
 
 SLOPE_M = 8.0
 """Shortest waves of the slope that grass minds: it grows over smaller bumps."""
+
+_RUN = 8192
+"""Points that are shaded at once."""
 
 _NO_POINTS = np.zeros((0, 3))
 NOTHING = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
@@ -68,14 +73,23 @@ def surface(
 
     lines = lineage(where, patches.deepest, placed, arrived)
     vertices = stood = blended(lines, lines.points)
-    colours = blended(lines, bare_colours(ground, lines.points))
+    colours = blended(lines, _by_runs(lambda rows: bare_colours(ground, lines.points[rows]), lines.points))
     if far:
         vertices = vertices.copy()
-        vertices[:, 2] += far.lift(view, stood)
+        vertices[:, 2] += _by_runs(lambda rows: far.lift(view, stood[rows]), stood)
     normals = blended_normals(lines, vertex_normals(vertices, faces))
     if far:
-        colours = far.colours(view, stood, normals, colours)
+        bare = colours
+        colours = _by_runs(
+            lambda rows: far.colours(view, stood[rows], normals[rows], bare[rows]), stood
+        )
     return Triangles(vertices=vertices, normals=normals, colours=colours, faces=faces, owner=owner)
+
+
+def _by_runs(task: Callable[[slice], np.ndarray], points: Sized) -> np.ndarray:
+    """What a task says of slices of points, each as long as suits the processor's cache."""
+    runs = in_runs(lambda first, last: task(slice(first, last)), len(points), _RUN, _RUN)
+    return np.concatenate(runs)
 
 
 def arrived_at(ground: Ground, points: Points, level: Ints) -> Reals:
@@ -93,8 +107,8 @@ def bare_colours(ground: Ground, points: Points) -> Points:
     """Albedo of the ground at points of the relief, as smooth as the spacing there is wide."""
     spacing, relief = spacing_at(ground, points), ground.relief
     corner, xy = ground.view.camera.corner, points[:, :2]
-    sums = relief.sums(corner, xy, np.maximum(2 * spacing, SLOPE_M))
-    rise, slope = sums[:, 0] / (relief.amplitude or 1.0), np.hypot(sums[:, 1], sums[:, 2])
+    slopes = relief.slopes(corner, xy, np.maximum(2 * spacing, SLOPE_M))
+    rise, slope = points[:, 2] / (relief.amplitude or 1.0), np.hypot(slopes[:, 0], slopes[:, 1])
     return ground_colours(relief.seed, corner, xy, rise, slope, spacing, ground.cover)
 
 
