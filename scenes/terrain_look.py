@@ -73,7 +73,9 @@ def surface(
 
     lines = lineage(where, patches.deepest, placed, arrived)
     vertices = stood = blended(lines, lines.points)
-    colours = blended(lines, _by_runs(lambda rows: bare_colours(ground, lines.points[rows]), lines.points))
+    colours = blended(
+        lines, _by_runs(lambda rows: bare_colours(ground, lines.points[rows]), lines.points)
+    )
     if far:
         vertices = vertices.copy()
         vertices[:, 2] += _by_runs(lambda rows: far.lift(view, stood[rows]), stood)

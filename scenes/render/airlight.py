@@ -1,10 +1,10 @@
 """Airlight from the horizon: the sky's own radiance there, so that land fades into the sky."""
 
-import mitsuba as mi
 import numpy as np
 
 from scenes.render.describe import Description
 from scenes.render.emitters import radiance, sky
+from scenes.render.plugin import loaded
 
 HORIZON_DEG = 0.5
 """Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
@@ -23,4 +23,4 @@ def horizon(light: Description) -> np.ndarray:
 def sky_radiance(light: Description, directions: np.ndarray) -> np.ndarray:
     """Of the sky without its sun, (n, 3) → (n, bands); never negative, as the model
     is in places."""
-    return np.maximum(radiance(mi.load_dict(sky(light, sun_scale=0.0)), directions), 0.0)
+    return np.maximum(radiance(loaded(sky(light, sun_scale=0.0)), directions), 0.0)

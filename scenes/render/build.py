@@ -14,6 +14,8 @@ import numpy as np
 
 from scenes.render.describe import MEDIUM, Description
 from scenes.render.emitters import bands, sun, surroundings
+from scenes.render.one_shape import tint_of_segments
+from scenes.render.plugin import loaded
 
 GUIDES = {
     "depth": slice(0, 1),
@@ -30,6 +32,10 @@ ORDERS = 64
 
 BLOCK_SIZE = 32
 """Fixed, because Mitsuba derives it from the thread count otherwise, and the noise from it."""
+
+
+_ALIGNMENT = 64
+"""Bytes: a cache line, and the widest vector register."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +65,8 @@ class Built:
 
 
 _STILL_THERE: WeakSet[Built] = WeakSet()
-"""Scenes that someone holds. Where that is but a cycle, as after the imports of a first frame, it is
-broken before the next is built: a JIT variant compiles code for every shape that there is."""
+"""Scenes that someone holds. Where that is but a cycle, as after the imports of a first frame, it
+is broken before the next is built: a JIT variant compiles code for every shape that there is."""
 
 
 def build(description: Description) -> Built:
@@ -83,14 +89,8 @@ def build(description: Description) -> Built:
     if box := description.get(MEDIUM):
         medium = _medium(box)
         contents[MEDIUM] = _box(box, medium)
-    scene = mi.load_dict(
-        {
-            "type": "scene",
-            "sky": surroundings(description["light"]),
-            "sun": sun(description["light"]),
-            **contents,
-        }
-    )
+    lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
+    scene = loaded({"type": "scene", **lights, **contents})
     names = _names(scene)
     sky_ids = np.zeros((1, 3), np.uint32)
     tables = [owners[name] if len(owners.get(name, ())) else sky_ids for name in names]
@@ -99,6 +99,11 @@ def build(description: Description) -> Built:
     ids = np.concatenate(tables)
     _STILL_THERE.add(built := Built(scene, kept, integrators, names, ids, first, medium))
     return built
+
+
+def let_go() -> None:
+    """Give back the memory that the renderer keeps for its next samples."""
+    dr.flush_malloc_cache()
 
 
 def _names(scene: Any) -> tuple[str, ...]:
@@ -130,7 +135,7 @@ def sensor(
     top, bottom = rows or (0, height)
     eye, forward, up = (camera[name].tolist() for name in ("eye", "forward", "up"))
     target = [e + f for e, f in zip(eye, forward, strict=True)]
-    return mi.load_dict(
+    return loaded(
         {
             "type": "perspective",
             "fov": camera["fov_x_deg"],
@@ -181,7 +186,7 @@ def _integrators(description: Description) -> dict[str, Any]:
         "all": {**guides, "image": image},
         "medium": {**image, "type": "volpath", "max_depth": ORDERS, "rr_depth": ORDERS // 4},
     }
-    return {name: mi.load_dict(plan) for name, plan in plans.items()}
+    return {name: loaded(plan) for name, plan in plans.items()}
 
 
 def _steady(shapes: Description) -> Description:
@@ -211,8 +216,10 @@ def _with_thin(curve: Description, corner: float) -> Description:
     ends = [[corner, corner, share * corner, 1e-6] for share in (1.0, 0.999, 0.998)]
     points, segments = curve["control_points"], curve["segment_indices"]
     more = len(points) + np.arange(2, dtype=np.uint32)
+    tint = {"tint": np.append(curve["tint"], [0, 0]).astype(np.uint32)} if "tint" in curve else {}
     return {
         **curve,
+        **tint,
         "control_points": np.concatenate((points, np.array(ends, np.float32))),
         "segment_indices": np.concatenate((segments, more)).astype(np.uint32),
     }
@@ -231,8 +238,12 @@ def _shape(name: str, shape: Description, stub: Path) -> Any:
 
 def _curve(name: str, shape: Description, stub: Path) -> Any:
     """The plugin loads only from a file: load a stub of one segment, then replace its arrays."""
-    reflectance = {"type": "rgb", "value": shape["albedo"].tolist()}
-    curve = mi.load_dict(
+    reflectance = (
+        tint_of_segments(shape["tint"], shape["tints"])
+        if "tint" in shape
+        else {"type": "rgb", "value": shape["albedo"].tolist()}
+    )
+    curve = loaded(
         {
             "type": "linearcurve",
             "id": name,
@@ -240,14 +251,22 @@ def _curve(name: str, shape: Description, stub: Path) -> Any:
             "bsdf": {"type": "diffuse", "reflectance": reflectance},
         }
     )
-    points = np.ascontiguousarray(shape["control_points"]).reshape(-1)
     _replace(
         curve,
-        control_points=points,
+        control_points=_aligned(shape["control_points"]).reshape(-1),
         segment_indices=shape["segment_indices"],
         control_point_count=len(shape["control_points"]),
     )
     return curve
+
+
+def _aligned(values: np.ndarray) -> np.ndarray:
+    """The same where a vector register may load them from: JIT code depends on whether it may."""
+    room = np.empty(values.nbytes + _ALIGNMENT, np.uint8)
+    start = -room.ctypes.data % _ALIGNMENT
+    found: np.ndarray = room[start : start + values.nbytes].view(values.dtype).reshape(values.shape)
+    found[...] = values
+    return found
 
 
 def _mesh(name: str, shape: Description) -> Any:
@@ -257,12 +276,12 @@ def _mesh(name: str, shape: Description) -> Any:
     """
     reflectance = {"type": "mesh_attribute", "name": "vertex_color"}
     properties = mi.Properties()
-    properties["mesh_bsdf"] = mi.load_dict(
+    properties["mesh_bsdf"] = loaded(
         {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
     )
     if "glow" in shape:
         radiance = {"type": "rgb", "value": shape["glow"].tolist()}
-        properties["mesh_emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
+        properties["mesh_emitter"] = loaded({"type": "area", "radiance": radiance})
     mesh = mi.Mesh(
         name, len(shape["vertices"]), len(shape["faces"]), properties, has_vertex_normals=True
     )
@@ -278,7 +297,7 @@ def _mesh(name: str, shape: Description) -> Any:
 
 
 def _medium(box: Description) -> Any:
-    return mi.load_dict(
+    return loaded(
         {
             "type": "homogeneous",
             "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},
@@ -294,7 +313,7 @@ def _box(box: Description, medium: Any) -> Any:
     side = box["side"] / 2
     place = mi.ScalarTransform4f().translate([0, 0, middle]).scale([side, side, half])
     null = {"type": "null"}
-    return mi.load_dict(
+    return loaded(
         {"type": "cube", "id": MEDIUM, "to_world": place, "bsdf": null, "interior": medium}
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from scenes.render.bands import Bands, bands_of
 from scenes.render.describe import Description
+from scenes.render.plugin import loaded
 from scenes.render.table import looked_up, row_above
 
 _ROWS, _COLUMNS = 256, 144
@@ -44,7 +45,7 @@ def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> D
 def sun_disc(light: Description) -> tuple[np.ndarray, float]:
     """Radiance of the sun's disc, (bands,), never negative, and the cosine of its angular
     radius."""
-    emitter = mi.load_dict(sky(light, sky_scale=0.0))
+    emitter = loaded(sky(light, sky_scale=0.0))
     radius = np.radians(_SUN_APERTURE_DEG / 2)
     return np.maximum(radiance(emitter, light["to_sun"][None])[0], 0.0), float(np.cos(radius))
 

@@ -12,6 +12,7 @@ from lod.mist import Mist
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
+from scenes.render.plugin import loaded
 from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups
 from scenes.render.scattered import NEAR_M, RATIO
@@ -58,7 +59,7 @@ def _wavefront(
     """Add ``spp`` samples of each pixel of a run to ``total``."""
     width, height = built.description["camera"]["size"]
     count = (pixels.stop - pixels.start) * spp
-    sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
+    sampler = loaded({"type": "multijitter", "sample_count": spp})
     sampler.set_samples_per_wavefront(spp)
     sampler.seed(seed, count)
     # Where on the film: spp samples of each pixel stand together.

@@ -83,9 +83,12 @@ def stage_of(description: Description, air: Air, quality: Quality) -> Stage:
     variants.use(name)
     from scenes.render.build import build
     from scenes.render.haze import haze_of
+    from scenes.render.one_shape import in_one_shape
     from scenes.render.scattered import with_layer
 
     statistics = _statistics(description)
+    if not name.startswith("scalar_") and not name.endswith("_spectral"):
+        description.update(in_one_shape(description))
     if quality.haze == "scattered":
         description["light"] = with_layer(description, air)["light"]
     built = build(description)
@@ -100,11 +103,13 @@ def taken(
     watch: Callable[[int], object] = lambda samples: None,
 ) -> Layers:
     """One picture of a stage; its variant is still the one that is set."""
+    from scenes.render.build import let_go
     from scenes.render.samples import layers_of
 
     start = time.perf_counter()
     samples = _driver(stage.variant, quality.haze)(stage.built, stage.haze, quality, frame, watch)
     seconds = {**stage.seconds, "trace": time.perf_counter() - start}
+    let_go()
     return layers_of(samples, stage.built, seconds, stage.statistics)
 
 
