@@ -6,6 +6,7 @@ say (NUMBA_NUM_THREADS, numba.set_num_threads).
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -28,6 +29,6 @@ def in_runs(
         return [task(0, count)]
     ends = np.linspace(0, count, runs + 1).astype(np.int64).tolist()
     if threads == 1:
-        return [task(first, last) for first, last in zip(ends[:-1], ends[1:], strict=True)]
+        return [task(first, last) for first, last in pairwise(ends)]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(task, ends[:-1], ends[1:]))

@@ -30,6 +30,9 @@ _TICK_S = 0.5
 Watch = Callable[[int, int, int], object]
 """Called twice a second, and whenever samples are taken: process, samples taken, of how many."""
 
+_GIVING_BACK = {"MALLOC_MMAP_THRESHOLD_": str(2**20)}
+"""Has glibc give back what arrays of a megabyte and more held, once they are let go of."""
+
 
 class Worker:
     """Renders frames in a process of its own; a context manager, at whose end that is gone.
@@ -97,7 +100,7 @@ class Worker:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 bufsize=0,
-                env={**trusting(variant), "PYTHONPATH": paths},
+                env={**trusting(variant), "PYTHONPATH": paths, **_GIVING_BACK},
             )
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)

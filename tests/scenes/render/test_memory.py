@@ -11,7 +11,7 @@ SIZE = 640, 360
 def test_more_of_anything_needs_more_until_the_samples_go_in_groups():
     least = foretell(0, 0, (16, 9), 1, "llvm_ad_rgb")
     assert 300e6 < least < 600e6
-    assert foretell(10**6, 0, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(277e6, rel=0.01)
+    assert foretell(10**6, 0, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(120e6, rel=0.01)
     assert foretell(0, 10**6, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(204e6, rel=0.01)
     few, many, more = (foretell(0, 0, SIZE, spp, "scalar_rgb") for spp in (1, 16, 4096))
     assert few < many == more
@@ -26,7 +26,7 @@ def test_what_is_asked_for_beside_the_picture_needs_more():
     assert more == {
         "motion": 126 * 10**6,
         "denoised": 500 * SIZE[0] * SIZE[1],
-        "shutter": 277 * 10**6,
+        "shutter": (2 * 277 - 120) * 10**6,
     }
 
 
