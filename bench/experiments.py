@@ -197,7 +197,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("cover_experiment", "run"),
         figures=_later("cover_plots", "figures"),
         table=_later("cover_plots", "table"),
-        judge=_later("cover_claims", "judge"),
+        judge=_judge("cover_claims"),
         takes_s=(400.0, 800.0),
         limits=(
             "Windows of 400 m, pictures of 160×90 pixels; `aerial` from 60 m up, because the land "

@@ -9,6 +9,7 @@ from bench import cover_plots
 from bench.cover_claims import bands, judge
 from bench.cover_experiment import in_bands
 from bench.cover_scene import LOOKS, Case, cases, displayed, preset_of, whole
+from bench.experiments import EXPERIMENTS
 from bench.provenance import provenance
 from bench.records import Point, Record
 from lod.metric import METRICS
@@ -62,6 +63,7 @@ def test_verdicts_follow_from_the_light_of_each_band():
 def test_the_report_shows_all_of_it():
     points = planted(0.03)
     made = Record("cover", 1, True, "", provenance("", 0), points, judge(points), {})
+    assert EXPERIMENTS["cover"].judge(made) == made.claims
     heads, rows = cover_plots.table(made)
     assert len(rows) == sum(bands(p) for p in points)
     assert all(len(row) == len(heads) for row in rows)
