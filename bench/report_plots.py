@@ -13,6 +13,9 @@ _GREY = "#595959"
 _SYMBOLS = ("circle", "square", "triangle-up", "diamond", "triangle-down", "cross")
 _GRID = {"gridcolor": "#E3E3E3", "zeroline": False, "showline": True, "linecolor": _GREY}
 
+_SMALL = 12
+"""Type of the vertical axes' names where two panels share the height, for phones too."""
+
 Plot = dict[str, Any]
 
 
@@ -90,6 +93,8 @@ def _make_room(layout: Plot, below: str) -> None:
     """A second panel below, with a line at 1."""
     layout["yaxis"] |= {"domain": [0.34, 1.0]}
     layout["yaxis2"] = {**_GRID, **_title(below), "domain": [0.0, 0.27]}
+    for axis in ("yaxis", "yaxis2"):
+        layout[axis]["title"] = {**layout[axis]["title"], "font": {"size": _SMALL}}
     layout["xaxis"] |= {"anchor": "y2"}
     layout["shapes"] = [*layout.get("shapes", []), _level(1.0)]
 
