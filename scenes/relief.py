@@ -32,8 +32,8 @@ from scenes.terrain_noise import (
 SHORTEST_M = 0.25
 """Wavelength of the last octave: what is smaller is no relief but grass."""
 
-RARE = 3.0
-"""Times its RMS a sum of octaves is further from its mean at about one place in 400."""
+RARE = 4.0
+"""Times its RMS a sum of octaves is hardly anywhere further from its mean."""
 
 _STREAM = 0x52454C494546
 """Tells the relief's random numbers from those of anything else with the same seed."""
@@ -111,7 +111,7 @@ class Relief:
         return math.sqrt(float(np.sum(self.rms[of_them] ** 2)))
 
     def likely_below(self, wavelength: float) -> float:
-        """Height that the octaves shorter than ``wavelength`` rarely exceed [m]: 3 RMS, and as
+        """Height that the octaves shorter than ``wavelength`` rarely exceed [m]: 4 RMS, and as
         they are independent it is their squares that add."""
         return RARE * self.rms_between(0.0, wavelength)
 

@@ -6,7 +6,7 @@ For a tile of spacing s (DESIGN §1):
        × their RMS height
     R  the height that the still shorter octaves, left to the tile's own parts, rarely exceed
 
-R is no hard bound: all crests of all octaves in one place would make one 2.5 to 4 times as high,
+R is no hard bound: all crests of all octaves in one place would make one 2 to 3 times as high,
 which steep ground pays for with three times the triangles and no better a skyline
 (``bench.terrain_benchmark``).
 Both are the bumps' own, not the tile's, so the cut does not depend on how many quads a tile has.
