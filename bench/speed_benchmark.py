@@ -196,8 +196,9 @@ def main(quick: bool, variant: str) -> None:
     for name, (world, _, view), number in (("trees", meadow, 1), ("figures", crowd, 0)):
         rows += walks(name, world.fields[number], view, repeats, speed)
     click.echo(table(rows))
-    click.echo("\nOne frame of crowd, from prune to plain scene")
-    click.echo(table(worlds("crowd", "figure", "160x90" if quick else "320x180", repeats)))
+    for name, species in (("crowd", "figure"), ("forest", "broadleaf")):
+        click.echo(f"\nOne frame of {name}, from prune to plain scene")
+        click.echo(table(worlds(name, species, "160x90" if quick else "320x180", repeats)))
     click.echo("")
     click.echo(table([("both cores", "sticks", ""), *ready(variant, size)]))
 
