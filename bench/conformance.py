@@ -152,17 +152,21 @@ def agrees_with_brute_force(subject: Subject) -> Iterator[str]:
 
 
 def roots_leave_nothing_out(subject: Subject) -> Iterator[str]:
-    """What is in view is the same while the eye looks all round, and no less in more detail."""
+    """What is in view is the same while the eye looks all round, and no less in more detail.
+
+    The latter is asked by name, not by place: in more detail a walker stands on the ground more
+    closely, by less than can be seen in less.
+    """
     representation, view = subject.make(), subject.view()
     here = prune(representation, view).parts
     seen = here.take(in_view(view, here.centre, here.bound))
-    around = prune(representation, replace(view, look_around=True)).parts
-    around = around.take(in_view(view, around.centre, around.bound))
+    all_round = replace(view, look_around=True)
+    everywhere = prune(representation, all_round).parts
+    around = everywhere.take(in_view(view, everywhere.centre, everywhere.bound))
     if not np.array_equal(names(seen), names(around)):
         yield f"{len(seen)} parts are in view, {len(around)} of the same when looking all round"
-    finer = names(prune(representation, replace(view, detail=subject.detail / 2)).parts)
-    kept = {row.tobytes() for row in finer}
-    lost = sum(row.tobytes() not in kept for row in names(here))
+    finer = prune(representation, replace(all_round, detail=subject.detail / 2)).parts
+    lost = len(everywhere) - len(in_both(everywhere, finer)[0])
     if lost:
         yield f"{lost} parts are lost in more detail"
 

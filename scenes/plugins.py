@@ -7,8 +7,8 @@ when something of it is asked for, so that one that is broken is in nobody else'
 
 from collections.abc import Iterable
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from importlib.metadata import entry_points
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -20,15 +20,40 @@ METRIC, REPRESENTATION = "lodbench.metrics", "lodbench.representations"
 _P = _R = np.array((0.01, 1.0, 30.0))
 
 
+@runtime_checkable
+class Entry(Protocol):
+    """An entry point, of the standard library or of ``importlib_metadata``, which takes its place
+    wherever something has imported that."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def value(self) -> str:
+        """module:object."""
+
+    @property
+    def module(self) -> str:
+        """The module alone."""
+
+    @property
+    def dist(self) -> Any:
+        """The package that brings it, if it is known."""
+
+    def load(self) -> Any:
+        """Import it."""
+
+
 @cache
-def installed(group: str) -> dict[str, EntryPoint]:
+def installed(group: str) -> dict[str, Entry]:
     """Entry points of a group by name; a name of our own is never another's."""
     ours = METRICS if group == METRIC else {}
     found = entry_points(group=group)
     return {each.name: each for each in sorted(found, key=_origin) if each.name not in ours}
 
 
-def made_by(entry: EntryPoint) -> str:
+def made_by(entry: Entry) -> str:
     """The package that brings it, with its version."""
     return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unnamed package"
 
@@ -110,5 +135,5 @@ def described(group: str, kind: type) -> Iterable[tuple[str, str]]:
             yield name, f"{found.about} (from {made_by(entry)})"
 
 
-def _origin(entry: EntryPoint) -> tuple[str, str]:
+def _origin(entry: Entry) -> tuple[str, str]:
     return entry.name, entry.value

@@ -30,9 +30,9 @@ def test_a_poisson_field_of_discs_leaves_the_gaps_it_should():
 
 def test_missing_runs_as_roots_fade():
     d = np.array((0.0, 79.9, 90.0, 100.0, 500.0))
-    assert np.allclose(missing_share(d, np.array((100.0,)), 0.2), (0, 0, 0.5, 1, 1))
-    assert np.allclose(missing_share(d, np.array((100.0, np.inf)), 0.2), (0, 0, 0.25, 0.5, 0.5))
-    assert np.array_equal(missing_share(d, np.array((100.0,)), 0.0) > 0.5, d >= 100.0)
+    assert np.allclose(missing_share(d, np.array(((100.0,),)), 0.2), (0, 0, 0.5, 1, 1))
+    assert np.allclose(missing_share(d, np.array(((100.0, np.inf),)), 0.2), (0, 0, 0.25, 0.5, 0.5))
+    assert np.array_equal(missing_share(d, np.array(((100.0,),)), 0.0) > 0.5, d >= 100.0)
 
 
 shares = st.floats(0, 1)
