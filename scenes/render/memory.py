@@ -46,7 +46,7 @@ def foretell(
     variant: str,
     beside: Beside = Beside(),
 ) -> int:
-    """Bytes that the process which renders such a frame holds at most, within some 10 %.
+    """Bytes that the process which renders such a frame holds at most, within some 20 %.
 
     ``size`` is width and height in pixels, ``spp`` samples per pixel.
     """
