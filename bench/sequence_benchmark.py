@@ -71,7 +71,11 @@ def _await_frames(place: Place, out: str, frames: int, process: subprocess.Popen
 
 
 def damage(place: Place, each: int, seed: int = 0) -> dict[str, Any]:
-    """Truncate, flip a bit of, zero and swap so many frames each; verify and repair."""
+    """Truncate, flip a bit of, zero and swap so many frames each; verify and repair.
+
+    Frames are swapped in pairs: an odd number counts as the next even one.
+    """
+    each += each % 2
     chance, frames = random.Random(seed), 4 * each + 10
     place.render("damaged", f"1-{frames}")
     expected = place.hashes("damaged")
