@@ -1,7 +1,6 @@
 """The viewer: an eye in front of a display, and how faint a contrast it sees at which fineness.
 
-Barten, "Contrast Sensitivity of the Human Eye and Its Effects on Image Quality" (SPIE, 1999), as
-colour-science has it. colour takes seconds to import, so it is imported where it is used.
+The eye is Barten's (``lod.barten``).
 """
 
 import math
@@ -11,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from lod.arrays import Reals, freeze
+from lod.barten import contrast_sensitivity, optics_sigma, pupil_diameter, retinal_illuminance
 from lod.errors import InputError
 
 BARS = 4 / math.pi
@@ -82,10 +82,8 @@ def optical_sigma(display: Display, eye: Eye) -> float:
 
     Barten (1999, ch. 3): √(σ₀² + (C_ab·pupil)²), the pupil after Le Grand.
     """
-    from colour.contrast import pupil_diameter_Barten1999, sigma_Barten1999
-
-    pupil_mm = pupil_diameter_Barten1999(display.luminance, display.field_deg)
-    return float(sigma_Barten1999(eye.blur_arcmin / 60, eye.aberration_arcmin / 60, pupil_mm))
+    pupil_mm = pupil_diameter(display.luminance, display.field_deg)
+    return optics_sigma(eye.blur_arcmin / 60, eye.aberration_arcmin / 60, pupil_mm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,26 +107,20 @@ def sensitivity(display: Display, eye: Eye) -> Sensitivity:
 
     Up to the frequency of which the eye's own optics leave a millionth.
     """
-    from colour.contrast import (
-        contrast_sensitivity_function_Barten1999,
-        pupil_diameter_Barten1999,
-        retinal_illuminance_Barten1999,
-    )
-
     sigma = optical_sigma(display, eye)
     highest = math.sqrt(-math.log(_FADED) / 2) / (math.pi * sigma)
     frequency = np.geomspace(min(_LOWEST_CPD, highest / 1000), highest, _KNOTS)
-    pupil_mm = pupil_diameter_Barten1999(display.luminance, display.field_deg)
-    value = contrast_sensitivity_function_Barten1999(
-        u=frequency,
-        sigma=sigma,
-        k=eye.signal_to_noise,
-        T=eye.integration_s,
-        X_0=display.field_deg,
-        n=eye.efficiency,
-        E=retinal_illuminance_Barten1999(display.luminance, pupil_mm),
+    pupil_mm = pupil_diameter(display.luminance, display.field_deg)
+    value = contrast_sensitivity(
+        frequency,
+        sigma,
+        eye.signal_to_noise,
+        eye.integration_s,
+        display.field_deg,
+        eye.efficiency,
+        retinal_illuminance(display.luminance, pupil_mm),
     )
-    return Sensitivity(frequency, BARS * np.asarray(value, np.float64))
+    return Sensitivity(frequency, BARS * value)
 
 
 def envelope(value: Reals) -> Reals:
