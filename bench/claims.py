@@ -7,7 +7,7 @@ from typing import Any, Literal
 from bench.statistics import Estimate
 from lod.errors import InputError
 
-Verdict = Literal["holds", "refuted", "undecided"]
+Verdict = Literal["holds", "refuted", "breaks", "undecided"]
 Relation = Literal["equals", "at most"]
 
 
@@ -22,6 +22,8 @@ class Claim:
     predicted, tolerance   what it must be, and how near
     relation   ``equals``: predicted ± tolerance; ``at most``: not above predicted + tolerance
     measured, low, high    the estimate and its 95 % interval
+    foreseen   the theory itself says that it fails here: what is outside *breaks* as foreseen, and
+        refutes nothing
     """
 
     name: str
@@ -34,6 +36,7 @@ class Claim:
     low: float
     high: float
     relation: Relation = "equals"
+    foreseen: bool = False
 
     def __post_init__(self) -> None:
         numbers = (self.predicted, self.tolerance, self.measured, self.low, self.high)
@@ -48,18 +51,21 @@ class Claim:
 
     @property
     def verdict(self) -> Verdict:
-        """Holds with the whole interval inside what was claimed, refuted with it wholly outside."""
+        """Holds with the whole interval inside what was claimed; refuted with it wholly outside,
+        or, where that was foreseen, breaks.
+        """
         lowest = self.predicted - self.tolerance if self.relation == "equals" else -math.inf
         highest = self.predicted + self.tolerance
         if lowest <= self.low and self.high <= highest:
             return "holds"
         if self.high < lowest or self.low > highest:
-            return "refuted"
+            return "breaks" if self.foreseen else "refuted"
         return "undecided"
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data, with the verdict worked out."""
-        return asdict(self) | {"verdict": self.verdict}
+        """Plain data, with the verdict worked out; ``foreseen`` only where something is."""
+        data = asdict(self) | {"verdict": self.verdict}
+        return data if self.foreseen else {k: v for k, v in data.items() if k != "foreseen"}
 
 
 def claim(
@@ -69,10 +75,11 @@ def claim(
     tolerance: float,
     found: Estimate,
     relation: Relation = "equals",
+    foreseen: bool = False,
 ) -> Claim:
     """The claim that ``found`` is ``predicted``; ``words`` are about, quantity and source."""
     interval = found.value, found.low, found.high
-    return Claim(name, *words, predicted, tolerance, *interval, relation)
+    return Claim(name, *words, predicted, tolerance, *interval, relation, foreseen)
 
 
 def claim_from(data: dict[str, Any]) -> Claim:

@@ -8,9 +8,11 @@ other sources or another machine can be taken for it.
 import hashlib
 import importlib.util
 import json
+import math
 import os
+import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -34,6 +36,29 @@ class Asked:
     quick: bool
     seed: int
     metric: str | None = None
+
+
+@dataclass(frozen=True)
+class Spent:
+    """Time by the clock, and of all cores of this machine with the processes started here [s]."""
+
+    seconds: float
+    processor_seconds: float
+
+    @classmethod
+    def so_far(cls) -> "Spent":
+        """Up to now, from a start of no meaning."""
+        return cls(time.perf_counter(), math.fsum(os.times()[:4]))
+
+    def __sub__(self, other: "Spent") -> "Spent":
+        return Spent(self.seconds - other.seconds, self.processor_seconds - other.processor_seconds)
+
+    def __add__(self, other: "Spent") -> "Spent":
+        return Spent(self.seconds + other.seconds, self.processor_seconds + other.processor_seconds)
+
+    def as_json(self) -> dict[str, float]:
+        """In tenths, as a record notes it."""
+        return {name: round(value, 1) for name, value in asdict(self).items()}
 
 
 @dataclass(frozen=True)
@@ -67,6 +92,11 @@ class Journal:
         for path in self._cases(asked).glob("*.json"):
             path.unlink()
 
+    def spent(self, asked: Asked) -> "Spent":
+        """What its kept cases took when they were measured."""
+        found = [_read(path) for path in self._cases(asked).glob("*.json")]
+        return Spent(*(math.fsum(each[k.name] for each in found if each) for k in fields(Spent)))
+
     def keeping(self, asked: Asked, each: Each) -> Each:
         """As ``each``, but what was measured before is not measured again, and is kept."""
 
@@ -80,11 +110,13 @@ class Journal:
             measured = each(function, left)
             for path, data in zip(paths, done, strict=True):
                 if data is None:
+                    start = Spent.so_far()
                     result = next(measured)
-                    _write(path, _as_json(result))
+                    took = asdict(Spent.so_far() - start)
+                    _write(path, {"result": _as_json(result), **took})
                     yield result
                 else:
-                    yield _from_json(data)
+                    yield _from_json(data["result"])
 
         return kept
 

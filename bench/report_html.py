@@ -81,9 +81,9 @@ def _answer(section: Section) -> str:
 def _open(section: Section) -> str:
     """The claims that do not hold, by name."""
     rows = [
-        f'<li><span class="{c.verdict}">{c.verdict}</span>: {escape(c.about)} {_name(c.name)}</li>'
+        f'<li><span class="{c.verdict}">{verdict(c)}</span>: {escape(c.about)} {_name(c.name)}</li>'
         for c in section.claims
-        if c.verdict != "holds"
+        if c.verdict not in ("holds", "breaks")
     ]
     listed = f'<ul class="open">{"".join(rows)}</ul>' if rows else ""
     if len(rows) <= _SOME:

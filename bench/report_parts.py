@@ -9,7 +9,7 @@ from bench.figures import Figure
 from bench.pictures import NOTE, Pictures
 from bench.records import Record
 
-MARKS = {"holds": "✓", "refuted": "✗", "undecided": "?"}
+MARKS = {"holds": "✓", "refuted": "✗", "breaks": "≠", "undecided": "?"}
 
 METRICS = {
     "blake": "blake: a part is displayed when P + R > m·d, as the paper prints it",
@@ -35,6 +35,11 @@ GLOSSARY = (
     ("95 % interval", "Would hold the true value in 95 of 100 repetitions of the experiment."),
     ("holds", "The whole interval lies within what was claimed."),
     ("refuted", "The whole interval lies outside what was claimed."),
+    (
+        "breaks as foreseen",
+        "The whole interval lies outside, in a case where the theory itself says that this rule "
+        "fails: it shows where the rule ends, and refutes nothing.",
+    ),
     ("undecided", "The interval reaches over the edge: more fields would tell."),
 )
 
@@ -71,14 +76,23 @@ def answer(claims: Sequence[Claim]) -> str:
     count = {verdict: sum(c.verdict == verdict for c in claims) for verdict in MARKS}
     if not claims:
         return "Nothing was claimed."
-    if count["holds"] == len(claims):
-        return f"Yes: all {len(claims)} claims hold."
+    breaks, tried = count["breaks"], len(claims) - count["breaks"]
+    ends = f" {_BREAKS[breaks > 1].format(breaks)}" if breaks else ""
+    if count["holds"] == tried:
+        return f"Yes: all {tried} claims hold.{ends}"
     if count["refuted"]:
         return (
-            f"Not as claimed: of {len(claims)} claims {count['refuted']} are refuted, "
-            f"{count['undecided']} undecided, {count['holds']} hold."
+            f"Not as claimed: of {tried} claims {count['refuted']} "
+            f"{'is' if count['refuted'] == 1 else 'are'} refuted, "
+            f"{count['undecided']} undecided, {count['holds']} hold.{ends}"
         )
-    return f"So far {count['holds']} of {len(claims)} claims hold; the others are undecided."
+    return f"So far {count['holds']} of {tried} claims hold; the others are undecided.{ends}"
+
+
+_BREAKS = (
+    "In 1 more case a simpler rule breaks, as the theory foresees.",
+    "In {} more cases a simpler rule breaks, as the theory foresees.",
+)
 
 
 def groups(claims: Sequence[Claim]) -> dict[str, list[Claim]]:
@@ -96,7 +110,7 @@ def verdict(claim: Claim) -> str:
     """The verdict, and within what where something holds."""
     if claim.verdict == "holds" and claim.relation == "equals" and claim.tolerance > 0:
         return f"holds within {claim.tolerance:g}"
-    return claim.verdict
+    return "breaks as foreseen" if claim.verdict == "breaks" else claim.verdict
 
 
 def claimed(claim: Claim) -> str:

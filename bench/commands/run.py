@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -132,14 +133,17 @@ def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Eac
 def _run(kept: "Journal", asked: "Asked", spread: Each) -> tuple[Path, tuple["Claim", ...]]:
     """One experiment, its record written and noted."""
     from bench.experiments import EXPERIMENTS
+    from bench.journal import Spent
     from bench.records import write_record
 
-    chosen = EXPERIMENTS[asked.name]
+    chosen, before, start = EXPERIMENTS[asked.name], kept.spent(asked), Spent.so_far()
     with progress_bar("point") as progress:
         more: dict[str, Any] = {} if chosen.timed else {"each": kept.keeping(asked, spread)}
         if asked.metric is not None:
             more["metric"] = asked.metric
         record = chosen.run(asked.quick, progress, asked.seed, **more)
+    took = before + (Spent.so_far() - start)
+    record = replace(record, notes=record.notes | took.as_json())
     path = write_record(record, kept.folder)
     kept.finished(asked, path)
     return path, record.claims

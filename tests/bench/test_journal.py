@@ -1,6 +1,7 @@
 """A run that was stopped goes on where it was, to the same records, and nothing else is kept."""
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,8 +12,8 @@ from bench import experiments, scaling
 from bench import journal as journal_file
 from bench.cli import main
 from bench.experiments import EXPERIMENTS
-from bench.journal import Asked, Journal, journal
-from bench.records import Record, read_record, read_records
+from bench.journal import Asked, Journal, Spent, journal
+from bench.records import Point, Record, read_record, read_records
 from bench.sampling import Effort
 from bench.scaling_cases import Case
 from bench.spread import in_turn
@@ -118,6 +119,25 @@ def test_nothing_is_taken_for_what_was_asked_otherwise(tmp_path, monkeypatch):
     maker = journal(tmp_path).maker
     monkeypatch.setattr(journal_file, "sources", lambda: "changed")
     assert journal(tmp_path).maker != maker
+
+
+def test_a_record_counts_the_time_before_it_was_stopped(small, tmp_path):
+    asked, kept = Asked("scaling", True, 0), journal(tmp_path)
+    assert kept.spent(asked) == Spent(0.0, 0.0)
+    list(kept.keeping(asked, in_turn)(slowly, [(0.02,), (0.03,)]))
+    spent = kept.spent(asked)
+    assert 0.05 <= spent.seconds < 5 and 0.0 <= spent.processor_seconds < 5
+    for path in tmp_path.glob(".journal/cases-*/*.json"):
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"seconds": 1000.0}))
+    assert run(tmp_path) == 0
+    (record,) = read_records(tmp_path)
+    assert 2000.0 < record.notes["seconds"] < 2100.0
+    assert 0 < record.notes["processor_seconds"] < 100.0
+
+
+def slowly(seconds):
+    time.sleep(seconds)
+    return Point({"seconds": seconds}, {}, {"n": [1]})
 
 
 def test_half_a_file_is_measured_again(tmp_path):

@@ -60,6 +60,17 @@ def test_the_verdict_follows_from_the_interval(low, high, relation, verdict):
     assert a_claim(low, high, relation=relation).verdict == verdict
 
 
+@pytest.mark.parametrize(
+    "low, high, verdict",
+    [(1.99, 2.01, "holds"), (1.97, 2.01, "undecided"), (2.03, 2.1, "breaks")],
+)
+def test_what_fails_where_that_is_foreseen_breaks(low, high, verdict):
+    made = replace(a_claim(low, high), foreseen=True)
+    assert made.verdict == verdict
+    assert claim_from(made.as_json()) == made
+    assert "foreseen" not in a_claim(low, high).as_json()
+
+
 def test_a_verdict_is_never_read_back():
     data = a_claim(1.99, 2.01).as_json()
     assert data["verdict"] == "holds"
@@ -115,6 +126,15 @@ def test_a_record_that_names_another_hash_is_refused(tmp_path):
     path.write_text(path.read_text().replace(a_record().sha256, "0" * 64))
     with pytest.raises(InputError, match="SHA-256"):
         read_record(path)
+
+
+def test_a_record_of_the_first_format_is_read_and_keeps_its_hash(tmp_path):
+    record = a_record()
+    path = write_record(record, tmp_path)
+    body = json.loads(path.read_text(encoding="utf-8"))
+    assert body["format_version"] == 2
+    path.write_text(json.dumps(body | {"format_version": 1}), encoding="utf-8")
+    assert read_record(path) == record and read_record(path).name == path.name
 
 
 def test_a_renamed_record_is_refused(tmp_path):

@@ -262,7 +262,10 @@ def test_the_answer_in_a_sentence(record):
     open_ = replace(good, low=0.1, measured=0.4, high=0.8)
     assert answer([good, good]) == "Yes: all 2 claims hold."
     assert answer([good, open_]).startswith("So far 1 of 2")
-    assert "1 are refuted" in answer([good, bad, open_])
+    assert "1 is refuted" in answer([good, bad, open_])
+    foreseen = replace(bad, foreseen=True)
+    assert answer([good, foreseen]).startswith("Yes: all 1 claims hold. In 1 more case")
+    assert "1 is refuted" in answer([good, bad, foreseen])
     assert answer([]) == "Nothing was claimed."
 
 
