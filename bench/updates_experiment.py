@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.conduct import measured, record_of
+from bench.conduct import joined, measured, record_of
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
@@ -21,14 +21,23 @@ from bench.spread import Each, in_turn
 from bench.updates_claims import judge
 from lod.fade import looks
 from lod.prune import prune
-from lod.schedule import WINDOW, Posed, most_urgent, off_px, past, replayed
+from lod.schedule import (
+    WINDOW,
+    Posed,
+    all_drawn,
+    frames_before,
+    most_urgent,
+    off_px,
+    past,
+    replayed,
+)
 from scenes.preset import Preset, load_preset
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
-from scenes.shot import Shown, posed_frames, scheduled, shoot
+from scenes.shot import Shown, posed_in, scheduled, shoot
 from scenes.world import World, build_world, time_of, view_at
 
-NAME, VERSION = "updates", 1
+NAME, VERSION = "updates", 2
 FRAME = WINDOW + 8
 FIELDS, QUICK_FIELDS = 8, 3
 ROUNDS, QUICK_ROUNDS = 6, 3
@@ -65,10 +74,10 @@ def run(
     """Schedule every field, time frames here, and judge the claims."""
     start, variant = time.perf_counter(), choose()
     seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
-    cases = [(name, (name, seeds)) for name in MOVES]
+    cases = [(f"field {each_seed}", (each_seed,)) for each_seed in seeds]
     rounds = QUICK_ROUNDS if quick else ROUNDS
     points = (
-        *measured(progress, each, (measure, cases)),
+        *joined(measured(progress, each, (measure, cases))),
         timed(rounds, variant, seed),
     )
     return record_of(
@@ -83,21 +92,30 @@ def run(
     )
 
 
-def measure(move: str, seeds: list[int]) -> Point:
-    """One frame of every field by every rule, of a camera that moves so."""
-    samples: dict[str, list[int]] = {}
-    for seed in seeds:
-        preset = load_preset("crowd", (*CROWD, *MOVES[move], f"seed={seed}"))
-        for name, value in counted(preset).items():
-            samples.setdefault(name, []).append(value)
-    return Point({"what": "schedule", "move": move}, {}, samples)
+def measure(seed: int) -> list[Point]:
+    """One frame of a field by every rule, of every camera."""
+    presets = {
+        move: load_preset("crowd", (*CROWD, *settings, f"seed={seed}"))
+        for move, settings in MOVES.items()
+    }
+    world = build_world(presets["rest"])  # cameras are no part of it
+    return [
+        Point(
+            {"what": "schedule", "move": move},
+            {},
+            {name: [value] for name, value in counted(world, preset).items()},
+        )
+        for move, preset in presets.items()
+    ]
 
 
-def counted(preset: Preset) -> dict[str, int]:
+def counted(world: World, preset: Preset) -> dict[str, int]:
     """Parts that could move, those drawn anew and the farthest that another is off [px/1000], by
     every rule; and by their speed.
     """
-    frames = _frames(preset)
+    shown, numbers = movers(world, preset, FRAME), frames_before(FRAME)
+    made = [posed_in(world, preset, numbers, each) for each in shown]
+    frames = [_together(each) for each in zip(*made, strict=True)]
     last, parts = frames[-1], len(frames[-1].due)
     rules = {f"{t:g} px": past(t) for t in THRESHOLDS}
     rules["budget"] = most_urgent(round(BUDGET * parts))
@@ -115,16 +133,15 @@ def counted(preset: Preset) -> dict[str, int]:
     return found
 
 
-def _frames(preset: Preset) -> list[Posed]:
-    """Everything whose parts may be kept, as it is in every frame that FRAME depends on."""
-    world: World = build_world(preset)
-    view, made = view_at(world, preset, FRAME), []
+def movers(world: World, preset: Preset, frame: int) -> list[Shown]:
+    """What a frame displays of everything whose parts may be kept."""
+    view, found = view_at(world, preset, frame), []
     for each in world.representations:
         cut = prune(each, view)
         shown = Shown(each, cut, looks(cut, view), view)
-        if scheduled(shown, time_of(preset, FRAME + 1)):
-            made.append(posed_frames(world, preset, FRAME, shown))
-    return [_together(each) for each in zip(*made, strict=True)]
+        if scheduled(shown, time_of(preset, frame + 1)):
+            found.append(shown)
+    return found
 
 
 def _together(several: Sequence[Posed]) -> Posed:
@@ -142,7 +159,9 @@ def _together(several: Sequence[Posed]) -> Posed:
 
 
 def timed(rounds: int, variant: str, seed: int) -> Point:
-    """CPU time of a rendered frame, all drawn and scheduled, one after the other [µs]."""
+    """CPU time of a rendered frame, all drawn and scheduled, one after the other, and of posing
+    what it could keep [µs].
+    """
     ways = {"all": 0.0, "scheduled": TIMED_PX}
     presets = {
         name: load_preset("crowd", (*CROWD, *TIMED, f"seed={seed}", f"view.update_threshold={t}"))
@@ -151,17 +170,37 @@ def timed(rounds: int, variant: str, seed: int) -> Point:
     world, samples = build_world(presets["all"]), dict[str, list[int]]()
     for number in range(rounds + 1):
         for name, preset in presets.items():
-            start = time.process_time()
-            made = shoot(world, preset, FRAME + number, variant)
-            posed = time.process_time()
-            lit = made.air, made.light, made.quality
-            render_frame(made.camera, made.visible, *lit, FRAME + number)
-            whole = time.process_time() - start
-            if number:  # the first of each is compiled and warmed up
-                samples.setdefault(name, []).append(round(1e6 * whole))
-                before = round(1e6 * (posed - start))
-                samples.setdefault(f"{name}, before rendering", []).append(before)
+            found = _stages(world, preset, FRAME + number, variant)
+            for stage, seconds in found.items() if number else ():  # the first is compiled
+                samples.setdefault(f"{name}{stage}", []).append(round(1e6 * seconds))
     return Point({"what": "time", "move": "rest"}, {}, samples)
+
+
+def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str, float]:
+    """CPU time of a frame, of that before rendering, and of what alone could be saved and spent:
+    posing what could be kept, and comparing it with how it was drawn, once [s].
+    """
+    clock = [time.process_time()]
+    made = shoot(world, preset, frame, variant)
+    clock.append(time.process_time())
+    render_frame(made.camera, made.visible, made.air, made.light, made.quality, frame)
+    clock.append(time.process_time())
+    shown = movers(world, preset, frame)
+    drawn = [all_drawn(each) for each in _posed(world, preset, frame - 1, shown)]
+    clock.append(time.process_time())
+    now = _posed(world, preset, frame, shown)
+    clock.append(time.process_time())
+    for before, after in zip(drawn, now, strict=True):
+        off_px(before, after)
+    clock.append(time.process_time())
+    shot, rendered, _, posed, decided = np.diff(clock).tolist()
+    stages = {"before rendering": shot, "posing": posed, "deciding": decided}
+    return {"": shot + rendered, **{f", {name}": each for name, each in stages.items()}}
+
+
+def _posed(world: World, preset: Preset, frame: int, shown: Sequence[Shown]) -> list[Posed]:
+    """What is shown of each, as it stands in a frame."""
+    return [each for one in shown for each in posed_in(world, preset, (frame,), one)]
 
 
 def _scene_hash() -> str:

@@ -11,12 +11,14 @@ A frame's state follows from its number alone, by replaying the WINDOW of frames
 has had its turn: frames may be rendered in any order, on any machine.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 
-from lod.arrays import Flags, Ints, Points, Reals, freeze
+from lod.arrays import Flags, Ints, Reals, freeze
 from lod.parts import Sticks
 
 WINDOW = 32
@@ -102,18 +104,35 @@ def redrawn(before: Drawn, now: Posed, rule: Rule) -> Drawn:
 
 
 def off_px(drawn: Drawn, now: Posed) -> Reals:
-    """How far parts are from where they were drawn, seen from the eye now, (p,) [px]."""
-    ends = ((drawn.start, now.start), (drawn.end, now.end))
-    apart = [_angles(old - now.eye, new - now.eye) for old, new in ends]
+    """How far parts are from where they were drawn, seen from the eye now, (p,) [px].
+
+    The angle between two directions, exact for the least of them (Kahan), is
+    2·atan2(|û − v̂|, |û + v̂|), here of |v|·u and |u|·v.
+    """
     moved = np.zeros(len(now.due))
-    np.maximum.at(moved, now.owner, np.maximum(*apart) / now.theta)
-    return moved
+    _farthest(drawn.start, now.start, now.owner, now.eye, moved)
+    _farthest(drawn.end, now.end, now.owner, now.eye, moved)
+    return moved / now.theta
 
 
-def _angles(one: Points, two: Points) -> Reals:
-    """Angles between vectors, exact for the least of them (Kahan): 2·atan2(|û − v̂|, |û + v̂|)."""
-    u, v = (each / np.linalg.norm(each, axis=1, keepdims=True) for each in (one, two))
-    return 2 * np.arctan2(np.linalg.norm(u - v, axis=1), np.linalg.norm(u + v, axis=1))
+@njit(cache=True)
+def _farthest(old, new, owner, eye, moved):  # type: ignore[no-untyped-def]
+    """Raises ``moved`` (p,) [rad] to the largest angle that any place of a part has moved by."""
+    for i in range(len(owner)):
+        same, before, after = True, 0.0, 0.0
+        for c in range(3):
+            same = same and old[i, c] == new[i, c]
+            before += (old[i, c] - eye[c]) ** 2
+            after += (new[i, c] - eye[c]) ** 2
+        if same:
+            continue
+        before, after, apart, along = math.sqrt(before), math.sqrt(after), 0.0, 0.0
+        for c in range(3):
+            u, v = (old[i, c] - eye[c]) * after, (new[i, c] - eye[c]) * before
+            apart += (u - v) ** 2
+            along += (u + v) ** 2
+        angle = 2 * math.atan2(math.sqrt(apart), math.sqrt(along))
+        moved[owner[i]] = max(moved[owner[i]], angle)
 
 
 def frames_before(frame: int) -> range:

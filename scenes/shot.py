@@ -1,7 +1,7 @@
 """From a preset to what the renderer asks for: cuts and their looks, air, light and quality."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -117,7 +117,8 @@ def with_schedule(world: World, preset: Preset, frame: int, shown: Shown) -> Sho
     threshold = preset.view.update_threshold
     if threshold == 0 or not scheduled(shown, time_of(preset, frame + 1)):
         return shown
-    (drawn,) = replayed(posed_frames(world, preset, frame, shown), [past(threshold)])
+    frames = posed_in(world, preset, frames_before(frame), shown)
+    (drawn,) = replayed(frames, [past(threshold)])
     return replace(shown, drawn=drawn)
 
 
@@ -126,9 +127,9 @@ def scheduled(shown: Shown, later_s: float) -> bool:
     return shown.moves(later_s) and isinstance(shown.posed(shown.view.time_s), Sticks)
 
 
-def posed_frames(world: World, preset: Preset, frame: int, shown: Shown) -> Iterator[Posed]:
-    """Its parts as they stand in every frame that this one's schedule depends on, itself last."""
-    for at in frames_before(frame):
+def posed_in(world: World, preset: Preset, frames: Iterable[int], shown: Shown) -> Iterator[Posed]:
+    """Its parts as they stand in each of these frames; of what is drawn in sticks."""
+    for at in frames:
         shape = shown.posed(time_of(preset, at))
         due, eye = due_in(shown.cut.parts.part, at), _camera(world, preset, at, shown.view).eye
         if isinstance(shape, Sticks):

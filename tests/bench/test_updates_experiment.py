@@ -11,6 +11,7 @@ from bench.updates_claims import judge, off_px, redrawn
 from bench.updates_experiment import BUDGET, CROWD, MOVES, SPEEDS, THRESHOLDS
 from lod.schedule import WINDOW
 from scenes.preset import load_preset
+from scenes.world import build_world
 
 THIN = (
     *CROWD,
@@ -21,7 +22,7 @@ THIN = (
 )
 
 
-def fake(preset):
+def fake(world, preset):
     """A field of 1000 parts, half of them at 0.25 to 0.5 pixels a frame."""
     found = {"parts": 1000, "redrawn budget": 100, "off budget": 700}
     for low in SPEEDS:
@@ -34,13 +35,15 @@ def fake(preset):
 
 
 def fake_time(rounds, variant, seed):
-    columns = {"all": 100, "scheduled": 140, "all, before rendering": 5}
+    columns = {"all": 100, "scheduled": 140, "all, before rendering": 5, "all, posing": 1}
+    columns["all, deciding"] = 2
     samples = {name: [value] * rounds for name, value in columns.items()}
     return updates_experiment.Point({"what": "time", "move": "rest"}, {}, samples)
 
 
 @pytest.fixture
 def record(monkeypatch):
+    monkeypatch.setattr(updates_experiment, "build_world", lambda preset: None)
     monkeypatch.setattr(updates_experiment, "counted", fake)
     monkeypatch.setattr(updates_experiment, "timed", fake_time)
     return EXPERIMENTS["updates"].run(quick=True)
@@ -49,7 +52,8 @@ def record(monkeypatch):
 def test_every_claim_is_judged_from_the_points(record):
     verdicts = {claim.name: claim.verdict for claim in record.claims}
     held = [f"off/{t:g}_px" for t in THRESHOLDS] + [f"{move}/redrawn" for move in MOVES]
-    assert verdicts == dict.fromkeys([*held, "time/most"], "holds") | {"time/whole": "refuted"}
+    refuted = dict.fromkeys(["time/whole", "time/deciding"], "refuted")
+    assert verdicts == dict.fromkeys([*held, "time/posing"], "holds") | refuted
     assert judge(record.points) == record.claims
 
 
@@ -69,7 +73,8 @@ def test_it_has_a_row_for_every_rule_and_a_figure_without_gaps(record):
 
 
 def test_a_real_crowd_is_scheduled_as_each_rule_says():
-    found = updates_experiment.counted(load_preset("crowd", THIN))
+    preset = load_preset("crowd", THIN)
+    found = updates_experiment.counted(build_world(preset), preset)
     parts = found["parts"]
     assert parts == sum(found[f"parts from {low:g}"] for low in SPEEDS) > 200
     counts = [found[f"redrawn {t:g} px"] for t in THRESHOLDS]
