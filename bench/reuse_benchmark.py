@@ -22,6 +22,8 @@ from lod.parts import Representation
 from lod.prune import prune
 from scenes.field import SpeciesField
 from scenes.field_after import Hold, cut_after
+from scenes.terrain import Terrain
+from scenes.terrain_after import Boxes, ground_after
 from scenes.world import view_at
 
 _FRAMES, _QUICK_FRAMES = 48, 12
@@ -45,6 +47,7 @@ def spent(name: str, size: str, frames: int) -> dict[str, Spent]:
     for each in everything:
         rows: list[tuple[float, ...]] = []
         hold: Hold | None = None
+        boxes: Boxes | None = None
         for frame in range(1, frames + 2):
             view = view_at(world, preset, frame)
             start = time.thread_time()
@@ -54,8 +57,8 @@ def spent(name: str, size: str, frames: int) -> dict[str, Spent]:
             told = time.thread_time()
             if isinstance(each, SpeciesField):
                 cut, hold = cut_after(each, view, hold)
-            else:
-                cut = prune(each, view)
+            elif isinstance(each, Terrain):
+                cut, boxes = ground_after(each, view, boxes)
             went_on = time.thread_time()
             _ = cut.parts
             end = time.thread_time()

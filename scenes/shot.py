@@ -22,10 +22,12 @@ from scenes.preset import Preset
 from scenes.render.frame import Extras, FileForm, FrameInput, Instant, Light, Quality, Visible
 from scenes.render.shutter import offsets
 from scenes.sight import air_of
+from scenes.terrain import Terrain
+from scenes.terrain_after import Boxes, ground_after
 from scenes.world import World, time_of, view_at
 
-Holds = dict[str, Hold]
-"""What holds of each field, by its name."""
+Holds = dict[str, Hold | Boxes]
+"""What holds of each field, and of the ground, by its name."""
 
 
 def shoot(
@@ -71,9 +73,14 @@ def _cut_after(each: Representation, view: View, holds: Holds) -> Cut:
 
     Where things walk all of them must be put in their places anyway, and nothing would be gained.
     """
+    before = holds.pop(each.name, None)
+    if isinstance(each, Terrain):
+        cut, boxes = ground_after(each, view, before if isinstance(before, Boxes) else None)
+        holds[each.name] = boxes
+        return cut
     if not isinstance(each, SpeciesField) or each.moves:
         return prune(each, view)
-    cut, hold = cut_after(each, view, holds.pop(each.name, None))
+    cut, hold = cut_after(each, view, before if isinstance(before, Hold) else None)
     if hold is not None:
         holds[each.name] = hold
     return cut

@@ -11,6 +11,7 @@ flat here.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -38,12 +39,22 @@ MOST_TILES = 60_000
 
 @dataclass(frozen=True)
 class TileGrid:
-    """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m]."""
+    """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m].
+
+    limits: limit distances of the tiles of each level, in view and out of it [m]
+    boxes: as ``Terrain.boxes``, whoever works them out
+    """
 
     view: View
     root_side: float
     west: float
     south: float
+    limits: tuple[Reals, Reals]
+    boxes: "Boxed"
+
+
+Boxed = Callable[[TileGrid, Squares, Reals, Reals], tuple[Points, Points]]
+"""Boxes of tiles of a grid, the ground of whose wholes is between two heights."""
 
 
 @dataclass(frozen=True)
@@ -111,8 +122,11 @@ class Terrain:
         finest = min(round(math.log2(self.finest)), coarsest)
         return 2.0 ** np.arange(coarsest, finest - 1, -1)
 
-    def roots(self, view: View) -> Parts:
-        """The root tiles that the disc of radius ``reach`` about the eye touches."""
+    def roots(self, view: View, boxes: Boxed | None = None) -> Parts:
+        """The root tiles that the disc of radius ``reach`` about the eye touches.
+
+        boxes: where those of the tiles come from, at all levels; None: ``Terrain.boxes``
+        """
         corner, eye = view.camera.corner, view.camera.eye
         side = 2.0**self.root_exponent
         inset = np.array(corner.lattice(self.root_exponent)[2:])
@@ -123,7 +137,8 @@ class Terrain:
         away = np.clip(eye[:2], corners, corners + side) - eye[:2]
         near = np.hypot(away[:, 0], away[:, 1]) <= self.reach
         x, y, zero = x[near], y[near], np.zeros(np.count_nonzero(near), np.int64)
-        grid = TileGrid(view, side, *southwest)
+        west, south = southwest.tolist()
+        grid = TileGrid(view, side, west, south, self.limits(view), boxes or self.boxes)
         low, high = (np.full(len(x), bound) for bound in self.bounds())
         return self._tiles(view, grid, (zero, x, y), np.arange(len(x)), zero - 1, low, high)
 
@@ -151,8 +166,8 @@ class Terrain:
     ) -> Parts:
         """Tiles (level, x, y), the ground of whose wholes is between ``lowest`` and ``highest``."""
         level, x, y = tiles
-        low, high = self._boxes(grid, tiles, lowest, highest)
-        inside, outside = self.limits(view)
+        low, high = grid.boxes(grid, tiles, lowest, highest)
+        inside, outside = grid.limits
         return Parts(
             position=_nearest(view, low, high),
             centre=(low + high) / 2,
@@ -167,7 +182,7 @@ class Terrain:
             state=grid,
         )
 
-    def _boxes(
+    def boxes(
         self, grid: TileGrid, tiles: Squares, lowest: Reals, highest: Reals
     ) -> tuple[Points, Points]:
         """Boxes that hold the tiles, each inside its whole's, (n, 3) each [m].
@@ -202,8 +217,9 @@ class Terrain:
             return NOTHING
         grid: TileGrid = parts.state
         patches = uncovered_quarters(parts.level, *unpacked(parts.part))
-        limit = self.limits(grid.view)[0]
-        ground = Ground(grid.view, self.relief, self.spacings, limit, COVERS[self.cover], self.far)
+        ground = Ground(
+            grid.view, self.relief, self.spacings, grid.limits[0], COVERS[self.cover], self.far
+        )
         unit = grid.root_side / 2.0**patches.deepest / QUADS
         return surface(ground, patches, (grid.west, grid.south), unit)
 
