@@ -22,7 +22,7 @@ from bench.spread import Each, in_turn
 from lod.prune import prune
 from scenes.preset import load_preset
 from scenes.render.variants import choose
-from scenes.world import build_world, view_at
+from scenes.world import World, build_world, view_at
 
 NAME, VERSION = "motion", 2
 FIELDS, QUICK_FIELDS = 12, 4
@@ -49,8 +49,7 @@ def run(
     """Count every field by every cut, render, and judge the claims; quick renders one pan."""
     start, variant = time.perf_counter(), choose()
     seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
-    cases = [(_name(move), ("endless", move, seeds)) for move in MOVES]
-    cases.append(("a finite world", ("finite", FAST, seeds)))
+    cases = [(f"field {each_seed}", (each_seed,)) for each_seed in seeds]
     spp = motion_picture.QUICK_SPP if quick else motion_picture.SPP
     pictures = [
         (f"pictures of {_name(move)}", (move, pair, cuts, (variant, _samples(move, spp), seed)))
@@ -71,26 +70,33 @@ def run(
     )
 
 
-def measure(world: str, move: Move, seeds: list[int]) -> Point:
-    """Parts of every field, by every cut of that world."""
-    samples = {
-        cut: [parts(move, each, settings) for each in seeds]
-        for cut, settings in CUTS[world].items()
-    }
-    return Point({"world": world, **asdict(move)}, {}, samples)
+def measure(seed: int) -> list[Point]:
+    """Parts of one field in either world, by each of its cuts, of every camera."""
+    points = []
+    for name, moves in (("endless", MOVES), ("finite", (FAST,))):
+        world = world_of(seed, CUTS[name]["spatial"])
+        for move in moves:
+            cuts = CUTS[name].items()
+            samples = {cut: [parts(world, move, seed, settings)] for cut, settings in cuts}
+            points.append(Point({"world": name, **asdict(move)}, {}, samples))
+    return points
 
 
-def parts(move: Move, seed: int, settings: tuple[str, ...]) -> int:
+def world_of(seed: int, settings: tuple[str, ...]) -> World:
+    """A field of `meadow`: neither camera nor cut is any part of it."""
+    return build_world(load_preset("meadow", (f"seed={seed}", *settings)))
+
+
+def parts(world: World, move: Move, seed: int, settings: tuple[str, ...]) -> int:
     """Parts of all species that a field displays."""
     preset = load_preset("meadow", (f"seed={seed}", *move.settings, *settings))
-    world = build_world(preset)
     view = view_at(world, preset, FRAME)
     return sum(prune(field, view).displayed_parts for field in world.fields)
 
 
 def _samples(move: Move, spp: int) -> int:
     """Samples a pixel: the other moves show how errors grow, and bound nothing."""
-    return spp if move == FAST else max(spp // 4, 16)
+    return spp if move == FAST else min(spp, motion_picture.SHOWN_SPP)
 
 
 def _name(move: Move) -> str:

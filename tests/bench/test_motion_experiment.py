@@ -37,8 +37,9 @@ def picture(cut, flips, floors, move=FAST):
 @pytest.fixture
 def record(monkeypatch):
     monkeypatch.setattr(
-        motion_experiment, "parts", lambda move, seed, settings: fake(settings, move, seed)
+        motion_experiment, "parts", lambda world, move, seed, settings: fake(settings, move, seed)
     )
+    monkeypatch.setattr(motion_experiment, "world_of", lambda seed, settings: None)
     monkeypatch.setattr(motion_picture, "measure", fake_pictures)
     return EXPERIMENTS["motion"].run(quick=True)
 
@@ -61,8 +62,11 @@ def test_the_picture_is_judged_by_its_upper_bound_and_only_where_parts_are_left_
 
 
 @pytest.mark.slow
-def test_a_fast_pan_looks_as_it_did_and_one_with_m_doubled_does_not():
-    """Rendered with few samples: the floor is high, and what is found is nearly all there is."""
+def test_a_fast_pan_looks_as_it_did_and_one_with_m_doubled_does_not(monkeypatch):
+    """Rendered with few samples in few sub-frames: the floor is high, and what is found is nearly
+    all there is.
+    """
+    monkeypatch.setattr(motion_picture, "SUBFRAMES", 4)
     points = joined(
         point
         for pair in range(LEAST_PAIRS)
@@ -98,7 +102,9 @@ def test_a_real_pan_leaves_out_parts_and_a_rest_does_not():
     """Where motion is heeded and where not, in a thin field."""
     thin = ("species.tree.density=0", "species.figure.prototypes=1", "render.size=160x90")
     blind = (*thin, "view.smear=off")
-    counts = [motion_experiment.parts(FAST, 1, each) for each in (thin, blind)]
+    world = motion_experiment.world_of(1, thin)
+    counts = [motion_experiment.parts(world, FAST, 1, each) for each in (thin, blind)]
     assert counts[0] < 0.9 * counts[1]
     rest = Move(0.0, 0.0, 180.0)
-    assert motion_experiment.parts(rest, 1, thin) == motion_experiment.parts(rest, 1, blind)
+    still = [motion_experiment.parts(world, rest, 1, each) for each in (thin, blind)]
+    assert still[0] == still[1]
