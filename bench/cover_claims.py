@@ -5,7 +5,7 @@ import numpy as np
 from bench.claims import Claim, claim
 from bench.cover_scene import LOOKS
 from bench.records import Point
-from bench.statistics import Estimate, paired_ratio
+from bench.statistics import Estimate, ratio_of_means
 
 TOLERANCE = 0.02
 _SOURCE = "§2.4, issue 4"
@@ -29,11 +29,25 @@ def band_name(point: Point, band: int) -> str:
 
 
 def tone(point: Point, band: int) -> Estimate:
-    """Light of the band, pruned ÷ whole, over fields."""
-    tested, unpruned = (
-        np.array(point.samples[f"{which} {band}"], np.float64) for which in ("tested", "whole")
-    )
-    return paired_ratio(tested, unpruned)
+    """Mean luminance of the band, pruned ÷ whole, over fields: each picture by its distances."""
+    return ratio_of_means(*_sums(point, band, "tested", "tested rays", "whole", "whole rays"))
+
+
+def room(point: Point, band: int) -> float:
+    """How much of the picture the band fills, pruned ÷ whole."""
+    pruned, whole = _sums(point, band, "tested rays", "whole rays")
+    return float(pruned.sum() / whole.sum())
+
+
+def same_rays(point: Point, band: int) -> float:
+    """Luminance ratio along rays that have the band in the whole picture, whatever they meet in
+    the other."""
+    pruned, whole = _sums(point, band, "same rays", "whole")
+    return float(pruned.sum() / whole.sum())
+
+
+def _sums(point: Point, band: int, *names: str) -> list[np.ndarray]:
+    return [np.array(point.samples[f"{name} {band}"], np.float64) for name in names]
 
 
 def _band(point: Point, band: int) -> Claim:

@@ -1,8 +1,11 @@
 """Does pruning keep the tone of the land, from the nearest tree to the horizon? (§2.4)
 
 Mean luminance in bands of distance, pruned to one pixel and to twelve, with and without what lies
-beyond the limit left on the land, against everything there is. Every field is another seed; the
-same pixels count in both pictures, those whose distance in the whole one is in the band.
+beyond the limit left on the land, against everything there is. Every field is another seed; what
+counts in a band is what each picture has at those distances. Along the rays that have the band in
+the whole picture the light is noted as well, and not judged: a tree that is pruned has its gaps
+elsewhere, so some of them meet the sky (in ``forest`` 7 times as bright as trees), and those of the
+sky that now meet the tree are in no band.
 """
 
 import hashlib
@@ -14,7 +17,7 @@ import numpy as np
 
 from bench.conduct import joined, measured, record_of
 from bench.cover_claims import judge
-from bench.cover_scene import AIRS, LOOKS, Case, cases, displayed, preset_of, whole
+from bench.cover_scene import AIRS, FINE, LOOKS, Case, cases, displayed, preset_of, whole
 from bench.experiments import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
@@ -27,10 +30,13 @@ from scenes.shot import light_of, quality_of
 from scenes.sight import air_of
 from scenes.world import World, build_world, view_at
 
-NAME, VERSION = "cover", 1
-FIELDS, QUICK_FIELDS = 4, 2
-_SPP = 32
+NAME, VERSION = "cover", 2
+FIELDS, QUICK_FIELDS = {"aerial": 4, "forest": 10}, {"aerial": 2, "forest": 2}
+_SPP = 1
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+
+Bands = dict[str, list[int]]
+"""What was summed, by name, band by band."""
 
 
 def run(
@@ -38,7 +44,7 @@ def run(
 ) -> Record:
     """Render every field whole and pruned, and judge every band."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
-    steps = [(look, seed + k) for look in LOOKS for k in range(fields)]
+    steps = [(look, seed + k) for look in LOOKS for k in range(fields[look])]
     named = [(f"{look}, seed {own}", (look, own)) for look, own in steps]
     points = joined(measured(progress, each, (measure, named)))
     return record_of(
@@ -48,18 +54,18 @@ def run(
         provenance=provenance(_scene_hash(), seed, variant=choose()),
         points=points,
         claims=judge(points),
-        notes={"fields": fields, "samples_per_pixel": _SPP},
+        notes={"fields": fields, "rays_per_pixel": _SPP * FINE**2},
         start=start,
     )
 
 
 def measure(look: str, seed: int) -> list[Point]:
     """One field in all pictures of one look: a point for each."""
-    return [_point(case, *sums) for case, sums in field(look, seed).items()]
+    return [_point(case, found) for case, found in field(look, seed).items()]
 
 
-def field(look: str, seed: int) -> dict[Case, tuple[list[int], list[int]]]:
-    """One field in all pictures of one look: light in every band, tested and whole."""
+def field(look: str, seed: int) -> dict[Case, Bands]:
+    """One field in all pictures of one look, band by band."""
     presets = {air: preset_of(look, air, seed) for air in AIRS}
     world = build_world(presets["preset"])
     unpruned = _whole_pictures(world, presets)
@@ -93,22 +99,29 @@ def _quality(preset: Preset) -> Quality:
     return replace(quality_of(preset, choose()), spp=_SPP)
 
 
-def in_bands(
-    tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]
-) -> tuple[list[int], list[int]]:
-    """Luminance summed over the pixels of each band, of both pictures, in 10⁻⁶."""
-    band = np.digitize(unpruned.Z.astype(np.float64), edges_m) - 1
-    return _sums(tested.rgb, band, len(edges_m) - 1), _sums(unpruned.rgb, band, len(edges_m) - 1)
+def in_bands(tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]) -> Bands:
+    """Luminance summed in each band [10⁻⁶], and the rays there, of both pictures, each by its own
+    distances; and of the tested one along the rays that have the band in the whole one."""
+    ours, theirs = (
+        np.digitize(each.Z.astype(np.float64), edges_m) - 1 for each in (tested, unpruned)
+    )
+    light, of_all = (each.rgb.astype(np.float64) @ _LUMINANCE for each in (tested, unpruned))
+    bands = range(len(edges_m) - 1)
+    return {
+        "tested": [_micro(light[ours == k]) for k in bands],
+        "tested rays": [int((ours == k).sum()) for k in bands],
+        "whole": [_micro(of_all[theirs == k]) for k in bands],
+        "whole rays": [int((theirs == k).sum()) for k in bands],
+        "same rays": [_micro(light[theirs == k]) for k in bands],
+    }
 
 
-def _sums(rgb: np.ndarray, band: np.ndarray, bands: int) -> list[int]:
-    light = rgb.astype(np.float64) @ _LUMINANCE
-    return [round(1e6 * float(light[band == k].sum())) for k in range(bands)]
+def _micro(light: np.ndarray) -> int:
+    return round(1e6 * float(light.sum()))
 
 
-def _point(case: Case, tested: list[int], unpruned: list[int]) -> Point:
-    samples = {f"tested {k}": [light] for k, light in enumerate(tested)}
-    samples |= {f"whole {k}": [light] for k, light in enumerate(unpruned)}
+def _point(case: Case, found: Bands) -> Point:
+    samples = {f"{name} {k}": [each] for name, row in found.items() for k, each in enumerate(row)}
     return Point(asdict(case), {}, samples)
 
 

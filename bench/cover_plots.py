@@ -1,6 +1,6 @@
 """What the cover experiment shows: tone against distance, with cover and without, and a table."""
 
-from bench.cover_claims import TOLERANCE, band_name, bands, tone
+from bench.cover_claims import TOLERANCE, band_name, bands, room, same_rays, tone
 from bench.cover_scene import LOOKS
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
@@ -45,7 +45,8 @@ def _curve(point: Point) -> Curve:
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Heads and rows: every band of every picture."""
     heads = ("look", "air", "detail (px)", "cover", "band", "pruned ÷ whole", "95 % interval")
-    return heads, [_row(p, k) for p in record.points for k in range(bands(p))]
+    more = "room in the picture, pruned ÷ whole", "the same rays, pruned ÷ whole"
+    return (*heads, *more), [_row(p, k) for p in record.points for k in range(bands(p))]
 
 
 def _row(point: Point, band: int) -> tuple[str, ...]:
@@ -53,4 +54,5 @@ def _row(point: Point, band: int) -> tuple[str, ...]:
     cover = "left on the land" if case["cover"] else "none"
     case_ = case["look"], _AIR[case["air"]], f"{case['detail']:g}", cover
     interval = f"{found.low:.3f}-{found.high:.3f}"
-    return *case_, band_name(point, band), f"{found.value:.3f}", interval
+    more = f"{room(point, band):.3f}", f"{same_rays(point, band):.3f}"
+    return *case_, band_name(point, band), f"{found.value:.3f}", interval, *more

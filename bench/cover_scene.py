@@ -2,7 +2,9 @@
 
 The eye stands at the window's southern edge, where the preset puts it otherwise, so that all it
 sees as far as the last band is inside; ``aerial`` lower than the preset, because the window that
-can be held unpruned is smaller. In the whole picture every leaf in view is displayed.
+can be held unpruned is smaller. In the whole picture every leaf in view is displayed. A pixel is
+FINE × FINE rays, each with a distance of its own: of a pixel that is half tree and half sky, half
+counts.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +19,9 @@ from scenes.preset import Preset, load_preset
 from scenes.render.frame import Visible
 from scenes.shot import Shown, visible_at
 from scenes.world import World, view_at
+
+WIDTH_PX, HEIGHT_PX, FINE = 160, 90, 4
+"""Of the picture; and rays along each side of a pixel, one to each pixel of what is rendered."""
 
 WHOLE_DETAIL, GROUND_DETAIL = 0.02, 0.5
 """Of species and of the ground in the whole picture [px]: every leaf in view is displayed."""
@@ -45,7 +50,7 @@ class Outlook:
         return (
             f"world.extent={self.side_m}",
             f"camera.position=[{x}, {y}]",
-            "render.size=160x90",
+            f"render.size={FINE * WIDTH_PX}x{FINE * HEIGHT_PX}",
             *self.more,
         )
 
@@ -62,12 +67,13 @@ LOOKS = {
         _edges(75.0, 350.0),
         ("camera.height=60", "camera.pitch=-22"),
     ),
-    "forest": Outlook("forest", 400.0, (-0.27, -0.48), _edges(6.0, 200.0)),
+    "forest": Outlook("forest", 280.0, (-0.2, -0.48), _edges(7.0, 120.0)),
 }
 AIRS = ("preset", "clear")
 """The preset's own, and none."""
 
 DETAILS = (1.0, 12.0)
+"""τ, in pixels of the picture."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +105,7 @@ def preset_of(look: str, air: str, seed: int, more: tuple[str, ...] = ()) -> Pre
 
 def displayed(world: World, preset: Preset, detail: float, cover: bool) -> list[Visible]:
     """What is in the pruned picture."""
-    view = replace(view_at(world, preset, 1), detail=detail)
+    view = replace(view_at(world, preset, 1), detail=FINE * detail)
     ground = world.terrain if cover else replace(world.terrain, far=None)
     return [_visible(ground, view), *(_visible(each, view) for each in world.fields)]
 
@@ -107,8 +113,8 @@ def displayed(world: World, preset: Preset, detail: float, cover: bool) -> list[
 def whole(world: World, preset: Preset) -> list[Visible]:
     """Everything in view of the window, and the ground fine; bare beyond the window."""
     plain = replace(view_at(world, preset, 1), fade=0.0, sight=None)
-    fine = replace(plain, detail=WHOLE_DETAIL, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
-    ground = replace(plain, detail=GROUND_DETAIL)
+    fine = replace(plain, detail=FINE * WHOLE_DETAIL, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
+    ground = replace(plain, detail=FINE * GROUND_DETAIL)
     bare = replace(world.terrain, far=None)
     return [_visible(bare, ground), *(_visible(each, fine) for each in world.fields)]
 

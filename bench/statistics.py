@@ -99,6 +99,22 @@ def paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
     return Estimate(value, value - reach, value + reach, error, 1.0, n)
 
 
+def ratio_of_means(sums: Reals, counts: Reals, wholes: Reals, out_of: Reals) -> Estimate:
+    """(Σsums ÷ Σcounts) ÷ (Σwholes ÷ Σout_of) over groups, by leaving one group out at a time, as
+    in ``paired_ratio``."""
+    columns = sums, counts, wholes, out_of
+    n, rest = len(sums), [each.sum() - each for each in columns]
+    if n < 2 or not all((each > 0).all() for each in rest[1:]):
+        rule = "2 groups or more, and without any one of them some of everything"
+        raise InputError("ratio_of_means", n, rule)
+    total = [each.sum() for each in columns]
+    value = float(total[0] / total[1] / (total[2] / total[3]))
+    without = rest[0] / rest[1] / (rest[2] / rest[3])
+    error = math.sqrt((n - 1) * float(without.var()))
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, n - 1)) * error
+    return Estimate(value, value - reach, value + reach, error, 1.0, n)
+
+
 def median(values: Reals) -> Estimate:
     """The median; its interval from order statistics, whatever the distribution.
 

@@ -1,12 +1,13 @@
-"""Bands are those of the whole picture, and the verdicts follow from their light."""
+"""Each picture has its own bands, and the verdicts follow from the light there."""
 
 import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from bench import cover_plots
-from bench.cover_claims import bands, judge
+from bench.cover_claims import bands, judge, room, same_rays, tone
 from bench.cover_experiment import in_bands
 from bench.cover_scene import LOOKS, Case, cases, displayed, preset_of, whole
 from bench.experiments import EXPERIMENTS
@@ -25,13 +26,29 @@ def picture(Z, value):
     return Layers(three, Z, three, three, none, none, none)
 
 
-def test_light_is_summed_where_the_whole_picture_has_the_band():
+def test_light_is_summed_by_the_distances_of_each_picture():
     edges = 10.0, 20.0, 40.0
     unpruned = picture([[5, 10, 19], [20, 39, 1e10]], 0.5)
-    tested = picture(np.full((2, 3), 15.0), 0.25)
-    ours, theirs = in_bands(tested, unpruned, edges)
-    assert theirs == [1_000_000, 1_000_000]
-    assert ours == [500_000, 500_000]
+    tested = picture([[5, 15, 25], [25, 1e10, 39]], 0.25)
+    found = in_bands(tested, unpruned, edges)
+    assert found["whole"] == [1_000_000, 1_000_000] and found["whole rays"] == [2, 2]
+    assert found["tested"] == [250_000, 750_000] and found["tested rays"] == [1, 3]
+    assert found["same rays"] == [500_000, 500_000]
+
+
+def test_a_tree_that_stands_elsewhere_keeps_its_tone():
+    """Half a picture of dark tree before bright sky, its gaps drawn anew: along the same rays it
+    would have become far brighter, and yet nothing has changed."""
+    rng = np.random.default_rng(2)
+    pictures = []
+    for _ in range(2):
+        tree = rng.random((50, 80)) < 0.5
+        light = np.where(tree, 0.01, 0.1)[..., None].repeat(3, axis=2)
+        pictures.append(replace(picture(np.where(tree, 30.0, 1e10), 0.0), rgb=light))
+    found = in_bands(*pictures, (10.0, 40.0))
+    point = Point(vars(cases()[0]), {}, {f"{k} 0": row * 4 for k, row in found.items()})
+    assert tone(point, 0).value == pytest.approx(1.0, abs=1e-6)
+    assert room(point, 0) == pytest.approx(1.0, abs=0.1) and same_rays(point, 0) > 4
 
 
 def test_edges_rise_and_lie_in_the_window():
@@ -47,8 +64,10 @@ def planted(shift=0.0):
         samples = {}
         for k in range(8):
             samples[f"whole {k}"] = [1_000_000 + 1000 * n for n in range(4)]
+            samples[f"whole rays {k}"] = samples[f"tested rays {k}"] = [500] * 4
             share = 1.0 + (shift if case.cover and k == 3 else 0.0) + (0.0 if case.cover else 0.5)
             samples[f"tested {k}"] = [round(share * v) for v in samples[f"whole {k}"]]
+            samples[f"same rays {k}"] = samples[f"tested {k}"]
         points.append(Point(vars(case), {}, samples))
     return tuple(points)
 

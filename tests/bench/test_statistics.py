@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.sampling import Effort, sample
-from bench.statistics import fields_needed, ratio, slope, standard_error
+from bench.statistics import fields_needed, ratio, ratio_of_means, slope, standard_error
 from lod.errors import InputError
 
 
@@ -177,3 +177,22 @@ def test_standard_error_and_the_fields_it_takes():
 def test_what_cannot_be_estimated_is_refused(call):
     with pytest.raises(InputError):
         call()
+
+
+def test_a_ratio_of_means_knows_its_error_and_refuses_what_has_none():
+    """Groups of unlike size, of which the larger are the brighter: no mean of ratios."""
+    rng = np.random.default_rng(7)
+    inside = 0
+    for _ in range(300):
+        counts, out_of = (rng.poisson(mean, 12).astype(np.float64) for mean in (200.0, 100.0))
+        sums = counts * (0.02 + 1e-4 * counts) * (1 + 0.1 * rng.normal(size=12))
+        found = ratio_of_means(sums, counts, 0.02 * out_of, out_of)
+        inside += found.low <= 2.005 <= found.high
+    # E[Σc²] / E[Σc] = 201: the mean is 0.02 + 0.0201, over 0.02
+    assert 270 <= inside <= 297
+    one = np.array((4.0, 6.0))
+    assert ratio_of_means(one, one, 2 * one, one).value == 0.5
+    with pytest.raises(InputError):
+        ratio_of_means(one[:1], one[:1], one[:1], one[:1])
+    with pytest.raises(InputError):
+        ratio_of_means(one, np.array((0.0, 1.0)), one, one)
