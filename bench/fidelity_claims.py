@@ -1,25 +1,19 @@
 """What the fidelity experiment claims, judged from its raw samples alone."""
 
-import math
 from collections.abc import Sequence
-
-import numpy as np
 
 from bench.claims import Claim, claim
 from bench.excess_flip import FLOOR
+from bench.fidelity_equal_error import EQUAL_ERROR, column, equal_error, excesses
 from bench.fidelity_measure import BANDS
 from bench.fidelity_scene import GROUND, PIECES, PIECES_DETAIL, SPECIES
+from bench.fidelity_times import over_unpruned, timed
 from bench.records import Point
-from bench.statistics import CONFIDENCE, Estimate, mean
-from lod.arrays import Ints, Reals
-
-EQUAL_ERROR = 0.01
-"""The excess FLIP at which metrics are compared."""
+from bench.statistics import mean
 
 JUDGED_AT_PX = 1.0
 FEWEST_PIXELS = 30
 _QUOTED = SPECIES, GROUND, "everything"
-_DRAWS = 400
 _SOURCE = "§2.4, issue 6"
 
 
@@ -32,13 +26,13 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
         at = [p for p in chosen if p.case["detail"] == JUDGED_AT_PX]
         made += [_excess(name, p) for p in at if p.case["pruned"] in _QUOTED]
         made += [_luminance(name, p, b) for p in at for b in BANDS[:-1] if _any_light(p, b)]
-        made += _rivals(name, view, chosen)
+        made += _rivals(name, view, chosen) + _faster(name, chosen)
     return tuple(made)
 
 
 def _any_light(point: Point, band: str) -> bool:
-    enough = point.samples[f"pixels {band}"][0] >= FEWEST_PIXELS
-    return point.case["pruned"] == "everything" and enough
+    whole = point.case["pruned"] == "everything"
+    return whole and point.samples[f"pixels {band}"][0] >= FEWEST_PIXELS
 
 
 def by_view(points: Sequence[Point]) -> dict[str, list[Point]]:
@@ -49,45 +43,10 @@ def by_view(points: Sequence[Point]) -> dict[str, list[Point]]:
     return views
 
 
-def curve(points: Sequence[Point], metric: str) -> list[Point]:
-    """The species pruned by a metric, from the finest detail to the coarsest."""
-    mine = [p for p in points if p.case["metric"] == metric and p.case["pruned"] == SPECIES]
-    return sorted(mine, key=lambda p: p.case["detail"])
-
-
 def pieces(points: Sequence[Point]) -> list[Point]:
     """What its pieces cost, each pruned alone."""
     at = [p for p in points if p.case["detail"] == PIECES_DETAIL]
     return [p for p in at if p.case["pruned"] in (*PIECES, GROUND)]
-
-
-def excesses(point: Point) -> Reals:
-    """Excess FLIP of every pair of seeds, (pairs,)."""
-    return column(point, "flip") - column(point, "flip_floor")
-
-
-def column(point: Point, name: str) -> Reals:
-    """A sample of every pair, out of millionths."""
-    return np.array(point.samples[name], np.float64) / 1e6
-
-
-def reached(
-    points: Sequence[Point], pairs: Ints, error: float = EQUAL_ERROR
-) -> tuple[float, float]:
-    """τ [px] and number of parts at which the excess comes up to an error, over some pairs.
-
-    Between two details along straight lines of their logarithms; NaN where it is never there.
-    """
-    found = np.maximum([excesses(p)[pairs].mean() for p in points], 1e-6)
-    for k in range(1, len(points)):
-        if found[k - 1] <= error < found[k]:
-            low, high = np.log(found[[k - 1, k]])
-            share = (math.log(error) - low) / (high - low)
-            ends = [(p.case["detail"], p.samples["parts"][0]) for p in points[k - 1 : k + 1]]
-            return tuple(
-                float(v) for v in np.exp((1 - share) * np.log(ends[0]) + share * np.log(ends[1]))
-            )  # type: ignore[return-value]
-    return math.nan, math.nan
 
 
 def _floor(name: str, view: str, point: Point) -> Claim:
@@ -114,29 +73,25 @@ def _luminance(name: str, point: Point, band: str) -> Claim:
 
 def _rivals(name: str, view: str, points: Sequence[Point]) -> list[Claim]:
     """Does the default metric need the fewest parts at equal error? Over resampled pairs."""
-    made, ours = [], curve(points, "blake")
-    for rival in dict.fromkeys(p.case["metric"] for p in points):
-        theirs = curve(points, rival)
-        if rival == "blake" or not (ours and theirs):
-            continue
-        ratio = _resampled(ours, theirs)
-        if ratio is not None:
-            about = f"At equal error blake needs no more parts than {rival}, {view}."
-            words = about, f"parts by blake ÷ parts by {rival} at excess FLIP 0.01", _SOURCE
-            made.append(claim(f"{rival}/{name}/parts", words, 1.0, 0, ratio, "at most"))
+    made, found = [], equal_error(points)
+    ours = found["blake"]
+    for rival in found.values():
+        if rival is not ours and ours.found and rival.found:
+            about = f"At equal error blake needs no more parts than {rival.metric}, {view}."
+            words = about, f"parts by blake ÷ parts by {rival.metric} at excess FLIP 0.01", _SOURCE
+            which = f"{rival.metric}/{name}/parts"
+            made.append(claim(which, words, 1.0, 0, ours.parts_over(rival), "at most"))
     return made
 
 
-def _resampled(ours: Sequence[Point], theirs: Sequence[Point]) -> Estimate | None:
-    """Ratio of parts, with the percentiles of a bootstrap over pairs; None where either is never
-    there."""
-    pairs = np.arange(len(ours[0].samples["flip"]))
-    rng = np.random.Generator(np.random.Philox(0))
-    draws = [pairs, *(rng.choice(pairs, len(pairs)) for _ in range(_DRAWS))]
-    found = np.array([reached(ours, k)[1] / reached(theirs, k)[1] for k in draws])
-    if not np.isfinite(found).all():
-        return None
-    low, high = np.quantile(found[1:], [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
-    value = float(found[0])
-    spread = float(found[1:].std(ddof=1))
-    return Estimate(value, min(float(low), value), max(float(high), value), spread, 1.0, len(pairs))
+def _faster(name: str, points: Sequence[Point]) -> list[Claim]:
+    """Is the pruned frame the faster one, everything but its species the same?"""
+    made = []
+    for point in (p for p in timed(points) if p.case["detail"] == JUDGED_AT_PX):
+        found = over_unpruned(points, point)
+        if found is not None:
+            view = point.case["view"]
+            about = f"Pruned by blake at one pixel a frame takes less time than unpruned, {view}."
+            words = about, "time of prune, build and trace ÷ the unpruned frame's", "§4.2, issue 6"
+            made.append(claim(f"blake/{name}/time", words, 1.0, 0, found, "at most"))
+    return made

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench import conduct
+from bench import conduct, fidelity_times
 from bench.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
 from bench.experiments import Progress, silent
 from bench.fidelity_claims import judge
@@ -43,7 +43,7 @@ from scenes.render.variants import choose
 from scenes.shot import light_of, quality_of
 from scenes.sight import air_of
 
-NAME, VERSION = "fidelity", 1
+NAME, VERSION = "fidelity", 2
 _SPP = {"eye level": 196, "aerial": 324, "hazy": 64}
 """Samples a pixel with which the noise floor of each view is below that of an excess to quote."""
 
@@ -51,17 +51,27 @@ _QUICK_SPP = 25
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: Each = in_turn,
+    metric: str | None = None,
 ) -> Record:
-    """Render every case with every seed and judge the claims; quick has fewer details and spp."""
-    start, variant, grid = time.perf_counter(), choose(), cases(quick)
+    """Render every case with every seed, time some, and judge the claims; ``metric`` is tried, too.
+
+    Quick has fewer details and samples a pixel.
+    """
+    start, variant, grid = time.perf_counter(), choose(), cases(quick, metric)
     spp = dict.fromkeys(VIEWS, _QUICK_SPP) if quick else _SPP
     seeds = tuple(seed + k for k in range(2 * LEAST_PAIRS))
     jobs = [
         (f"{c.view}, {c.metric}, {c.detail:g} px, {c.pruned}", (c, variant, spp[c.view], seeds))
         for c in grid
     ]
-    points = conduct.measured(progress, each, (measure, jobs))
+    details = fidelity_times.QUICK_DETAILS if quick else fidelity_times.DETAILS
+    timed = [(f"{view}, timed", (view, details, variant, seed)) for view in VIEWS]
+    timing = fidelity_times.measure_times, timed
+    points = conduct.measured(progress, each, (measure, jobs), timing)
     return conduct.record_of(
         NAME,
         VERSION,
@@ -71,6 +81,7 @@ def run(
         claims=judge(points),
         notes={
             "samples_per_pixel": spp,
+            "samples_per_pixel_timed": fidelity_times.SPP,
             "pairs_of_seeds": LEAST_PAIRS,
             "pixels_per_degree": PIXELS_PER_DEGREE,
             "ceiling_of_parts": MOST_PARTS,
@@ -101,9 +112,7 @@ def _pictures(
 def measure(case: Case, variant: str, spp: int, seeds: tuple[int, ...]) -> Point:
     """Pictures of a case with every second seed, against those of the unpruned view."""
     whole = _whole(case.view, variant, spp, seeds)
-    start = time.perf_counter()
     visible = displayed(case)
-    pruned = time.perf_counter() - start
     pictures = _pictures(case.view, visible, variant, spp, seeds[0::2])
     counts = pictures[0].statistics
     size = preset_of(case.view).render.size
@@ -116,9 +125,6 @@ def measure(case: Case, variant: str, spp: int, seeds: tuple[int, ...]) -> Point
         "sticks": [counts["sticks"]],
         "triangles": [counts["triangles"]],
         "foretold_bytes": [needed],
-        "prune_us": [round(1e6 * pruned)],
-        "build_us": [round(1e6 * pictures[0].seconds["build"])],
-        "trace_us": [round(1e6 * each.seconds["trace"]) for each in pictures],
     }
     case_ = {k: getattr(case, k) for k in ("view", "metric", "detail", "pruned")}
     return Point(case_, {}, samples)

@@ -5,7 +5,7 @@ of its reference, the curve of scenes.render.display, not rounded to 8 bits.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -30,6 +30,7 @@ class Reference:
     """The unpruned view: two pictures of every pair of seeds, and what is measured against them.
 
     same, other   with the seed of the tested picture, and with another
+    floors        FLIP, SSIM and relMSE of every pair against itself, as ``measured`` has them
     exposure, mean  of all pictures of ``other``; ``mean`` is exposed
     Z  (h, w) distance of what each pixel shows [m]
     """
@@ -39,6 +40,7 @@ class Reference:
     exposure: float
     mean: Picture
     Z: np.ndarray
+    floors: dict[str, list[int]]
 
 
 def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
@@ -46,7 +48,10 @@ def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
     pictures = [[each.rgb.astype(np.float64) for each in row] for row in (same, other)]
     mean = np.mean(pictures[1], axis=0)
     exposure = exposure_of(mean)
-    return Reference(tuple(pictures[0]), tuple(pictures[1]), exposure, mean * exposure, same[0].Z)
+    one, two = map(tuple, pictures)
+    plain = Reference(one, two, exposure, mean * exposure, same[0].Z, {})
+    floors = {f"{name}_floor": row for name, row in _errors(one, plain).items()}
+    return replace(plain, floors=floors)
 
 
 def measured(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]:
@@ -54,20 +59,25 @@ def measured(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]
 
     In millionths; luminance in 10⁻⁹ of its unit.
     """
+    return {
+        **_errors(tested, whole),
+        **whole.floors,
+        "relmse_bias": [_ppm(each) for each in bias(tested, whole)],
+        **_luminances(tested, whole),
+    }
+
+
+def _errors(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]:
+    """FLIP, SSIM and relMSE of every pair, noise and all."""
     pairs = range(len(tested))
-    test, same, other = (
+    test, other = (
         [encoded(p, whole.exposure).astype(np.float32) for p in row]
-        for row in (tested, whole.same, whole.other)
+        for row in (tested, whole.other)
     )
     return {
         "flip": [_ppm(mean_flip(test[k], other[k])) for k in pairs],
-        "flip_floor": [_ppm(mean_flip(same[k], other[k])) for k in pairs],
         "ssim": [_ppm(ssim(test[k], other[k])) for k in pairs],
-        "ssim_floor": [_ppm(ssim(same[k], other[k])) for k in pairs],
         "relmse": [_ppm(rel_mse(tested[k], whole.other[k], whole)) for k in pairs],
-        "relmse_floor": [_ppm(rel_mse(whole.same[k], whole.other[k], whole)) for k in pairs],
-        "relmse_bias": [_ppm(each) for each in bias(tested, whole)],
-        **_luminances(tested, whole),
     }
 
 

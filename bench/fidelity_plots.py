@@ -1,25 +1,59 @@
 """What the fidelity experiment shows: error against detail and against parts, and a table."""
 
-import math
-
-import numpy as np
+from collections.abc import Sequence
 
 from bench.excess_flip import ExcessFlip, over_noise
-from bench.fidelity_claims import EQUAL_ERROR, by_view, column, curve, pieces, reached
-from bench.fidelity_scene import METRICS_TRIED
+from bench.experiments import Table
+from bench.fidelity_claims import by_view, pieces
+from bench.fidelity_equal_error import (
+    EQUAL_ERROR,
+    Reached,
+    column,
+    curve,
+    equal_error,
+    metrics_of,
+)
+from bench.fidelity_times import SPP, TIMED, over_unpruned, seconds, timed
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
+from bench.statistics import Estimate, median
 
 _LEAST = 1e-5
 """Errors of nothing are drawn here, for the axis is logarithmic."""
 
 
 def figures(record: Record) -> tuple[Figure, ...]:
-    """Of each view: excess FLIP against detail and against parts."""
+    """Of each view: excess FLIP against detail, parts and time."""
     made = []
     for view, points in by_view(record.points).items():
-        made += [_figure(record, view, points, "detail"), _figure(record, view, points, "parts")]
+        made += [_figure(view, points, "detail"), _figure(view, points, "parts")]
+        made += [_by_time(view, points)] if timed(points) else []
     return tuple(made)
+
+
+def summary(record: Record) -> Table:
+    """Heads and rows: of every view and metric, τ and parts at equal error."""
+    heads = ("view", "metric", f"τ at excess FLIP {EQUAL_ERROR} (px)", "parts there", "÷ blake's")
+    rows: list[tuple[str, ...]] = []
+    for view, points in by_view(record.points).items():
+        found = equal_error(points)
+        fewest = min(found.values(), key=lambda each: (not each.found, each.parts[0]))
+        for each in found.values():
+            mark = ", the fewest" if each is fewest and each.found else ""
+            rows.append((view, each.metric + mark, *_crossing(each, found["blake"])))
+    return heads, rows
+
+
+def _crossing(each: Reached, ours: Reached) -> tuple[str, str, str]:
+    if not each.found:
+        return "not reached in the range tried", "", ""
+    over = _within(each.parts_over(ours), "{:.2f}") if ours.found else ""
+    return _within(each.detail, "{:.2f}"), _within(each.part_count, "{:.0f}"), over
+
+
+def _within(found: Estimate, form: str) -> str:
+    value, low, high = (form.format(v) for v in (found.value, found.low, found.high))
+    return f"{value} ({low} to {high})"
 
 
 def excess(point: Point) -> ExcessFlip:
@@ -30,32 +64,32 @@ def excess(point: Point) -> ExcessFlip:
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Heads and rows: every case."""
     heads = (
-        *("view", "metric", "τ (px)", "pruned", "parts", "sticks", "memory (MB)", "prune (ms)"),
-        *("build (ms)", "trace (ms)", "excess FLIP", "at most (95 %)", "floor"),
+        *("view", "metric", "τ (px)", "pruned", "parts", "memory (MB)", "a frame's time (s)"),
+        *("÷ unpruned", "excess FLIP", "at most (95 %)", "floor"),
         *("relMSE without noise", "relMSE", "its floor", "SSIM", "its floor"),
     )
-    return heads, [_row(point) for point in record.points]
+    views = by_view(record.points)
+    return heads, [_row(point, views[point.case["view"]]) for point in record.points]
 
 
-def _row(point: Point) -> tuple[str, ...]:
-    case, samples, found = point.case, point.samples, excess(point)
-    times = [f"{np.median(samples[f'{k}_us']) / 1000:.1f}" for k in ("prune", "build", "trace")]
+def _row(point: Point, view: Sequence[Point]) -> tuple[str, ...]:
+    case, samples = point.case, point.samples
+    place = case["view"], case["metric"], f"{case['detail']:g}", case["pruned"]
+    held = str(samples["parts"][0]), f"{samples['foretold_bytes'][0] / 1e6:.0f}"
+    if case["pruned"] == TIMED:
+        over = over_unpruned(view, point)
+        times = _within(median(seconds(point)), "{:.3f}"), _within(over, "{:.3f}") if over else ""
+        return (*place, *held, *times, *[""] * 8)
+    found = excess(point)
     errors = [f"{column(point, f'relmse{k}').mean():.5f}" for k in ("_bias", "", "_floor")]
     likeness = [f"{column(point, f'ssim{k}').mean():.4f}" for k in ("", "_floor")]
-    return (
-        *(case["view"], case["metric"], f"{case['detail']:g}", case["pruned"]),
-        *(str(samples[k][0]) for k in ("parts", "sticks")),
-        f"{samples['foretold_bytes'][0] / 1e6:.0f}",
-        *times,
-        *(f"{v:.4f}" for v in (found.excess, found.high, found.floor)),
-        *errors,
-        *likeness,
-    )
+    flip = [f"{v:.4f}" for v in (found.excess, found.high, found.floor)]
+    return (*place, *held, "", "", *flip, *errors, *likeness)
 
 
-def _figure(record: Record, view: str, points: list[Point], against: str) -> Figure:
+def _figure(view: str, points: list[Point], against: str) -> Figure:
     drawn, all_x = [], set()
-    for metric in METRICS_TRIED:
+    for metric in metrics_of(points):
         row = sorted(curve(points, metric), key=lambda p: _x(p, against))
         x = [_x(point, against) for point in row]
         found = [excess(point) for point in row]
@@ -82,15 +116,39 @@ def _x(point: Point, against: str) -> float:
     return float(point.case["detail"] if against == "detail" else point.samples["parts"][0])
 
 
+def _by_time(view: str, points: list[Point]) -> Figure:
+    """Error against a frame's time, by blake; the unpruned frame's time beside it."""
+    errors = {p.case["detail"]: excess(p) for p in curve(points, "blake")}
+    row = [p for p in timed(points) if p.case["detail"] in errors]
+    x = [median(seconds(p)).value for p in row]
+    found = [errors[p.case["detail"]] for p in row]
+    y, low, high = (
+        [max(getattr(each, k), _LEAST) for each in found] for k in ("excess", "low", "high")
+    )
+    whole = timed(points, "full")
+    told = "; ".join(
+        f"τ = {p.case['detail']:g} px: {_within(median(seconds(p)), '{:.3f}')} s" for p in row
+    )
+    unpruned = f"Unpruned: {_within(median(seconds(whole[0])), '{:.3f}')} s. " if whole else ""
+    caption = (
+        f"Excess FLIP of the {view} view by blake against a frame's time: prune, build and trace "
+        f"with {SPP} samples a pixel, medians of {len(seconds(row[0]))} rounds in which all "
+        f"details take turns. {told}. {unpruned}The ground is whole in all of them, and most of "
+        "their time is its own."
+    )
+    name, axis = f"fidelity-{view.replace(' ', '-')}-time", ("seconds a frame", "excess FLIP")
+    order = sorted(range(len(x)), key=x.__getitem__)
+    x, y, low, high = ([each[k] for k in order] for each in (x, y, low, high))
+    drawn = Curve("blake", x, y, low, high)
+    alt = f"Log-log plot. {caption}"
+    return curves(name, f"Error against time, {view}", caption, alt, axis, [drawn])
+
+
 def _crossings(points: list[Point]) -> str:
     words = []
-    for metric in METRICS_TRIED:
-        row = curve(points, metric)
-        detail, parts = reached(row, np.arange(len(row[0].samples["flip"])))
-        where = (
-            "not in this range" if math.isnan(detail) else f"τ = {detail:.2g}, {parts:.0f} parts"
-        )
-        words.append(f"{metric}: {where}")
+    for each in equal_error(points).values():
+        at = f"τ = {each.details[0]:.2g}, {each.parts[0]:.0f} parts"
+        words.append(f"{each.metric}: {at if each.found else 'not in this range'}")
     return f"It reaches {EQUAL_ERROR} at: " + "; ".join(words) + "."
 
 

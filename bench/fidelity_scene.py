@@ -70,10 +70,11 @@ class Case:
     pruned: str = SPECIES
 
 
-def cases(quick: bool) -> list[Case]:
-    """Every view by every metric and detail, and what its pieces cost."""
+def cases(quick: bool, metric: str | None = None) -> list[Case]:
+    """Every view by every metric, ``metric`` too, and detail; and what its pieces cost."""
     details = QUICK_DETAILS if quick else DETAILS
-    made = [Case(v, m, d) for v in VIEWS for m in METRICS_TRIED for d in details]
+    metrics = (*METRICS_TRIED, *([metric] if metric else []))
+    made = [Case(v, m, d) for v in VIEWS for m in metrics for d in details]
     ground = (PIECES_DETAIL,) if quick else QUICK_DETAILS
     made += [Case(v, "blake", d, GROUND) for v in VIEWS for d in ground]
     return made + [Case(v, "blake", PIECES_DETAIL, piece) for v in VIEWS for piece in PIECES]

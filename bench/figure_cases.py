@@ -70,10 +70,11 @@ class Curve:
         return np.geomspace(near, self.limits[0], count + 1)[:-1]
 
 
-def curves() -> tuple[Curve, ...]:
-    """Every kind with every metric; the person with exaggerated detail too."""
-    usual = [Curve(kind, metric, DETAIL_PX) for kind in EVERYTHING for metric in METRICS]
-    return (*usual, *(Curve(PERSON, metric, EXAGGERATED_PX) for metric in METRICS))
+def curves(more: str | None = None) -> tuple[Curve, ...]:
+    """Every kind with every metric, ``more`` too; the person with exaggerated detail as well."""
+    metrics = (*METRICS, *([more] if more else []))
+    usual = [Curve(kind, metric, DETAIL_PX) for kind in EVERYTHING for metric in metrics]
+    return (*usual, *(Curve(PERSON, metric, EXAGGERATED_PX) for metric in metrics))
 
 
 @lru_cache(maxsize=16)

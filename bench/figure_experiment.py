@@ -32,10 +32,17 @@ QUICK = Effort(poses=40, distances=30, repeats=21, posed=1000)
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: Each = in_turn,
+    metric: str | None = None,
 ) -> Record:
-    """Count every curve, compare all sizes, time both ways of posing, and judge every claim."""
-    grid, effort, start = curves(), QUICK if quick else FULL, time.perf_counter()
+    """Count every curve, compare all sizes, time both ways of posing, and judge every claim.
+
+    ``metric``: of another than its own as well.
+    """
+    grid, effort, start = curves(metric), QUICK if quick else FULL, time.perf_counter()
     cases = [(f"{curve.kind}, {curve.metric}", (curve, effort, seed)) for curve in grid]
     points = measured(progress, each, (measure, cases))
     points += tuple(Point({"what": SIZED, "kind": kind}, {}, sizes(kind)) for kind in EVERYTHING)

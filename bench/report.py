@@ -74,6 +74,7 @@ def _section(record: Record) -> Section:
         experiment.table(judged),
         experiment.limits,
         pictures_of(record),
+        experiment.summary(judged) if experiment.summary and record.points else ((), []),
     )
 
 

@@ -100,6 +100,7 @@ def _section(section: Section) -> str:
     return f"""
 <section id="{section.anchor}" aria-labelledby="{section.anchor}-title">
 <h2 id="{section.anchor}-title">{escape(section.title)}</h2>
+{_in_short(section)}
 {"".join(tables[:1])}
 <div class="figures">{figures}</div>
 {pictures}
@@ -108,6 +109,14 @@ def _section(section: Section) -> str:
 <details><summary>Every point, as numbers</summary><p>From {origin}.</p>
 {_table(*section.table, label=f"Every point of {section.title}")}</details>
 </section>"""
+
+
+def _in_short(section: Section) -> str:
+    """The summary of the record, where it has one."""
+    heads, rows = section.summary
+    if not rows:
+        return ""
+    return f"<h3>In short</h3>{_table(heads, rows, f'In short: {section.title}')}"
 
 
 def _claims(title: str, claims: Sequence[Claim], origin: str) -> str:

@@ -37,6 +37,8 @@ def picture_path(section: Section, each: Pictures, number: int) -> str:
 def _section(section: Section) -> Iterable[str]:
     yield f"## {section.title}"
     yield f"**{section.question}** {answer(section.claims)}"
+    if section.summary[1]:
+        yield "### In short\n\n" + _table(*section.summary)
     for title, claims in groups(section.claims).items():
         yield f"### {title}"
         rows = [(f"{MARKS[c.verdict]} {verdict(c)}", *words(c)) for c in claims]

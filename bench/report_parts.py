@@ -58,6 +58,7 @@ class Section:
     table: Table
     limits: tuple[str, ...] = ()
     pictures: tuple[Pictures, ...] = ()
+    summary: Table = ((), [])
 
     @property
     def anchor(self) -> str:

@@ -66,7 +66,9 @@ def command(
 
 
 def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...]:
-    """Names of experiments, each once. ``all`` is every one; those that are timed stay here."""
+    """Names of experiments, each once. ``all`` is every one, those that are timed first, before
+    others have filled memory; they stay here.
+    """
     from bench.experiments import EXPERIMENTS
 
     if not experiments:
@@ -74,7 +76,7 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
             "EXPERIMENT", experiments, "at least one, or all", f"try {next(iter(EXPERIMENTS))}"
         )
     if ALL in experiments:
-        return tuple(EXPERIMENTS)
+        return tuple(sorted(EXPERIMENTS, key=lambda name: not EXPERIMENTS[name].timed))
     for name in experiments:
         if name not in EXPERIMENTS:
             cure = nearest_name(name, (*EXPERIMENTS, ALL))

@@ -10,7 +10,8 @@ import pytest
 from PIL import Image
 
 from bench import fidelity_pictures, fidelity_plots
-from bench.fidelity_claims import judge, reached
+from bench.fidelity_claims import judge
+from bench.fidelity_equal_error import equal_error, reached
 from bench.fidelity_measure import BANDS, bias, measured, reference_of
 from bench.fidelity_scene import (
     DETAILS,
@@ -19,12 +20,15 @@ from bench.fidelity_scene import (
     PIECES,
     PIECES_DETAIL,
     SPECIES,
+    VIEWS,
     Case,
     cases,
     displayed,
     parts_in,
     reference,
 )
+from bench.fidelity_times import STAGES, TIMED, UNPRUNED, measure_times
+from bench.figure_cases import curves
 from bench.pictures import NOTE, pictures_of
 from bench.provenance import provenance
 from bench.records import Point, Record
@@ -91,29 +95,37 @@ def point(metric, detail, excess, parts, floor=5000, view="aerial", pruned=SPECI
         "flip_floor": [floor] * PAIRS,
         **{k: [990_000] * PAIRS for k in ("ssim", "ssim_floor")},
         **{f"relmse{k}": [100] * PAIRS for k in ("", "_floor", "_bias")},
-        **{k: [5] for k in ("sticks", "triangles", "foretold_bytes", "prune_us", "build_us")},
+        **{k: [5] for k in ("sticks", "triangles", "foretold_bytes")},
         "parts": [parts],
-        "trace_us": [5] * PAIRS,
     }
     return Point({"view": view, "metric": metric, "detail": detail, "pruned": pruned}, {}, samples)
 
 
-def planted(rival=2.0):
+def timed_point(metric, detail, seconds, view="aerial"):
+    """A frame that takes so long in all, now a third more and now a third less."""
+    micros = [round(1e6 * seconds * (4 / 3 if k % 2 else 2 / 3)) for k in range(PAIRS)]
+    samples = {f"{stage}_us": [us // 3 for us in micros] for stage in STAGES}
+    samples |= {"parts": [7], "foretold_bytes": [5]}
+    return Point({"view": view, "metric": metric, "detail": detail, "pruned": TIMED}, {}, samples)
+
+
+def planted(rival=2.0, faster=0.5):
     """Excess 0.01·τ by every metric; the others have ``rival`` times as many parts as blake."""
     made = []
     for metric in METRICS_TRIED:
         factor = 1.0 if metric == "blake" else rival
         made += [point(metric, d, 0.01 * d, round(1e5 * factor / d**2)) for d in DETAILS]
     made += [point("blake", PIECES_DETAIL, 0.004, 10, pruned=piece) for piece in PIECES]
-    return tuple(made)
+    made += [timed_point("blake", 2.0, 0.2), timed_point("blake", 1.0, faster)]
+    return (*made, timed_point(UNPRUNED, 1.0, 1.0))
 
 
 def test_where_the_excess_comes_up_to_an_error_is_read_between_details():
     row = [p for p in planted() if p.case["metric"] == "blake" and p.case["pruned"] == SPECIES]
-    detail, parts = reached(row, np.arange(PAIRS), 0.015)
+    ((detail, parts),) = reached(row, np.arange(PAIRS)[None], 0.015)
     assert detail == pytest.approx(1.5, rel=1e-6)
     assert parts == pytest.approx(1e5 / 1.5**2, rel=1e-3)
-    assert np.isnan(reached(row[:2], np.arange(PAIRS), 0.5)).all()
+    assert np.isnan(reached(row[:2], np.arange(PAIRS)[None], 0.5)).all()
 
 
 def test_verdicts_follow_from_samples():
@@ -128,13 +140,53 @@ def test_verdicts_follow_from_samples():
     assert {c.name: c.verdict for c in judge(noisy_floor)}["floor/aerial"] == "refuted"
 
 
+def test_a_frame_is_held_against_the_unpruned_one_of_its_own_round():
+    """Rounds differ by a factor of two, and the ratio not at all."""
+    verdict = {c.name: c for c in judge(planted(faster=0.5))}["blake/aerial/time"]
+    assert verdict.verdict == "holds"
+    assert (verdict.low, verdict.high) == pytest.approx((0.5, 0.5), rel=1e-4)
+    slower = {c.name: c.verdict for c in judge(planted(faster=1.1))}
+    assert slower["blake/aerial/time"] == "refuted"
+
+
+def test_at_equal_error_every_metric_is_summed_up_with_its_interval():
+    found = equal_error(planted(rival=3.0))
+    assert found["blake"].detail.value == pytest.approx(1.0, rel=0.02)
+    assert found["depth"].parts_over(found["blake"]).value == pytest.approx(3.0, rel=1e-3)
+    points = planted(rival=3.0)
+    made = Record("fidelity", 2, True, "", provenance("", 0), points, (), {})
+    heads, rows = fidelity_plots.summary(made)
+    assert [row[1] for row in rows] == ["blake, the fewest", *METRICS_TRIED[1:]]
+    assert rows[1][4].startswith("3.00 (3.00") and all(len(row) == len(heads) for row in rows)
+    never = tuple(p for p in points if p.case["detail"] < 1 or p.case["metric"] == "blake")
+    assert not equal_error(never)["depth"].found
+
+
+def test_another_metric_is_tried_in_every_view():
+    more = set(cases(False, "halfway")) - set(cases(False))
+    assert {(c.view, c.metric, c.detail, c.pruned) for c in more} == {
+        (view, "halfway", detail, SPECIES) for view in VIEWS for detail in DETAILS
+    }
+    assert {c.metric for c in set(curves("halfway")) - set(curves())} == {"halfway"}
+
+
+@pytest.mark.slow
+def test_a_timed_frame_has_every_stage_and_the_unpruned_one_has_more_parts():
+    one, whole = measure_times("hazy", (1.0,), choose(), 0)
+    assert [p.case["metric"] for p in (one, whole)] == ["blake", UNPRUNED]
+    assert 0 < one.samples["parts"][0] < whole.samples["parts"][0]
+    for point in (one, whole):
+        assert all(len(point.samples[f"{stage}_us"]) == PAIRS for stage in STAGES)
+        assert min(map(min, point.samples.values())) > 0
+
+
 def test_the_report_draws_every_view_with_its_floor():
     points = planted()
     made = Record("fidelity", 1, True, "", provenance("", 0), points, judge(points), {})
     heads, rows = fidelity_plots.table(made)
     assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
     for figure in fidelity_plots.figures(made):
-        assert "noise floor is 0.0050" in figure.caption
+        assert "noise floor is 0.0050" in figure.caption or figure.name.endswith("-time")
         assert not re.search(r"\bnan\b", figure.svg)
 
 

@@ -141,7 +141,10 @@ def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, mo
     names = {claim["name"] for claim in json.loads(out)["claims"]}
     assert {"halfway/figure/objects/ratio", "blake/figure/objects/ratio"} <= names
     for wrong, says in (
-        (("run", "scaling", "cost", *HALFWAY), "experiments that try metrics: scaling, pixels"),
+        (
+            ("run", "scaling", "cost", *HALFWAY),
+            "experiments that try metrics: scaling, figure, fidelity, pixels",
+        ),
         (("run", "scaling", "--metric", "blake"), "ours are tried anyhow"),
         (("run", "scaling", "--metric", "missing"), "No module named"),
     ):
