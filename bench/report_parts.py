@@ -91,8 +91,8 @@ def answer(claims: Sequence[Claim]) -> str:
 
 
 _BREAKS = (
-    "In 1 more case a simpler rule breaks, as the theory foresees.",
-    "In {} more cases a simpler rule breaks, as the theory foresees.",
+    "1 more breaks where the theory foresees it.",
+    "{} more break where the theory foresees it.",
 )
 
 

@@ -264,7 +264,7 @@ def test_the_answer_in_a_sentence(record):
     assert answer([good, open_]).startswith("So far 1 of 2")
     assert "1 is refuted" in answer([good, bad, open_])
     foreseen = replace(bad, foreseen=True)
-    assert answer([good, foreseen]).startswith("Yes: all 1 claims hold. In 1 more case")
+    assert answer([good, foreseen]).startswith("Yes: all 1 claims hold. 1 more breaks")
     assert "1 is refuted" in answer([good, bad, foreseen])
     assert answer([]) == "Nothing was claimed."
 
