@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.claims import Claim, claim
 from bench.excess_flip import over_noise
-from bench.fidelity_claims import EQUAL_ERROR
+from bench.fidelity_equal_error import EQUAL_ERROR
 from bench.records import Point
 from bench.statistics import Estimate, share
 
