@@ -116,6 +116,10 @@ MostParts = Annotated[
     Annotated[int, Field(ge=1, le=10**12)] | None,
     key("parts displayed at most, 1 to 1e12: they choose the detail; absent = no limit"),
 ]
+MostMemory = Annotated[
+    Annotated[int, Field(ge=10**6, le=10**15)] | None,
+    key("bytes a frame may be foretold to need, 1e6 to 1e15: they choose the detail; absent = any"),
+]
 Size = Annotated[
     tuple[Side, Side],
     BeforeValidator(_told(_size)),
@@ -184,6 +188,7 @@ class ViewPreset(Table):
     metric: Annotated[str, key("member of the metric family")] = "blake"
     detail: Annotated[float, key("detail threshold τ [px]", above=0, most=1e6)] = 1.0
     max_parts: MostParts = None
+    max_memory: MostMemory = None
     offscreen_detail: Annotated[
         float, key("share of the detail that is kept out of view", above=0, most=1)
     ] = 0.25

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import click
 
-from bench.frame_flags import frame_numbers, frame_pattern
+from bench.frame_flags import frame_numbers, frame_pattern, memory_size
 from bench.view_flags import FILE_KEYS, QUALITY_KEYS, VIEW_KEYS, preset_of
 from lod.errors import InputError
 
@@ -21,6 +21,7 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     They may run at once and anywhere, in this folder: the manifest has one writer at a time.
     """
     from bench.commands.render import command as render
+    from bench.commands.render import fitted
     from scenes.budget import within_budget
     from scenes.render.variants import choose
 
@@ -35,10 +36,16 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     chosen = preset_of(flags["preset"], flags["settings"], flags["density"], **told)
     variant = choose(chosen.render.variant, chosen.render.spectral)
     kept = [*without(words, "--frames"), "--variant", variant]
-    if flags["max_parts"] is not None:
+    if flags["fit"]:
+        most = flags["max_memory"]
+        chosen = fitted(chosen, None if most is None else memory_size(most))
+    if flags["max_parts"] is not None or flags["fit"]:
         # One detail for all: a frame by itself would choose its own.
         detail = within_budget(chosen, numbers).view.detail
-        kept = [*without(list(without(kept, "--max-parts")), "--detail"), "--detail", repr(detail)]
+        kept = [word for word in kept if word != "--fit"]
+        for flag in ("--max-parts", "--detail"):
+            kept = list(without(kept, flag))
+        kept += ["--detail", repr(detail)]
     for number in numbers:
         click.echo(shlex.join(["lodbench", "render", *kept, "--frames", str(number)]))
 

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option("--max-memory", metavar="SIZE", help="Refuse frames that need more, as 4GB.")
+@click.option("--fit", is_flag=True, help="Choose τ so that frames fill --max-memory instead.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
@@ -61,6 +62,7 @@ def command(
     overwrite: bool,
     threads: int,
     max_memory: str | None,
+    fit: bool,
     cluster: str | None,
     as_json: bool,
     **flags: Any,
@@ -72,7 +74,7 @@ def command(
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
     most_bytes = None if max_memory is None else memory_size(max_memory)
     look = Look(tone, exposure, view)
-    chosen = preset_of(preset, **flags)
+    chosen = fitted(preset_of(preset, **flags), most_bytes) if fit else preset_of(preset, **flags)
     check_targets([frame_path(pattern, number) for number in numbers])
     from scenes.budget import within_budget
     from scenes.render.one_frame import settings_of
@@ -148,6 +150,14 @@ def _preview(
     for picture in pictures:
         out.say(str(picture))
     return [str(picture) for picture in pictures]
+
+
+def fitted(preset: Preset, most_bytes: int | None) -> Preset:
+    """The preset that asks for the detail with which its frames fill so much memory."""
+    if most_bytes is None:
+        raise InputError("--fit", "alone", "it fills a budget", "add --max-memory 4GB")
+    view = preset.view.model_copy(update={"max_memory": most_bytes})
+    return preset.model_copy(update={"view": view})
 
 
 def preview_stem(pattern: str) -> Path:

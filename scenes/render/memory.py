@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lod.errors import InputError
+from lod.parts import Sticks, Triangles
+from scenes.render.frame import FrameInput
 from scenes.render.sampling import MOST_SAMPLES
 
 _BASE = 461e6
@@ -61,11 +63,27 @@ def foretell(
     return round(scene + pixel * pixels + sample * min(pixels * spp, MOST_SAMPLES))
 
 
-def check_memory(needed: int, most: int | None, what: str) -> None:
+def foretold(made: FrameInput) -> int:
+    """Bytes that a frame will need, from what it is made from."""
+    size, quality = (made.camera.width, made.camera.height), made.quality
+    beside = Beside(made.extras.after is not None, made.extras.denoise, bool(made.instants))
+    return foretell(*displayed(made), size, quality.spp, quality.variant, beside)
+
+
+def displayed(made: FrameInput) -> tuple[int, int]:
+    """Sticks and triangles."""
+    shapes = [each.shape for each in made.visible]
+    sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
+    return sticks, sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
+
+
+def check_memory(made: FrameInput, most: int | None, what: str) -> None:
     """Raise InputError, with both figures, where a frame needs more bytes than it may have."""
+    needed = foretold(made) if most is not None else 0
     if most is not None and needed > most:
-        rule = f"{what} needs about {needed / 1e9:.2f} GB"
-        cure = "allow more, or ask for less detail, density or size"
+        counts = "with {:,} sticks and {:,} triangles,".format(*displayed(made))
+        rule = f"{what}, {counts} needs about {needed / 1e9:.2f} GB"
+        cure = "allow more, add --fit, or ask for less detail, density or size"
         raise InputError("--max-memory", f"{most / 1e9:.2f} GB", rule, cure)
 
 

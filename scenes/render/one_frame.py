@@ -12,12 +12,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from lod.parts import Sticks, Triangles
 from scenes.preset import Preset, preset_from
 from scenes.render.frame import FrameInput, Layers
 from scenes.render.header import frame_header, software
 from scenes.render.manifest import flatten
-from scenes.render.memory import Beside, check_memory, foretell, peak_rss_bytes
+from scenes.render.memory import check_memory, peak_rss_bytes
 
 Settings = Mapping[str, Any]
 Record = dict[str, Any]
@@ -76,7 +75,7 @@ def _rendered(
     from scenes.render.shutter import render_exposed
 
     made = _made(settings, frame)
-    _check_memory(made, most_bytes, f"frame {frame}")
+    check_memory(made, most_bytes, f"frame {frame}")
     lit = made.air, made.light, made.quality
     samples = made.camera.width * made.camera.height * made.quality.spp
     counted = _counted(samples, watch)
@@ -91,18 +90,6 @@ def _rendered(
     made = replace(made, visible=(), seconds=spent)
     layers = taken(stage_of(description, made.air, made.quality), made.quality, frame, counted)
     return made, with_denoised(layers) if made.extras.denoise else layers
-
-
-def _check_memory(made: FrameInput, most_bytes: int | None, what: str) -> None:
-    """Foretell what the frame needs from what its cut displays, before any scene is built."""
-    shapes = [each.shape for each in made.visible]
-    sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
-    triangles = sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
-    size, quality = (made.camera.width, made.camera.height), made.quality
-    beside = Beside(made.extras.after is not None, made.extras.denoise, bool(made.instants))
-    needed = foretell(sticks, triangles, size, quality.spp, quality.variant, beside)
-    counts = f"{what}, with {sticks:,} sticks and {triangles:,} triangles,"
-    check_memory(needed, most_bytes, counts)
 
 
 def _counted(of: int, watch: Callable[[int, int], object]) -> Callable[[int], object]:

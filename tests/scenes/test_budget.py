@@ -6,6 +6,9 @@ from lod.budget import ENOUGH
 from lod.errors import InputError
 from scenes.budget import parts_displayed, within_budget
 from scenes.preset import load_preset
+from scenes.render.memory import foretell, foretold
+from scenes.render.variants import choose
+from scenes.shot import shoot
 from scenes.world import build_world, view_at
 
 FRAMES = (1, 400, 3000)
@@ -35,4 +38,22 @@ def test_without_a_budget_nothing_changes():
 def test_a_budget_that_nothing_fits_is_refused():
     asked = load_preset("zoo", ["world.extent=300", "view.max_parts=1", "view.metric=full"])
     with pytest.raises(InputError, match="--max-parts"):
+        within_budget(asked, (1,))
+
+
+def test_memory_is_filled_and_never_more_is_foretold():
+    """The frames differ, and the fullest one decides."""
+    most, small = 490_000_000, 'render.size="64x36"'
+    asked = load_preset("meadow", [f"view.max_memory={most}", small, "camera.speed=20"])
+    chosen = within_budget(asked, (1, 400))
+    world, variant = build_world(chosen), choose()
+    needs = [foretold(shoot(world, chosen, frame, variant)) for frame in (1, 400)]
+    nothing = foretell(0, 0, (64, 36), chosen.render.spp, variant)
+    assert max(needs) <= most
+    assert max(needs) - nothing >= 0.97 * (most - nothing)
+
+
+def test_memory_that_an_empty_frame_needs_already_is_refused():
+    asked = load_preset("zoo", ["view.max_memory=100000000", 'render.size="64x36"'])
+    with pytest.raises(InputError, match="nothing in it"):
         within_budget(asked, (1,))

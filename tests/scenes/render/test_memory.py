@@ -3,7 +3,11 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.render.memory import Beside, check_memory, foretell
+from scenes.preset import load_preset
+from scenes.render.frame import FrameInput
+from scenes.render.memory import Beside, check_memory, foretell, foretold
+from scenes.shot import shoot
+from scenes.world import build_world
 
 SIZE = 640, 360
 
@@ -36,8 +40,17 @@ def test_wavelengths_need_more():
         assert spectral - rgb > 107e6 + 705 * SIZE[0] * SIZE[1] - 1
 
 
-def test_over_the_limit_is_refused_with_both_figures():
-    check_memory(10**9, None, "frame 3")
-    check_memory(10**9, 10**9, "frame 3")
-    with pytest.raises(InputError, match=r"'1\.00 GB': frame 3 needs about 2\.50 GB; allow more"):
-        check_memory(2_500_000_000, 10**9, "frame 3")
+def test_over_the_limit_is_refused_with_both_figures(zoo):
+    needed = foretold(zoo)
+    check_memory(zoo, None, "frame 3")
+    check_memory(zoo, needed, "frame 3")
+    with pytest.raises(
+        InputError, match=r"'0\.10 GB': frame 3, with [1-9][0-9,]* sticks and .* GB"
+    ):
+        check_memory(zoo, 10**8, "frame 3")
+
+
+@pytest.fixture(scope="module")
+def zoo() -> FrameInput:
+    preset = load_preset("zoo", ['render.size="64x36"'])
+    return shoot(build_world(preset), preset, 1, "llvm_ad_rgb")
