@@ -187,7 +187,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         judge=_judge("fidelity_claims"),
         summary=_later("fidelity_plots", "summary"),
         tries=True,
-        takes_s=(240.0, 780.0),
+        takes_s=(150.0, 720.0),
         limits=(
             "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
             "and so are the limits that they set; what lies beyond 170 m is not there at all.",

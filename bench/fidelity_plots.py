@@ -37,16 +37,20 @@ def summary(record: Record) -> Table:
     rows: list[tuple[str, ...]] = []
     for view, points in by_view(record.points).items():
         found = equal_error(points)
-        fewest = min(found.values(), key=lambda each: (not each.found, each.parts[0]))
         for each in found.values():
-            mark = ", the fewest" if each is fewest and each.found else ""
-            rows.append((view, each.metric + mark, *_crossing(each, found["blake"])))
+            ends = curve(points, each.metric)
+            rows.append((view, each.metric, *_crossing(each, found["blake"], ends)))
     return heads, rows
 
 
-def _crossing(each: Reached, ours: Reached) -> tuple[str, str, str]:
+def _crossing(each: Reached, ours: Reached, row: Sequence[Point]) -> tuple[str, str, str]:
     if not each.found:
-        return "not reached in the range tried", "", ""
+        below, above = excess(row[-1]).high < EQUAL_ERROR, excess(row[0]).low > EQUAL_ERROR
+        end, words = (row[-1], ("over", "under")) if below else (row[0], ("under", "over"))
+        if not (below or above):
+            return "not reached in every draw", "", ""
+        detail, parts = end.case["detail"], end.samples["parts"][0]
+        return f"{words[0]} {detail:g}, the last tried", f"{words[1]} {parts}", ""
     over = _within(each.parts_over(ours), "{:.2f}") if ours.found else ""
     return _within(each.detail, "{:.2f}"), _within(each.part_count, "{:.0f}"), over
 

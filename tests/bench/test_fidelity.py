@@ -156,10 +156,12 @@ def test_at_equal_error_every_metric_is_summed_up_with_its_interval():
     points = planted(rival=3.0)
     made = Record("fidelity", 2, True, "", provenance("", 0), points, (), {})
     heads, rows = fidelity_plots.summary(made)
-    assert [row[1] for row in rows] == ["blake, the fewest", *METRICS_TRIED[1:]]
+    assert [row[1] for row in rows] == list(METRICS_TRIED)
     assert rows[1][4].startswith("3.00 (3.00") and all(len(row) == len(heads) for row in rows)
     never = tuple(p for p in points if p.case["detail"] < 1 or p.case["metric"] == "blake")
     assert not equal_error(never)["depth"].found
+    _, rows = fidelity_plots.summary(replace(made, points=never))
+    assert rows[3][2:4] == ("over 0.5, the last tried", f"under {round(3e5 / 0.25)}")
 
 
 def test_another_metric_is_tried_in_every_view():
