@@ -2,9 +2,10 @@
 
 The eye stands at the window's southern edge, where the preset puts it otherwise, so that all it
 sees as far as the last band is inside; ``aerial`` lower than the preset, because the window that
-can be held unpruned is smaller. In the whole picture every leaf in view is displayed. A pixel is
-FINE × FINE rays, each with a distance of its own: of a pixel that is half tree and half sky, half
-counts.
+can be held unpruned is smaller. Its bands begin where all fields have ground in the picture: nearer
+are crowns alone, and no ground could carry their colour. In the whole picture every leaf in view is
+displayed. A pixel is FINE × FINE rays, each with a distance of its own: of a pixel that is half
+tree and half sky, half counts.
 """
 
 from dataclasses import dataclass, replace
@@ -64,7 +65,7 @@ LOOKS = {
         "aerial",
         400.0,
         (-0.27, -0.48),
-        _edges(75.0, 350.0),
+        _edges(120.0, 350.0),
         ("camera.height=60", "camera.pitch=-22"),
     ),
     "forest": Outlook("forest", 280.0, (-0.2, -0.48), _edges(7.0, 120.0)),
