@@ -45,6 +45,12 @@ class FarCover:
         red, green, blue = self.sky_share.tolist()
         return stand_of(kinds, round(elevation, 3), (red, green, blue))
 
+    @cached_property
+    def highest(self) -> float:
+        """What nothing that stands reaches above the ground [m]."""
+        prototypes = [p for each in self.species for p in each.prototypes]
+        return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
+
     def missing(self, view: View, points: Points) -> Float64[np.ndarray, "n k"]:
         """Share of each species that is not displayed at points of the ground."""
         d = distance(view, points)

@@ -96,6 +96,12 @@ class Relief:
         """Mean of the crests' |noise|; 0 where there are none."""
         return RIDGED_MEAN if self.ridged else 0.0
 
+    @property
+    def bump(self) -> float:
+        """Height of an octave's bumps beside its RMS: a crest stands by its mean |noise| above it,
+        and is as sharp as a coarser mesh is sure to cut off."""
+        return self.crest / self.unit if self.ridged else 1.0
+
     def bounds(self) -> tuple[float, float]:
         """Heights that no point of the relief is beyond [m]."""
         highest = self.bound_below(math.inf)
@@ -131,14 +137,26 @@ class Relief:
             return np.zeros(len(xy)), np.zeros(len(xy))
         highest = BOUND / self.unit * self.rms
         steepest = STEEPEST / self.unit * self.rms / self.wavelengths
-        shortest = 2.0 ** np.ceil(np.log2(STEEPEST / BOUND * radius))
+        shortest = _shortest(radius)
         most = slack(radius, shortest, self.wavelengths, highest, steepest)
-        height = octave_sums(_octaves(self, corner), xy, shortest, True, self.crest)[:, 0]
+        height = self.smooth(corner, xy, shortest)
         return height - most, height + most
+
+    def likely_within(self, radius: Reals) -> Reals:
+        """How much higher the ground within ``radius`` of a point rarely is than the middle of what
+        ``within`` says of it, (n,) [m]."""
+        each, which = np.unique(_shortest(radius), return_inverse=True)
+        return np.array([self.likely_below(shortest) for shortest in each.tolist()])[which]
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
         """Height above the datum of points ``xy`` from ``corner`` [m]."""
         return self.sums(corner, xy, np.full(len(xy), np.inf))[:, 0]
+
+    def smooth(self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals) -> Reals:
+        """Height without the octaves shorter than ``shortest`` at each point, (n,) [m]."""
+        if self.amplitude == 0:
+            return np.zeros(len(xy))
+        return octave_sums(_octaves(self, corner), xy, shortest, True, False, self.crest)[:, 0]
 
     def normal(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals | None = None
@@ -152,7 +170,7 @@ class Relief:
         """The two slopes of ``sums``, for less: what is too short for a slope is left out."""
         if self.amplitude == 0:
             return np.zeros((len(xy), 2))
-        return octave_sums(_octaves(self, corner), xy, shortest, True, self.crest)[:, 1:]
+        return octave_sums(_octaves(self, corner), xy, shortest, True, crest=self.crest)[:, 1:]
 
     def sums(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals
@@ -161,6 +179,11 @@ class Relief:
         if self.amplitude == 0:
             return np.zeros((len(xy), 3))
         return octave_sums(_octaves(self, corner), xy, shortest, crest=self.crest)
+
+
+def _shortest(radius: Reals) -> Reals:
+    """Wavelengths below which an octave's bound is less than its steepest slope × radius [m]."""
+    return np.asarray(2.0 ** np.ceil(np.log2(STEEPEST / BOUND * radius)))
 
 
 def normals(sums: Float64[np.ndarray, "n 3"]) -> Points:

@@ -6,8 +6,9 @@ spacing s and adds the relief of wavelength 2s. P and R are said in ``terrain_li
     d  to the nearest point of the tile's box
     B  half the box's diagonal on the map + half its height: spheres about its centre that nest
 
-Root tiles have no limit: the ground itself is never dropped, only its refinement. The Earth is
-flat here.
+Tiles that nearer ground hides, and those whose box is beside the picture, are as coarse as what is
+out of view (``terrain_horizon``). Root tiles have no limit: the ground itself is never dropped,
+only its refinement. The Earth is flat here.
 """
 
 import math
@@ -25,6 +26,7 @@ from lod.parts import Look, Parts, Triangles
 from lod.view import View
 from scenes.relief import Relief
 from scenes.terrain_colour import COVERS
+from scenes.terrain_horizon import Horizon, beside, horizon
 from scenes.terrain_limits import limits, sizes
 from scenes.terrain_look import NOTHING, Far, Ground, surface
 from scenes.terrain_mesh import QUADS
@@ -41,7 +43,8 @@ MOST_TILES = 60_000
 class TileGrid:
     """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m].
 
-    limits: limit distances of the tiles of each level, in view and out of it [m]
+    limits: limit distances of the tiles of each level, in view, hidden, and out of it [m]
+    horizon: what hides tiles; None: nothing
     boxes: as ``Terrain.boxes``, whoever works them out
     """
 
@@ -49,11 +52,12 @@ class TileGrid:
     root_side: float
     west: float
     south: float
-    limits: tuple[Reals, Reals]
+    limits: tuple[Reals, Reals, Reals]
+    horizon: Horizon | None
     boxes: "Boxed"
 
 
-Boxed = Callable[[TileGrid, Squares, Reals, Reals], tuple[Points, Points]]
+Boxed = Callable[[TileGrid, Squares, Reals, Reals], tuple[Points, Points, Reals]]
 """Boxes of tiles of a grid, the ground of whose wholes is between two heights."""
 
 
@@ -137,10 +141,12 @@ class Terrain:
         away = np.clip(eye[:2], corners, corners + side) - eye[:2]
         near = np.hypot(away[:, 0], away[:, 1]) <= self.reach
         x, y, zero = x[near], y[near], np.zeros(np.count_nonzero(near), np.int64)
-        west, south = southwest.tolist()
-        grid = TileGrid(view, side, west, south, self.limits(view), boxes or self.boxes)
+        (west, south), limits = southwest.tolist(), self.limits(view)
+        over = horizon(self.relief, view, self.reach)
+        grid = TileGrid(view, side, west, south, limits, over, boxes or self.boxes)
         low, high = (np.full(len(x), bound) for bound in self.bounds())
-        return self._tiles(view, grid, (zero, x, y), np.arange(len(x)), zero - 1, low, high)
+        hidden, rows = np.zeros(len(x), bool), np.arange(len(x))
+        return self._tiles(view, grid, (zero, x, y), rows, zero - 1, low, high, hidden)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The four quarters of each tile. Raises InputError when memory would not hold them."""
@@ -152,7 +158,9 @@ class Terrain:
         whole = np.repeat(rows, 4)
         z = parts.centre[whole, 2]
         half = parts.bound[whole] - _flat_bound(parts.state, parts.level[whole])
-        return self._tiles(view, parts.state, tiles, parts.object[whole], whole, z - half, z + half)
+        hidden = parts.limit[whole] < parts.state.limits[0][parts.level[whole]]
+        roots = parts.object[whole]
+        return self._tiles(view, parts.state, tiles, roots, whole, z - half, z + half, hidden)
 
     def _tiles(
         self,
@@ -163,16 +171,24 @@ class Terrain:
         whole: Ints,
         lowest: Reals,
         highest: Reals,
+        hidden: np.ndarray,
     ) -> Parts:
-        """Tiles (level, x, y), the ground of whose wholes is between ``lowest`` and ``highest``."""
+        """Tiles (level, x, y), the ground of whose wholes is between ``lowest`` and ``highest``.
+
+        Those of ``hidden`` wholes are hidden, (n,), and more may be.
+        """
         level, x, y = tiles
-        low, high = grid.boxes(grid, tiles, lowest, highest)
-        inside, outside = grid.limits
+        low, high, top = grid.boxes(grid, tiles, lowest, highest)
+        likely = np.column_stack((high[:, :2], top + (self.far.highest if self.far else 0.0)))
+        hidden = hidden | beside(view, low, likely)
+        if grid.horizon is not None:
+            hidden |= grid.horizon.hides(view, low, likely)
+        inside, behind, outside = grid.limits
         return Parts(
             position=_nearest(view, low, high),
             centre=(low + high) / 2,
             bound=_flat_bound(grid, level) + (high - low)[:, 2] / 2,
-            limit=inside[level],
+            limit=np.where(hidden, behind[level], inside[level]),
             limit_offscreen=outside[level],
             level=level,
             object=root,
@@ -184,8 +200,9 @@ class Terrain:
 
     def boxes(
         self, grid: TileGrid, tiles: Squares, lowest: Reals, highest: Reals
-    ) -> tuple[Points, Points]:
-        """Boxes that hold the tiles, each inside its whole's, (n, 3) each [m].
+    ) -> tuple[Points, Points, Reals]:
+        """Boxes that hold the tiles, each inside its whole's, (n, 3) each, and the height that
+        their ground rarely exceeds, (n,) [m].
 
         Their heights come from SAMPLES² points and how far the ground can leave those within the
         squares about them.
@@ -193,14 +210,18 @@ class Terrain:
         level, x, y = tiles
         side = grid.root_side / 2.0**level
         west, south = grid.west + side * x, grid.south + side * y
-        low, high = self.relief.within(grid.view.camera.corner, *samples_of(west, south, side))
-        low = np.maximum(lowest, low.reshape(-1, SAMPLES**2).min(axis=1))
-        high = np.minimum(highest, high.reshape(-1, SAMPLES**2).max(axis=1))
+        xy, radius = samples_of(west, south, side)
+        low, high = self.relief.within(grid.view.camera.corner, xy, radius)
+        low, high = low.reshape(-1, SAMPLES**2), high.reshape(-1, SAMPLES**2)
+        middle = (low + high).max(axis=1) / 2
+        low = np.maximum(lowest, low.min(axis=1))
+        high = np.minimum(highest, high.max(axis=1))
+        top = np.minimum(high, middle + self.relief.likely_within(radius[:: SAMPLES**2]))
         east, north = west + side, south + side
-        return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1)
+        return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1), top
 
-    def limits(self, view: View) -> tuple[Reals, Reals]:
-        """Limit distance of the tiles of each level, in view and out of it, never growing [m]."""
+    def limits(self, view: View) -> tuple[Reals, Reals, Reals]:
+        """Limit distance of the tiles of each level, in view, hidden and out of it [m]."""
         return limits(*self.sizes(), view)
 
     def sizes(self) -> tuple[Reals, Reals]:

@@ -25,15 +25,17 @@ class Boxes:
 
     place  corner of the frame, and where its root tile (0, 0) begins: what they hold for
     names  (n,) of the tiles, ascending; low, high (n, 3) of their boxes [m]
+    top    (n,) height that their ground rarely exceeds [m]
     """
 
     place: tuple[Corner, float, float]
     names: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    top: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, names=np.int64, low=np.float64, high=np.float64)
+        freeze(self, names=np.int64, low=np.float64, high=np.float64, top=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,28 +65,33 @@ class Recalled:
 
     def boxes(
         self, grid: TileGrid, tiles: Squares, lowest: Reals, highest: Reals
-    ) -> tuple[Points, Points]:
+    ) -> tuple[Points, Points, Reals]:
         """``Terrain.boxes`` of tiles; those that the frame before examined are not bounded anew."""
         place, names = _place(grid), _names(tiles)
-        low, high = np.empty((2, len(names), 3))
+        (low, high), top = np.empty((2, len(names), 3)), np.empty(len(names))
         new = np.ones(len(names), bool)
         if self.before is not None and self.before.place == place:
             known = self.before
             row = np.minimum(np.searchsorted(known.names, names), len(known.names) - 1)
             new = known.names[row] != names
-            low[~new], high[~new] = known.low[row[~new]], known.high[row[~new]]
+            row = row[~new]
+            low[~new], high[~new], top[~new] = known.low[row], known.high[row], known.top[row]
         if new.any():
             level, x, y = (column[new] for column in tiles)
-            low[new], high[new] = self.terrain.boxes(grid, (level, x, y), lowest[new], highest[new])
-        self.met.append(Boxes(place, names, low, high))
-        return low, high
+            found = self.terrain.boxes(grid, (level, x, y), lowest[new], highest[new])
+            low[new], high[new], top[new] = found
+        self.met.append(Boxes(place, names, low, high, top))
+        return low, high, top
 
     def all_met(self) -> Boxes:
         """Of every tile that was asked for."""
         names = np.concatenate([each.names for each in self.met])
         order = np.argsort(names)
-        low, high = (np.concatenate([getattr(b, k) for b in self.met]) for k in ("low", "high"))
-        return Boxes(self.met[0].place, names[order], low[order], high[order])
+        columns = [
+            np.concatenate([getattr(each, name) for each in self.met])[order]
+            for name in ("low", "high", "top")
+        ]
+        return Boxes(self.met[0].place, names[order], *columns)
 
 
 def ground_after(terrain: Terrain, view: View, before: Boxes | None) -> tuple[Cut, Boxes]:

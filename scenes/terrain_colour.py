@@ -90,7 +90,7 @@ def ground_colours(
 
 def _patches(seed: int, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals) -> Reals:
     """Noise of RMS 1 with patches of every size."""
-    return octave_sums(_octaves(seed, corner), xy, shortest, limit_value=True)[:, 0]
+    return octave_sums(_octaves(seed, corner), xy, shortest, True, sloped=False)[:, 0]
 
 
 @lru_cache(maxsize=64)

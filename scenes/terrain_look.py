@@ -35,6 +35,10 @@ NOTHING = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
 class Far(Protocol):
     """What too distant objects leave on the ground."""
 
+    @property
+    def highest(self) -> float:
+        """The most that it lifts the ground anywhere [m]."""
+
     def lift(self, view: View, points: Points) -> Reals:
         """How much higher the ground is for it at points (n, 3), (n,) [m]."""
 

@@ -190,6 +190,7 @@ def _sums(
     xy: np.ndarray,
     shortest: np.ndarray,
     limit_value: bool,
+    sloped: bool,
     crest: float,
     out: np.ndarray,
 ) -> None:
@@ -216,7 +217,7 @@ def _sums(
                 turned = -1.0 if value > 0.0 else 1.0
                 value = crest - abs(value)
             out[i, 0] += (kept if limit_value else 1.0) * weight * value
-            if kept > 0.0:
+            if sloped and kept > 0.0:
                 slope_x, slope_y = _slopes(cells[k], u - fu, v - fv)
                 out[i, 1] += kept * weight / side * (turned * slope_x)
                 out[i, 2] += kept * weight / side * (turned * slope_y)
@@ -227,9 +228,11 @@ def octave_sums(
     xy: Float64[np.ndarray, "n 2"],
     shortest: Reals,
     limit_value: bool = False,
+    sloped: bool = True,
     crest: float = 0.0,
 ) -> Float64[np.ndarray, "n 3"]:
-    """Weighted sum of the octaves and its two slopes at each point, (n, 3).
+    """Weighted sum of the octaves and its two slopes at each point, (n, 3); zeros where not
+    ``sloped``.
 
     Slopes leave out octaves of half of ``shortest`` [m] and less at each point, and fade those in
     between; so does the value where ``limit_value``. Octaves stand longest first. With a ``crest``
@@ -240,7 +243,7 @@ def octave_sums(
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
-        _sums(*octaves, points[rows], least[rows], limit_value, crest, out[rows])
+        _sums(*octaves, points[rows], least[rows], limit_value, sloped, crest, out[rows])
 
     in_runs(run, len(points), _SHORTEST_RUN)
     return out

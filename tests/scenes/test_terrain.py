@@ -1,5 +1,6 @@
 """The ground is one watertight surface, finer where it is nearer, and keeps the pruner's rules."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -123,6 +124,13 @@ def test_circles_about_the_samples_cover_their_squares():
         assert np.all((away <= radius[:, :, 0] * (1 + 1e-12)).any(axis=1))
 
 
+def test_crests_of_ridged_relief_are_larger_bumps_than_its_rms():
+    smooth, ridged = (Terrain(7, 8.0, 256.0, 0.8, 400.0, ridged=r) for r in (False, True))
+    (P, R), (P_ridged, R_ridged) = smooth.sizes(), ridged.sizes()
+    np.testing.assert_allclose((P_ridged / P) ** 2, 0.5128 / 0.3578)
+    np.testing.assert_array_equal(R, R_ridged)
+
+
 @pytest.mark.parametrize("reach", [16.0, 1000.0, 1e7])
 def test_roots_cover_the_disc_and_are_never_dropped(reach):
     terrain = Terrain(seed=3, amplitude=30.0, wavelength=2048.0, hurst=0.95, reach=reach)
@@ -145,7 +153,8 @@ def test_limits_are_the_metrics_own_of_p_and_r(metric):
     assert np.all(np.diff(P) < 0) and np.all(np.diff(R) < 0)
     octave = HILLS.relief.wavelengths == 2 * HILLS.spacings[3]
     assert P[3] == pytest.approx(np.sqrt(HILLS.spacings[3] * HILLS.relief.rms[octave][0]))
-    for got, m in zip(HILLS.limits(view), (view.m, view.m_offscreen), strict=True):
+    coarsest = max(view.m_offscreen, math.radians(0.533))
+    for got, m in zip(HILLS.limits(view), (view.m, view.m_offscreen, coarsest), strict=True):
         np.testing.assert_allclose(got[1:], METRICS[metric].limit(P, R, m)[1:])
 
 
@@ -170,9 +179,9 @@ def test_a_reach_far_beyond_the_wavelength_still_refines_near_the_eye():
 
 
 def test_metric_full_is_blake_at_half_a_pixel_whatever_the_detail():
-    half = prune(HILLS, view_of(HILLS, metric="blake", detail=0.5))
+    half = prune(HILLS, view_of(HILLS, metric="blake", detail=0.5, look_around=True))
     for detail in (0.5, 7.0):
-        full = prune(HILLS, view_of(HILLS, metric="full", detail=detail))
+        full = prune(HILLS, view_of(HILLS, metric="full", detail=detail, look_around=True))
         assert full.parts.part.tobytes() == half.parts.part.tobytes()
 
 
