@@ -20,7 +20,7 @@ from lod.prune import Cut, prune
 from lod.view import View, in_view
 from scenes.field import SpeciesField
 from scenes.preset import Preset
-from scenes.shot import Shown, light_of, quality_of
+from scenes.shot import Shown, light_of, quality_of, with_schedule
 from scenes.world import World, view_at
 
 AT_FULL_SIZE = 0.5
@@ -62,7 +62,7 @@ def frames_of(world: World, preset: Preset, frames: Sequence[int]) -> Iterator[F
             look = looks(cut, view)
             if isinstance(each, SpeciesField):  # the ground's vertices move; its tiles do not pop
                 seen[each.name] = seen_of(cut, np.maximum(look.inner, look.leaf))
-            shown.append(Shown(each, cut, look, view))
+            shown.append(with_schedule(world, preset, number, Shown(each, cut, look, view)))
         yield Frame(view, tuple(shown), seen)
 
 

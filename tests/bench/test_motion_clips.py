@@ -5,7 +5,9 @@ import pytest
 from click.testing import CliRunner
 
 from bench import motion_clips
-from bench.motion_clips import CLIPS, WAYS
+from bench.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
+from bench.popping_measure import Walk
+from lod.camera import Corner, look
 from scenes.preset import load_preset
 from scenes.render.exr import read_exr
 
@@ -17,9 +19,46 @@ def test_every_clip_is_a_preset(name, way):
     assert (preset.view.metric == "full") == (way == "everything")
 
 
+def camera(heading):
+    return look(Corner(0, 0), np.zeros(3), heading, 0.0, 60.0, (64, 36))
+
+
+def test_what_a_turn_brings_into_view_is_told_from_what_was_seen():
+    """30° to the right of 60°: what was right of the middle is now left of it."""
+    known = looked_at(camera(0.0), camera(30.0))
+    assert known[18, :31].all() and not known[18, 33:].any()
+    assert looked_at(camera(0.0), camera(0.0)).all()
+    assert not looked_at(camera(0.0), camera(180.0)).any()
+
+
+def test_a_clip_is_judged_against_everything_and_the_planted_one_beside_it():
+    def left(value):
+        residual = np.full((2, 4, 4), value)
+        return Walk(np.ones(2, int), residual, residual / 2, residual)
+
+    found = {"pruned": left(0.05), "everything": left(0.1), "planted": left(0.3)}
+    assert judged("pan", found) == (
+        "pan: pruned 0.50, planted 3.00 of what everything drawn has; within 1.1; "
+        "parts popped: pruned 2, everything 2, planted 2"
+    )
+    assert judged("pan", {**found, "pruned": left(0.12)}).count("beyond 1.1") == 1
+    assert len(rows_of("pan", found)) == 2
+    assert rows_of("pan", found)[0] == (
+        "pan",
+        2,
+        "0.0500",
+        "0.0250",
+        "0.1000",
+        "0.0500",
+        "0.3000",
+        "0.1500",
+    )
+
+
 @pytest.mark.slow
 def test_a_clip_lies_side_by_side_on_disk_and_has_its_rows(tmp_path):
     words = ["-o", str(tmp_path), "--frames", "2", "--size", "48x27", "--spp", "8"]
+    words += ["--measure-size", "48x27"]
     told = CliRunner().invoke(motion_clips.main, [*words, "--clip", "pan"])
     assert told.exit_code == 0, told.output
     assert "everything" in told.output
