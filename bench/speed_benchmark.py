@@ -2,7 +2,10 @@
 
 On one core, in the processor's seconds of one thread: part tests a second, objects turned away,
 sticks posed and emitted; against the floor of bytes that must move over the memory's measured
-bandwidth. Then a frame from prune to plain scene in ever larger worlds around the same eye, and a
+bandwidth. Turned away one by one are objects that were drawn, beyond limits a thirtieth of the
+view's; with their cells, all objects of the square of cells that was searched. Both bear the time
+of everything: of all cells, and of the few objects that are kept. One core against two is by the
+clock. Then a frame from prune to plain scene in ever larger worlds around the same eye, and a
 million sticks from cut to ready scene. Repeats take turns; medians with their 95 % interval. Times
 of compiling, or loading what is compiled, stand apart.
 """
@@ -20,7 +23,7 @@ import psutil
 
 from bench.output import table
 from bench.posing_benchmark import interleaved
-from bench.statistics import median
+from bench.statistics import Estimate, median
 from lod.comparison import vantage_of
 from lod.fade import looks
 from lod.prune import prune
@@ -79,7 +82,7 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
     def turn_away() -> tuple[Any, int]:
         return field.cells.near(*field._cells_near(view), corner, vantage, beyond)
 
-    away, kept = turn_away()[1], len(turn_away()[0])
+    kept, away, searched = len(turn_away()[0]), turn_away()[1], objects_searched(field, view)
     tests = walk(cast, slots, limits, bodies, still, view).examined
     sticks = len(field.appearance(cut.parts, look))
     tasks: list[Callable[[], Any]] = [
@@ -90,18 +93,44 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
     ]
     test_s, away_s, emit_s, look_s = interleaved(tasks, repeats)
     floor = (len(cut) * _OUT_BYTES + len(bodies) * _BODY_BYTES) / speed
-    ns = median(np.array(away_s) * 1e9 / away)
+    one, any_way = (median(np.array(away_s) * 1e9 / n) for n in (away, searched))
     return [
         (f"{name}: part tests", f"{tests:,}", f"{rate(tests, test_s)} M/s"),
         (f"{name}: time ÷ floor", "", f"{np.median(test_s) / floor:.1f}"),
-        (
-            f"{name}: objects turned away ({kept:,} kept)",
-            f"{away:,}",
-            f"{ns.value:.1f} ({ns.low:.1f} to {ns.high:.1f}) ns",
-        ),
+        (f"{name}: turned away one by one ({kept:,} kept)", f"{away:,}", f"{in_ns(one)} each"),
+        (f"{name}: and with their cells", f"{searched:,}", f"{in_ns(any_way)} each"),
         (f"{name}: sticks posed and emitted", f"{sticks:,}", f"{rate(sticks, emit_s)} M/s"),
         (f"{name}: parts blended", f"{len(cut):,}", f"{rate(len(cut), look_s)} M/s"),
     ]
+
+
+def objects_searched(field: SpeciesField, view: View) -> int:
+    """Objects of all cells of the square that a search goes through, in the window."""
+    x0, x1, y0, y1 = field.search(view)[0]
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)))
+    many = 1 << 16
+    runs = ((x[at : at + many], y[at : at + many]) for at in range(0, len(x), many))
+    return sum(len(field.cells.draw(*run)) for run in runs)
+
+
+def in_ns(found: Estimate) -> str:
+    """Nanoseconds with their interval."""
+    return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f}) ns"
+
+
+def threads(name: str, field: SpeciesField, view: View, repeats: int) -> Rows:
+    """A species' walk on one core and on two, in seconds of the clock, taking turns."""
+    spent: dict[int, list[float]] = {1: [], 2: []}
+    for _ in range(repeats):
+        for count, seconds in spent.items():
+            numba.set_num_threads(count)
+            start = time.perf_counter()
+            field.walk(view)
+            seconds.append(time.perf_counter() - start)
+    numba.set_num_threads(1)
+    found = median(np.array(spent[1]) / np.array(spent[2]))
+    among = f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})"
+    return [(f"{name}: prune on two cores, times as fast", "", among)]
 
 
 def described(world: World, preset: Preset, view: View) -> dict[str, Any]:
@@ -195,6 +224,7 @@ def main(quick: bool, variant: str) -> None:
     rows.append(("memory moved by a copy", "", f"{speed / 1e9:.1f} GB/s"))
     for name, (world, _, view), number in (("trees", meadow, 1), ("figures", crowd, 0)):
         rows += walks(name, world.fields[number], view, repeats, speed)
+        rows += threads(name, world.fields[number], view, repeats)
     click.echo(table(rows))
     for name, species in (("crowd", "figure"), ("forest", "broadleaf")):
         click.echo(f"\nOne frame of {name}, from prune to plain scene")
