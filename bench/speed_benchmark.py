@@ -31,8 +31,9 @@ from lod.view import View
 from scenes.field import SpeciesField
 from scenes.preset import Preset, load_preset
 from scenes.render.describe import describe
-from scenes.render.frame import Visible
+from scenes.render.frame import Quality, Visible
 from scenes.shot import light_of, short_ids
+from scenes.sight import air_of
 from scenes.walk import limits_of, walk
 from scenes.world import World, build_world, view_at
 
@@ -182,21 +183,22 @@ def worlds(name: str, species: str, size: str, repeats: int) -> Rows:
 
 
 def ready(variant: str, size: str) -> Rows:
-    """From a cut to a ready scene: wall seconds and memory for a million sticks."""
-    from scenes.render import variants
+    """From a cut to a ready scene, as frames are built: wall seconds and memory for a million
+    sticks, on all cores; a smaller scene before it loads and compiles what there is."""
+    from scenes.render.render import described as plain
+    from scenes.render.render import stage_of
+    from scenes.render.variants import choose
 
-    variants.use(variants.choose(variant))
-    from scenes.render.build import build
-
-    world, preset, view = scene("crowd", size)
-    build(described(*scene("crowd", "64x36")))
-    field, process = world.fields[0], psutil.Process()
-    cut = prune(field, view)
-    before, start = process.memory_info().rss, time.perf_counter()
-    shape = field.appearance(cut.parts, looks(cut, view))
-    seen = (Visible(field.name, cut, shape),)
-    held = build(describe(view.camera, seen, light_of(preset), preset.render.max_depth))
-    spent, grown = time.perf_counter() - start, process.memory_info().rss - before
+    process, quality = psutil.Process(), Quality(choose(variant))
+    for one in ("64x36", size):
+        world, preset, view = scene("crowd", one)
+        field, light, air = world.fields[0], light_of(preset), air_of(preset)
+        cut = prune(field, view)
+        before, start = process.memory_info().rss, time.perf_counter()
+        shape = field.appearance(cut.parts, looks(cut, view))
+        seen = (Visible(field.name, cut, shape),)
+        held = stage_of(plain(view.camera, seen, air, light, quality), air, quality).built
+        spent, grown = time.perf_counter() - start, process.memory_info().rss - before
     share = 1e6 / len(shape)
     return [
         (
@@ -210,10 +212,15 @@ def ready(variant: str, size: str) -> Rows:
 @click.command()
 @click.option("--quick", is_flag=True, help="Small pictures, eight repeats.")
 @click.option("--variant", default="auto", show_default=True, help="For the ready scene.")
-def main(quick: bool, variant: str) -> None:
+@click.option("--ready", "only_ready", is_flag=True, help="Only from cut to ready scene.")
+def main(quick: bool, variant: str, only_ready: bool) -> None:
     """Measure and print."""
-    numba.set_num_threads(1)
     size, repeats = ("320x180", 8) if quick else ("1280x720", 11)
+    last: Rows = [("all cores", "sticks", ""), *ready(variant, size)]
+    if only_ready:
+        click.echo(table(last))
+        return
+    numba.set_num_threads(1)
     start = time.perf_counter()
     meadow, crowd = scene("meadow", size), scene("crowd", size)
     described(*scene("meadow", "64x36"))
@@ -230,7 +237,7 @@ def main(quick: bool, variant: str) -> None:
         click.echo(f"\nOne frame of {name}, from prune to plain scene")
         click.echo(table(worlds(name, species, "160x90" if quick else "320x180", repeats)))
     click.echo("")
-    click.echo(table([("both cores", "sticks", ""), *ready(variant, size)]))
+    click.echo(table(last))
 
 
 if __name__ == "__main__":

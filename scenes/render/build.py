@@ -3,7 +3,6 @@
 import gc
 import tempfile
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
@@ -14,8 +13,8 @@ import numpy as np
 
 from scenes.render.describe import MEDIUM, Description
 from scenes.render.emitters import bands, sun, surroundings
-from scenes.render.one_shape import tint_of_segments
 from scenes.render.plugin import loaded
+from scenes.render.shapes import shape_of, steady
 
 GUIDES = {
     "depth": slice(0, 1),
@@ -32,10 +31,6 @@ ORDERS = 64
 
 BLOCK_SIZE = 32
 """Fixed, because Mitsuba derives it from the thread count otherwise, and the noise from it."""
-
-
-_ALIGNMENT = 64
-"""Bytes: a cache line, and the widest vector register."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +64,11 @@ _STILL_THERE: WeakSet[Built] = WeakSet()
 is broken before the next is built: a JIT variant compiles code for every shape that there is."""
 
 
-def build(description: Description) -> Built:
-    """Build the scene; the acceleration structure is made here.
+def use_up(description: Description) -> Built:
+    """Build the scene of a description; the acceleration structure is made here.
 
-    Takes ``shapes`` and ``ids`` out of the description, so that nothing is held twice.
+    Its ``shapes`` and ``ids`` are taken out of it, so that nothing is held twice: what is left of a
+    description describes no frame.
     """
     if _STILL_THERE:
         gc.collect()
@@ -82,10 +78,10 @@ def build(description: Description) -> Built:
     with tempfile.TemporaryDirectory() as folder:
         stub = Path(folder) / "stub.txt"
         stub.write_text("0 0 0 1\n0 0 1 1\n")
-        steady = _steady(shapes)
+        left = steady(shapes)
         del shapes
-        for name in list(steady):
-            contents[name] = _shape(name, steady.pop(name), stub)
+        for name in list(left):
+            contents[name] = shape_of(name, left.pop(name), stub)
     if box := description.get(MEDIUM):
         medium = _medium(box)
         contents[MEDIUM] = _box(box, medium)
@@ -189,113 +185,6 @@ def _integrators(description: Description) -> dict[str, Any]:
     return {name: loaded(plan) for name, plan in plans.items()}
 
 
-def _steady(shapes: Description) -> Description:
-    """The shapes, with what keeps a JIT variant's code the same from frame to frame.
-
-    Compiled into it are the scene's bounds, the number of shapes, and whether a shape has just one
-    segment; and each new code costs a second. So two triangles without area, which no ray meets,
-    stand at opposite corners of a cube whose side is a power of two; and a tint of which less than
-    two sticks are displayed has more, too thin to be met, in a corner.
-    """
-    arrays = [
-        s["vertices"] if s["type"] == "mesh" else s["control_points"] for s in shapes.values()
-    ]
-    reach = max((float(np.abs(array).max()) for array in arrays if len(array)), default=1.0)
-    corner = float(2.0 ** np.ceil(np.log2(max(reach, 1.0)) + 0.5))
-    filled = {
-        name: shape
-        if shape["type"] == "mesh" or len(shape["segment_indices"]) > 1
-        else _with_thin(shape, corner)
-        for name, shape in shapes.items()
-    }
-    return {**filled, "outer": _outer(corner)}
-
-
-def _with_thin(curve: Description, corner: float) -> Description:
-    """A curve of at most one segment with two more that no ray meets, behind its own."""
-    ends = [[corner, corner, share * corner, 1e-6] for share in (1.0, 0.999, 0.998)]
-    points, segments = curve["control_points"], curve["segment_indices"]
-    more = len(points) + np.arange(2, dtype=np.uint32)
-    tint = {"tint": np.append(curve["tint"], [0, 0]).astype(np.uint32)} if "tint" in curve else {}
-    return {
-        **curve,
-        **tint,
-        "control_points": np.concatenate((points, np.array(ends, np.float32))),
-        "segment_indices": np.concatenate((segments, more)).astype(np.uint32),
-    }
-
-
-def _outer(corner: float) -> Description:
-    vertices = np.repeat(np.array([[-corner] * 3, [corner] * 3], np.float32), 3, axis=0)
-    up = np.tile(np.array([[0, 0, 1]], np.float32), (6, 1))
-    faces = np.arange(6, dtype=np.uint32).reshape(2, 3)
-    return {"type": "mesh", "vertices": vertices, "normals": up, "colours": up * 0, "faces": faces}
-
-
-def _shape(name: str, shape: Description, stub: Path) -> Any:
-    return _mesh(name, shape) if shape["type"] == "mesh" else _curve(name, shape, stub)
-
-
-def _curve(name: str, shape: Description, stub: Path) -> Any:
-    """The plugin loads only from a file: load a stub of one segment, then replace its arrays."""
-    reflectance = (
-        tint_of_segments(shape["tint"], shape["tints"])
-        if "tint" in shape
-        else {"type": "rgb", "value": shape["albedo"].tolist()}
-    )
-    curve = loaded(
-        {
-            "type": "linearcurve",
-            "id": name,
-            "filename": str(stub),
-            "bsdf": {"type": "diffuse", "reflectance": reflectance},
-        }
-    )
-    _replace(
-        curve,
-        control_points=_aligned(shape["control_points"]).reshape(-1),
-        segment_indices=shape["segment_indices"],
-        control_point_count=len(shape["control_points"]),
-    )
-    return curve
-
-
-def _aligned(values: np.ndarray) -> np.ndarray:
-    """The same where a vector register may load them from: JIT code depends on whether it may."""
-    room = np.empty(values.nbytes + _ALIGNMENT, np.uint8)
-    start = -room.ctypes.data % _ALIGNMENT
-    found: np.ndarray = room[start : start + values.nbytes].view(values.dtype).reshape(values.shape)
-    found[...] = values
-    return found
-
-
-def _mesh(name: str, shape: Description) -> Any:
-    """Triangles with vertex normals, coloured by their vertices, the same from both sides.
-
-    What gives light has one radiance all over, and only outwards.
-    """
-    reflectance = {"type": "mesh_attribute", "name": "vertex_color"}
-    properties = mi.Properties()
-    properties["mesh_bsdf"] = loaded(
-        {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
-    )
-    if "glow" in shape:
-        radiance = {"type": "rgb", "value": shape["glow"].tolist()}
-        properties["mesh_emitter"] = loaded({"type": "area", "radiance": radiance})
-    mesh = mi.Mesh(
-        name, len(shape["vertices"]), len(shape["faces"]), properties, has_vertex_normals=True
-    )
-    mesh.add_attribute("vertex_color", 3, shape["colours"].reshape(-1))
-    _replace(
-        mesh,
-        vertex_positions=shape["vertices"].reshape(-1),
-        vertex_normals=shape["normals"].reshape(-1),
-        faces=shape["faces"].reshape(-1),
-    )
-    mesh.set_id(name)
-    return mesh
-
-
 def _medium(box: Description) -> Any:
     return loaded(
         {
@@ -316,37 +205,3 @@ def _box(box: Description, medium: Any) -> Any:
     return loaded(
         {"type": "cube", "id": MEDIUM, "to_world": place, "bsdf": null, "interior": medium}
     )
-
-
-@lru_cache(maxsize=1)
-def _finder() -> Any:
-    """A class, made once a variant is set: where each of a plugin's own parameters is, by name.
-
-    What mi.traverse gives holds the plugin until Python looks for cycles; till then it costs its
-    memory, and a JIT variant compiles code for it.
-    """
-
-    class Finder(mi.TraversalCallback):
-        def __init__(self) -> None:
-            super().__init__()
-            self.found: dict[str, tuple[Any, Any]] = {}
-
-        def put(self, name: str, value: Any, flags: int, kind: Any = None) -> None:
-            self.found[name] = value, kind
-
-    return Finder
-
-
-def _replace(plugin: Any, **values: Any) -> None:
-    """Set parameters to values of another size, which scalar variants refuse to be assigned."""
-    finder = _finder()()
-    plugin.traverse(finder)
-    for key, value in values.items():
-        where, kind = finder.found[key]
-        if kind is None:
-            mi.set_property(where, value)
-        else:
-            held: Any = type(mi.get_property(where, kind, plugin))
-            mi.set_property(where, kind, value if np.isscalar(value) else held(value))
-    plugin.parameters_changed(list(values))
-    dr.eval()

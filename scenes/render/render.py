@@ -81,7 +81,7 @@ def stage_of(description: Description, air: Air, quality: Quality) -> Stage:
     start = time.perf_counter()
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
-    from scenes.render.build import build
+    from scenes.render.build import use_up
     from scenes.render.haze import haze_of
     from scenes.render.one_shape import in_one_shape
     from scenes.render.scattered import with_layer
@@ -91,7 +91,7 @@ def stage_of(description: Description, air: Air, quality: Quality) -> Stage:
         description.update(in_one_shape(description))
     if quality.haze == "scattered":
         description["light"] = with_layer(description, air)["light"]
-    built = build(description)
+    built = use_up(description)
     haze = haze_of(built, air)
     return Stage(built, haze, name, statistics, {"build": time.perf_counter() - start})
 

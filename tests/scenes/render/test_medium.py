@@ -7,7 +7,7 @@ from lod.air import CLEAR, Air
 from lod.errors import InputError
 from lod.mist import Mist
 from scenes.render import variants
-from scenes.render.build import build
+from scenes.render.build import use_up
 from scenes.render.describe import describe
 from scenes.render.frame import SKY_Z, Quality
 from scenes.render.haze import airlight_on_the_way, haze_of
@@ -23,7 +23,7 @@ def far_along(make, variant, heading, spp=2048):
     quality = Quality(variant, spp, 1, 16, "medium")
     seen = render_frame(camera, [], AIR, make.light, quality).rgb.mean(axis=(0, 1))
     variants.use(variant)
-    built = build(with_layer(describe(camera, [], make.light, 4), AIR))
+    built = use_up(with_layer(describe(camera, [], make.light, 4), AIR))
     haze, endless = haze_of(built, AIR), np.array([np.inf])
     return seen, airlight_on_the_way(haze, camera.forward[None], endless)[0]
 

@@ -11,7 +11,7 @@ from lod.camera import Corner, look
 from lod.fade import looks
 from scenes.preset import load_preset
 from scenes.render import variants
-from scenes.render.build import build
+from scenes.render.build import use_up
 from scenes.render.describe import describe
 from scenes.render.frame import SKY_Z, Extras
 from scenes.render.haze import haze_of
@@ -162,7 +162,7 @@ def sampled(preset, world, frame):
     """What is made of a frame, its built scene, and what its samples met."""
     variants.use("scalar_rgb")
     made = shoot(world, preset, frame, "scalar_rgb")
-    built = build(describe(made.camera, made.visible, made.light, 2, made.extras.after))
+    built = use_up(describe(made.camera, made.visible, made.light, 2, made.extras.after))
     haze = haze_of(built, made.air)
     samples = render_passes(built, haze, made.quality, frame, lambda taken: None)
     hit = samples.hit
@@ -253,4 +253,4 @@ def test_without_being_asked_for_there_is_no_motion(make, variant):
     quality = make.quality(variant)
     layers = render_frame(camera(), [make.ground()], make.clear, make.light, quality)
     assert layers.motion is None
-    assert build(describe(camera(), [make.ground()], make.light, 2)).description["after"] is None
+    assert use_up(describe(camera(), [make.ground()], make.light, 2)).description["after"] is None
