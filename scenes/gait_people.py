@@ -92,8 +92,8 @@ def style(rng: np.random.Generator, child: bool = False) -> Gait:
 
     This is the longest stride of all who walk in this style; theirs (``patrol.paces``) have 0.74 of
     its Froude number on average. People out walking are then near Froude 0.21 or 1.35 m/s: adults
-    of 20 to 59 years choose 1.24 to 1.43 m/s (Bohannon & Williams Andrews, "Normal walking speed: a
-    descriptive meta-analysis", Physiotherapy 97:182, 2011).
+    up to 69 years choose 1.24 (women over 60) to 1.43 m/s (men in their forties; Bohannon &
+    Andrews, "Normal walking speed: a descriptive meta-analysis", Physiotherapy 97:182, 2011).
     """
     return walk(
         froude=float(np.clip(rng.normal(0.28, 0.04), 0.18, 0.36)),

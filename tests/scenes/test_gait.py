@@ -116,8 +116,8 @@ def test_pace_follows_froude():
 
 
 def test_people_walk_as_fast_as_people_do():
-    """The mean over adults and their strides is within what 41 studies found (Bohannon & Williams
-    Andrews 2011: group means of 1.24 to 1.43 m/s); nobody dawdles or runs.
+    """The mean over adults and their strides is within what 41 studies found (Bohannon & Andrews
+    2011: means of 1.24 to 1.43 m/s by sex and decade, up to 69 years); nobody dawdles or runs.
     """
     adults = walkers(rigged_people(0, 24, 0.0), 0)
     stride, period = paces(np.linspace(0, 1, 33))
