@@ -154,6 +154,7 @@ def agrees_with_brute_force(subject: Subject) -> Iterator[str]:
 def roots_leave_nothing_out(subject: Subject) -> Iterator[str]:
     """What is in view is the same while the eye looks all round, and no less in more detail.
 
+    But for parts that something hides: those are told a lower limit than when looking all round.
     The latter is asked by name, not by place: in more detail a walker stands on the ground more
     closely, by less than can be seen in less.
     """
@@ -163,6 +164,12 @@ def roots_leave_nothing_out(subject: Subject) -> Iterator[str]:
     all_round = replace(view, look_around=True)
     everywhere = prune(representation, all_round).parts
     around = everywhere.take(in_view(view, everywhere.centre, everywhere.bound))
+    asked = everything(representation, view)
+    rows, same = in_both(around, asked)
+    hidden = np.zeros(len(around), bool)
+    hidden[rows] = asked.limit[same] < around.limit[rows]
+    hidden[in_both(around, seen)[0]] = False
+    around = around.take(~hidden)
     if not np.array_equal(names(seen), names(around)):
         yield f"{len(seen)} parts are in view, {len(around)} of the same when looking all round"
     finer = prune(representation, replace(all_round, detail=subject.detail / 2)).parts
