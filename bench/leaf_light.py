@@ -1,10 +1,12 @@
 """How much light the leaf appearances of trees send, over what the tree in full detail sends.
 
-``python -m bench.leaf_light [SPECIES…]`` prints the shares by which ``scenes.tree_species`` takes
-colour from the shapes that stand for hidden leaves, level by level: what they hide shades itself,
-and one smooth shape does not. A stand of one species is looked at from all sides, every tree cut at
-one level, in the light of a sun 40° up and an even sky (``scenes.stand_light``). Paths of light and
-places of trees are the same at all levels.
+``python -m bench.leaf_light [--sides] [SPECIES…]`` prints the shares by which
+``scenes.tree_species`` takes colour from the shapes that stand for hidden leaves, level by level:
+what they hide shades itself, and one smooth shape does not. A stand of one species is looked at
+from all sides, every tree cut at one level, in the light of a sun 40° up and an even sky
+(``scenes.stand_light``). Paths of light and places of trees are the same at all levels. With
+``--sides`` it prints instead the share that would be right for a whole tree's own shapes toward
+each side, 0° with the sun behind the viewer, and toward each height.
 """
 
 import math
@@ -116,13 +118,37 @@ def shares(species: TreeSpecies, season: str, seed: int = 1) -> list[float]:
     return made
 
 
-def main(names: list[str]) -> None:
+def sides(species: TreeSpecies, seed: int = 1) -> Float64[np.ndarray, "e t"]:
+    """The share that would be right for the shapes of whole trees in summer, (e, t): toward each
+    elevation and turn, 0° with the sun behind the viewer."""
+    trees = tree_prototypes(seed, 3, replace(species, lit=()), "summer")
+    full, cut = (sent(trees, species, k) for k in (int(trees[0].hierarchy.level.max()), 0))
+    return (full.shapes + full.itself - cut.itself) / cut.shapes
+
+
+def print_sides(names: list[str]) -> None:
+    """Print for leafy species the mean share toward each side, and toward each height."""
+    for name in names or [each for each, species in SPECIES.items() if species.leafy]:
+        share = sides(SPECIES[name])
+        for what, at, axis in (("turn", TURNS_DEG, 0), ("elevation", ELEVATIONS_DEG, 1)):
+            pairs = zip(at, share.mean(axis=axis), strict=True)
+            told = ", ".join(f"{deg:g}°: {each:.2f}" for deg, each in pairs)
+            print(f"{name}, summer, by {what}: {told}", flush=True)
+
+
+def print_shares(names: list[str]) -> None:
     """Print the shares of every species, leafy and bare."""
     for name in names or list(SPECIES):
         species = SPECIES[name]
         for season in ("summer", "winter") if species.leafy else ("winter",):
             found = ", ".join(f"{each:.3f}" for each in shares(species, season))
             print(f"{name}, {season}: ({found})", flush=True)
+
+
+def main(arguments: list[str]) -> None:
+    """What the module's own text says, for the species named, or all."""
+    names = [each for each in arguments if each != "--sides"]
+    (print_sides if "--sides" in arguments else print_shares)(names)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench import leaf_light
-from bench.leaf_light import cut_at, sent, shares
+from bench.leaf_light import TURNS_DEG, cut_at, sent, shares, sides
 from scenes.stick_area import mean_outline_areas
 from scenes.tree import tree_prototypes
 from scenes.tree_species import SPECIES
@@ -49,11 +49,17 @@ def test_shapes_are_as_much_darker_as_the_species_says(trees, unshaded, level):
 
 
 @pytest.mark.slow
-def test_the_species_say_what_is_measured(monkeypatch):
-    """With a third of the lines that the shares in the table come from."""
-    monkeypatch.setattr(leaf_light, "LINES", 500)
+def test_the_species_say_what_is_measured():
     for name in ("shrub", "birch"):
-        assert shares(SPECIES[name], "summer") == pytest.approx(SPECIES[name].lit, rel=0.06)
+        assert shares(SPECIES[name], "summer") == pytest.approx(SPECIES[name].lit, rel=0.03)
+
+
+def test_one_share_for_all_sides_is_too_much_against_the_sun_and_too_little_with_it(monkeypatch):
+    """And it lies between them."""
+    monkeypatch.setattr(leaf_light, "LINES", 400)
+    by_turn = sides(SHRUB).mean(axis=0)
+    assert by_turn.shape == (len(TURNS_DEG),)
+    assert by_turn[0] > 1.1 * SHRUB.lit[0] > 1.2 * by_turn[-1]
 
 
 def test_a_stand_sends_as_much_at_every_level(trees, monkeypatch):
