@@ -104,6 +104,7 @@ def motion_of(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motio
         _bend_leg(rig, p, turns, shift)
     feet = Feet(
         legs=np.array([p.rows for p in placed]).reshape(-1, 3),
+        sticks_out=np.array([p.leg.sticks_out for p in placed], bool),
         bend=np.array([float(p.leg.bend) for p in placed]),
         strike=np.array([p.strike for p in placed]),
         duty=np.full(len(placed), gait.duty),

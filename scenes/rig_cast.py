@@ -11,11 +11,22 @@ from lod.arrays import freeze
 from lod.errors import InputError
 from scenes.rig import Rig
 from scenes.rig_feet import print_and_swing
+from scenes.rig_leg import arcs_of, bones_of
 from scenes.rig_motion import Motion
 from scenes.rig_prototype import RiggedPrototype
 
 STRAIGHTEST = 0.9985
 """How far a leg stretches at most, as a share of its length, where its motion stretches it less."""
+
+
+HIGH_ANKLES_FOLLOW = 0.6
+"""Share of the slope along it that a foot follows whose ankle is high above the ground; of that
+across it, none. With all of it an ostrich's ankle, with none a giraffe's hock would have to bend
+furthest beyond its limits.
+"""
+
+_LEAST_ANGLE = 1e-9
+"""Two keys are never taken to be nearer: weights are the shares themselves there [rad]."""
 
 
 class Tables(NamedTuple):
@@ -25,11 +36,14 @@ class Tables(NamedTuple):
         shift, first leg, legs, first row of hip
     joint (j, 5) parent within the prototype, whether any key differs; knee, ankle and number of the
         leg where this is its hip, else −1
-    offset (j, 4) from the parent, and the bend of the leg
-    turns (t, 6) quaternion of each key and joint, and the angle to the next key and its sine
+    offset (j, 3) from the parent
+    turns (t, 6) quaternion of each key and joint, the angle to the next key and one over its sine;
+        prototypes that move alike, of several sizes, share these rows
     shift (s, 3) of each key
-    leg   (l, 8) when its foot lands, share of the cycle that it stands, home x and y, stride, how
-        far it reaches stretched out, steepest slope, and farthest that its print is up or down
+    leg   (l, 10) when its foot lands, share of the cycle that it stands, home x and y, stride, how
+        far it reaches stretched out, steepest slope, farthest that its print is up or down, and
+        what share of the slope along it and across it the foot follows
+    bones (l, 7), arc (l, 5, 4): as in ``rig_leg``
     ankle (l, 6) its limits: least tan x, sin y, tan z, then greatest; ±∞ where ankles do not give
     sole (l, 3, 2), plane (l, 3, 3): as in Feet
     hip   (k, 6) of each key and leg: the hip in the object's frame, and the ankle from its print
@@ -41,6 +55,8 @@ class Tables(NamedTuple):
     turns: np.ndarray
     shift: np.ndarray
     leg: np.ndarray
+    bones: np.ndarray
+    arc: np.ndarray
     ankle: np.ndarray
     sole: np.ndarray
     plane: np.ndarray
@@ -65,16 +81,19 @@ class Cast:
         keys = np.array([len(motion.turns) for motion in motions])
         legs = np.array([len(motion.feet) for motion in motions])
         pairs = list(zip(rigs, motions, strict=True))
-        counts = (sizes, (keys + 1) * sizes, keys + 1, legs, (keys + 1) * legs)
-        first_joint, first_key, first_shift, first_leg, first_hip = map(_starts, counts)
+        counts = (sizes, keys + 1, legs, (keys + 1) * legs)
+        first_joint, first_shift, first_leg, first_hip = map(_starts, counts)
+        first_key, turns = _shared_keys(motions)
         columns = first_joint, sizes, first_key, keys, first_shift, first_leg, legs, first_hip
         tables = Tables(
             cast=np.stack(columns, axis=1),
             joint=np.concatenate([_joint_rows(rig, motion) for rig, motion in pairs]),
-            offset=np.concatenate([_offset_rows(rig, motion) for rig, motion in pairs]),
-            turns=np.concatenate([_key_rows(motion) for motion in motions]),
+            offset=np.concatenate([rig.offset for rig in rigs]),
+            turns=turns,
             shift=np.concatenate([np.vstack((m.shift, m.shift[:1])) for m in motions]),
             leg=np.concatenate([_leg_rows(rig, motion) for rig, motion in pairs]),
+            bones=np.concatenate([bones_of(rig, motion) for rig, motion in pairs]),
+            arc=np.concatenate([arcs_of(rig, motion) for rig, motion in pairs]),
             ankle=np.concatenate([_ankle_rows(rig, motion) for rig, motion in pairs]),
             sole=np.concatenate([motion.feet.sole for motion in motions]),
             plane=np.concatenate([motion.feet.plane for motion in motions]),
@@ -136,12 +155,6 @@ def _joint_rows(rig: Rig, motion: Motion) -> np.ndarray:
     return rows
 
 
-def _offset_rows(rig: Rig, motion: Motion) -> np.ndarray:
-    bend = np.zeros((len(rig), 1))
-    bend[motion.feet.legs[:, 0], 0] = motion.feet.bend
-    return np.hstack((rig.offset, bend))
-
-
 def _leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
     feet = motion.feet
     bones = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1).sum(axis=1)
@@ -160,6 +173,8 @@ def _leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
         longest,
         feet.steepest,
         highest,
+        np.full(len(feet), 1.0 if motion.ankles_give else HIGH_ANKLES_FOLLOW),
+        np.full(len(feet), float(motion.ankles_give)),
     )
     return np.stack(columns, axis=1)
 
@@ -188,6 +203,20 @@ def _hip_rows(rig: Rig, motion: Motion) -> np.ndarray:
     return np.concatenate((rows, rows[:1])).reshape(-1, 6)
 
 
+def _shared_keys(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
+    """The first row of each motion's keys, and all rows: those of equal keys once."""
+    first: dict[bytes, int] = {}
+    rows, starts, count = [np.zeros((0, 6))], [], 0
+    for motion in motions:
+        name = motion.turns.tobytes()
+        if name not in first:
+            first[name] = count
+            rows.append(_key_rows(motion))
+            count += len(rows[-1])
+        starts.append(first[name])
+    return np.array(starts), np.concatenate(rows)
+
+
 def _key_rows(motion: Motion) -> np.ndarray:
     """Keys, with key 0 again at the end and every sign as the key before; and the way to the
     next.
@@ -197,4 +226,5 @@ def _key_rows(motion: Motion) -> np.ndarray:
     after = np.concatenate((turns[1:], turns[-1:]))
     cos = (turns * after).sum(axis=-1, keepdims=True)
     sine = np.linalg.norm(after - cos * turns, axis=-1, keepdims=True)
-    return np.concatenate((turns, np.arctan2(sine, cos), sine), axis=-1).reshape(-1, 6)
+    angle = np.maximum(np.arctan2(sine, cos), _LEAST_ANGLE)
+    return np.concatenate((turns, angle, 1.0 / np.sin(angle)), axis=-1).reshape(-1, 6)

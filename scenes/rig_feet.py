@@ -19,6 +19,7 @@ class Feet:
     """Legs (l,) in any order.
 
     legs   (l, 3) joints: hip, knee, ankle
+    sticks_out (l,) whether its hip turns aside about z, not about x
     bend   (l,) +1 where a positive angle about y flexes the knee, −1 where a negative one does
     strike (l,) phase at which the foot lands; duty (l,) share of the cycle that it stands, above 0
     home   (l, 2) where the print is in mid-stance, in the object's own frame [m]
@@ -27,6 +28,7 @@ class Feet:
     """
 
     legs: np.ndarray
+    sticks_out: np.ndarray
     bend: np.ndarray
     strike: np.ndarray
     duty: np.ndarray
@@ -36,10 +38,12 @@ class Feet:
 
     def __post_init__(self) -> None:
         freeze(self, legs=np.int64, bend=np.float64, strike=np.float64, duty=np.float64)
-        freeze(self, home=np.float64, steepest=np.float64, sole=np.float64)
+        freeze(self, sticks_out=np.bool_, home=np.float64, steepest=np.float64, sole=np.float64)
         n = len(self.legs)
         shapes = {"legs": (n, 3), "bend": (n,), "strike": (n,), "duty": (n,), "home": (n, 2)}
-        for key, shape in (shapes | {"steepest": (n,), "sole": (n, 3, 2)}).items():
+        for key, shape in (
+            shapes | {"steepest": (n,), "sole": (n, 3, 2), "sticks_out": (n,)}
+        ).items():
             if getattr(self, key).shape != shape:
                 raise InputError(f"feet.{key}", getattr(self, key).shape, f"its shape is {shape}")
         if not np.all((self.duty > 0) & (self.duty <= 1)):
@@ -68,7 +72,7 @@ def _edges(sole: np.ndarray) -> np.ndarray:
 
 
 NO_FEET = Feet(
-    np.zeros((0, 3)), *(np.zeros(0),) * 3, np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3, 2))
+    np.zeros((0, 3)), *(np.zeros(0),) * 4, np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3, 2))
 )
 
 

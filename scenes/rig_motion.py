@@ -22,8 +22,8 @@ class Motion:
     stride  how far the object moves ahead in one cycle; 0 for what stays where it is [m]
     period  how long a cycle lasts [s]
     feet    the legs that stand on the ground
-    ankles_give  at its limit an ankle keeps it and lets the toes down, rather than the foot its
-        ground: for ankles near the ground
+    ankles_give  at its limit an ankle keeps it and lets the toes down: for ankles near the ground;
+        else the leg is bent again for the foot as it then is (``rig_plant``)
     """
 
     turns: np.ndarray

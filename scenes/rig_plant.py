@@ -3,66 +3,97 @@
 What ``rig_stand`` says of a foot: where its print is, how far that is ahead of the prototype's own
 (for strides of its own), and how the ground under it slopes. The foot moves with its print and
 turns with the slope about it, as one stiff piece with the path that it rolls along, so that it
-rolls over its heel and ball as on the level and nothing that stands slides. The knee follows by the
-law of cosines, and the hip by the shortest turn that points the leg at its foot, so that bones keep
-their lengths. An ankle goes no further than its joint does: who lands on his heel on a steep way up
-does so with less of his toes up.
+rolls over its heel and ball as on the level and nothing that stands slides. Knee and hip follow by
+``rig_leg``.
+
+No joint goes further than its limits. Where the ankle is near the ground it gives: who lands on his
+heel on a steep way up does so with less of his toes up. Where it is high above (hocks, pasterns) it
+only nods, and the leg is bent again for the foot as it then is, so that the toes keep their print.
 """
 
 import math
 
 from numba import njit
 
+from scenes.rig_leg import ANKLE, face, half_of, reach_leg, within_arc
 from scenes.rig_turns import times, turn
+
+_PASSES = 4
+"""How often a leg is bent for a foot whose ankle is high."""
 
 
 @njit(cache=True)
-def plant_leg(  # type: ignore[no-untyped-def]
-    frame, hip, knee, ankle, offset, first, longest, limits, leg, feet, o, number, cos, sin
-):
+def plant_leg(frame, rows, legs, leg, feet, o, number, cos, sin):  # type: ignore[no-untyped-def]
     """Bend the leg in rows hip, knee, ankle of ``frame`` (x, y, z and quaternion), changing them.
 
-    offset: bones and bend; first: what to add to a row of ``frame`` for the joint's row of
-        ``offset``; longest: how far the leg stretches [m]
-    limits (l, 6) of ankles, this one's in row ``leg``: least tan x, sin y, tan z, then the greatest
+    rows: hip, knee, ankle, and what the hip rides on
+    legs, leg: tables of ``Tables`` (legs, bones, arc, ankle), and this leg's row in them
     feet (n, l, 6), o, number: of the object and of its leg; print x, y, z; how far ahead of the
         prototype's it is; the turn of the ground under it, its x and y; cos, sin: of the heading.
         Row 0 stands on level ground.
     """
-    px, py, pz, ahead = (
-        feet[o, number, 0],
-        feet[o, number, 1],
-        feet[o, number, 2],
-        feet[o, number, 3],
-    )
-    ax, ay = feet[o, number, 4], feet[o, number, 5]
-    aw = math.sqrt(1.0 - ax * ax - ay * ay)
+    reach, bones, arc, limits = legs
+    hip, knee, ankle, _ = rows
+    px, py, pz = feet[o, number, 0], feet[o, number, 1], feet[o, number, 2]
+    ahead, ax, ay = feet[o, number, 3], feet[o, number, 4], feet[o, number, 5]
+    slope = ax, ay, 0.0, math.sqrt(1.0 - ax * ax - ay * ay)
     # The ankle from the prototype's own print, turned with the ground, put on the object's.
-    x = frame[ankle, 0] - px + ahead * cos
-    y = frame[ankle, 1] - py + ahead * sin
-    x, y, z = turn(ax, ay, 0.0, aw, x, y, frame[ankle, 2] - frame[0, 2])
-    x, y, z = x + px - frame[hip, 0], y + py - frame[hip, 1], z + pz - frame[hip, 2]
-    thigh, shank = first + knee, first + ankle
-    upper, lower = _length(offset, thigh), _length(offset, shank)
-    shortest = abs(upper - lower) * 1.001
-    distance = min(max(math.sqrt(x * x + y * y + z * z), shortest), longest)
-    cosine = (distance * distance - upper * upper - lower * lower) / (2 * upper * lower)
-    cosine = min(1.0, max(-1.0, cosine))
-    # Sine and cosine of half the knee's angle, from the cosine of all of it.
-    bent, straight = math.sqrt((1.0 - cosine) / 2), math.sqrt((1.0 + cosine) / 2)
-    hx, hy, hz, hw = frame[hip, 3], frame[hip, 4], frame[hip, 5], frame[hip, 6]
-    bent *= offset[first + hip, 3]
-    kx, ky, kz, kw = times(hx, hy, hz, hw, 0.0, bent, 0.0, straight)
-    tx, ty, tz = turn(hx, hy, hz, hw, offset[thigh, 0], offset[thigh, 1], offset[thigh, 2])
-    sx, sy, sz = turn(kx, ky, kz, kw, offset[shank, 0], offset[shank, 1], offset[shank, 2])
-    qx, qy, qz, qw = _shortest(tx + sx, ty + sy, tz + sz, x, y, z)
-    _face(frame, hip, times(qx, qy, qz, qw, hx, hy, hz, hw))
-    _face(frame, knee, times(qx, qy, qz, qw, kx, ky, kz, kw))
-    _place(frame, knee, hip, turn(qx, qy, qz, qw, tx, ty, tz))
-    _place(frame, ankle, knee, turn(qx, qy, qz, qw, sx, sy, sz))
-    f = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
-    _face(frame, ankle, times(ax, ay, 0.0, aw, f[0], f[1], f[2], f[3]))
-    _within(frame, knee, ankle, limits, leg)
+    ex = frame[ankle, 0] - px + ahead * cos
+    ey = frame[ankle, 1] - py + ahead * sin
+    ez = frame[ankle, 2] - frame[0, 2]
+    px, py, pz = px - frame[hip, 0], py - frame[hip, 1], pz - frame[hip, 2]
+    foot = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
+    shank = frame[knee, 3], frame[knee, 4], frame[knee, 5], frame[knee, 6]
+    gives = bones[leg, 6] > 0
+    turned = slope
+    for _ in range(1 if gives else _PASSES):
+        x, y, z = turn(*turned, ex, ey, ez)
+        reach_leg(frame, rows, bones, arc, leg, reach[leg, 5], x + px, y + py, z + pz)
+        if gives:
+            face(frame, ankle, times(*slope, *foot))
+            _within(frame, knee, ankle, limits, leg)
+        else:
+            turned = _nod(frame, knee, ankle, shank, foot, slope, arc, leg)
+
+
+@njit(cache=True)
+def _nod(frame, knee, ankle, shank, foot, slope, arc, leg):  # type: ignore[no-untyped-def]
+    """Turn the ankle about its y alone, as near to the foot on its slope as its limits let it;
+    gives how the foot is turned from that on the level.
+
+    shank, foot: as they were posed there.
+    """
+    r = times(-shank[0], -shank[1], -shank[2], shank[3], *foot)
+    kx, ky, kz, kw = frame[knee, 3], frame[knee, 4], frame[knee, 5], frame[knee, 6]
+    q = times(*times(-kx, -ky, -kz, kw, *times(*slope, *foot)), -r[0], -r[1], -r[2], r[3])
+    # As posed it is Rz·Ry·Rx, of which Ry is to change: a turn about the axis (−sin z, cos z, 0).
+    cz, sz, cy, sy = _angles(r)
+    c, s = _twist(q[1] * cz - q[0] * sz, q[3])
+    c, s = within_arc(cy * c - sy * s, sy * c + cy * s, arc, leg, ANKLE)
+    s, c = half_of(c * cy + s * sy, s * cy - c * sy)
+    f = times(*times(kx, ky, kz, kw, -sz * s, cz * s, 0.0, c), *r)
+    face(frame, ankle, f)
+    return times(*f, -foot[0], -foot[1], -foot[2], foot[3])
+
+
+@njit(cache=True, inline="always")
+def _angles(q):  # type: ignore[no-untyped-def]
+    """Cosine and sine of z, and of y, of the turn Rz·Ry·Rx, the ones about x and z within ±90°."""
+    x, y, z, w = q
+    ahead, aside = 1.0 - 2.0 * (y * y + z * z), 2.0 * (w * z + x * y)
+    n = math.copysign(math.sqrt(ahead * ahead + aside * aside), 1.0 - 2.0 * (x * x + y * y))
+    if abs(n) < 1e-12:
+        return 1.0, 0.0, 0.0, 2.0 * (w * y - z * x)
+    return ahead / n, aside / n, n, 2.0 * (w * y - z * x)
+
+
+@njit(cache=True, inline="always")
+def _twist(y, w):  # type: ignore[no-untyped-def]
+    """Cosine and sine of the angle about an axis, of a turn that has y along it, and w."""
+    n = y * y + w * w
+    if n < 1e-18:
+        return 1.0, 0.0
+    return (w * w - y * y) / n, 2.0 * w * y / n
 
 
 @njit(cache=True)
@@ -70,7 +101,7 @@ def _within(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
     """Turn the ankle no further in the knee's frame than its limits, angle by angle of Rz·Ry·Rx."""
     ux, uy, uz, uw = frame[knee, 3], frame[knee, 4], frame[knee, 5], frame[knee, 6]
     f = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
-    x, y, z, w = times(-ux, -uy, -uz, uw, f[0], f[1], f[2], f[3])
+    x, y, z, w = times(-ux, -uy, -uz, uw, *f)
     across, along = 1.0 - 2.0 * (x * x + y * y), 1.0 - 2.0 * (y * y + z * z)
     if across <= 0.0 or along <= 0.0:
         return
@@ -80,34 +111,10 @@ def _within(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
     r = min(max(c, limits[leg, 2]), limits[leg, 5])
     if p == a and q == b and r == c:
         return
-    a, b, c = math.atan(p) / 2, math.asin(q) / 2, math.atan(r) / 2
-    turned = times(0.0, 0.0, math.sin(c), math.cos(c), 0.0, math.sin(b), 0.0, math.cos(b))
-    turned = times(turned[0], turned[1], turned[2], turned[3], math.sin(a), 0.0, 0.0, math.cos(a))
-    _face(frame, ankle, times(ux, uy, uz, uw, turned[0], turned[1], turned[2], turned[3]))
-
-
-@njit(cache=True)
-def _face(frame, row, q):  # type: ignore[no-untyped-def]
-    frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6] = q
-
-
-@njit(cache=True)
-def _place(frame, row, up, v):  # type: ignore[no-untyped-def]
-    frame[row, 0] = frame[up, 0] + v[0]
-    frame[row, 1] = frame[up, 1] + v[1]
-    frame[row, 2] = frame[up, 2] + v[2]
-
-
-@njit(cache=True)
-def _length(v, row):  # type: ignore[no-untyped-def]
-    return math.sqrt(v[row, 0] ** 2 + v[row, 1] ** 2 + v[row, 2] ** 2)
-
-
-@njit(cache=True)
-def _shortest(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
-    """The shortest turn that takes direction a to b (not opposite ones)."""
-    w = math.sqrt((ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz))
-    w += ax * bx + ay * by + az * bz
-    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    n = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
-    return x * n, y * n, z * n, w * n
+    a, c = 1.0 / math.sqrt(1.0 + p * p), 1.0 / math.sqrt(1.0 + r * r)
+    sa, ca = half_of(a, p * a)
+    sb, cb = half_of(math.sqrt(1.0 - q * q), q)
+    sc, cc = half_of(c, r * c)
+    turned = times(0.0, 0.0, sc, cc, 0.0, sb, 0.0, cb)
+    turned = times(*turned, sa, 0.0, 0.0, ca)
+    face(frame, ankle, times(ux, uy, uz, uw, *turned))

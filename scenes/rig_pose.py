@@ -18,6 +18,7 @@ from numba import njit
 from lod.arrays import Ints, Points
 from scenes.rig_cast import Bodies as Bodies
 from scenes.rig_cast import Cast as Cast
+from scenes.rig_leg import face
 from scenes.rig_plant import plant_leg
 from scenes.rig_turns import Vectors, slerp_weights, times, turn
 
@@ -172,48 +173,52 @@ def pose_wanted(t, frame, state, stance, feet, o, lowest, highest):  # type: ign
     feet (n, legs, 6): as in ``Bodies``.
     """
     joint, offset, turns = t.joint, t.offset, t.turns
-    v, first, joints, keys, key, share, cos, sin = stance
-    bob, row, hip, knee, ankle, leg = len(frame) - 1, lowest, 0, 0, 0, 0
-    while row <= highest or hip:
-        if hip == 0 and state[row] != _WANTED:
+    v, first, _, _, _, _, cos, sin = stance
+    row = lowest
+    while row <= highest:
+        if state[row] != _WANTED:
             row += 1
             continue
-        # Its frame from that of its parent, which is done: slerp, product, offset.
-        at, a = first + row - 1, keys + row - 1
-        if joint[at, 1]:
-            a += key
-            b = a + joints
-            g, h = slerp_weights(share, turns[a, 4], turns[a, 5])
-            qx, qy = g * turns[a, 0] + h * turns[b, 0], g * turns[a, 1] + h * turns[b, 1]
-            qz, qw = g * turns[a, 2] + h * turns[b, 2], g * turns[a, 3] + h * turns[b, 3]
-        else:
-            qx, qy, qz, qw = turns[a, 0], turns[a, 1], turns[a, 2], turns[a, 3]
-        up = joint[at, 0] + 1
-        x, y, z = offset[at, 0], offset[at, 1], offset[at, 2]
-        if up == 0:
-            x, y, z = x + frame[bob, 0], y + frame[bob, 1], z + frame[bob, 2]
-        ux, uy, uz, uw = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
-        x, y, z = turn(ux, uy, uz, uw, x, y, z)
-        frame[row, 0], frame[row, 1] = frame[up, 0] + x, frame[up, 1] + y
-        frame[row, 2] = frame[up, 2] + z
-        qx, qy, qz, qw = times(ux, uy, uz, uw, qx, qy, qz, qw)
-        frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6] = qx, qy, qz, qw
-        state[row] = POSED
-        # After a hip that stands on ground of its own its knee and ankle, and on with the rest.
-        if hip == 0:
-            leg = joint[at, 4]
-            if leg < 0 or _is_level(feet, o, leg, frame[0, 2]):
-                row += 1
-            else:
-                hip, knee, ankle = row, joint[at, 2] + 1, joint[at, 3] + 1
-                row = knee
-        elif row == knee:
-            row = ankle
-        else:
-            rows, k = (hip, knee, ankle), t.cast[v, 5] + leg
-            limits = offset, first - 1, t.leg[k, 5], t.ankle, k
-            plant_leg(frame, *rows, *limits, feet, o, leg, cos, sin)
-            row, hip = hip + 1, 0
+        leg = joint[first + row - 1, 4]
+        plants = leg >= 0 and not _is_level(feet, o, leg, frame[0, 2])
+        # With a hip that stands on ground of its own its knee and ankle.
+        k = row
+        while True:
+            _pose_joint(joint, offset, turns, frame, stance, k)
+            state[k] = POSED
+            if not plants or k == joint[first + row - 1, 3] + 1:
+                break
+            k = joint[first + row - 1, 2 if k == row else 3] + 1
+        if plants:
+            rows = row, joint[first + row - 1, 2] + 1, k, joint[first + row - 1, 0] + 1
+            legs = t.leg, t.bones, t.arc, t.ankle
+            plant_leg(frame, rows, legs, t.cast[v, 5] + leg, feet, o, leg, cos, sin)
+        row += 1
+
+
+@njit(cache=True, inline="always")
+def _pose_joint(joint, offset, turns, frame, stance, row):  # type: ignore[no-untyped-def]
+    """The frame of a joint from that of its parent, which is done: slerp, product, offset."""
+    _, first, joints, keys, key, share, _, _ = stance
+    at, a = first + row - 1, keys + row - 1
+    if joint[at, 1]:
+        a += key
+        b = a + joints
+        g, h = slerp_weights(share, turns[a, 4], turns[a, 5])
+        qx, qy = g * turns[a, 0] + h * turns[b, 0], g * turns[a, 1] + h * turns[b, 1]
+        qz, qw = g * turns[a, 2] + h * turns[b, 2], g * turns[a, 3] + h * turns[b, 3]
+    else:
+        qx, qy, qz, qw = turns[a, 0], turns[a, 1], turns[a, 2], turns[a, 3]
+    up = joint[at, 0] + 1
+    x, y, z = offset[at, 0], offset[at, 1], offset[at, 2]
+    if up == 0:
+        bob = len(frame) - 1
+        x, y, z = x + frame[bob, 0], y + frame[bob, 1], z + frame[bob, 2]
+    ux, uy, uz, uw = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
+    x, y, z = turn(ux, uy, uz, uw, x, y, z)
+    frame[row, 0], frame[row, 1] = frame[up, 0] + x, frame[up, 1] + y
+    frame[row, 2] = frame[up, 2] + z
+    face(frame, row, times(ux, uy, uz, uw, qx, qy, qz, qw))
 
 
 @njit(cache=True, inline="always")

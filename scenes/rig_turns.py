@@ -105,13 +105,11 @@ def turn(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def slerp_weights(share, angle, sine):  # type: ignore[no-untyped-def]
+def slerp_weights(share, angle, per_sine):  # type: ignore[no-untyped-def]
     """Weights of two quaternions ``angle`` apart (half the turn between them), Shoemake's slerp
-    [41].
+    [41]; per_sine: 1/sin(angle).
     """
-    if sine < 1e-9:
-        return 1.0 - share, share
-    return _sine((1.0 - share) * angle) / sine, _sine(share * angle) / sine
+    return _sine((1.0 - share) * angle) * per_sine, _sine(share * angle) * per_sine
 
 
 @njit(cache=True, inline="always")
