@@ -148,6 +148,6 @@ INSECT = Kind(
         duty=0.56,
         stride=1.0,
         period=0.8,
-        ankles_give=True,
+        tilts=True,
     ),
 )

@@ -58,7 +58,7 @@ class Gait:
     stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude``
         gives
     spins   joints that go round: name, axis, whole turns a cycle
-    steepest  slope of the ground that its feet follow; ankles_give: as in Motion
+    steepest  slope of the ground that its feet follow; tilts: as in Motion
     """
 
     legs: tuple[Leg, ...]
@@ -69,7 +69,7 @@ class Gait:
     period: float | None = None
     spins: tuple[tuple[str, int, int], ...] = ()
     steepest: float = 0.3
-    ankles_give: bool = False
+    tilts: bool = False
 
     def stride_of(self, height: float) -> float:
         """Ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
@@ -112,7 +112,7 @@ def motion_of(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motio
         steepest=np.full(len(placed), gait.steepest),
         sole=np.array([p.sole for p in placed]).reshape(-1, 3, 2),
     )
-    return Motion(turns, shift, stride, gait.period_of(height), feet, gait.ankles_give)
+    return Motion(turns, shift, stride, gait.period_of(height), feet, gait.tilts)
 
 
 def _hip_height(rig: Rig, gait: Gait) -> float:

@@ -58,7 +58,7 @@ def walk(
         waves=_waves(swing, elbow, lean, nod),
         duty=0.62,
         froude=froude,
-        ankles_give=True,
+        tilts=True,
     )
 
 

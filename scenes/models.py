@@ -77,7 +77,7 @@ def standing(prototype: RiggedPrototype) -> RiggedPrototype:
         replace(
             still(prototype.rig),
             feet=standing_feet(prototype),
-            ankles_give=prototype.motion.ankles_give,
+            tilts=prototype.motion.tilts,
         )
     )
 

@@ -18,13 +18,6 @@ from scenes.rig_prototype import RiggedPrototype
 STRAIGHTEST = 0.9985
 """How far a leg stretches at most, as a share of its length, where its motion stretches it less."""
 
-
-HIGH_ANKLES_FOLLOW = 0.6
-"""Share of the slope along it that a foot follows whose ankle is high above the ground; of that
-across it, none. With all of it an ostrich's ankle, with none a giraffe's hock would have to bend
-furthest beyond its limits.
-"""
-
 _LEAST_ANGLE = 1e-9
 """Two keys are never taken to be nearer: weights are the shares themselves there [rad]."""
 
@@ -40,11 +33,11 @@ class Tables(NamedTuple):
     turns (t, 6) quaternion of each key and joint, the angle to the next key and one over its sine;
         prototypes that move alike, of several sizes, share these rows
     shift (s, 3) of each key
-    leg   (l, 10) when its foot lands, share of the cycle that it stands, home x and y, stride, how
+    leg   (l, 9) when its foot lands, share of the cycle that it stands, home x and y, stride, how
         far it reaches stretched out, steepest slope, farthest that its print is up or down, and
-        what share of the slope along it and across it the foot follows
-    bones (l, 7), arc (l, 5, 4): as in ``rig_leg``
-    ankle (l, 6) its limits: least tan x, sin y, tan z, then greatest; ±∞ where ankles do not give
+        what share of the slope across it the foot follows
+    bones (l, 6), arc (l, 4, 4): as in ``rig_leg``
+    ankle (l, 6) its limits: least tan x, sin y, tan z, then greatest
     sole (l, 3, 2), plane (l, 3, 3): as in Feet
     hip   (k, 6) of each key and leg: the hip in the object's frame, and the ankle from its print
     """
@@ -173,17 +166,14 @@ def _leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
         longest,
         feet.steepest,
         highest,
-        np.full(len(feet), 1.0 if motion.ankles_give else HIGH_ANKLES_FOLLOW),
-        np.full(len(feet), float(motion.ankles_give)),
+        np.full(len(feet), float(motion.tilts)),
     )
     return np.stack(columns, axis=1)
 
 
 def _ankle_rows(rig: Rig, motion: Motion) -> np.ndarray:
     ankles, functions = motion.feet.legs[:, 2], (np.tan, np.sin, np.tan)
-    if not motion.ankles_give:
-        return np.tile(np.repeat((-np.inf, np.inf), 3), (len(ankles), 1))
-    low, high = np.radians(rig.low[ankles]), np.radians(rig.high[ankles])
+    low, high = (np.radians(np.clip(limit[ankles], -90, 90)) for limit in (rig.low, rig.high))
     return np.stack(
         [f(side[:, k]) for side in (low, high) for k, f in enumerate(functions)], axis=1
     )

@@ -16,29 +16,29 @@ from scenes.rig import Rig
 from scenes.rig_motion import Motion
 from scenes.rig_turns import degrees_of, times, turn
 
-HIP_X, HIP_Y, HIP_Z, KNEE, ANKLE = range(5)
+HIP_X, HIP_Y, HIP_Z, KNEE = range(4)
 """Rows of a leg's arcs: what its angles stay within."""
 
 
 def bones_of(rig: Rig, motion: Motion) -> np.ndarray:
     """Of each leg: both bones [m], its bend, whether it sticks out, cosine and sine of the hip's
-    angle that stays as posed, and whether its ankle gives, (l, 7).
+    angle that stays as posed, (l, 6).
     """
     feet = motion.feet
     length = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1)
     hips = zip(feet.legs[:, 0].tolist(), feet.sticks_out.tolist(), strict=True)
     angle = [_posed(rig, motion, hip, sticks_out) for hip, sticks_out in hips]
-    stays, gives = np.radians(angle), np.full(len(feet), motion.ankles_give)
-    columns = (*length.T, feet.bend, feet.sticks_out, np.cos(stays), np.sin(stays), gives)
+    stays = np.radians(angle)
+    columns = (*length.T, feet.bend, feet.sticks_out, np.cos(stays), np.sin(stays))
     return np.stack(columns, axis=1).astype(np.float64)
 
 
 def arcs_of(rig: Rig, motion: Motion) -> np.ndarray:
-    """What the angles of HIP_X … ANKLE stay within: cosine and sine of the middle, and of how far
-    to either side, (l, 5, 4). For the ankle that is about y.
+    """What the angles of HIP_X … KNEE stay within: cosine and sine of the middle, and of how far
+    to either side, (l, 4, 4).
     """
     legs = motion.feet.legs
-    joints, axes = legs[:, (0, 0, 0, 1, 2)], np.array((0, 1, 2, 1, 1))
+    joints, axes = legs[:, (0, 0, 0, 1)], np.array((0, 1, 2, 1))
     low, high = np.radians(rig.low[joints, axes]), np.radians(rig.high[joints, axes])
     middle, half = (low + high) / 2, np.minimum((high - low) / 2, np.pi)
     return np.stack((np.cos(middle), np.sin(middle), np.cos(half), np.sin(half)), axis=-1)

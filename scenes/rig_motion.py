@@ -22,8 +22,7 @@ class Motion:
     stride  how far the object moves ahead in one cycle; 0 for what stays where it is [m]
     period  how long a cycle lasts [s]
     feet    the legs that stand on the ground
-    ankles_give  at its limit an ankle keeps it and lets the toes down: for ankles near the ground;
-        else the leg is bent again for the foot as it then is (``rig_plant``)
+    tilts   whether feet follow slopes across their way, too: those of ankles near the ground
     """
 
     turns: np.ndarray
@@ -31,7 +30,7 @@ class Motion:
     stride: float
     period: float
     feet: Feet = NO_FEET
-    ankles_give: bool = False
+    tilts: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "turns", one_sign(np.asarray(self.turns, np.float64)))
@@ -61,7 +60,7 @@ class Motion:
         """
         period = self.period * math.sqrt(factor) if self.stride else self.period
         lengths = (self.shift * factor, self.stride * factor)
-        return Motion(self.turns, *lengths, period, self.feet.scaled(factor), self.ankles_give)
+        return Motion(self.turns, *lengths, period, self.feet.scaled(factor), self.tilts)
 
 
 def still(rig: Rig) -> Motion:

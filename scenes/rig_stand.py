@@ -150,7 +150,7 @@ def _under(leg, plane, ground, m, row, phase, heed, out):  # type: ignore[no-unt
     steep = math.sqrt(out[1] * out[1] + out[2] * out[2])
     if steep > leg[row, 6]:
         out[1], out[2] = out[1] * leg[row, 6] / steep, out[2] * leg[row, 6] / steep
-    out[1], out[2] = out[1] * leg[row, 8], out[2] * leg[row, 9]
+    out[2] *= leg[row, 8]
     return m
 
 
