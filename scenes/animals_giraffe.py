@@ -1,10 +1,11 @@
 """The giraffe in tables, a pipe-cleaner figure as in Marr & Nishihara (1978) [17]; in metres.
 
 Neck and foreleg are about as long as one another (Mitchell, van Sittert & Skinner, J. Zool.
-278:281,
-2009). It walks as Basu, Wilson & Hutchinson found (J. Exp. Biol. 222:jeb159277, 2019): feet down
-for 0.7 of a long slow cycle, each forefoot landing soon after the hind foot of its side. What is
-between is our own. All bones of a leg hang straight down at angles 0.
+278:281, 2009). It walks as Basu, Wilson & Hutchinson found (J. Exp. Biol. 222:jeb159277, 2019):
+feet down for 0.7 of a long slow cycle, each forefoot landing soon after the hind foot of its side.
+What is between is our own, limits of joints, too: cannon, pastern and hoof of a hind leg are one
+piece, so that its hock goes as far past straight as the three of them would on a slope of 0.3. All
+bones of a leg hang straight down at angles 0.
 """
 
 from scenes.animals_kind import Kind, free, hinge

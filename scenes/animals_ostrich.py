@@ -2,8 +2,9 @@
 
 Bones of the leg after Rubenson et al., "Running in ostriches (Struthio camelus)", J. Exp. Biol.
 210:2548 (2007): a short level femur, hidden in the body; the joint that looks like a knee bent
-backwards is the ankle. What is between is our own. All bones of a leg hang straight down at angles
-0.
+backwards is the ankle. What is between is our own, limits of joints, too: an ankle goes as far past
+straight as a shank that leans with a slope of 0.3 takes it, since no joint between shank and toes
+yields here. All bones of a leg hang straight down at angles 0.
 """
 
 from scenes.animals_kind import Kind, free, hinge

@@ -414,7 +414,9 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
 
 
 def test_no_animal_floats_or_sinks():
-    """Of a herd on rough ground, of slopes up to 0.2: all feet that stand."""
+    """Of a herd on rough ground, of slopes up to 0.2: all feet that stand. Deepest are the toes of an
+    ostrich, which lie on slopes along its way and not on those across it.
+    """
     preset = load_preset("zoo", ["species.tree.density=0"])
     world = build_world(preset)
     view = view_at(world, preset, 5)
@@ -428,9 +430,8 @@ def test_no_animal_floats_or_sinks():
         who = who[closely][:200]
         clear, stands = clearances(field, bodies, who, view.camera.corner)
         level = min(float(lowest(p, cycle(p)).min()) for p in field.troupe.rigged)
-        assert clear[stands].min() > level - 0.025, field.name
-        assert clear[stands].max() < 0.025, field.name
-        assert np.quantile(np.abs(clear[stands]), 0.9) < 0.012, field.name
+        assert clear[stands].min() > level - 0.015, field.name
+        assert clear[stands].max() < 0.010, field.name
 
 
 def identities(draws):
