@@ -1,7 +1,7 @@
 """How people and animals stand on slopes: ``python -m bench.slope_benchmark``.
 
-Of every kind that walks, over planes of each slope in eight directions and at three strides: how far
-any joint of a leg goes beyond its limits, and how far feet that stand sink, float and slide.
+Of every kind that walks, over planes of each slope in eight directions and at three strides: how
+far any joint of a leg goes beyond its limits, and how far feet that stand sink, float and slide.
 """
 
 import numpy as np

@@ -1,5 +1,5 @@
-"""What a gait does on slopes: how far joints go beyond their limits, and feet stand above the ground,
-sink into it and slide over it.
+"""What a gait does on slopes: how far joints go beyond their limits, and how far feet that stand
+sink, float and slide.
 """
 
 from typing import NamedTuple
@@ -18,14 +18,14 @@ from scenes.rig_stand import bodies_on
 from scenes.rig_turns import Turns, inverse, product
 
 _TOUCHES = 0.003
-"""A contact is on the ground while it is no higher than this above the lower one of its foot [m]."""
+"""A contact touches while it is no higher than this above the lower one of its foot [m]."""
 
 
 class Steps(NamedTuple):
     """The worst of one cycle.
 
     beyond  of any leg's joint beyond its limits [degrees]
-    sinks, floats  of a foot that stands: how far its lowest point is below the ground, and above [m]
+    sinks, floats  how far the lowest point of a foot that stands is below the ground, and above [m]
     slides  farthest that a contact goes over the ground while the foot rolls over it [m]
     """
 

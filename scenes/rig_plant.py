@@ -77,7 +77,7 @@ def _within(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _tangent(sine, cosine, other):  # type: ignore[no-untyped-def]
-    """Of an angle about x or z, beyond 90° as great as can be; where both are so, y is, not they."""
+    """Of an angle about x or z: as great as can be beyond 90°, unless both are, which y's does."""
     if cosine > 0.0 or (cosine < 0.0 and other <= 0.0):
         return sine / cosine
     return math.copysign(math.inf, sine)

@@ -58,4 +58,3 @@ def test_bones_keep_their_lengths(name):
         bones = np.diff(on.riding(on.bodies, leg, np.zeros((3, 3))), axis=1)
         length = np.linalg.norm(on.who.rig.offset[leg[1:]], axis=1)
         assert np.allclose(np.linalg.norm(bones, axis=-1), length, rtol=1e-12)
-

@@ -414,8 +414,8 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
 
 
 def test_no_animal_floats_or_sinks():
-    """Of a herd on rough ground, of slopes up to 0.2: all feet that stand. Deepest are the toes of an
-    ostrich, which lie on slopes along its way and not on those across it.
+    """Of a herd on rough ground, of slopes up to 0.2: all feet that stand. Deepest are the toes of
+    an ostrich, which lie on slopes along its way and not on those across it.
     """
     preset = load_preset("zoo", ["species.tree.density=0"])
     world = build_world(preset)
