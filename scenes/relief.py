@@ -116,10 +116,11 @@ class Relief:
         of_them = (self.wavelengths >= shortest) & (self.wavelengths < longest)
         return math.sqrt(float(np.sum(self.rms[of_them] ** 2)))
 
-    def likely_below(self, wavelength: float) -> float:
-        """Height that the octaves shorter than ``wavelength`` rarely exceed [m]: 4 RMS, and as
-        they are independent it is their squares that add."""
-        return RARE * self.rms_between(0.0, wavelength)
+    def likely_below(self, wavelength: Reals) -> Reals:
+        """Height that the octaves shorter than each wavelength rarely exceed, (n,) [m]: 4 RMS, and
+        as they are independent it is their squares that add."""
+        shorter = self.wavelengths < np.asarray(wavelength)[:, None]
+        return RARE * np.sqrt(np.where(shorter, self.rms**2, 0.0).sum(axis=1))
 
     def rise(self, radius: float) -> float:
         """How much higher or lower the ground can be than at a point that far from it [m]."""
@@ -145,8 +146,7 @@ class Relief:
     def likely_within(self, radius: Reals) -> Reals:
         """How much higher the ground within ``radius`` of a point rarely is than the middle of what
         ``within`` says of it, (n,) [m]."""
-        each, which = np.unique(_shortest(radius), return_inverse=True)
-        return np.array([self.likely_below(shortest) for shortest in each.tolist()])[which]
+        return self.likely_below(_shortest(radius))
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
         """Height above the datum of points ``xy`` from ``corner`` [m]."""

@@ -18,16 +18,16 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Points, freeze
-from lod.view import View, along, distance
+from lod.view import View
 from scenes.relief import Relief
 
-COLUMN_PX = 4.0
+COLUMN_PX = 8.0
 """Width of a column at the picture's centre [px]."""
 
-GROWTH = 1.02
+GROWTH = 1.04
 """Times each sample of a column is further from the eye than the one before."""
 
-_NEAREST_M = 1.0
+_NEAREST_M = 4.0
 _LEAST_AHEAD = 0.1
 """Cosine between the middle of the picture and its corners, on the map, below which there are no
 columns: the eye looks up or down too steeply."""
@@ -74,8 +74,8 @@ def horizon(relief: Relief, view: View, reach: float) -> Horizon | None:
     xy = view.camera.eye[:2] + direction[:, None, :] * ranges[:, None]
     shortest = 4 * step * ranges
     smooth = relief.smooth(view.camera.corner, xy.reshape(-1, 2), np.tile(shortest, count))
-    lowered = np.array([relief.likely_below(each) for each in shortest.tolist()])
-    rise = (smooth.reshape(count, -1) - lowered - view.camera.eye[2]) / ranges
+    lowest = smooth.reshape(count, -1) - relief.likely_below(shortest)
+    rise = (lowest - view.camera.eye[2]) / ranges
     rise = np.maximum.accumulate(rise, axis=1)
     return Horizon(axes, first, step, ranges, rise, view.m_offscreen)
 
@@ -108,13 +108,28 @@ def beside(view: View, low: Points, high: Points) -> np.ndarray:
     camera = view.camera
     if view.look_around or view.metric.along_axis or not view.metric.finite:
         return np.zeros(len(low), bool)
-    margin = view.m_offscreen * distance(view, np.clip(camera.eye, low, high))
-    out = np.zeros(len(low), bool)
-    for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True):
-        for side in (-1, 1):
-            inward = (tangent * camera.forward + side * axis) / math.hypot(1.0, tangent)
-            out |= along(np.where(inward >= 0, high, low) - camera.eye, inward) < -margin
-    return out
+    inward = [
+        (tangent * camera.forward + side * axis) / math.hypot(1.0, tangent)
+        for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True)
+        for side in (-1, 1)
+    ]
+    return np.asarray(_outside(low, high, camera.eye, np.array(inward), view.m_offscreen))
+
+
+@njit(cache=True)
+def _outside(low, high, eye, inward, margin):  # type: ignore[no-untyped-def]
+    outside = np.zeros(len(low), np.bool_)
+    for i in range(len(low)):
+        square = 0.0
+        for k in range(3):
+            square += (min(max(eye[k], low[i, k]), high[i, k]) - eye[k]) ** 2
+        beyond = -margin * math.sqrt(square)
+        for plane in inward:
+            deepest = 0.0
+            for k in range(3):
+                deepest += ((high if plane[k] >= 0.0 else low)[i, k] - eye[k]) * plane[k]
+            outside[i] |= deepest < beyond
+    return outside
 
 
 @njit(cache=True)

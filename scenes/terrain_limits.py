@@ -32,7 +32,7 @@ def sizes(relief: Relief, spacings: Reals) -> tuple[Reals, Reals]:
     """P and R of the tiles of each level, by the spacing of their mesh [m]."""
     wavelength = np.minimum(2 * spacings, relief.wavelength)
     rms = np.array([relief.rms_between(w, 2 * w) for w in wavelength.tolist()])
-    R = np.array([relief.likely_below(w) for w in wavelength.tolist()])
+    R = relief.likely_below(wavelength)
     return np.sqrt(wavelength / 2 * relief.bump * rms), R
 
 
