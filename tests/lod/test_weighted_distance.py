@@ -46,6 +46,7 @@ def distances(W):
     return np.unique(every)
 
 
+@pytest.mark.slow
 @settings(max_examples=10_000)
 @given(
     visibility_m=AIRS,

@@ -14,7 +14,7 @@ from scenes.world import build_world, view_at
 FRAMES = (1, 400, 3000)
 
 
-@pytest.mark.parametrize("most", [3000, 20_000])
+@pytest.mark.parametrize("most", [pytest.param(3000, marks=pytest.mark.slow), 20_000])
 def test_no_frame_is_over_the_budget_and_the_fullest_uses_it(most):
     asked = load_preset("crowd", [f"view.max_parts={most}", "camera.speed=20"])
     chosen = within_budget(asked, FRAMES)
@@ -41,6 +41,7 @@ def test_a_budget_that_nothing_fits_is_refused():
         within_budget(asked, (1,))
 
 
+@pytest.mark.slow
 def test_memory_is_filled_and_never_more_is_foretold():
     """The frames differ, and the fullest one decides."""
     most, small = 490_000_000, 'render.size="64x36"'

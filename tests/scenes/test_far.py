@@ -33,6 +33,7 @@ def test_positions_are_exact_to_a_micrometre(cell):
                 assert abs(found - (there - seen_from)) < Fraction(1, 10**6)
 
 
+@pytest.mark.slow
 def test_a_frame_does_not_know_how_far_the_world_goes():
     """The same cut, ids included, in worlds of 10⁶ to 10¹⁵ objects around the same eye."""
     cuts = []
