@@ -3,14 +3,15 @@
 The model is linear, fitted to the most memory of twelve frames in fresh processes (relative least
 squares; 0 to 5.8 M sticks, 0.03 to 1.2 M triangles, 2·10³ to 2·10⁶ pixels, both drivers):
 
-    bytes = 461 MB + 277·sticks + 204·triangles + 176·pixels + s·samples at once,
+    bytes = 336 MB + 277·sticks + 204·triangles + 176·pixels + s·samples at once,
 
 s = 187 under Dr.Jit, 355 in scalar variants. Where all sticks are one shape (Dr.Jit, in colours)
-and no shutter is open a stick takes 120: `crowd` with 2.1 M sticks and `meadow` with 2.8 M held
-1.14 and 1.08 GB at 1280 by 720, foretold 1.05 and 1.21. Sixteen bands of wavelengths add 107 MB,
-705 bytes a pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where its
-ends are next); a denoiser 500 a pixel; and under an open shutter the sticks of two instants are
-held at once.
+and no shutter is open a stick takes 120: `crowd` with 2.1 M sticks held 0.92 GB at 1280 by 720,
+foretold 0.93. Wavelengths bring colour-science with them: sixteen bands add 232 MB, 705 bytes a
+pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where its ends are
+next); a denoiser 500 a pixel; and under an open shutter the sticks of two instants are held at
+once. The constant is what the smallest frames take, less than the fit's since they no longer
+import colour-science.
 `python -m bench.memory_benchmark` holds it against what processes really take, by every kind of
 haze and light as well.
 """
@@ -24,10 +25,10 @@ from lod.parts import Sticks, Triangles
 from scenes.render.frame import FrameInput
 from scenes.render.sampling import MOST_SAMPLES
 
-_BASE = 461e6
+_BASE = 336e6
 _STICK, _STICK_IN_ONE, _TRIANGLE, _PIXEL = 277.0, 120.0, 204.0, 176.0
 _SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
-_BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 107e6, 705.0, 440.0
+_BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 232e6, 705.0, 440.0
 _MOVED_STICK, _DENOISED_PIXEL = 126.0, 500.0
 
 

@@ -44,7 +44,7 @@ def test_a_budget_that_nothing_fits_is_refused():
 @pytest.mark.slow
 def test_memory_is_filled_and_never_more_is_foretold():
     """The frames differ, and the fullest one decides."""
-    most, small = 490_000_000, 'render.size="64x36"'
+    most, small = 365_000_000, 'render.size="64x36"'
     asked = load_preset("meadow", [f"view.max_memory={most}", small, "camera.speed=20"])
     chosen = within_budget(asked, (1, 400))
     world, variant = build_world(chosen), choose()
