@@ -142,7 +142,7 @@ def looked_at(before: Camera, now: Camera) -> Bool[np.ndarray, "h w"]:
     depth = ray @ before.forward
     tan_x, tan_y = before.tan_half
     across, up = abs(ray @ before.right), abs(ray @ before.up)
-    return (depth > 0) & (across < tan_x * depth) & (up < tan_y * depth)
+    return (across < tan_x * depth) & (up < tan_y * depth)
 
 
 def rows_of(name: str, found: dict[str, Walk]) -> list[tuple[object, ...]]:
