@@ -24,9 +24,18 @@ def products(a: Float64[np.ndarray, "... 4"], b: Float64[np.ndarray, "... 4"]) -
 
 def rotated(q: Float64[np.ndarray, "... 4"], v: Float64[np.ndarray, "... 3"]) -> np.ndarray:
     """Vectors turned by unit quaternions (u, w): v + 2w(u×v) + 2u×(u×v), which is q·v·q⁻¹."""
-    u, w = q[..., :3], q[..., 3:]
-    once = 2.0 * np.cross(u, v)
-    return v + w * once + np.cross(u, once)
+    # Written out: for few vectors np.cross costs several times as much.
+    x, y, z, w = np.moveaxis(q, -1, 0)
+    a, b, c = np.moveaxis(v, -1, 0)
+    d, e, f = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return np.stack(
+        (
+            a + w * d + (y * f - z * e),
+            b + w * e + (z * d - x * f),
+            c + w * f + (x * e - y * d),
+        ),
+        axis=-1,
+    )
 
 
 def units(q: Float64[np.ndarray, "... 4"]) -> np.ndarray:

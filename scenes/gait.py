@@ -17,13 +17,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.errors import InputError
+from lod.quaternion_arrays import products, rotated
 from scenes.gait_feet import Contacts, Leg, contacts_of, foot_path, sole_of
 from scenes.rig import Rig
 from scenes.rig_build import side_of
 from scenes.rig_feet import Feet
 from scenes.rig_motion import Motion, key_phases
 from scenes.rig_prototype import RiggedPrototype
-from scenes.rig_turns import Turns, Vectors, degrees_of, inverse, product, turned, turns_of
+from scenes.rig_turns import Turns, Vectors, degrees_of, inverse, turns_of
 
 GRAVITY = 9.81
 KEYS = 32
@@ -218,7 +219,7 @@ def standing_feet(prototype: RiggedPrototype) -> Feet:
     feet = prototype.motion.feet
     origin, turn = prototype.rig.frames()
     ankles = feet.legs[:, 2]
-    ahead = turned(turn[ankles], np.broadcast_to((1.0, 0.0, 0.0), (len(feet), 3)))
+    ahead = rotated(turn[ankles], np.broadcast_to((1.0, 0.0, 0.0), (len(feet), 3)))
     yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
     soles = [
         sole_of(prototype, int(row)) @ _spin(angle).T
@@ -253,12 +254,12 @@ def _bend_leg(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> None:
     above = (
         frame[:, rig.parent[hip]] if rig.parent[hip] >= 0 else turns_of(np.zeros((len(turns), 3)))
     )
-    reach = turned(inverse(above), p.ankle - origin[:, hip])
+    reach = rotated(inverse(above), p.ankle - origin[:, hip])
     upper, lower = (float(np.linalg.norm(rig.offset[row])) for row in (knee, ankle))
     hip_degrees, knee_degrees = two_links(reach, upper, lower, p.leg, p.turnout)
     turns[:, hip], turns[:, knee] = turns_of(hip_degrees), turns_of(knee_degrees)
-    shank = product(product(above, turns[:, hip]), turns[:, knee])
-    turns[:, ankle] = product(inverse(shank), p.foot)
+    shank = products(products(above, turns[:, hip]), turns[:, knee])
+    turns[:, ankle] = products(inverse(shank), p.foot)
     for toe in p.toes:
         turns[:, toe] = turns_of(np.stack((0 * p.curl, p.curl, 0 * p.curl), axis=1))
 

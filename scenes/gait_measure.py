@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Reals
+from lod.quaternion_arrays import rotated
 from scenes.gait import Gait
 from scenes.gait_feet import Leg, contacts_of
 from scenes.rig import RiggedSticks
 from scenes.rig_prototype import RiggedPrototype
-from scenes.rig_turns import Turns, Vectors, turned
+from scenes.rig_turns import Turns, Vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,4 +86,4 @@ def _rolls(leg: Leg) -> tuple[float, float]:
 
 
 def _placed(origin: Vectors, facing: Turns, point: Vectors) -> Vectors:
-    return origin + turned(facing, np.broadcast_to(point, origin.shape))
+    return origin + rotated(facing, np.broadcast_to(point, origin.shape))

@@ -9,13 +9,14 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from lod.arrays import Points
+from lod.quaternion_arrays import products
 from scenes.gait_feet import contacts_of
 from scenes.gait_measure import finest
 from scenes.rig_cast import Bodies, Cast
 from scenes.rig_pose import pose_points
 from scenes.rig_prototype import RiggedPrototype
 from scenes.rig_stand import bodies_on
-from scenes.rig_turns import Turns, inverse, product
+from scenes.rig_turns import Turns, inverse
 
 _TOUCHES = 0.003
 """A contact touches while it is no higher than this above the lower one of its foot [m]."""
@@ -75,7 +76,7 @@ class OnSlope:
         rig = self.who.rig
         turns = np.tile(rig.rest, (len(self.phase), 1, 1))
         for row in self.who.motion.feet.legs.ravel().tolist():
-            turns[:, row] = product(inverse(self.facing(int(rig.parent[row]))), self.facing(row))
+            turns[:, row] = products(inverse(self.facing(int(rig.parent[row]))), self.facing(row))
         return turns
 
     def steps(self) -> Steps:

@@ -5,15 +5,18 @@ left. A joint sits at ``offset`` in the frame of its parent and turns there; joi
 object's own frame.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
+from numba import njit
 
 from lod.arrays import Flags, Ints, Points, freeze
 from lod.errors import InputError
-from scenes.rig_turns import Turns, Vectors, degrees_of, product, turned, turns_of
+from lod.quaternion_arrays import rotated
+from scenes.rig_turns import Turns, Vectors, degrees_of, times, turn, turns_of
 from scenes.stick_table import StickTable
 
 _SLACK_DEG = 1e-6
@@ -64,18 +67,12 @@ class Rig:
             frame.
         """
         local = self.rest if turns is None else turns
-        origin, turn = np.zeros((*local.shape[:-1], 3)), np.zeros(local.shape)
-        for j, parent in enumerate(self.parent):
-            if parent < 0:
-                origin[..., j, :], turn[..., j, :] = (
-                    self.offset[j] + np.asarray(shift),
-                    local[..., j, :],
-                )
-            else:
-                above = turn[..., parent, :]
-                origin[..., j, :] = origin[..., parent, :] + turned(above, self.offset[j])
-                turn[..., j, :] = product(above, local[..., j, :])
-        return origin, turn
+        before = local.shape[:-2]
+        poses = math.prod(before)
+        shifts = np.broadcast_to(np.asarray(shift, np.float64), (*before, 3)).reshape(poses, 3)
+        flat = local.reshape(poses, len(self), 4)
+        origin, turn = _frames(self.parent, self.offset, flat, shifts)
+        return origin.reshape(*before, len(self), 3), turn.reshape(local.shape)
 
     def beyond(self, turns: Turns) -> Float64[np.ndarray, "..."]:
         """How far each joint is beyond its limits, (…, j); 0 within them [degrees]."""
@@ -140,8 +137,28 @@ class RiggedSticks(StickTable):
 def placed(origin: Vectors, turn: Turns, joint: Ints, point: Points) -> Points:
     """Points in the frames of joints, as they are in the object's frame, (k, 3) [m]."""
     row = np.maximum(joint, 0)
-    at = origin[row] + turned(turn[row], point)
+    at = origin[row] + rotated(turn[row], point)
     return np.where((joint < 0)[:, None], point, at)
+
+
+@njit(cache=True)
+def _frames(parent, offset, turns, shift):  # type: ignore[no-untyped-def]
+    """Origins (m, j, 3) and turns (m, j, 4) of m poses, from turns (m, j, 4) and shifts (m, 3)."""
+    m, j = turns.shape[:2]
+    origin, facing = np.empty((m, j, 3)), np.empty((m, j, 4))
+    for o in range(m):
+        for k in range(j):
+            up, x, y, z = parent[k], offset[k, 0], offset[k, 1], offset[k, 2]
+            q = turns[o, k, 0], turns[o, k, 1], turns[o, k, 2], turns[o, k, 3]
+            at = shift[o, 0], shift[o, 1], shift[o, 2]
+            if up >= 0:
+                at = origin[o, up, 0], origin[o, up, 1], origin[o, up, 2]
+                above = facing[o, up, 0], facing[o, up, 1], facing[o, up, 2], facing[o, up, 3]
+                x, y, z = turn(*above, x, y, z)
+                q = times(*above, *q)
+            origin[o, k, 0], origin[o, k, 1], origin[o, k, 2] = at[0] + x, at[1] + y, at[2] + z
+            facing[o, k, 0], facing[o, k, 1], facing[o, k, 2], facing[o, k, 3] = q
+    return origin, facing
 
 
 def _check(rig: Rig) -> None:

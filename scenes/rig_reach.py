@@ -70,6 +70,10 @@ def _chain(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> 
     if joint == -1:
         moves = np.maximum(np.abs(rig.shift_low), np.abs(rig.shift_high))
         radii = radii + np.where(joints >= 0, np.linalg.norm(moves), 0.0)
+    while joints[0] != joint and not points.any() and (joints == joints[0]).all():
+        # Its own turn leaves a joint's origin where it is.
+        points = np.broadcast_to(rig.offset[joints[0]], points.shape)
+        joints = np.full_like(joints, rig.parent[joints[0]])
     if (joints == joint).all():
         return float((np.linalg.norm(points, axis=1) + radii).max())
     tree = (rig.parent, rig.offset, np.radians(rig.low), np.radians(rig.high))
@@ -122,31 +126,30 @@ def _swept(h, grid, cells, axis, low, high, step):  # type: ignore[no-untyped-de
     out = 1.0 / math.cos(between / 2)
     swept = np.full(len(grid), -np.inf)
     b, c = (axis + 1) % 3, (axis + 2) % 3
-    w = np.empty(3)
     for i in range(steps + 1):
         cos, sin = math.cos(low + i * between) * out, math.sin(low + i * between) * out
         for g in range(len(grid)):
-            w[axis] = grid[g, axis]
-            w[b] = cos * grid[g, b] + sin * grid[g, c]
-            w[c] = cos * grid[g, c] - sin * grid[g, b]
-            swept[g] = max(swept[g], _interpolated(h, cells, w))
+            u, v, w = grid[g, axis], grid[g, b], grid[g, c]
+            reach = _interpolated(h, cells, axis, u, cos * v + sin * w, cos * w - sin * v)
+            swept[g] = max(swept[g], reach)
     return swept
 
 
 @njit(cache=True, inline="always")
-def _interpolated(h, cells, w):  # type: ignore[no-untyped-def]
-    """h(w), or a little more: bilinear on the face of the cube that w points through."""
-    axis = 0
-    if abs(w[1]) > abs(w[axis]):
-        axis = 1
-    if abs(w[2]) > abs(w[axis]):
-        axis = 2
-    m = abs(w[axis])
-    s = (w[(axis + 1) % 3] / m + 1) * 0.5 * cells
-    t = (w[(axis + 2) % 3] / m + 1) * 0.5 * cells
+def _interpolated(h, cells, axis, u, v, w):  # type: ignore[no-untyped-def]
+    """h, or a little more, of the direction whose components along ``axis`` and the two that follow
+    are u, v, w: bilinear on the face of the cube that it points through.
+    """
+    if abs(v) > abs(u) and abs(v) >= abs(w):
+        axis, u, v, w = axis + 1, v, w, u
+    elif abs(w) > abs(u):
+        axis, u, v, w = axis + 2, w, u, v
+    m = abs(u)
+    half = 0.5 * cells / m
+    s, t = v * half + 0.5 * cells, w * half + 0.5 * cells
     i, k = min(int(s), cells - 1), min(int(t), cells - 1)
     s, t = s - i, t - k
-    face = 2 * axis + (1 if w[axis] < 0 else 0)
+    face = 2 * (axis if axis < 3 else axis - 3) + (1 if u < 0 else 0)
     at = (face * (cells + 1) + i) * (cells + 1) + k
     low = h[at] * (1 - t) + h[at + 1] * t
     high = h[at + cells + 1] * (1 - t) + h[at + cells + 2] * t

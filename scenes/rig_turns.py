@@ -12,6 +12,8 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
+from lod.quaternion_arrays import rotated
+
 Turns = Float64[np.ndarray, "... 4"]
 Vectors = Float64[np.ndarray, "... 3"]
 Matrices = Float64[np.ndarray, "... 3 3"]
@@ -41,36 +43,14 @@ def degrees_of(turns: Turns) -> Vectors:
     return np.degrees(np.stack((about_x, about_y, about_z), axis=-1))
 
 
-def product(p: Turns, q: Turns) -> Turns:
-    """Hamilton's product p·q: turn by q, then by p."""
-    a, b, c, d = np.moveaxis(p, -1, 0)
-    e, f, g, h = np.moveaxis(q, -1, 0)
-    return np.stack(
-        (
-            d * e + a * h + b * g - c * f,
-            d * f - a * g + b * h + c * e,
-            d * g + a * f - b * e + c * h,
-            d * h - a * e - b * f - c * g,
-        ),
-        axis=-1,
-    )
-
-
 def inverse(q: Turns) -> Turns:
     """The opposite turn of a unit quaternion."""
     return q * np.array((-1.0, -1.0, -1.0, 1.0))
 
 
-def turned(q: Turns, v: Vectors) -> Vectors:
-    """Vectors turned by unit quaternions: v + 2w(u×v) + 2u×(u×v)."""
-    u, w = q[..., :3], q[..., 3:]
-    t = 2 * np.cross(u, v)
-    return v + w * t + np.cross(u, t)
-
-
 def matrices(q: Turns) -> Matrices:
     """Rotation matrices of unit quaternions: the turned axes are their columns."""
-    axes = [turned(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)]
+    axes = [rotated(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)]
     return np.stack(axes, axis=-1)
 
 

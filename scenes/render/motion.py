@@ -11,10 +11,11 @@ import math
 
 import numpy as np
 
+from lod.quaternion_arrays import rotated
 from scenes.render.build import Built
 from scenes.render.describe import NEAR_M, Description
 from scenes.render.film import pixel_directions
-from scenes.rig_turns import between, turned
+from scenes.rig_turns import between
 
 
 def motion_layer(hit: np.ndarray, built: Built) -> np.ndarray:
@@ -68,4 +69,4 @@ def with_stick(
     offset = point - start - along * axis
     has_axis = ((axis * moved).sum(axis=1, keepdims=True) > 0) & (squared[:, None] > 1e-20)
     turns = between(np.where(has_axis, axis, 1.0), np.where(has_axis, moved, 1.0))
-    return start + moves[:, 0] + along * moved + turned(turns, offset)
+    return start + moves[:, 0] + along * moved + rotated(turns, offset)

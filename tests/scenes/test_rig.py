@@ -8,6 +8,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from lod.errors import InputError
+from lod.quaternion_arrays import products, rotated
 from scenes.figure import figure_prototypes
 from scenes.gait import KEYS
 from scenes.gait_people import walkers
@@ -19,7 +20,7 @@ from scenes.rig_figure import child_sizes, human, rigged_people
 from scenes.rig_pose import pose_points, pose_sticks
 from scenes.rig_reach import farthest
 from scenes.rig_stand import bodies_on
-from scenes.rig_turns import degrees_of, inverse, matrices, product, turned, turns_of
+from scenes.rig_turns import degrees_of, inverse, matrices, turns_of
 from scenes.stick_area import largest_area
 
 seeds = st.integers(0, 2**32 - 1)
@@ -31,11 +32,11 @@ def test_turns_are_those_of_scipy():
     turns, v = turns_of(degrees), rng.normal(size=(50, 3))
     theirs = Rotation.from_euler("xyz", degrees, degrees=True)
     assert np.allclose(np.abs((turns * theirs.as_quat()).sum(axis=1)), 1, atol=1e-12)
-    assert np.allclose(turned(turns, v), theirs.apply(v), atol=1e-12)
+    assert np.allclose(rotated(turns, v), theirs.apply(v), atol=1e-12)
     assert np.allclose(matrices(turns), theirs.as_matrix(), atol=1e-12)
     assert np.allclose(degrees_of(turns), degrees, atol=1e-9)
-    assert np.allclose(matrices(product(turns, turns[::-1])), (theirs * theirs[::-1]).as_matrix())
-    assert np.allclose(product(turns, inverse(turns)), (0, 0, 0, 1), atol=1e-12)
+    assert np.allclose(matrices(products(turns, turns[::-1])), (theirs * theirs[::-1]).as_matrix())
+    assert np.allclose(products(turns, inverse(turns)), (0, 0, 0, 1), atol=1e-12)
 
 
 def chain(rng, joints):
@@ -55,7 +56,7 @@ def test_reach_is_never_exceeded(seed, joints):
     rig, point = chain(rng, joints), rng.normal(0, 0.3, (1, 3))
     bound = farthest(rig, 0, np.array([joints - 1]), point, np.array([0.05]))
     origin, turn = rig.frames(rig.random_turns(rng, 500))
-    at = origin[:, -1] + turned(turn[:, -1], np.broadcast_to(point, (500, 3)))
+    at = origin[:, -1] + rotated(turn[:, -1], np.broadcast_to(point, (500, 3)))
     assert np.linalg.norm(at - origin[:, 0], axis=1).max() + 0.05 <= bound
 
 
@@ -70,7 +71,7 @@ def test_reach_is_reached_within_a_few_per_cent(joints):
         for offset, turn in zip(
             rig.offset[:0:-1], turns_of(angles.reshape(-1, 3))[:0:-1], strict=True
         ):
-            x = offset + turned(turn, x)
+            x = offset + rotated(turn, x)
         return -np.linalg.norm(x)
 
     box = list(zip(rig.low.ravel(), rig.high.ravel(), strict=True))
@@ -106,7 +107,7 @@ def reaches(who, poses):
             (table.end_joint, table.end, table.end_radius),
         ):
             row = np.maximum(joint, 0)
-            at = origin[:, row] + turned(
+            at = origin[:, row] + rotated(
                 turn[:, row], np.broadcast_to(point, (len(poses), *point.shape))
             )
             at = np.where((joint < 0)[:, None], point, at)
@@ -224,7 +225,7 @@ def test_the_walk_poses_as_the_rig_does():
             [[bodies.cos[o], -bodies.sin[o], 0], [bodies.sin[o], bodies.cos[o], 0], [0, 0, 1]]
         )
         for k, corner in enumerate(CORNERS):
-            theirs = at[:40] + turned(facing[:40], np.broadcast_to(corner, (40, 3)))
+            theirs = at[:40] + rotated(facing[:40], np.broadcast_to(corner, (40, 3)))
             mine = seen[rows == o, k] - bodies.origin[o]
             assert np.allclose(mine, heading.apply(theirs), atol=1e-12)
 
@@ -304,7 +305,7 @@ def test_quaternions_and_matrices_place_alike():
     origin, facing = who.rig.frames(turns)
     assert np.abs(a - b).max() < 1e-12
     assert np.allclose(
-        a[:, :, 0], origin + turned(facing, np.broadcast_to(points[:, 0], origin.shape))
+        a[:, :, 0], origin + rotated(facing, np.broadcast_to(points[:, 0], origin.shape))
     )
 
 

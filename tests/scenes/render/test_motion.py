@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, look
 from lod.fade import looks
+from lod.quaternion_arrays import rotated
 from scenes.preset import load_preset
 from scenes.render import variants
 from scenes.render.build import use_up
@@ -19,7 +20,7 @@ from scenes.render.motion import carried, motion_layer, projected, with_stick
 from scenes.render.passes_frame import render_passes
 from scenes.render.render import render_frame
 from scenes.rig_pose import pose_points
-from scenes.rig_turns import between, turned
+from scenes.rig_turns import between
 from scenes.shot import shoot
 from scenes.world import build_world, view_at
 
@@ -37,7 +38,7 @@ def test_a_stick_that_turns_and_goes_takes_its_points_along(axis, to, shift, off
     offset = offset - (offset @ axis) * axis
     turns, point = between(axis[None], to[None]), start + along * axis + offset
     moves = np.stack((shift, shift + to - axis))[None]
-    expected = start + shift + turned(turns, (point - start)[None])
+    expected = start + shift + rotated(turns, (point - start)[None])
     moved = with_stick(point[None], start[None], start[None] + axis, moves)
     assert np.allclose(moved, expected, atol=1e-12)
 
