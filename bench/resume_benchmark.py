@@ -1,13 +1,18 @@
 """Are records of a run that was killed again and again those of an unbroken one?
 
 ``python -m bench.resume_benchmark [EXPERIMENT ...] [--seed N]``: the quick run of all experiments,
-or of these, unbroken; then the same in another folder, killed (SIGKILL) at KILLS random moments
-and begun again. Prints one JSON object; exits 1 where cases, predictions or samples differ. Times
-aside: columns of microseconds, and all samples of experiments that are timed.
+or of these, unbroken; then the same in another folder, killed (SIGKILL, with what it started) at
+KILLS random moments and begun again. Prints one JSON object; exits 1 where cases, predictions,
+samples or notes (settings and pictures) differ. Times aside: columns of microseconds, notes of
+seconds, and all samples of experiments that are timed, whose cases name the scene by its hash.
+
+Twice `lodbench run all --quick`, and what the kills cost: about an hour of two cores.
 """
 
 import argparse
 import json
+import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -22,6 +27,9 @@ from bench.records import Point, Record, read_records
 
 KILLS = 5
 
+_TIMES = {"seconds", "times"}
+"""Words in the names of notes that tell of time."""
+
 
 def killed_and_whole(names: list[str], seed: int) -> dict[str, Any]:
     """Both runs: how often the one was killed and when [s], and for each experiment whether it made
@@ -32,12 +40,19 @@ def killed_and_whole(names: list[str], seed: int) -> dict[str, Any]:
         start = time.perf_counter()
         _end(names, whole)
         took = time.perf_counter() - start
-        moments = np.random.default_rng(seed).uniform(0, took / 3, KILLS)
-        killed = [round(float(each), 1) for each in moments if _killed_after(names, broken, each)]
+        spans = spans_between(took, seed)
+        killed = [round(each, 1) for each in spans if _killed_after(names, broken, each)]
         _end(names, broken)
         pairs = zip(read_records(whole), read_records(broken), strict=True)
         same = {one.experiment: aside(one) == aside(other) for one, other in pairs}
     return {"unbroken_s": round(took, 1), "killed_after_s": killed, "same": same}
+
+
+def spans_between(took: float, seed: int) -> list[float]:
+    """How long it works before every kill [s]: the kills fall anywhere in what a run takes."""
+    moments = np.sort(np.random.default_rng(seed).uniform(0, took, KILLS))
+    spans: list[float] = np.diff(moments, prepend=0.0).tolist()
+    return spans
 
 
 def aside(record: Record) -> dict[str, Any]:
@@ -47,7 +62,9 @@ def aside(record: Record) -> dict[str, Any]:
         {"case": p.case, "predicted": p.predicted, "samples": _without_times(p, timed)}
         for p in record.points
     ]
-    return {"experiment": record.experiment, "version": record.version, "points": points}
+    notes = {k: v for k, v in record.notes.items() if not _TIMES.intersection(k.split("_"))}
+    named = {"experiment": record.experiment, "version": record.version, "quick": record.quick}
+    return {**named, "points": points, "notes": notes}
 
 
 def _without_times(point: Point, timed: bool) -> dict[str, list[int] | None]:
@@ -60,12 +77,18 @@ def _without_times(point: Point, timed: bool) -> dict[str, list[int] | None]:
 
 def _started(names: list[str], folder: Path) -> subprocess.Popen[bytes]:
     words = (sys.executable, "-m", "bench.cli", "run", *names, "--quick", "-o", str(folder))
-    return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    return subprocess.Popen(
+        words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
+    )
 
 
 def _end(names: list[str], folder: Path) -> None:
-    process = _started(names, folder)
-    _, said = process.communicate()
+    _ended_well(_started(names, folder), None)
+
+
+def _ended_well(process: subprocess.Popen[bytes], within_s: float | None) -> None:
+    """Raises TimeoutExpired for one still at work, RuntimeError for one that ends badly."""
+    _, said = process.communicate(timeout=within_s)
     if process.returncode:
         raise RuntimeError(said.decode(errors="replace"))
 
@@ -74,9 +97,9 @@ def _killed_after(names: list[str], folder: Path, seconds: float) -> bool:
     """Whether it was still at work then."""
     process = _started(names, folder)
     try:
-        process.communicate(timeout=seconds)
+        _ended_well(process, seconds)
     except subprocess.TimeoutExpired:
-        process.kill()
+        os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
         return True
     return False

@@ -6,7 +6,7 @@ import pytest
 
 from bench.provenance import provenance
 from bench.records import Point, Record
-from bench.resume_benchmark import KILLS, aside, killed_and_whole
+from bench.resume_benchmark import KILLS, aside, killed_and_whole, spans_between
 
 
 def a_record(name, samples, seconds=1.0):
@@ -22,6 +22,20 @@ def test_times_are_aside_and_nothing_else():
     assert aside(before) != aside(replace(before, points=()))
     assert aside(a_record("cost", {"prune": [3]})) == aside(a_record("cost", {"prune": [4]}))
     assert aside(a_record("cost", {"prune": [3]})) != aside(a_record("cost", {"trace": [3]}))
+
+
+def test_notes_count_but_for_their_times():
+    before = a_record("figure", {"parts": [3]}, 1.0)
+    noted = {"seconds": 2.0, "processor_seconds": 3.0, "composing_times": [4], "poses": 5}
+    assert aside(replace(before, notes=noted)) == aside(replace(before, notes={"poses": 5}))
+    assert aside(replace(before, notes=noted)) != aside(replace(before, notes={"poses": 6}))
+    assert aside(before) != aside(replace(before, quick=False))
+
+
+def test_kills_fall_within_a_run():
+    spans = spans_between(100.0, 3)
+    assert len(spans) == KILLS and min(spans) > 0 and 20 < sum(spans) < 100
+    assert spans != spans_between(100.0, 4)
 
 
 @pytest.mark.slow
