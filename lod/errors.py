@@ -13,6 +13,10 @@ class InputError(ValueError):
         message = f"{where}: {_short(arrived)}: {rule}"
         super().__init__(f"{message}; {cure}" if cure else message)
 
+    def __reduce__(self) -> tuple[type, tuple[str, object, str, str]]:
+        """What it is made again of in another process."""
+        return type(self), (self.where, self.arrived, self.rule, self.cure)
+
 
 def _short(arrived: object, longest: int = 80) -> str:
     text = repr(arrived).replace("\n", " ")

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import pickle
 import re
 from collections import Counter
 from dataclasses import replace
@@ -306,3 +307,21 @@ def test_a_figure_tells_its_worst_departure():
     drawn = against_law("name", "title", "caption", ("K", "count"), series)
     assert "never more than 5 %" in drawn.alt and 'id="name-' in drawn.svg
     assert drawn == against_law("name", "title", "caption", ("K", "count"), series)
+
+
+def test_one_processor_or_several_make_the_same_report(record, bare, tmp_path, monkeypatch):
+    made = []
+    for processors in (1, 2):
+        place = tmp_path / str(processors)
+        for each in (record, bare):
+            write_record(each, place)
+        monkeypatch.setattr(os, "cpu_count", lambda n=processors: n)
+        write_report(place)
+        made.append({p.relative_to(place): p.read_bytes() for p in place.rglob("*") if p.is_file()})
+    assert made[0] == made[1]
+
+
+def test_a_refusal_in_another_process_arrives_whole():
+    refused = InputError("DIR", 3, "a folder", "make one")
+    again = pickle.loads(pickle.dumps(refused))
+    assert (str(again), vars(again)) == (str(refused), vars(refused))
