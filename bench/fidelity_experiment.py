@@ -30,6 +30,7 @@ from bench.fidelity_scene import (
     parts_in,
     preset_of,
     reference,
+    tried,
     view_of,
 )
 from bench.pictures import NOTE
@@ -43,8 +44,8 @@ from scenes.render.variants import choose
 from scenes.shot import light_of, quality_of
 from scenes.sight import air_of
 
-NAME, VERSION = "fidelity", 2
-_SPP = {"eye level": 196, "aerial": 324, "hazy": 64}
+NAME, VERSION = "fidelity", 3
+_SPP = {"eye level": 225, "aerial": 441, "hazy": 64}
 """Samples a pixel with which the noise floor of each view is below that of an excess to quote."""
 
 _QUICK_SPP = 25
@@ -69,7 +70,8 @@ def run(
         for c in grid
     ]
     details = fidelity_times.QUICK_DETAILS if quick else fidelity_times.DETAILS
-    timed = [(f"{view}, timed", (view, details, variant, seed)) for view in VIEWS]
+    metrics = tried(metric)
+    timed = [(f"{view}, timed", (view, metrics, details, variant, seed)) for view in VIEWS]
     timing = fidelity_times.measure_times, timed
     points = conduct.measured(progress, each, (measure, jobs), timing)
     return conduct.record_of(

@@ -1,6 +1,6 @@
 """What the fidelity experiment shows: error against detail and against parts, and a table."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from bench.excess_flip import ExcessFlip, over_noise
 from bench.experiments import Table
@@ -13,33 +13,48 @@ from bench.fidelity_equal_error import (
     equal_error,
     metrics_of,
 )
-from bench.fidelity_times import SPP, TIMED, over_unpruned, seconds, timed
+from bench.fidelity_times import (
+    SPP,
+    TIMED,
+    UNPRUNED,
+    megabytes,
+    over_unpruned,
+    seconds,
+    timed,
+)
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
 from bench.statistics import Estimate, median
 
+FEWEST, ALIKE, MORE = "the fewest", "not told apart from the fewest", "more"
+"""How a metric's parts at equal error stand among those of all."""
+
+_ERROR = "excess FLIP"
 _LEAST = 1e-5
 """Errors of nothing are drawn here, for the axis is logarithmic."""
 
 
 def figures(record: Record) -> tuple[Figure, ...]:
-    """Of each view: excess FLIP against detail, parts and time."""
+    """Of each view: excess FLIP against detail, parts, time and memory."""
     made = []
     for view, points in by_view(record.points).items():
         made += [_figure(view, points, "detail"), _figure(view, points, "parts")]
-        made += [_by_time(view, points)] if timed(points) else []
+        if timed(points):
+            made += [_by_time(view, points), _by_memory(view, points)]
     return tuple(made)
 
 
 def summary(record: Record) -> Table:
     """Heads and rows: of every view and metric, τ and parts at equal error."""
-    heads = ("view", "metric", f"τ at excess FLIP {EQUAL_ERROR} (px)", "parts there", "÷ blake's")
+    at = f"τ at excess FLIP {EQUAL_ERROR} (px)"
+    heads = ("view", "metric", at, "parts there", "÷ blake's", "among all metrics")
     rows: list[tuple[str, ...]] = []
     for view, points in by_view(record.points).items():
         found = equal_error(points)
-        for each in found.values():
-            ends = curve(points, each.metric)
-            rows.append((view, each.metric, *_crossing(each, found["blake"], ends)))
+        words = standing(found)
+        for name, each in found.items():
+            crossing = _crossing(each, found["blake"], curve(points, name))
+            rows.append((view, name, *crossing, words.get(name, "")))
     return heads, rows
 
 
@@ -79,7 +94,7 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 def _row(point: Point, view: Sequence[Point]) -> tuple[str, ...]:
     case, samples = point.case, point.samples
     place = case["view"], case["metric"], f"{case['detail']:g}", case["pruned"]
-    held = str(samples["parts"][0]), f"{samples['foretold_bytes'][0] / 1e6:.0f}"
+    held = str(samples["parts"][0]), f"{megabytes(point):.0f}"
     if case["pruned"] == TIMED:
         over = over_unpruned(view, point)
         times = _within(median(seconds(point)), "{:.3f}"), _within(over, "{:.3f}") if over else ""
@@ -92,60 +107,125 @@ def _row(point: Point, view: Sequence[Point]) -> tuple[str, ...]:
 
 
 def _figure(view: str, points: list[Point], against: str) -> Figure:
-    drawn, all_x = [], set()
-    for metric in metrics_of(points):
-        row = sorted(curve(points, metric), key=lambda p: _x(p, against))
-        x = [_x(point, against) for point in row]
-        found = [excess(point) for point in row]
-        y, low, high = (
-            [max(getattr(each, k), _LEAST) for each in found] for k in ("excess", "low", "high")
-        )
-        drawn.append(Curve(metric, x, y, low, high))
-        all_x |= {min(x), max(x)}
-    ends = [min(all_x), max(all_x)]
-    floor = excess(points[0]).floor
-    drawn.append(Curve("noise floor", ends, [floor, floor]))
-    axis = ("detail threshold τ (px)" if against == "detail" else "parts displayed", "excess FLIP")
+    rows = {metric: curve(points, metric) for metric in metrics_of(points)}
+    drawn = [_curve(metric, [(_x(p, against), p) for p in row]) for metric, row in rows.items()]
+    at = "detail threshold τ (px)" if against == "detail" else "parts displayed"
     caption = (
         f"Excess FLIP (67 pixels per degree) of the {view} view over the unpruned picture, with "
-        f"its 95 % bounds, against {axis[0]}; the noise floor is {floor:.4f}. {_crossings(points)} "
-        f"{_pieces(points)}"
+        f"its 95 % bounds, against {at}; the noise floor is {_floor(points):.4f}. "
+        f"{_crossings(points)} {_fewest(points)} {_pieces(points)}"
     )
+    return _drawn(view, points, against, (at, _ERROR), caption, drawn)
+
+
+def _by_time(view: str, points: list[Point]) -> Figure:
+    """Error against a frame's time; the unpruned frame's beside it."""
+
+    def time(point: Point) -> float:
+        return median(seconds(point)).value
+
+    told = "; ".join(
+        f"τ = {p.case['detail']:g} px: {_within(median(seconds(p)), '{:.3f}')} s"
+        for p in timed(points)
+    )
+    caption = (
+        f"Excess FLIP of the {view} view against a frame's time: prune, build and trace with {SPP} "
+        f"samples a pixel, medians of {len(seconds(timed(points)[0]))} rounds in which all metrics "
+        f"and details take turns. By blake: {told}. "
+        + "".join(
+            f"Unpruned: {_within(median(seconds(p)), '{:.3f}')} s. "
+            for p in timed(points, UNPRUNED)
+        )
+        + "The ground is whole in all of them, and most of their time is its own."
+    )
+    axis = "seconds a frame", _ERROR
+    return _drawn(view, points, "time", axis, caption, _against_whole(points, time))
+
+
+def _by_memory(view: str, points: list[Point]) -> Figure:
+    """Error against the memory of a frame; the unpruned frame's beside it."""
+    least = min(megabytes(p) for p in _frames(points))
+    caption = (
+        f"Excess FLIP of the {view} view against the most memory that the process which renders it "
+        f"is foretold to hold, with {SPP} samples a pixel. "
+        + "".join(f"Unpruned: {megabytes(p):.0f} MB. " for p in timed(points, UNPRUNED))
+        + f"Some {least:.0f} MB of it are the program, its picture and the ground, however few "
+        "parts are displayed."
+    )
+    axis, drawn = ("peak memory (MB)", _ERROR), _against_whole(points, megabytes)
+    return _drawn(view, points, "memory", axis, caption, drawn, "linear")
+
+
+def _drawn(
+    view: str,
+    points: Sequence[Point],
+    against: str,
+    axis: tuple[str, str],
+    caption: str,
+    drawn: list[Curve],
+    x_scale: str = "log",
+) -> Figure:
+    """A figure of a view with the noise floor in it."""
+    x = [value for each in drawn for value in each.x]
+    floor = Curve("noise floor", [min(x), max(x)], [_floor(points)] * 2)
     name = f"fidelity-{view.replace(' ', '-')}-{against}"
-    title = f"Error against {against}, {view}"
-    return curves(name, title, caption, f"Log-log plot. {caption}", axis, drawn)
+    title, alt = f"Error against {against}, {view}", f"Plot of the error on a log axis. {caption}"
+    return curves(name, title, caption, alt, axis, [*drawn, floor], x_scale)
+
+
+def _against_whole(points: Sequence[Point], x: Callable[[Point], float]) -> list[Curve]:
+    """Each metric's error against what its timed frames cost; a line where the unpruned one is."""
+    drawn = []
+    for metric in metrics_of(points):
+        errors = {p.case["detail"]: p for p in curve(points, metric)}
+        found = [(x(p), errors[p.case["detail"]]) for p in timed(points, metric)]
+        drawn += [_curve(metric, found)] if found else []
+    y = [value for each in drawn for value in each.y]
+    for whole in timed(points, UNPRUNED):
+        drawn.append(Curve("unpruned", [x(whole)] * 2, [min(y), max(y)]))
+    return drawn
+
+
+def _curve(metric: str, found: Sequence[tuple[float, Point]]) -> Curve:
+    """Excess FLIP with its bounds at these places on the horizontal axis."""
+    x, points = zip(*sorted(found, key=lambda each: each[0]), strict=True)
+    errors = [excess(point) for point in points]
+    y, low, high = (
+        [max(getattr(each, k), _LEAST) for each in errors] for k in ("excess", "low", "high")
+    )
+    return Curve(metric, x, y, low, high)
+
+
+def _floor(points: Sequence[Point]) -> float:
+    return excess(next(p for p in points if p.case["pruned"] != TIMED)).floor
+
+
+def _frames(points: Sequence[Point]) -> list[Point]:
+    return [p for p in points if p.case["pruned"] == TIMED]
 
 
 def _x(point: Point, against: str) -> float:
     return float(point.case["detail"] if against == "detail" else point.samples["parts"][0])
 
 
-def _by_time(view: str, points: list[Point]) -> Figure:
-    """Error against a frame's time, by blake; the unpruned frame's time beside it."""
-    errors = {p.case["detail"]: excess(p) for p in curve(points, "blake")}
-    row = [p for p in timed(points) if p.case["detail"] in errors]
-    x = [median(seconds(p)).value for p in row]
-    found = [errors[p.case["detail"]] for p in row]
-    y, low, high = (
-        [max(getattr(each, k), _LEAST) for each in found] for k in ("excess", "low", "high")
-    )
-    whole = timed(points, "full")
-    told = "; ".join(
-        f"τ = {p.case['detail']:g} px: {_within(median(seconds(p)), '{:.3f}')} s" for p in row
-    )
-    unpruned = f"Unpruned: {_within(median(seconds(whole[0])), '{:.3f}')} s. " if whole else ""
-    caption = (
-        f"Excess FLIP of the {view} view by blake against a frame's time: prune, build and trace "
-        f"with {SPP} samples a pixel, medians of {len(seconds(row[0]))} rounds in which all "
-        f"details take turns. {told}. {unpruned}The ground is whole in all of them, and most of "
-        "their time is its own."
-    )
-    name, axis = f"fidelity-{view.replace(' ', '-')}-time", ("seconds a frame", "excess FLIP")
-    order = sorted(range(len(x)), key=x.__getitem__)
-    x, y, low, high = ([each[k] for k in order] for each in (x, y, low, high))
-    drawn = Curve("blake", x, y, low, high)
-    alt = f"Log-log plot. {caption}"
-    return curves(name, f"Error against time, {view}", caption, alt, axis, [drawn])
+def standing(found: Mapping[str, Reached]) -> dict[str, str]:
+    """Of every metric that comes up to the equal error in every draw: FEWEST, or ALIKE, or MORE."""
+    there = {name: each for name, each in found.items() if each.found}
+    if not there:
+        return {}
+    best = min(there.values(), key=lambda each: each.parts[0])
+    words = {k: ALIKE if each.parts_over(best).low <= 1 else MORE for k, each in there.items()}
+    return words | {best.metric: FEWEST}
+
+
+def _fewest(points: Sequence[Point]) -> str:
+    """Which metric of a view displays the fewest parts at equal error, in a sentence."""
+    words = standing(equal_error(points))
+    best, alike = ([k for k, word in words.items() if word == each] for each in (FEWEST, ALIKE))
+    if not best:
+        return "Which metric needs the fewest parts there is not decided: none comes up to it."
+    others = f" (not told apart: {', '.join(alike)})" if alike else ""
+    return f"The fewest parts there are those of {best[0]}{others}."
 
 
 def _crossings(points: list[Point]) -> str:

@@ -70,11 +70,15 @@ class Case:
     pruned: str = SPECIES
 
 
+def tried(metric: str | None = None) -> tuple[str, ...]:
+    """The metrics that are tried, ``metric`` among them."""
+    return (*METRICS_TRIED, *([metric] if metric else []))
+
+
 def cases(quick: bool, metric: str | None = None) -> list[Case]:
     """Every view by every metric, ``metric`` too, and detail; and what its pieces cost."""
     details = QUICK_DETAILS if quick else DETAILS
-    metrics = (*METRICS_TRIED, *([metric] if metric else []))
-    made = [Case(v, m, d) for v in VIEWS for m in metrics for d in details]
+    made = [Case(v, m, d) for v in VIEWS for m in tried(metric) for d in details]
     ground = (PIECES_DETAIL,) if quick else QUICK_DETAILS
     made += [Case(v, "blake", d, GROUND) for v in VIEWS for d in ground]
     return made + [Case(v, "blake", PIECES_DETAIL, piece) for v in VIEWS for piece in PIECES]

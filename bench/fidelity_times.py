@@ -1,7 +1,7 @@
 """How long a frame of the fidelity experiment takes as τ grows, against the unpruned one.
 
-Prune, build and trace of every detail take turns, round after round, in one process that has made
-each of them once before: what differs between details is then not when they were timed.
+Prune, build and trace of every metric and detail take turns, round after round, in one process that
+has made each of them once before: what differs between them is then not when they were timed.
 """
 
 import time
@@ -28,9 +28,12 @@ SPP = 16
 STAGES = ("prune", "build", "trace")
 
 
-def measure_times(view: str, details: tuple[float, ...], variant: str, seed: int) -> list[Point]:
-    """A point for each detail and one for all there is: µs of every stage in every round."""
-    cases = [Case(view, "blake", detail) for detail in details] + [Case(view, UNPRUNED, 1.0)]
+def measure_times(
+    view: str, metrics: tuple[str, ...], details: tuple[float, ...], variant: str, seed: int
+) -> list[Point]:
+    """A point for each metric and detail, one for all there is: µs of each stage in each round."""
+    cases = [Case(view, metric, detail) for metric in metrics for detail in details]
+    cases.append(Case(view, UNPRUNED, 1.0))
     rounds = [[_frame(case, variant, seed) for case in cases] for _ in range(LEAST_REPEATS + 1)]
     return [_point(case, column) for case, column in zip(cases, _columns(rounds[1:]), strict=True)]
 
@@ -38,6 +41,11 @@ def measure_times(view: str, details: tuple[float, ...], variant: str, seed: int
 def seconds(point: Point) -> Reals:
     """A frame's time in every round, all stages [s]."""
     return np.sum([point.samples[f"{stage}_us"] for stage in STAGES], axis=0) / 1e6
+
+
+def megabytes(point: Point) -> float:
+    """What the process that renders the frame is foretold to hold at most [MB]."""
+    return float(point.samples["foretold_bytes"][0]) / 1e6
 
 
 def timed(points: Sequence[Point], metric: str = "blake") -> list[Point]:

@@ -117,6 +117,7 @@ def planted(rival=2.0, faster=0.5):
         made += [point(metric, d, 0.01 * d, round(1e5 * factor / d**2)) for d in DETAILS]
     made += [point("blake", PIECES_DETAIL, 0.004, 10, pruned=piece) for piece in PIECES]
     made += [timed_point("blake", 2.0, 0.2), timed_point("blake", 1.0, faster)]
+    made += [timed_point("depth", d, 0.3 / d) for d in (1.0, 2.0)]
     return (*made, timed_point(UNPRUNED, 1.0, 1.0))
 
 
@@ -174,10 +175,11 @@ def test_another_metric_is_tried_in_every_view():
 
 @pytest.mark.slow
 def test_a_timed_frame_has_every_stage_and_the_unpruned_one_has_more_parts():
-    one, whole = measure_times("hazy", (1.0,), choose(), 0)
-    assert [p.case["metric"] for p in (one, whole)] == ["blake", UNPRUNED]
-    assert 0 < one.samples["parts"][0] < whole.samples["parts"][0]
-    for point in (one, whole):
+    made = measure_times("hazy", ("blake", "depth"), (1.0,), choose(), 0)
+    assert [p.case["metric"] for p in made] == ["blake", "depth", UNPRUNED]
+    one, other, whole = (p.samples["parts"][0] for p in made)
+    assert 0 < other < one < whole
+    for point in made:
         assert all(len(point.samples[f"{stage}_us"]) == PAIRS for stage in STAGES)
         assert min(map(min, point.samples.values())) > 0
 
@@ -187,9 +189,32 @@ def test_the_report_draws_every_view_with_its_floor():
     made = Record("fidelity", 1, True, "", provenance("", 0), points, judge(points), {})
     heads, rows = fidelity_plots.table(made)
     assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
-    for figure in fidelity_plots.figures(made):
-        assert "noise floor is 0.0050" in figure.caption or figure.name.endswith("-time")
+    shown = {figure.name: figure for figure in fidelity_plots.figures(made)}
+    assert list(shown) == [f"fidelity-aerial-{k}" for k in ("detail", "parts", "time", "memory")]
+    for figure in shown.values():
+        assert figure.drawn[-1].label == "noise floor" and set(figure.drawn[-1].y) == {0.005}
         assert not re.search(r"\bnan\b", figure.svg)
+    by_time = {each.label: each for each in shown["fidelity-aerial-time"].drawn}
+    assert list(by_time) == ["blake", "depth", "unpruned", "noise floor"]
+    assert by_time["depth"].x == pytest.approx((0.15, 0.3), rel=1e-3)
+    assert by_time["depth"].y == pytest.approx((0.02, 0.01), rel=1e-3)
+    assert by_time["unpruned"].x == pytest.approx([1.0, 1.0], rel=1e-3)
+
+
+def test_which_metric_needs_the_fewest_parts_is_said_where_that_is_decided():
+    fewer = equal_error(planted(rival=0.5))
+    assert fidelity_plots.standing(fewer) == {
+        "blake": "more",
+        "bounded": "the fewest",
+        **dict.fromkeys(("solid_angle", "depth"), "not told apart from the fewest"),
+    }
+    more = fidelity_plots.standing(equal_error(planted(rival=2.0)))
+    assert more == dict.fromkeys(METRICS_TRIED, "more") | {"blake": "the fewest"}
+    fine = tuple(p for p in planted() if p.case["detail"] < 1)
+    assert fidelity_plots.standing(equal_error(fine)) == {}
+    made = Record("fidelity", 3, True, "", provenance("", 0), planted(0.5), (), {})
+    figure = fidelity_plots.figures(made)[1]
+    assert "The fewest parts there are those of bounded (not told apart: " in figure.caption
 
 
 @pytest.mark.slow
