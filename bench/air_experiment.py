@@ -16,7 +16,7 @@ import numpy as np
 from bench.air_claims import BAND_EDGES_M, SKY, judge
 from bench.air_targets import look_at, order
 from bench.conduct import joined, measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.spread import Each, in_turn

@@ -25,7 +25,7 @@ from bench.colonnade_scene import (
     places,
 )
 from bench.conduct import joined, measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.spread import Each, in_turn

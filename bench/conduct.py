@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from bench.claims import Claim
-from bench.experiments import Progress
+from bench.experiment import Progress
 from bench.provenance import Provenance
 from bench.records import Point, Record
 from bench.spread import Each

@@ -15,7 +15,7 @@ from typing import Any
 
 from bench.conduct import record_of
 from bench.cost_claims import judge
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from scenes.preset import load_preset

@@ -18,7 +18,7 @@ import numpy as np
 from bench.conduct import joined, measured, record_of
 from bench.cover_claims import judge
 from bench.cover_scene import AIRS, FINE, LOOKS, Case, cases, displayed, preset_of, whole
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.spread import Each, in_turn

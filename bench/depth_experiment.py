@@ -14,7 +14,7 @@ from numba import njit
 
 from bench.conduct import measured, record_of
 from bench.depth_claims import QUADRANTS, judge
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.scaling_scene import FLAT

@@ -8,7 +8,7 @@ fineness (Barten's sensitivity, the eye's blur in it). Each is taken alone, then
 import time
 
 from bench.conduct import measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.eye_claims import judge
 from bench.provenance import provenance
 from bench.records import Point, Record

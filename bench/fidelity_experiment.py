@@ -15,7 +15,7 @@ import numpy as np
 
 from bench import conduct, fidelity_times
 from bench.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.fidelity_claims import judge
 from bench.fidelity_measure import BAND_EDGES_M, Reference, measured, reference_of
 from bench.fidelity_pictures import pictures_of
@@ -70,8 +70,7 @@ def run(
         for c in grid
     ]
     details = fidelity_times.QUICK_DETAILS if quick else fidelity_times.DETAILS
-    metrics = tried(metric)
-    timed = [(f"{view}, timed", (view, metrics, details, variant, seed)) for view in VIEWS]
+    timed = [(f"{v}, timed", (v, tried(metric), details, variant, seed)) for v in VIEWS]
     timing = fidelity_times.measure_times, timed
     points = conduct.measured(progress, each, (measure, jobs), timing)
     return conduct.record_of(

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from bench.excess_flip import ExcessFlip, over_noise
-from bench.experiments import Table
+from bench.experiment import Table
 from bench.fidelity_claims import by_view, pieces
 from bench.fidelity_equal_error import (
     EQUAL_ERROR,

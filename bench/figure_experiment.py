@@ -4,7 +4,7 @@ import time
 from dataclasses import dataclass
 
 from bench.conduct import measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.figure_cases import EVERYTHING, Curve, curves, object_of
 from bench.figure_claims import COUNTED, SIZED, judge
 from bench.figure_fit import RESAMPLES

@@ -8,7 +8,7 @@ import time
 from dataclasses import replace
 
 from bench.conduct import measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.haze_claims import judge
 from bench.provenance import provenance
 from bench.records import Point, Record

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from bench import motion_picture
 from bench.conduct import joined, measured, record_of
 from bench.excess_flip import LEAST_PAIRS
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.motion_claims import judge
 from bench.motion_moves import FAST, MOVES, PICTURED, Move
 from bench.provenance import provenance

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.conduct import measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.pixels_claims import judge
 from bench.provenance import provenance
 from bench.records import Point, Record

@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from bench.conduct import measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.popping_claims import SWITCHED, WAYS, judge
 from bench.popping_measure import seen_of, walk
 from bench.provenance import provenance

@@ -9,7 +9,8 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from bench.claims import Claim
-from bench.experiments import EXPERIMENTS, Experiment
+from bench.experiment import Experiment
+from bench.experiments import EXPERIMENTS
 from bench.pictures import pictures_of
 from bench.records import Record, read_records
 from bench.report_html import page

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bench.claims import Claim
-from bench.experiments import Table
+from bench.experiment import Table
 from bench.figures import Figure
 from bench.pictures import NOTE, Pictures
 from bench.records import Record

@@ -3,7 +3,7 @@
 import time
 
 from bench.conduct import measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.sampling import Effort, sample, worst_error

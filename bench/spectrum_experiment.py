@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from bench.conduct import joined, measured, record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.spectrum_claims import EDGES, judge

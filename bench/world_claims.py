@@ -7,6 +7,7 @@ from bench.records import Point
 from bench.rivals import exponent
 from bench.statistics import Estimate, median
 
+_LAW = "§4.1"
 _CLEAR = 2.5
 """A world is beyond the limit where its side is so many limit distances: the eye stands in the
 middle, and whoever walks may come from a little further."""
@@ -16,49 +17,46 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Every claim that these points can decide."""
     beyond = beyond_limit(points)
     unpruned = [p for p in points if p.case["metric"] == "full"]
+    return (*_of_pruned(beyond), *_of_everything(unpruned, beyond[-1]))
+
+
+def _of_pruned(beyond: list[Point]) -> tuple[Claim, ...]:
+    """What holds of every world that reaches beyond the limit."""
     hashes = float(len({p.case["scene"] for p in beyond}))
     exact = Estimate(hashes, hashes, hashes, 0.0, 1.0, len(beyond))
-    last, largest = beyond[-1], unpruned[-1]
-    saved = median(seconds(largest) / float(np.median(seconds(last))))
-    law = "§4.1"
+    same = "The frame is the same, bit for bit, in every world larger than the limit."
+    longer = "A larger world takes no longer, once it is larger than the limit."
+    slope = power_of_worlds(beyond)
     return (
-        claim(
-            "world/same_scene",
-            (
-                "The frame is the same, bit for bit, in every world larger than the limit.",
-                "different scenes among them",
-                law,
-            ),
-            *(1.0, 0.0, exact),
-        ),
+        claim("world/same_scene", (same, "different scenes among them", _LAW), 1.0, 0.0, exact),
         claim(
             "world/seconds/slope",
-            (
-                "A larger world takes no longer, once it is larger than the limit.",
-                "exponent of time against objects",
-                law,
-            ),
-            *(0.0, 0.01, power_of_worlds(beyond)),
+            (longer, "exponent of time against objects", _LAW),
+            0.0,
+            0.01,
+            slope,
         ),
-        claim(
-            "full/seconds/slope",
-            (
-                "Unpruned, every object adds its time.",
-                "exponent of added time against added parts",
-                law,
-            ),
-            *(1.0, 0.1, power_of_parts(unpruned)),
-        ),
-        claim(
-            "full/over_pruned",
-            (
-                f"Every object of a world of {largest.case['objects']:.0e} takes longer than what "
-                f"is displayed of one of {last.case['objects']:.0e}.",
-                "1 ÷ how many times as long",
-                law,
-            ),
-            *(1.0, 0.0, _inverse(saved), "at most"),
-        ),
+    )
+
+
+def _of_everything(unpruned: list[Point], last: Point) -> tuple[Claim, ...]:
+    """What everything costs, beside what is displayed of the largest world, ``last``."""
+    largest = unpruned[-1]
+    saved = median(seconds(largest) / float(np.median(seconds(last))))
+    added = (
+        "Unpruned, every object adds its time.",
+        "exponent of added time against added parts",
+        _LAW,
+    )
+    longer = (
+        f"Every object of a world of {largest.case['objects']:.0e} takes longer than what "
+        f"is displayed of one of {last.case['objects']:.0e}.",
+        "1 ÷ how many times as long",
+        _LAW,
+    )
+    return (
+        claim("full/seconds/slope", added, 1.0, 0.1, power_of_parts(unpruned)),
+        claim("full/over_pruned", longer, 1.0, 0.0, _inverse(saved), "at most"),
     )
 
 

@@ -12,7 +12,7 @@ import time
 from typing import Any
 
 from bench.conduct import record_of
-from bench.experiments import Progress, silent
+from bench.experiment import Progress, silent
 from bench.posing_benchmark import interleaved
 from bench.provenance import provenance
 from bench.records import Point, Record
