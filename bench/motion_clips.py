@@ -50,8 +50,9 @@ WORLD = (
     "terrain.wavelength=256.0",
 )
 _TURN = (
-    "camera.keys=[{frame=1, position=[0, -30], height=1.7, target=[-12, 0, 1.7]},"
-    "{frame=6, position=[0, -30], height=1.7, target=[6, 0, 1.7]},"
+    "camera.keys=[{frame=1, position=[0, -30], height=1.7, target=[-32, -10, 1.7]},"
+    "{frame=15, position=[0, -30], height=1.7, target=[3.5, -0.7, 1.7]},"
+    "{frame=16, position=[0, -30], height=1.7, target=[6, 0, 1.7]},"
     "{frame=99, position=[0, -30], height=1.7, target=[6, 0, 1.7]}]"
 )
 CLIPS = {

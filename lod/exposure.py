@@ -17,8 +17,18 @@ keeps more of its contrast, one across it less.
 The growth g of m is told on a scale of STEPS to each octave.
 
 L is one for a whole object: the least that anything of it moves (``lod.smear``).
+
+A camera can stop between two frames, and all that its motion hid would come at once. So what is
+hidden eases: from one frame to the next the scale goes by EASE at most,
+
+    smear(f) = min over k of own(f + k) + EASE·|k|,
+
+the largest such that is never more than the frame's own. The path of a camera is known ahead:
+detail comes back before the motion ends, and goes after it has begun. At rest it is 0, and where
+all frames are alike it is their own.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from lod.camera import Camera
@@ -26,15 +36,25 @@ from lod.camera import Camera
 STEPS = 8
 """Steps of the scale of smears to each doubling of m."""
 
+EASE = 0.5
+"""Steps between two frames at most: by 4 % of D, of which a fade band is five times as wide."""
+
+NEAR = 48
+"""Frames before and after that are asked at most: farther ones matter only where L > 1100 θ."""
+
 
 @dataclass(frozen=True, eq=False)
 class Exposure:
-    """While the shutter is open: the camera as it opens and as it closes, and when [s]."""
+    """While the shutter is open: the camera as it opens and as it closes, and when [s].
+
+    near  the same so many frames later, or before where it is below 0; None = nothing is eased
+    """
 
     opens: Camera
     closes: Camera
     opens_s: float
     closes_s: float
+    near: Callable[[int], "Exposure"] | None = None
 
     @property
     def seconds(self) -> float:

@@ -11,17 +11,21 @@ of its origin and farther than n from the eye all the while, and s what it moves
 
 α the least angle between the origin's direction and the axis of R, sin β = B/d: the first because
 the change is a Lipschitz function of the point, the second because a turn alone moves a direction
-by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n.
+by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n. What is
+told is eased (``lod.exposure``): what moves is taken to go on through the frames about as it does
+in this one.
 """
 
 import math
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.camera import GRID_M, Camera, Corner
-from lod.exposure import STEPS, Exposure
+from lod.exposure import EASE, NEAR, STEPS, Exposure
 
 
 def smears(
@@ -39,16 +43,40 @@ def smears(
     start, end  (n, 3) its origin as the shutter opens and closes, from ``corner`` [m]
     bound, own  (n,) radius that holds it, and farthest anything of it moves but for that shift [m]
     """
-    smear = np.empty(len(bound))
-    _smears(*_ends(exposure, corner), theta, start, end, bound, own, smear)
+    smear, objects = np.empty(len(bound)), (theta, start, end, bound, own)
+    _smears(_path(exposure, corner, 0), *objects, smear)
+    most = float(smear.max(initial=0.0))
+    if most and exposure.near is not None:
+        _smears(_path(exposure, corner, min(math.ceil(most / EASE), NEAR)), *objects, smear)
     return smear
 
 
-def _ends(exposure: Exposure, corner: Corner) -> tuple[np.ndarray, np.ndarray]:
-    """Eyes (2, 3) [m] and axes (2, 3, 3) as the shutter opens and as it closes."""
-    cameras = exposure.opens, exposure.closes
+class _Path(NamedTuple):
+    """A camera in a frame and those about it, (k, …).
+
+    eyes (k, 2, 3) [m] and axes (k, 2, 3, 3) as the shutter opens and as it closes
+    ease   least that is hidden by what is hidden then, beyond that: steps on the scale
+    later  how much later than the frame itself, over the time that its shutter is open
+    """
+
+    eyes: np.ndarray
+    axes: np.ndarray
+    ease: np.ndarray
+    later: np.ndarray
+
+
+@lru_cache(maxsize=64)
+def _path(exposure: Exposure, corner: Corner, near: int) -> _Path:
+    """From so many frames before to as many after, nearest first: asked for by every species."""
+    every = [exposure]
+    if exposure.near is not None:
+        every += [exposure.near(k) for far in range(1, near + 1) for k in (-far, far)]
+    cameras = [camera for each in every for camera in (each.opens, each.closes)]
     eyes = np.stack([eye_from(corner, camera) for camera in cameras])
-    return eyes, np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
+    axes = np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
+    away = (np.arange(len(every)) + 1) // 2
+    later = np.array([each.opens_s - exposure.opens_s for each in every]) / exposure.seconds
+    return _Path(eyes.reshape(-1, 2, 3), axes.reshape(-1, 2, 3, 3), EASE * away, later)
 
 
 def eye_from(corner: Corner, camera: Camera) -> np.ndarray:
@@ -58,18 +86,33 @@ def eye_from(corner: Corner, camera: Camera) -> np.ndarray:
 
 
 @njit(cache=True)
-def _smears(eyes, axes, theta, start, end, bound, own, smear):  # type: ignore[no-untyped-def]
-    turn = axes[1] - axes[0]
-    phi = math.sqrt((turn * turn).sum() / 2)
+def _smears(path, theta, start, end, bound, own, smear):  # type: ignore[no-untyped-def]
+    eyes, axes, ease, later = path
+    turn = axes[:, 1] - axes[:, 0]
+    phi = np.array([math.sqrt((each * each).sum() / 2) for each in turn])
     opened, closed = np.empty(3), np.empty(3)
     for i in range(len(bound)):
-        shift = 0.0
-        for c in range(3):
-            opened[c], closed[c] = start[i, c] - eyes[0, c], end[i, c] - eyes[1, c]
-            shift += (closed[c] - opened[c]) ** 2
-        shift = math.sqrt(shift)
-        length = _least(axes, turn, phi, opened, closed, shift, bound[i], own[i])
-        smear[i] = _steps(length / theta)
+        smear[i] = math.inf
+        for k in range(len(ease)):
+            if ease[k] >= smear[i]:
+                break
+            shift = 0.0
+            for c in range(3):
+                gone = later[k] * (end[i, c] - start[i, c])
+                opened[c] = start[i, c] + gone - eyes[k, 0, c]
+                closed[c] = end[i, c] + gone - eyes[k, 1, c]
+                shift += (closed[c] - opened[c]) ** 2
+            shift = math.sqrt(shift)
+            length = _least(axes[k], turn[k], phi[k], opened, closed, shift, bound[i], own[i])
+            if k == 0 or length / theta < _ratio(smear[i] - ease[k]):
+                smear[i] = _steps(length / theta) + ease[k]
+
+
+@njit(cache=True)
+def _ratio(steps):  # type: ignore[no-untyped-def]
+    """L/θ at a place on the scale."""
+    x = 2.0 ** (2.0 * steps / STEPS)
+    return math.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0.0))
 
 
 @njit(cache=True)

@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from lod.camera import Camera, look, split
 from scenes.field import Ground
-from scenes.preset_tables import CameraPreset
+from scenes.preset_tables import CameraKey, CameraPreset
 
 
 @dataclass(frozen=True)
@@ -56,12 +57,17 @@ def _walked(preset: CameraPreset, frame: float) -> Stand:
 def _between_keys(preset: CameraPreset, frame: float, ground: Ground) -> Stand:
     """Through the keys by monotone cubics (Fritsch & Carlson 1980), always facing the target."""
     keys = preset.keys
-    columns = np.array([(*key.position, key.height, *key.target) for key in keys])
-    frames = [key.frame for key in keys]
-    at = min(max(frame, frames[0]), frames[-1])
-    x, y, height, *target = PchipInterpolator(frames, columns)(at).tolist()
+    at = min(max(frame, keys[0].frame), keys[-1].frame)
+    x, y, height, *target = _flight(keys)(at).tolist()
     base, far = (height_at(ground, px, py, preset.cell) for px, py in ((x, y), target[:2]))
     east, north, up = target[0] - x, target[1] - y, far + target[2] - base - height
     heading = math.degrees(math.atan2(east, north))
     pitch = math.degrees(math.atan2(up, math.hypot(east, north)))
     return Stand(x, y, height, heading, pitch, preset.fov)
+
+
+@lru_cache(maxsize=4)
+def _flight(keys: tuple[CameraKey, ...]) -> PchipInterpolator:
+    """Position, height and target at any frame; the same keys are asked for frame after frame."""
+    columns = np.array([(*key.position, key.height, *key.target) for key in keys])
+    return PchipInterpolator([key.frame for key in keys], columns)

@@ -1,7 +1,8 @@
 """What lies beyond the limit, left on the land: the ground takes its colour, shade and height."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -56,8 +57,8 @@ class FarCover:
         d = distance(view, points)
         columns = []
         for each in self.species:
-            limits = [_limits_at(view, p.hierarchy, points) for p in each.prototypes]
-            column = missing_share(d, np.stack(limits, axis=1), view.fade)
+            trees = [p.hierarchy for p in each.prototypes]
+            column = missing_share(d, _limits_at(view, trees, points, d), view.fade)
             if each.habitat is not None:
                 column *= each.habitat.share(view.camera.corner, points[:, :2])
             columns.append(column)
@@ -98,16 +99,33 @@ class FarCover:
         return found
 
 
-def _limits_at(view: View, tree: Hierarchy, points: Points) -> Reals:
-    """Limit distance of wholes that stand still at points of the ground, (n,) [m]."""
-    limits = np.full(len(points), float(view.limits(tree)[0][0]))
+def _limits_at(
+    view: View, trees: Sequence[Hierarchy], points: Points, d: Reals
+) -> Float64[np.ndarray, "n t"]:
+    """Limit distances of wholes that stand still at points of the ground, d away [m].
+
+    Motion hides of all of them what it hides of the largest. What it hides is eased only where that
+    can make a difference: it is never more than the frame's own.
+    """
+    limits = np.tile([float(view.limits(tree)[0][0]) for tree in trees], (len(points), 1))
     if view.exposure is None or not view.metric.finite:
         return limits
-    bound, still = np.full(len(points), float(tree.B[0])), np.zeros(len(points))
-    smear = smears(view.exposure, view.camera.corner, view.theta, points, points, bound, still)
+    radius = max(float(tree.B[0]) for tree in trees)
+    rows = np.flatnonzero(d < limits[0].max())
+    for exposure in (replace(view.exposure, near=None), view.exposure):
+        still, bound = np.zeros(len(rows)), np.full(len(rows), radius)
+        ends = points[rows], points[rows]
+        smear = smears(exposure, view.camera.corner, view.theta, *ends, bound, still)
+        limits[rows] = _smeared(view, trees, smear)
+        rows = rows[d[rows] > (1 - view.fade) * limits[rows].min(axis=1)]
+    return limits
+
+
+def _smeared(view: View, trees: Sequence[Hierarchy], smear: Reals) -> Float64[np.ndarray, "n t"]:
+    """Limit distances of wholes of which motion hides so much [m]."""
     steps = np.arange(int(smear.max(initial=0.0)) + 2)
-    at = np.array([float(view.limits(tree, int(step))[0][0]) for step in steps])
-    return np.interp(smear, steps, at)
+    tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
+    return np.stack([np.interp(smear, steps, table) for table in tables], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 from lod.exposure import Exposure
 from lod.parts import Representation
@@ -124,10 +124,16 @@ def exposure_at(world: World, preset: Preset, frame: int) -> Exposure | None:
     half = open_s * preset.camera.fps / 2
     if half == 0 or preset.view.smear == "off":
         return None
-    ends = frame - half, frame + half
-    size = preset.render.size
-    opens, closes = (camera_at(preset.camera, size, end, world.terrain) for end in ends)
-    return Exposure(opens, closes, *(time_of(preset, end) for end in ends))
+
+    @cache
+    def at(later: int) -> Exposure:
+        ends = frame + later - half, frame + later + half
+        size = preset.render.size
+        opens, closes = (camera_at(preset.camera, size, end, world.terrain) for end in ends)
+        opens_s, closes_s = (time_of(preset, end) for end in ends)
+        return Exposure(opens, closes, opens_s, closes_s)
+
+    return replace(at(0), near=at)
 
 
 def plume_of(name: str, table: PlumePreset, seed: int, terrain: Terrain) -> Plume:

@@ -1,15 +1,20 @@
 """Clips, pruned beside everything drawn, and what motion does not explain of both."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bench import motion_clips
+from bench import motion_clips, popping_measure
 from bench.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
-from bench.popping_measure import Walk
+from bench.popping_measure import Walk, frames_of, popped
 from lod.camera import Corner, look
 from scenes.preset import load_preset
 from scenes.render.exr import read_exr
+from scenes.shot import shoot
+from scenes.world import build_world, view_at
 
 
 @pytest.mark.parametrize("name", list(CLIPS))
@@ -17,6 +22,45 @@ from scenes.render.exr import read_exr
 def test_every_clip_is_a_preset(name, way):
     preset = load_preset("meadow", (*motion_clips.WORLD, *CLIPS[name], *WAYS[way]))
     assert (preset.view.metric == "full") == (way == "everything")
+
+
+def stopping():
+    """The clip, of people alone on bare ground, and small."""
+    people = ("species.tree.density=0", "species.figure.prototypes=1", "render.size=160x90")
+    words = (*motion_clips.WORLD, *CLIPS["stop"], *people, "species.figure.density=0.02")
+    preset = load_preset("meadow", words)
+    world = build_world(preset)
+    return replace(world, terrain=replace(world.terrain, far=None)), preset
+
+
+def pops(numbers):
+    world, preset = stopping()
+    return [popped(*both) for both in pairwise(frames_of(world, preset, numbers))]
+
+
+def test_nothing_comes_at_full_size_when_the_camera_stops(monkeypatch):
+    """Where nothing eases what the turn hides, hundreds of parts come in the frame of the stop."""
+    numbers = range(15, 18)
+    assert pops(numbers) == [0, 0]
+
+    def not_eased(*shot):
+        view = view_at(*shot)
+        return replace(view, exposure=replace(view.exposure, near=None))
+
+    monkeypatch.setattr(popping_measure, "view_at", not_eased)
+    assert max(pops(numbers)) > 200
+
+
+def test_a_frame_of_a_stop_alone_is_that_of_the_sequence():
+    world, preset = stopping()
+    holds = {}
+    for number in (14, 15, 16):
+        after = shoot(world, preset, number, "scalar_rgb", holds)
+    alone = shoot(world, preset, 16, "scalar_rgb")
+    for one, other in zip(after.visible, alone.visible, strict=True):
+        assert np.array_equal(one.cut.part, other.cut.part)
+        a, b = (next(iter(vars(each.shape).values())) for each in (one, other))
+        assert len(a) and a.tobytes() == b.tobytes()
 
 
 def camera(heading):

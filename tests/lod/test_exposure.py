@@ -1,6 +1,7 @@
 """What motion hides: never more than the least that anything of an object moves."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
-from lod.exposure import STEPS, Exposure, growth
+from lod.exposure import EASE, STEPS, Exposure, growth
 from lod.smear import smears
 
 HERE = Corner(0, 0)
@@ -120,3 +121,36 @@ def test_nothing_in_an_object_moves_less_than_is_said(turn, goes, walks, bound, 
         after = in_camera(closes, end + off + on)
         moved = np.linalg.norm(after - in_camera(opens, start + off))
         assert moved >= least * (1 - 1e-9) - 1e-9
+
+
+def turning(frame):
+    """A camera that turns by 4° a frame until frame 10, and stops there."""
+    return [camera((0, 0, 0), 4 * min(frame + half, 10.0), 0) for half in (-0.25, 0.25)]
+
+
+def at(frame):
+    return Exposure(*turning(frame), (frame - 0.25) / 24, (frame + 0.25) / 24)
+
+
+def in_frame(frame, eased=True):
+    """What is hidden of what stands and of what walks."""
+    near = (lambda later: at(frame + later)) if eased else None
+    place = np.array([[20.0, 50.0, 1.0], [0.0, 40.0, 1.0], [0.0, 30.0, 0.0]])
+    walked = place + np.array([[0, 0, 0], [0.02, 0, 0], [0, 0, 0]])
+    bound, own = np.array([1.0, 1.0, 5.0]), np.array([0.0, 0.01, 0.0])
+    return smears(replace(at(frame), near=near), HERE, THETA, place, walked, bound, own)
+
+
+def test_what_is_hidden_eases_before_a_camera_stops():
+    """The largest that goes by EASE at most and is never more than the frame's own."""
+    frames = range(-20, 14)
+    own = np.array([in_frame(frame, False) for frame in frames])
+    eased = np.array([in_frame(frame) for frame in frames])
+    far = abs(np.subtract.outer(frames, frames))
+    expected = (own[None] + EASE * far[..., None]).min(axis=1)
+    assert np.abs(np.diff(own, axis=0)).max() > 5 * EASE
+    assert np.abs(np.diff(eased, axis=0)).max() <= EASE * (1 + 1e-6)
+    assert np.allclose(eased[:, ::2], expected[:, ::2], atol=1e-9)
+    assert np.allclose(eased, expected, atol=0.05)  # one walks on as it does in each frame
+    assert not eased[-1][::2].any()
+    assert np.array_equal(eased[0], own[0])

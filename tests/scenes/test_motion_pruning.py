@@ -198,6 +198,13 @@ def test_the_eyes_window_hides_as_a_shutter_of_a_sixtieth_of_a_second_does():
         assert same_bits(prune(field, still), prune(field, replace(still, exposure=None)))
 
 
+def test_a_steady_pan_hides_in_every_frame_what_it_hides_by_itself():
+    made, view = view_of("meadow", *PAN)
+    alone = replace(view, exposure=replace(view.exposure, near=None))
+    for each in made.representations:
+        assert same_bits(prune(each, view), prune(each, alone))
+
+
 def test_smear_off_pays_no_heed_to_motion():
     assert view_of("meadow", *PAN, "view.smear=off")[1].exposure is None
 
