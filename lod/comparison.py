@@ -13,7 +13,9 @@ from lod.view import View
 
 
 class Vantage(NamedTuple):
-    """A view as compiled walks read it: the eye, the camera's axes, and its pyramid of view."""
+    """A view as compiled walks read it: the eye, the camera's axes, and its pyramid of view, of
+    whose sides ``length`` is √(1 + tan²).
+    """
 
     eye_x: float
     eye_y: float
@@ -29,6 +31,8 @@ class Vantage(NamedTuple):
     up_z: float
     tan_x: float
     tan_y: float
+    length_x: float
+    length_y: float
     along_axis: bool
     look_around: bool
 
@@ -39,8 +43,10 @@ def vantage_of(view: View) -> Vantage:
     x, y, z = camera.eye.tolist()
     axes = camera.forward.tolist(), camera.right.tolist(), camera.up.tolist()
     (fx, fy, fz), (rx, ry, rz), (ux, uy, uz) = axes
+    tan_x, tan_y = camera.tan_half
+    sides = tan_x, tan_y, math.hypot(1.0, tan_x), math.hypot(1.0, tan_y)
     rules = view.metric.along_axis, view.look_around
-    return Vantage(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *camera.tan_half, *rules)
+    return Vantage(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *sides, *rules)
 
 
 @njit(cache=True)
@@ -62,10 +68,10 @@ def sees(s, x, y, z, radius):  # type: ignore[no-untyped-def]
     if not ahead > -radius:
         return False
     aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
-    if not (ahead * s.tan_x - aside) / math.hypot(1.0, s.tan_x) > -radius:
+    if not (ahead * s.tan_x - aside) / s.length_x > -radius:
         return False
     above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
-    return (ahead * s.tan_y - above) / math.hypot(1.0, s.tan_y) > -radius
+    return (ahead * s.tan_y - above) / s.length_y > -radius
 
 
 @njit(cache=True)
@@ -81,8 +87,8 @@ def into_view(s, x, y, z):  # type: ignore[no-untyped-def]
     ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
     aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
     above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
-    across = (ahead * s.tan_x - aside) / math.hypot(1.0, s.tan_x)
-    return min(ahead, across, (ahead * s.tan_y - above) / math.hypot(1.0, s.tan_y))
+    across = (ahead * s.tan_x - aside) / s.length_x
+    return min(ahead, across, (ahead * s.tan_y - above) / s.length_y)
 
 
 @njit(cache=True)

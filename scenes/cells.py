@@ -157,7 +157,7 @@ def near_enough(vantage, east, north, side, rules):  # type: ignore[no-untyped-d
         return False
     if vantage.look_around:
         return True
-    far = math.hypot(max(near - lean, 0.0), above)
+    far = away_at_least(near, lean, above)
     return not far > inside and (not far > outside or sees(vantage, east, north, middle, radius))
 
 
@@ -169,6 +169,15 @@ def away_in_plan(vantage, east, north, side):  # type: ignore[no-untyped-def]
     return math.sqrt(aside_x * aside_x + aside_y * aside_y)
 
 
+@njit(cache=True, inline="always")
+def away_at_least(in_plan, lean, above):  # type: ignore[no-untyped-def]
+    """How far from the eye anything is that may be ``lean`` nearer in plan, and is ``above`` higher
+    or lower at least [m].
+    """
+    nearer = max(in_plan - lean, 0.0)
+    return math.sqrt(nearer * nearer + above * above)
+
+
 @njit(cache=True)
 def _counts(cell_x, cell_y, seed, species, cumulative):  # type: ignore[no-untyped-def]
     """Objects in each cell, by inversion of the Poisson distribution function."""
@@ -178,7 +187,10 @@ def _counts(cell_x, cell_y, seed, species, cumulative):  # type: ignore[no-untyp
         word, _, _, _ = philox(
             np.uint64(cell_x[i]), np.uint64(cell_y[i]), zero, zero, seed, species
         )
-        count[i] = np.searchsorted(cumulative, unit(word), side="right")
+        u, number = unit(word), 0
+        while number < len(cumulative) and cumulative[number] <= u:
+            number += 1  # about two steps: cells are that small
+        count[i] = number
     return count
 
 
@@ -220,7 +232,7 @@ def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u,
             kind, east, north = int(unit(words[3]) * kinds), west + u0 * side, south + u1 * side
             away = math.sqrt((east - vantage.eye_x) ** 2 + (north - vantage.eye_y) ** 2)
             # A billionth for rounding: what is kept in vain is turned away by the walk.
-            away = math.hypot(max(away - near.lean, 0.0), above) * (1 - 1e-9)
+            away = away_at_least(away, near.lean, above) * (1 - 1e-9)
             inside, outside = near.farthest[kind], near.farthest_offscreen[kind]
             reach = (near.bound[kind] + spread) * (1 + 1e-9)
             passed = away < inside

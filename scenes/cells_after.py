@@ -7,7 +7,7 @@ from numba import njit
 
 from lod.comparison import into_view, vantage_of
 from lod.view import View
-from scenes.cells import Draws, away_in_plan, near_enough
+from scenes.cells import Draws, away_at_least, away_in_plan, near_enough
 from scenes.field import SpeciesField
 
 
@@ -48,7 +48,7 @@ def _searched(cell_x, cell_y, vantage, lattice, rules, spread, room):  # type: i
         east, north = (cell_x[i] - ix + 0.5) * side - rest_x, (cell_y[i] - iy + 0.5) * side - rest_y
         is_near[i] = near_enough(vantage, east, north, side, rules)
         near = away_in_plan(vantage, east, north, side)
-        far = math.hypot(max(near - lean, 0.0), above)
+        far = away_at_least(near, lean, above)
         away[i] = near + 2 * side + 2 * lean + above + spread
         room[i, 0], room[i, 1] = abs(inside - far), math.inf
         if above >= inside:
