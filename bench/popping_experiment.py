@@ -155,7 +155,7 @@ def _walks(way: str, walks: int, variant: str, seed: int) -> Point:
     for number in range(walks):
         heading = f"camera.heading={360.0 * number / walks - 170.0}"
         preset = load_preset("meadow", (*WALK, *settings, heading, f"seed={seed + 6}"))
-        found = walk(build_world(preset), preset, range(1, _RENDERED + 1), variant)
+        found = walk(build_world(preset), (preset,), range(1, _RENDERED + 1), variant)
         samples.setdefault("popped", []).extend(found.popped.tolist())
         for share, value in zip(QUANTILES, np.quantile(found.unexplained, QUANTILES), strict=True):
             samples.setdefault(f"unexplained {share:g}", []).append(round(1e6 * float(value)))

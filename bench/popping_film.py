@@ -43,7 +43,7 @@ def pair(folder: Path, way: str, first: int, settings: tuple[str, ...]) -> None:
     if path.exists():
         return
     preset, world = _wood(settings)
-    found = walk(world, preset, (first, first + 1), choose())
+    found = walk(world, (preset,), (first, first + 1), choose())
     temporary = path.with_suffix(".part")
     with temporary.open("wb") as stream:
         np.savez(stream, **{name: getattr(found, name) for name in Walk.__dataclass_fields__})

@@ -53,9 +53,10 @@ class Frame:
     seen: dict[str, Seen]
 
 
-def frames_of(world: World, preset: Preset, frames: Sequence[int]) -> Iterator[Frame]:
-    """The frames of a walk, one after the other."""
+def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) -> Iterator[Frame]:
+    """The frames of a walk, one after the other, as these presets have them by turns."""
     for number in frames:
+        preset = presets[number % len(presets)]
         view, shown, seen = view_at(world, preset, number), [], {}
         for each in world.representations:
             cut = prune(each, view)
@@ -121,11 +122,11 @@ class Walk:
         freeze(self, popped=np.int64, unexplained=real, switched=real, picture=real)
 
 
-def walk(world: World, preset: Preset, frames: Sequence[int], variant: str) -> Walk:
-    """Measure consecutive frames of a walk."""
-    light, quality = light_of(preset), quality_of(preset, variant)
+def walk(world: World, presets: Sequence[Preset], frames: Sequence[int], variant: str) -> Walk:
+    """Measure consecutive frames of a walk, as these presets have them by turns."""
+    light, quality = light_of(presets[0]), quality_of(presets[0], variant)
     counts, changes, before = [], [], None
-    for number, after in zip(frames, frames_of(world, preset, frames), strict=True):
+    for number, after in zip(frames, frames_of(world, presets, frames), strict=True):
         if before is not None:
             camera = after.view.camera
             both = [

@@ -35,7 +35,7 @@ def stopping():
 
 def pops(numbers):
     world, preset = stopping()
-    return [popped(*both) for both in pairwise(frames_of(world, preset, numbers))]
+    return [popped(*both) for both in pairwise(frames_of(world, (preset,), numbers))]
 
 
 def test_nothing_comes_at_full_size_when_the_camera_stops(monkeypatch):
@@ -86,6 +86,7 @@ def test_a_clip_is_judged_against_everything_and_the_planted_one_beside_it():
         "parts popped: pruned 2, everything 2, planted 2"
     )
     assert judged("pan", {**found, "pruned": left(0.12)}).count("beyond 1.1") == 1
+    assert "proves nothing" in judged("pan", {**found, "planted": left(0.11)})
     assert len(rows_of("pan", found)) == 2
     assert rows_of("pan", found)[0] == (
         "pan",
