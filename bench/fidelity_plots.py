@@ -24,6 +24,7 @@ from bench.fidelity_times import (
 )
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
+from bench.report_parts import four
 from bench.statistics import Estimate, median
 
 FEWEST, ALIKE, MORE = "the fewest", "not told apart from the fewest", "more"
@@ -180,7 +181,7 @@ def _against_whole(points: Sequence[Point], x: Callable[[Point], float]) -> list
         errors = {p.case["detail"]: p for p in curve(points, metric)}
         found = [(x(p), errors[p.case["detail"]]) for p in timed(points, metric)]
         drawn += [_curve(metric, found)] if found else []
-    y = [value for each in drawn for value in each.y]
+    y = [_floor(points), *(value for each in drawn for value in each.y)]
     for whole in timed(points, UNPRUNED):
         drawn.append(Curve("unpruned", [x(whole)] * 2, [min(y), max(y)]))
     return drawn
@@ -237,5 +238,5 @@ def _crossings(points: list[Point]) -> str:
 
 
 def _pieces(points: list[Point]) -> str:
-    words = [f"{p.case['pruned']} {excess(p).excess:.4f}" for p in pieces(points)]
+    words = [f"{p.case['pruned']} {four(excess(p).excess)}" for p in pieces(points)]
     return f"At 1 px by blake, pruned alone: {', '.join(words)}."

@@ -18,6 +18,17 @@ METRICS = {
     "beyond": "Beyond even, flat, clear ground",
     "sizes": "P of parts against their level, and that of their wholes",
     "posing": "The cost of posing",
+    "full": "full: everything is displayed",
+    "depth": "depth: P + R > m·(depth along the view axis), which the paper argues against",
+    "floor": "Is the noise low enough?",
+    "scalar": "Scalar variants",
+    "jit": "Frames driven from Dr.Jit",
+    "medium": "The medium that scatters light",
+    "analytic": "Haze as a formula, in the light of the horizon's sky",
+    "scattered": "Haze as a formula, in the light that its layer scatters",
+    "spectral": "Light of sixteen bands",
+    "lost_below": "Does pruning leave alone what is below its cut-off?",
+    "left_above": "Does pruning take what is above its cut-off?",
 }
 
 GLOSSARY = (
@@ -102,7 +113,7 @@ def groups(claims: Sequence[Claim]) -> dict[str, list[Claim]]:
     for claim in claims:
         metric, _, rest = claim.name.partition("/")
         what = rest.partition("/")[0]
-        title = f"{METRICS.get(metric, metric)} — {what}" if rest else "Claims"
+        title = f"{METRICS.get(metric, metric)} — {what.replace('_', ' ')}" if rest else "Claims"
         grouped.setdefault(title, []).append(claim)
     return grouped
 

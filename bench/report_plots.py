@@ -4,7 +4,7 @@ No two series differ in colour alone: each has a marker of its own, filled or op
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from math import log10
+from math import ceil, floor, log10
 from typing import Any
 
 from bench.figures import COLOURS, Curve, Figure, Series
@@ -15,6 +15,9 @@ _GRID = {"gridcolor": "#E3E3E3", "zeroline": False, "showline": True, "linecolor
 
 _SMALL = 12
 """Type of the vertical axes' names where two panels share the height, for phones too."""
+
+_NARROWEST = 1.03
+"""Ratios are drawn on an axis that reaches at least so far to either side of 1."""
 
 Plot = dict[str, Any]
 
@@ -27,10 +30,11 @@ def plot(figure: Figure) -> Plot | None:
         return _law(figure)
     data, layout = list(_traces(figure)), _layout(figure)
     below = [_over_line(k, each) for k, each in enumerate(figure.drawn) if isinstance(each, Curve)]
-    if any(each["x"] for each in below):
-        data += [each for each in below if each["x"]]
+    below = [each for each in below if each["x"]]
+    if below:
+        data += below
         _make_room(layout, "measured ÷<br>line")
-        layout["yaxis2"]["type"] = "log"
+        layout["yaxis2"] |= {"type": "log", **_about_one([v for each in below for v in each["y"]])}
     return {"data": data, "layout": layout}
 
 
@@ -176,11 +180,42 @@ def _layout(figure: Figure) -> Plot:
 
 
 def _scale(scale: str, values: Sequence[float]) -> Plot:
-    """On a logarithmic axis of more than a decade and a half, powers of ten alone are named."""
+    """On a logarithmic axis of more than a decade and a half, powers of ten alone are named; on a
+    shorter one 1, 2 and 5 as well; and what is all the same stands in the middle.
+    """
     chosen: Plot = {"type": scale, "exponentformat": "power", "automargin": True}
-    if scale == "log" and max(values) > 30 * min(values) > 0:
-        chosen |= {"dtick": 1, "minor": {"ticks": "outside", "ticklen": 3, "dtick": "D1"}}
-    return chosen
+    low, high = min(values), max(values)
+    if scale != "log" or low <= 0:
+        return chosen
+    if high > 30 * low:
+        return chosen | {"dtick": 1, "minor": {"ticks": "outside", "ticklen": 3, "dtick": "D1"}}
+    if high > 3 * low:
+        return chosen | _named(low, high)
+    if high < _NARROWEST * low:
+        chosen |= {"range": [log10(low / 1.1), log10(high * 1.1)]}
+    return chosen | {"exponentformat": "none"}
+
+
+def _about_one(values: Sequence[float]) -> Plot:
+    """A logarithmic range about 1 that holds them, and is never so narrow that noise fills it."""
+    reach = max(log10(_NARROWEST), 1.1 * max(abs(log10(v)) for v in values))
+    return {"range": [-reach, reach]}
+
+
+def _named(low: float, high: float) -> Plot:
+    """Marks at every digit of the powers of ten about a range, with names at 1, 2 and 5."""
+    powers = range(floor(log10(low)) - 1, ceil(log10(high)) + 1)
+    marks = [(digit, power) for power in powers for digit in range(1, 10)]
+    names = [_plain(*mark) if mark[0] in (1, 2, 5) else "" for mark in marks]
+    values = [float(f"{digit}e{power}") for digit, power in marks]
+    return {"tickmode": "array", "tickvals": values, "ticktext": names}
+
+
+def _plain(digit: int, power: int) -> str:
+    """A digit times a power of ten, written out where that is short."""
+    if -4 < power < 5:
+        return f"{float(f'{digit}e{power}'):g}"
+    return f"{digit}×10<sup>{str(power).replace('-', '−')}</sup>"
 
 
 def _title(text: str) -> Plot:
@@ -195,5 +230,5 @@ def _level(y: float) -> Plot:
 
 def _note(x: float, name: str, scale: str) -> Plot:
     at = log10(x) if scale == "log" else x
-    place = {"x": at, "y": 1, "yref": "paper", "xanchor": "left", "yanchor": "top"}
+    place = {"x": at, "y": 0, "yref": "y domain", "xanchor": "left", "yanchor": "bottom"}
     return {"text": name, "showarrow": False, **place}

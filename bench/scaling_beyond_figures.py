@@ -25,7 +25,7 @@ def _figure(sweep: str, points: list[Point]) -> Figure:
     points = sorted(points, key=lambda p: swept_beyond(Case(**p.case)))
     series = [_known(points, what) for what in ("objects", "parts")]
     series.append(_bare(points))
-    words = [f"{swept_beyond(Case(**p.case)):.3g}: {over_bare(p).value:.4f}" for p in points]
+    words = [f"{_at(p)}: {over_bare(p).value:.4f}" for p in points]
     caption = (
         f"Mean number per field, and the law that knows of it. The third series is the bare law's "
         f"πK((P + R)/m)² for the same objects: measured ÷ bare by {question.axis} is "
@@ -33,6 +33,11 @@ def _figure(sweep: str, points: list[Point]) -> Figure:
     )
     axis = question.axis, "mean number per field"
     return against_law(f"beyond-{sweep}", question.title, caption, axis, series)
+
+
+def _at(point: Point) -> str:
+    """Where it stands on the axis, to three digits."""
+    return f"{float(f'{swept_beyond(Case(**point.case)):.3g}'):g}"
 
 
 def _known(points: list[Point], what: str) -> Series:

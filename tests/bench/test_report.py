@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bench.figures import Figure, Series, against_law
+from bench.figures import Curve, Figure, Series, against_law, curves
 from bench.pictures import pictures
 from bench.records import write_record
 from bench.report import write_report
@@ -325,3 +325,29 @@ def test_a_refusal_in_another_process_arrives_whole():
     refused = InputError("DIR", 3, "a folder", "make one")
     again = pickle.loads(pickle.dumps(refused))
     assert (str(again), vars(again)) == (str(refused), vars(refused))
+
+
+def a_curve(x, y, line=((), ())):
+    return curves("c", "C", "c", "c", ("x", "y"), [Curve("one", x, y, line=line)])
+
+
+def test_short_logarithmic_axes_are_named_in_plain_numbers():
+    layout = plot(a_curve([2e3, 2e4], [3e5, 3e6]))["layout"]
+    for axis, wanted in (
+        ("xaxis", ["2000", "5000", "10000", "20000"]),
+        ("yaxis", ["5×10<sup>5</sup>"]),
+    ):
+        found = dict(zip(layout[axis]["tickvals"], layout[axis]["ticktext"], strict=True))
+        assert set(wanted) <= set(found.values())
+        assert all(text in ("", f"{at:g}") or "×" in text for at, text in found.items())
+    assert found[5e5] == "5×10<sup>5</sup>" and found[6e5] == ""
+    assert plot(a_curve([1e3, 1e5], [1.0, 2.0]))["layout"]["xaxis"]["dtick"] == 1
+
+
+def test_what_is_over_its_line_is_drawn_about_one():
+    """Neither noise of one in a million nor a perfect fit fills the axis."""
+    for y, reach in (([1.000001, 1.0], 1.03), ([1.0, 1.0], 1.03), ([0.5, 1.0], 2**1.1)):
+        axis = plot(a_curve([1.0, 10.0], y, ([1.0, 10.0], [1.0, 1.0])))["layout"]["yaxis2"]
+        assert 10 ** np.array(axis["range"]) == pytest.approx([1 / reach, reach])
+    level = plot(a_curve([1.0, 10.0], [1.0, 1.0]))["layout"]["yaxis"]["range"]
+    assert 10 ** np.array(level) == pytest.approx([1 / 1.1, 1.1])

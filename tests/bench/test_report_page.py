@@ -79,6 +79,16 @@ def test_plots_are_drawn_and_tell_their_points(page):
     assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
 
 
+def test_a_plot_alone_in_its_row_is_drawn_whole(page):
+    """Legend and axes' names are within the frame, on a screen with room for one wide plot."""
+    page.set_viewport_size({"width": 720, "height": 900})
+    plot = drawn(page).first.locator(".plot")
+    frame, svg = plot.bounding_box(), plot.locator(".main-svg").first.bounding_box()
+    assert frame["width"] > 600
+    assert svg["width"] == pytest.approx(frame["width"], abs=1)
+    assert svg["height"] == pytest.approx(frame["height"], abs=1)
+
+
 def test_plots_are_walked_by_keyboard(page):
     drawn(page)
     plot = page.locator(".plot").first
