@@ -20,6 +20,9 @@ from scenes.render.scattered import NEAR_M, RATIO
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
 
+SAMPLER = "multijitter"
+"""Least noise for the time (``python -m bench.settings_benchmark``)."""
+
 _SMALL = 2e-3
 """Below it (1 − exp(−x))/x is 1 − x/2, in float32 more exactly than by its own formula."""
 
@@ -59,7 +62,7 @@ def _wavefront(
     """Add ``spp`` samples of each pixel of a run to ``total``."""
     width, height = built.description["camera"]["size"]
     count = (pixels.stop - pixels.start) * spp
-    sampler = loaded({"type": "multijitter", "sample_count": spp})
+    sampler = loaded({"type": SAMPLER, "sample_count": spp})
     sampler.set_samples_per_wavefront(spp)
     sampler.seed(seed, count)
     # Where on the film: spp samples of each pixel stand together.

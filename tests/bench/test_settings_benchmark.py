@@ -1,0 +1,29 @@
+"""Noise is what was put in, and constants are as before afterwards."""
+
+import numpy as np
+import pytest
+
+from bench.settings_benchmark import DARK, changed, noise, settings
+from scenes.render import jit_frame
+
+
+def test_noise_is_the_variance_over_the_squared_light() -> None:
+    rng, light = np.random.default_rng(0), np.full((200, 300, 3), 0.5)
+    a, b = (light + 0.1 * rng.standard_normal(light.shape) for _ in range(2))
+    assert noise(a, b, light) == pytest.approx(0.1**2 / (0.25 * (1 + DARK)), rel=0.02)
+
+
+def test_constants_come_back_even_after_an_error() -> None:
+    before = jit_frame.SAMPLER
+    with pytest.raises(RuntimeError), changed(((jit_frame, "SAMPLER", "independent"),)):
+        assert jit_frame.SAMPLER == "independent"
+        raise RuntimeError
+    assert before == jit_frame.SAMPLER
+
+
+def test_every_setting_changes_a_constant_that_there_is() -> None:
+    used, *others = settings()
+    assert used == type(used)("as used")
+    for each in others:
+        names = [*each.scene, *each.trace]
+        assert each.max_depth or all(getattr(place, name) != value for place, name, value in names)
