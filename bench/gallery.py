@@ -47,7 +47,7 @@ def page(presets: Sequence[tuple[str, str]]) -> str:
     head = (
         "# What there is to see\n\nEvery preset, and beside it the same frame by detail level"
         " (`--view level`): dark is coarse, light is fine. Made by `python -m bench.gallery`, 16"
-        " samples a pixel, denoised.\n"
+        " samples a pixel, denoised. [Clips](motion.md) of what motion hides lie beside.\n"
     )
     rows = [
         f"\n## {name}\n\n{about}\n\n![{name}]({name}.png) ![{name} by level]({name}_level.png)\n"

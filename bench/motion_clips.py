@@ -12,7 +12,7 @@ same samples, so that whatever switches is seen without noise. Where the planted
 than the one with everything drawn, nothing is proved, and that is said.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -125,7 +125,7 @@ def film(name: str, settings: tuple[str, ...], count: int, folder: Path) -> None
     movie(paths, folder / f"{name}.mp4", presets[0].camera.fps)
 
 
-def measured(name: str, settings: tuple[str, ...], count: int) -> dict[str, Walk]:
+def measured(name: str, settings: tuple[str, ...], numbers: Sequence[int]) -> dict[str, Walk]:
     """What motion does not explain of every way of a clip, and of the planted one; nothing where
     the frame before did not look.
     """
@@ -133,8 +133,7 @@ def measured(name: str, settings: tuple[str, ...], count: int) -> dict[str, Walk
     ways = {**{way: (pruned,) for way, pruned in WAYS.items()}, "planted": PLANTED}
     for way, turns in ways.items():
         presets = [load_preset("meadow", (*WORLD, *CLIPS[name], *t, *settings)) for t in turns]
-        preset, numbers = presets[0], range(1, count + 1)
-        world = build_world(preset)
+        preset, world = presets[0], build_world(presets[0])
         seen = walk(world, presets, numbers, choose())
         cameras = (view_at(world, preset, number).camera for number in numbers)
         known = np.stack([looked_at(*both) for both in pairwise(cameras)])
@@ -157,14 +156,14 @@ def looked_at(before: Camera, now: Camera) -> Bool[np.ndarray, "h w"]:
     return (across < tan_x * depth) & (up < tan_y * depth)
 
 
-def rows_of(name: str, found: dict[str, Walk]) -> list[tuple[object, ...]]:
-    """Of every frame but the first, with samples of its own and with the same, at the quantile."""
+def rows_of(name: str, found: dict[str, Walk], first: int) -> list[tuple[object, ...]]:
+    """Of frames after ``first``, with samples of their own and with the same, at the quantile."""
     columns = [
         np.quantile(each, QUANTILE, axis=(1, 2))
         for way in found.values()
         for each in (way.unexplained, way.switched)
     ]
-    frames = enumerate(zip(*columns, strict=True), 2)
+    frames = enumerate(zip(*columns, strict=True), first + 1)
     return [(name, at, *(f"{value:.4f}" for value in row)) for at, row in frames]
 
 
@@ -199,6 +198,7 @@ def _beside(one: Layers, two: Layers) -> Layers:
 @click.option("--size", default="320x180", show_default=True, help="Of each film.")
 @click.option("--spp", default=16, show_default=True)
 @click.option("--measure-size", default="160x90", show_default=True, help="Where it is measured.")
+@click.option("--measure", "ends", type=(int, int), help="Its first and last frame; else all.")
 @click.option("--clip", "names", multiple=True, type=click.Choice(list(CLIPS)), help="Some alone.")
 @click.option("--table-only", is_flag=True, help="Measure, and render no film.")
 def main(
@@ -207,18 +207,23 @@ def main(
     size: str,
     spp: int,
     measure_size: str,
+    ends: tuple[int, int] | None,
     names: tuple[str, ...],
     table_only: bool,
 ) -> None:
     """Render the clips, pruned on the left, and print what motion does not explain."""
     folder.mkdir(parents=True, exist_ok=True)
+    first, last = ends or (1, count)
+    if not 1 <= first < last:
+        raise click.UsageError(f"--measure {first} {last}: two frames or more, from 1; try 12 19")
     rows: list[tuple[object, ...]] = []
     for name in names or CLIPS:
         if not table_only:
             film(name, (f"render.size={size}", f"render.spp={spp}"), count, folder)
-        found = measured(name, (f"render.size={measure_size}", f"render.spp={MEASURED_SPP}"), count)
+        looks = f"render.size={measure_size}", f"render.spp={MEASURED_SPP}"
+        found = measured(name, looks, range(first, last + 1))
         click.echo(judged(name, found))
-        rows += rows_of(name, found)
+        rows += rows_of(name, found, first)
     heads = [text for way in found for text in (way, f"{way}, same samples")]
     click.echo(table([("clip", "frame", *heads), *rows]))
 

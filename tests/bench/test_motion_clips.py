@@ -87,8 +87,8 @@ def test_a_clip_is_judged_against_everything_and_the_planted_one_beside_it():
     )
     assert judged("pan", {**found, "pruned": left(0.12)}).count("beyond 1.1") == 1
     assert "proves nothing" in judged("pan", {**found, "planted": left(0.11)})
-    assert len(rows_of("pan", found)) == 2
-    assert rows_of("pan", found)[0] == (
+    assert len(rows_of("pan", found, 1)) == 2
+    assert rows_of("pan", found, 1)[0] == (
         "pan",
         2,
         "0.0500",
@@ -98,6 +98,12 @@ def test_a_clip_is_judged_against_everything_and_the_planted_one_beside_it():
         "0.3000",
         "0.1500",
     )
+
+
+def test_frames_to_measure_are_two_or_more(tmp_path):
+    words = ["-o", str(tmp_path), "--measure", "5", "5"]
+    told = CliRunner().invoke(motion_clips.main, words)
+    assert told.exit_code == 2 and "--measure 5 5" in told.output
 
 
 @pytest.mark.slow
