@@ -134,7 +134,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         judge=_judge("fidelity_claims"),
         summary=_later("fidelity_plots", "summary"),
         tries=True,
-        takes_s=(150.0, 720.0),
+        takes_s=(120.0, 900.0),
         limits=(
             "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
             "and so are the limits that they set; what lies beyond 170 m is not there at all.",
