@@ -34,7 +34,8 @@ from scenes.render.describe import describe
 from scenes.render.frame import Quality, Visible
 from scenes.shot import light_of, short_ids
 from scenes.sight import air_of
-from scenes.walk import limits_of, walk
+from scenes.slots import limits_of
+from scenes.walk import walk
 from scenes.world import World, build_world, view_at
 
 WORLDS = (1e4, 1e6, 1e9, 1e12, 1e15)

@@ -21,8 +21,9 @@ from scenes.cells_after import drawn_anew
 from scenes.field import SpeciesField
 from scenes.rig_cast import Bodies
 from scenes.rig_lift import lift, pace_most
+from scenes.slots import limits_of
 from scenes.troupe import Objects
-from scenes.walk import Held, Rows, limits_of, walk
+from scenes.walk import Held, Rows, walk
 from scenes.weave import sources, stale_cells, woven
 
 FARTHEST_M, FARTHEST_WALKING_M = 32.0, 2.0

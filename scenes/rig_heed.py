@@ -17,7 +17,7 @@ from lod.arrays import Ints, Reals
 from lod.view import View
 from scenes.atlas import Atlas
 from scenes.rig_prototype import RiggedPrototype
-from scenes.walk import Slots
+from scenes.slots import Slots
 
 PLACE, PRINTS, SOLES = 0, 1, 2
 

@@ -20,7 +20,8 @@ from scenes.rig_heed import foot_parts, heed, heed_slack
 from scenes.rig_pose import pose_points
 from scenes.rig_prototype import RiggedPrototype, rigid
 from scenes.rig_swing import swing
-from scenes.walk import Rows, Slots, limits_of, slots_of, walk
+from scenes.slots import Slots, limits_of, slots_of
+from scenes.walk import Rows, walk
 
 
 @dataclass(frozen=True, eq=False)

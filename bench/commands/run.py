@@ -15,7 +15,7 @@ from bench.spread import Each, spread_over
 from bench.time_left import Took, plan
 from lod.errors import InputError
 from scenes.preset_errors import nearest_name
-from scenes.preset_tables import LARGEST_SEED
+from scenes.preset_values import LARGEST_SEED
 
 if TYPE_CHECKING:
     from bench.claims import Claim
