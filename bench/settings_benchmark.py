@@ -22,7 +22,7 @@ import numpy as np
 from bench.output import table
 from bench.statistics import Estimate, median
 from scenes.preset import load_preset
-from scenes.render import describe, jit_frame
+from scenes.render import describe, jit_frame, wavefront
 from scenes.render.frame import FrameInput, Quality
 from scenes.render.render import Stage, staged, taken
 from scenes.shot import shoot
@@ -52,7 +52,7 @@ def settings() -> tuple[Setting, ...]:
         for w in weights
     ]
     kinds = ("independent", "stratified", "orthogonal")
-    samplers = [Setting(f"sampler {k}", trace=((jit_frame, "SAMPLER", k),)) for k in kinds]
+    samplers = [Setting(f"sampler {k}", trace=((wavefront, "SAMPLER", k),)) for k in kinds]
     sizes = [
         Setting(f"2^{k} samples at once", trace=((jit_frame, "MOST_SAMPLES", 2**k),))
         for k in (16, 18, 21)

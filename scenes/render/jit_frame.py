@@ -12,16 +12,13 @@ from lod.mist import Mist
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
-from scenes.render.plugin import loaded
 from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups
 from scenes.render.scattered import NEAR_M, RATIO
+from scenes.render.wavefront import rays, sums
 
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
-
-SAMPLER = "multijitter"
-"""Least noise for the time (``python -m bench.settings_benchmark``)."""
 
 _SMALL = 2e-3
 """Below it (1 − exp(−x))/x is 1 − x/2, in float32 more exactly than by its own formula."""
@@ -60,17 +57,8 @@ def _wavefront(
     keep: bool,
 ) -> None:
     """Add ``spp`` samples of each pixel of a run to ``total``."""
-    width, height = built.description["camera"]["size"]
-    count = (pixels.stop - pixels.start) * spp
-    sampler = loaded({"type": SAMPLER, "sample_count": spp})
-    sampler.set_samples_per_wavefront(spp)
-    sampler.seed(seed, count)
-    # Where on the film: spp samples of each pixel stand together.
-    index = dr.arange(mi.UInt32, count) // dr.opaque(mi.UInt32, spp)
-    index += dr.opaque(mi.UInt32, pixels.start)
-    corner = mi.Vector2f(mi.Float(index % width), mi.Float(index // width))
-    film = (corner + sampler.next_2d()) / mi.ScalarVector2f(width, height)
-    ray, _ = view.sample_ray_differential(0.0, 0.0, film, mi.Point2f(0.5))
+    size = built.description["camera"]["size"]
+    sampler, ray = rays(view, size, pixels, spp, seed)
     # Radiance and what was met, of every sample; then the air in between.
     colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray)
     guides = values[_IMAGE_CHANNELS:]
@@ -87,9 +75,8 @@ def _add(
     total: Samples, colour: Any, guides: list[Any], pixels: slice, spp: int, keep: bool
 ) -> None:
     rgb, albedo = total.rgb.reshape(-1, 3)[pixels], total.albedo.reshape(-1, 3)[pixels]
-    for channel, guide in enumerate(guides[GUIDES["albedo"]]):
-        rgb[:, channel] += np.array(dr.block_sum(colour[channel], spp))
-        albedo[:, channel] += np.array(dr.block_sum(guide, spp))
+    rgb += sums(colour, spp)
+    albedo += sums(guides[GUIDES["albedo"]], spp)
     if keep:
         first = dr.arange(mi.UInt32, pixels.stop - pixels.start) * spp
         chosen = [np.array(dr.gather(mi.Float, guide, first)) for guide in guides]

@@ -1,5 +1,6 @@
 """A frame whose haze is a medium: light scatters in it as often as it will, in any variant."""
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -8,6 +9,7 @@ from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
 from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups
+from scenes.render.wavefront import rays, sums
 
 _IMAGE, _GUIDES = range(2)
 
@@ -23,7 +25,7 @@ def render_medium(built: Built, haze: Haze, quality: Quality, frame: int, watch:
         step = max(1, MOST_SAMPLES // (width * spp))
         for top in range(0, height, step):
             rows, seed = (top, min(top + step, height)), (quality.seed, frame, number, top)
-            image = _trace(built, "medium", rows, spp, sampler_seed(*seed, _IMAGE))
+            image = _image(built, rows, spp, sampler_seed(*seed, _IMAGE))
             bad = ~np.isfinite(image)
             total.rgb[slice(*rows)] += np.where(bad, 0.0, image) * (spp / quality.spp)
             total.replaced += int(np.count_nonzero(bad.any(axis=-1)))
@@ -37,6 +39,19 @@ def render_medium(built: Built, haze: Haze, quality: Quality, frame: int, watch:
                 total.albedo[slice(*rows)] = guides[..., GUIDES["albedo"]]
                 total.keep(slice(*rows), guides)
     return total
+
+
+def _image(built: Built, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:
+    """Mean radiance of a band of rows, (rows, columns, 3)."""
+    if str(mi.variant()).startswith("scalar_"):
+        return _trace(built, "medium", rows, spp, seed)
+    size = built.description["camera"]["size"]
+    view = sensor(built.description["camera"], medium=built.medium)
+    pixels = slice(rows[0] * size[0], rows[1] * size[0])
+    sampler, ray = rays(view, size, pixels, spp, seed)
+    colour, _, _ = built.integrators["medium"].sample(built.scene, sampler, ray, built.medium)
+    dr.eval(colour)
+    return (sums(colour, spp) / spp).reshape(-1, size[0], 3)
 
 
 def _trace(built: Built, name: str, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:

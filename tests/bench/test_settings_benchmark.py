@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.settings_benchmark import DARK, changed, noise, settings
-from scenes.render import jit_frame
+from scenes.render import wavefront
 
 
 def test_noise_is_the_variance_over_the_squared_light() -> None:
@@ -14,11 +14,11 @@ def test_noise_is_the_variance_over_the_squared_light() -> None:
 
 
 def test_constants_come_back_even_after_an_error() -> None:
-    before = jit_frame.SAMPLER
-    with pytest.raises(RuntimeError), changed(((jit_frame, "SAMPLER", "independent"),)):
-        assert jit_frame.SAMPLER == "independent"
+    before = wavefront.SAMPLER
+    with pytest.raises(RuntimeError), changed(((wavefront, "SAMPLER", "independent"),)):
+        assert wavefront.SAMPLER == "independent"
         raise RuntimeError
-    assert before == jit_frame.SAMPLER
+    assert before == wavefront.SAMPLER
 
 
 def test_every_setting_changes_a_constant_that_there_is() -> None:
