@@ -15,10 +15,10 @@ _SIZE = re.compile(r"\s*(\d{1,9})\s*[x×]\s*(\d{1,9})\s*", re.ASCII)
 
 def parse_length(text: object, where: str = "length") -> float:
     """A length with its unit, in metres. Raises InputError without a unit, or unless above 0."""
-    length = parse_height(text, where)
-    if not length > 0:
-        raise InputError(where, text, "a length above 0 and finite", _CURE)
-    return length
+    match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
+    if match is not None and not float(match[1]) > 0:
+        raise InputError(where, text, "a length above 0, with its unit", _CURE)
+    return parse_height(text, where)
 
 
 def parse_height(text: object, where: str = "height") -> float:

@@ -48,6 +48,12 @@ def test_what_is_no_length_is_refused_with_the_units(text: object) -> None:
     assert caught.value.arrived == text
 
 
+@pytest.mark.parametrize("text", ["0", "0km", "-3", "-0.0 m"])
+def test_what_is_not_above_0_is_not_cured_by_a_unit(text: str) -> None:
+    with pytest.raises(InputError, match="above 0.*20km"):
+        parse_length(text, "--visibility")
+
+
 @pytest.mark.parametrize(
     ("text", "size"), [("640x360", (640, 360)), (" 1 x 1 ", (1, 1)), ("16384x2", (16384, 2))]
 )
