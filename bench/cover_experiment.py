@@ -31,7 +31,7 @@ from scenes.sight import air_of
 from scenes.world import World, build_world, view_at
 
 NAME, VERSION = "cover", 2
-FIELDS, QUICK_FIELDS = {"aerial": 4, "forest": 10}, {"aerial": 2, "forest": 2}
+FIELDS, QUICK_FIELDS = {"aerial": 16, "forest": 40}, {"aerial": 2, "forest": 2}
 _SPP = 1
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 

@@ -150,7 +150,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         figures=_later("cover_plots", "figures"),
         table=_later("cover_plots", "table"),
         judge=_judge("cover_claims"),
-        takes_s=(400.0, 800.0),
+        takes_s=(120.0, 900.0),
         limits=(
             "Windows of 400 m, pictures of 160×90 pixels; `aerial` from 60 m up, because the land "
             "that it sees from 200 m cannot be held unpruned.",
@@ -269,7 +269,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("updates_experiment", "run"),
         figures=_later("updates_plots", "figures"),
         table=_later("updates_plots", "table"),
-        judge=_later("updates_claims", "judge"),
+        judge=_judge("updates_claims"),
         limits=(
             "A crowd among trees in wind of 6 m/s, 320 pixels wide, 24 frames a second: shares "
             "grow with the picture.",

@@ -87,11 +87,11 @@ def reached(points: Sequence[Point], draws: Drawn, error: float = EQUAL_ERROR) -
     """τ [px] and number of parts at which the excess comes up to an error, (draws, 2).
 
     ``draws`` (draws, pairs): the pairs of seeds that each is a mean over. Between two details along
-    straight lines of their logarithms; NaN where it is never there.
+    straight lines of their logarithms, no part counting as one; NaN where it is never there.
     """
     rows = np.array([excesses(p) for p in points])[:, draws].mean(axis=2)
     found = np.log(np.maximum(rows, 1e-6))
-    at = np.log([(p.case["detail"], p.samples["parts"][0]) for p in points])
+    at = np.log([(p.case["detail"], max(p.samples["parts"][0], 1)) for p in points])
     made, level = np.full((len(draws), 2), math.nan), math.log(error)
     for k in range(len(points) - 1, 0, -1):  # the first crossing is written last
         here = np.flatnonzero((found[k - 1] <= level) & (level < found[k]))

@@ -65,7 +65,13 @@ CLIPS = {
         "camera.heading=-25",
         "view.shutter=180",
     ),
-    "walk": ("camera.speed=1.4", "species.figure.patrol=6", "view.update_threshold=0.5"),
+    "walk": (
+        "camera.speed=1.4",
+        "camera.position=[0, -30]",
+        "camera.heading=-25",
+        "species.figure.patrol=6",
+        "view.update_threshold=0.5",
+    ),
     "stop": ("view.shutter=180", _TURN),
     "fly-over": (
         "camera.speed=20",
