@@ -4,7 +4,6 @@ from bench.cover_claims import TOLERANCE, band_name, bands, room, same_rays, ton
 from bench.cover_scene import LOOKS
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
-from bench.report_parts import claimed, measured
 
 _AIR = {"preset": "the preset's air", "clear": "clear air"}
 
@@ -18,19 +17,13 @@ def _figure(record: Record, look: str) -> Figure:
     mine = [p for p in record.points if p.case["look"] == look and p.case["air"] == "clear"]
     drawn = [_curve(point) for point in mine]
     words = "; ".join(f"{c.label}: {', '.join(f'{y:.3f}' for y in c.y)}" for c in drawn)
-    prefix = f"{look}/clear/"
-    told = " ".join(
-        f"{c.name.removeprefix(prefix)}: {measured(c)}, claimed {claimed(c)}: {c.verdict}."
-        for c in record.claims
-        if c.name.startswith(prefix)
-    )
     about = (
         f"Mean luminance of {look} in clear air, pruned ÷ everything there is, from band to band "
         f"of distance ({100 * TOLERANCE:g} % is claimed): {words}."
     )
     axis = "distance (m)", "luminance ÷ that of everything"
     title = f"The tone of the land: {look}"
-    return curves(f"cover-{look}", title, f"{about} {told}", about, axis, drawn)
+    return curves(f"cover-{look}", title, f"{about}", about, axis, drawn)
 
 
 def _curve(point: Point) -> Curve:

@@ -3,7 +3,6 @@
 from bench.eye_claims import VIEWERS, by_species
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
-from bench.report_parts import claimed, measured
 from bench.sight_measure import law_total, total
 
 _AXIS = "pixels per degree of sight", "share of the parts that is left"
@@ -61,14 +60,9 @@ def _figure(record: Record, species: str, points: list[Point]) -> Figure:
         left = [_left(point, viewer) for point in points]
         lines = x, [law for _, law in left]
         drawn.append(Curve(_LABELS[viewer], x, [share for share, _ in left], line=lines))
-    told = " ".join(
-        f"{c.about} {c.quantity}: {measured(c)}, claimed {claimed(c)}: {c.verdict}."
-        for c in record.claims
-        if c.name.startswith(f"{species}/") and not c.name.endswith("/kept")
-    )
     caption = (
         "Parts displayed for an eye before a display, over those displayed for an ideal eye at one "
-        f"pixel of detail; clear air, a picture 640 pixels wide. Dashed: predicted. {told}"
+        "pixel of detail; clear air, a picture 640 pixels wide. Dashed: predicted."
     )
     words = [f"{c.label}: {c.y[0]:.3g} at {c.x[0]:g}, {c.y[-1]:.3g} at {c.x[-1]:g}." for c in drawn]
     alt = f"Log-log plot of {_AXIS[1]} against {_AXIS[0]}. " + " ".join(words)

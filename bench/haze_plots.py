@@ -5,7 +5,6 @@ import numpy as np
 from bench.figures import Curve, Figure, curves
 from bench.haze_claims import Kind, by_kind
 from bench.records import Point, Record
-from bench.report_parts import claimed, measured
 from bench.sight_measure import SIZES, law_total, total
 
 _AXIS = "visibility V (m)", "share of the parts that is left"
@@ -57,17 +56,11 @@ def _figure(record: Record, kind: Kind, points: list[Point]) -> Figure:
         V = [point.case["visibility"] for point in points]
         left = np.array([_left(point, size) for point in points])
         drawn.append(Curve(size, V, left[:, 0].tolist(), line=(V, left[:, 1].tolist())))
-    label = "/".join(map(str, kind))
-    told = " ".join(
-        f"{c.about} {c.quantity}: {measured(c)}, claimed {claimed(c)}: {c.verdict}."
-        for c in record.claims
-        if c.name.rpartition("/")[0] == label
-    )
     fields = len(next(iter(points[0].samples.values())))
     caption = (
         f"Parts of each size P displayed in haze, over those displayed in clear air at the same "
         f"m; {_VIEWERS[viewer]}, a picture {width} pixels wide, {fields} fields. Dashed: "
-        f"predicted. {told}"
+        f"predicted."
     )
     words = [
         f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.0f} m, {c.y[2]:.3g} at {c.x[2]:.0f} m." for c in drawn

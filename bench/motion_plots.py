@@ -3,7 +3,6 @@
 from bench.figures import Curve, Figure, curves
 from bench.motion_claims import PICTURE, kept, one_sided
 from bench.records import Point, Record
-from bench.report_parts import claimed, measured
 
 
 def figures(record: Record) -> tuple[Figure, ...]:
@@ -12,12 +11,8 @@ def figures(record: Record) -> tuple[Figure, ...]:
     found = [kept(point) for point in pans]
     turns = [point.case["turn"] for point in pans]
     shares, low, high = ([getattr(e, k) for e in found] for k in ("value", "low", "high"))
-    told = " ".join(
-        f"{c.about} {c.quantity}: {measured(c)}, claimed {claimed(c)}: {c.verdict}."
-        for c in record.claims
-    )
     words = ", ".join(f"{y:.3g} at {x:g}°/s" for x, y in zip(turns, shares, strict=True))
-    caption = f"Parts kept when motion is counted, shutter 180°, 24 frames/s: {words}. {told}"
+    caption = f"Parts kept when motion is counted, shutter 180°, 24 frames/s: {words}."
     axis = "speed of the pan (degrees/s)", "parts kept ÷ by size and distance alone"
     drawn = [Curve("meadow, 640 px", turns, shares, low, high)]
     return (curves("motion", "What a pan hides", caption, caption, axis, drawn, "linear"),)

@@ -17,8 +17,7 @@ def figures(record: Record) -> tuple[Figure, ...]:
         x = np.quantile(metres, _SHARES).tolist()
         drawn.append(Curve(point.case["species"], x, _SHARES))
         words.append(f"of {point.case['species']}s half within {x[4]:.1f} m, 9 in 10 {x[6]:.1f} m")
-    told = " ".join(f"{c.about} {c.measured:.3f}: {c.verdict}." for c in record.claims)
-    caption = f"The share of switches that are nearer than a distance: {'; '.join(words)}. {told}"
+    caption = f"The share of switches that are nearer than a distance: {'; '.join(words)}."
     axis = "distance of the switch (m)", "share of the switches"
     title = "Where parts switch"
     return (curves("popping", title, caption, f"Log-log plot. {caption}", axis, drawn),)

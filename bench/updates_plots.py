@@ -5,7 +5,6 @@ import numpy as np
 from bench.excess_flip import PIXELS_PER_DEGREE
 from bench.figures import Curve, Figure, curves
 from bench.records import Point, Record
-from bench.report_parts import claimed, measured
 from bench.updates_claims import JUDGED_PX, off_px, redrawn
 from lod.window import critical_hz
 
@@ -28,15 +27,11 @@ def figures(record: Record) -> tuple[Figure, ...]:
     degrees = np.array(speeds) * FPS / PIXELS_PER_DEGREE
     eye = critical_hz(degrees, FINEST_CPD).tolist()
     drawn.append(Curve("ω_l + r·u_l (Watson & Ahumada)", speeds, eye))
-    told = " ".join(
-        f"{c.about} {c.quantity}: {measured(c)}, claimed {claimed(c)}: {c.verdict}."
-        for c in record.claims
-    )
     span = f"own speeds of {speeds[0]:.2g} to {speeds[-1]:.2g} pixels a frame"
     caption = (
         f"How often parts are drawn anew, 24 frames/s, by threshold; {span}: {'; '.join(words)}. "
         f"The eye asks for {eye[0]:.0f} to {eye[-1]:.0f} (ω_l + r·u_l, Watson & Ahumada 1983, "
-        f"at 67 pixels a degree). {told}"
+        f"at 67 pixels a degree)."
     )
     axis = "own speed on the image (pixels a frame)", "updates a second"
     return (curves("updates", "When parts are drawn again", caption, caption, axis, drawn),)

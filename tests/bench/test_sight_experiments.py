@@ -126,7 +126,7 @@ def test_records_are_drawn_and_told(name, request):
     assert len(figures) == (2 if name == "haze" else 1)
     for figure in figures:
         assert figure.svg.startswith("<svg")
-        assert "claimed" in figure.caption
+        assert "predicted" in figure.caption
         assert "nan" not in figure.alt
     heads, rows = experiment.table(record)
     assert all(len(row) == len(heads) for row in rows)

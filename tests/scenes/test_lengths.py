@@ -50,7 +50,7 @@ def test_what_is_no_length_is_refused_with_the_units(text: object) -> None:
 
 @pytest.mark.parametrize("text", ["0", "0km", "-3", "-0.0 m"])
 def test_what_is_not_above_0_is_not_cured_by_a_unit(text: str) -> None:
-    with pytest.raises(InputError, match="above 0.*20km"):
+    with pytest.raises(InputError, match=r"above 0.*20km"):
         parse_length(text, "--visibility")
 
 
