@@ -13,12 +13,16 @@ from typing import Any, Literal, Union
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import NullFormatter
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 _GREY = "#595959"
+_MOST_MARKS = 13
+"""Along a horizontal axis: the names of more would run into each other."""
+
 _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "lodbench",  # the same figure has the same bytes
     "svg.fonttype": "path",  # and looks the same on every machine
@@ -188,25 +192,30 @@ def curves(
         if fitted:
             _over_lines(below, drawn)
         if x_scale == "linear":
-            axes.set_xticks(_ticks(sorted({x for each in drawn for x in each.x})))
-        axes.tick_params(which="minor", labelbottom=False, labelleft=_within_a_decade(axes))
+            _mark_values(axes, sorted({x for each in drawn for x in each.x}))
+        within = x_scale == "log" and _within_a_decade(below.xaxis)
+        below.tick_params(which="minor", labelbottom=within)
+        axes.tick_params(which="minor", labelleft=_within_a_decade(axes.yaxis))
         axes.legend(loc="best")
         picture, scale = _svg(canvas, name), (x_scale, "log")
         return Figure(name, title, caption, alt, picture, tuple(drawn), "curves", axis, scale)
 
 
-def _ticks(x: list[float]) -> list[float]:
-    """At most thirteen of them, evenly; their names would run into each other otherwise."""
-    step = -(-len(x) // 13)
-    return x[step - 1 :: step]
+def _mark_values(axes: Axes, x: list[float]) -> None:
+    """Marks at the values themselves, every so many of them, unless their names would run into each
+    other.
+    """
+    marks = x[-(-len(x) // _MOST_MARKS) - 1 :: -(-len(x) // _MOST_MARKS)]
+    if min(np.diff(marks), default=0.0) > (x[-1] - x[0]) / (2 * _MOST_MARKS):
+        axes.set_xticks(marks)
 
 
-def _within_a_decade(axes: Axes) -> bool:
-    """Whether powers of ten alone would name hardly any height; then all are plain numbers."""
-    low, high = axes.get_ylim()
+def _within_a_decade(axis: Axis) -> bool:
+    """Whether powers of ten alone would name hardly any place; then all are plain numbers."""
+    low, high = axis.get_view_interval()
     if narrow := high < 10 * low:
-        axes.yaxis.set_major_formatter("{x:g}")
-        axes.yaxis.set_minor_formatter("{x:g}")
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("{x:g}")
     return bool(narrow)
 
 
