@@ -6,8 +6,7 @@ KILLS random moments and begun again. Prints one JSON object; exits 1 where case
 samples or notes (settings and pictures) differ. Times aside: columns of microseconds, notes of
 seconds, and all samples of experiments that are timed, whose cases name the scene by its hash.
 
-The scattering medium of `air` repeats to some 10⁻⁹ of light only, killed or not: `air` may differ.
-Twice `lodbench run all --quick`, and what the kills cost: about an hour of two cores.
+Twice `lodbench run all --quick`, and what the kills cost: about half an hour of two cores.
 """
 
 import argparse
