@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from bench.popping_picture import silhouettes
-from lod.arrays import Reals, freeze
+from lod.arrays import Points, Reals, freeze
 from lod.camera import GRID_M, Camera
 from lod.fade import looks
 from lod.prune import Cut, prune
@@ -52,6 +52,15 @@ class Frame:
     shown: tuple[Shown, ...]
     seen: dict[str, Seen]
 
+    def walked(self, name: str, time_s: float) -> Points:
+        """How far the objects of the parts that it displays of a species go until a time, (n, 3)
+        [m].
+        """
+        shown = next(each for each in self.shown if each.each.name == name)
+        now, then = shown.cut.parts, shown.parts(time_s)
+        gone: Points = then.state.bodies.origin - now.state.bodies.origin
+        return gone[now.object]
+
 
 def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) -> Iterator[Frame]:
     """The frames of a walk, one after the other, as these presets have them by turns."""
@@ -78,21 +87,22 @@ def seen_of(cut: Cut, size: Reals) -> Seen:
 def popped(before: Frame, after: Frame) -> int:
     """Parts that appear or vanish at full size, in view before and after."""
     return sum(
-        _only_in(before.seen[name], before.view, after.seen[name], after.view)
-        + _only_in(after.seen[name], after.view, before.seen[name], before.view)
-        for name in before.seen
+        _only_in(before, after, name) + _only_in(after, before, name) for name in before.seen
     )
 
 
-def _only_in(here: Seen, view: View, there: Seen, other: View) -> int:
-    """Parts displayed here and not there, at full size and in view of both."""
+def _only_in(frame: Frame, next_to: Frame, name: str) -> int:
+    """Parts displayed here and not there, at full size and in view of both as they are by then."""
+    here, there, view, other = frame.seen[name], next_to.seen[name], frame.view, next_to.view
     both = np.concatenate((there.key, here.key))
     _, first = np.unique(both, axis=0, return_index=True)
     alone = first[first >= len(there.key)] - len(there.key)
     alone = alone[here.size[alone] > AT_FULL_SIZE]
+    if not len(alone):
+        return 0
     centre, bound = here.centre[alone], here.bound[alone]
-    seen = in_view(view, centre, bound)
-    seen &= in_view(other, centre + shift(view.camera, other.camera), bound)
+    by_then = centre + frame.walked(name, other.time_s)[alone] + shift(view.camera, other.camera)
+    seen = in_view(view, centre, bound) & in_view(other, by_then, bound)
     return int(np.count_nonzero(seen))
 
 

@@ -1,5 +1,7 @@
 """Popping is seen where it is, and only there; with fading a walk has none."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -70,12 +72,22 @@ def test_what_vanishes_is_seen_in_full():
     assert 0.1 < stone.max() < 0.5
 
 
-def with_parts(numbers, sizes, ahead=10.0) -> Frame:
+@dataclass(frozen=True, eq=False)
+class Going(Frame):
+    """A frame all of whose objects go the same way."""
+
+    goes: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def walked(self, name, time_s):
+        return np.tile(self.goes, (len(self.seen[name].key), 1))
+
+
+def with_parts(numbers, sizes, ahead=10.0, goes=(0.0, 0.0, 0.0)) -> Frame:
     n = len(numbers)
     key = np.zeros((n, 4), int)
     key[:, 3] = numbers
     centre = np.tile((0.0, ahead, 2.0), (n, 1))
-    return Frame(view(), (), {"thing": Seen(key, np.array(sizes), centre, np.ones(n))})
+    return Going(view(), (), {"thing": Seen(key, np.array(sizes), centre, np.ones(n))}, goes)
 
 
 def test_parts_pop_at_full_size_and_in_view_of_both():
@@ -86,6 +98,12 @@ def test_parts_pop_at_full_size_and_in_view_of_both():
     assert popped(before, with_parts([1, 2, 4], [1.0, 1.0, 0.9])) == 1
     behind = with_parts([1, 2, 4], [1.0, 1.0, 0.9], ahead=-30.0)
     assert popped(with_parts([1, 2], [1.0, 1.0]), behind) == 0
+
+
+def test_what_walks_out_of_view_has_not_popped():
+    gone, all_there = with_parts([1], [1.0]), ([1, 2], [1.0, 1.0])
+    assert popped(with_parts(*all_there, goes=(0.5, 0.0, 0.0)), gone) == 1
+    assert popped(with_parts(*all_there, goes=(50.0, 0.0, 0.0)), gone) == 0
 
 
 @pytest.mark.slow
