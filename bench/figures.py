@@ -205,7 +205,8 @@ def _mark_values(axes: Axes, x: list[float]) -> None:
     """Marks at the values themselves, every so many of them, unless their names would run into each
     other.
     """
-    marks = x[-(-len(x) // _MOST_MARKS) - 1 :: -(-len(x) // _MOST_MARKS)]
+    step = -(-len(x) // _MOST_MARKS)
+    marks = x[step - 1 :: step]
     if min(np.diff(marks), default=0.0) > (x[-1] - x[0]) / (2 * _MOST_MARKS):
         axes.set_xticks(marks)
 
