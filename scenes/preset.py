@@ -13,7 +13,8 @@ from pydantic import ValidationError
 
 from lod.errors import InputError
 from scenes.preset_errors import NAMED, explain, known_keys, nearest_key, nearest_name
-from scenes.preset_tables import PlacedPreset, PlumePreset, Preset, SpeciesPreset
+from scenes.preset_objects import PlacedPreset, PlumePreset, SpeciesPreset
+from scenes.preset_tables import Preset
 
 __all__ = [
     "PlacedPreset",

@@ -9,13 +9,13 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from lod.errors import InputError
-from scenes.preset_tables import (
+from scenes.preset_objects import (
     PlacedPreset,
     PlumePreset,
-    Preset,
     RepresentationPreset,
     SpeciesPreset,
 )
+from scenes.preset_tables import Preset
 
 Blame = Callable[[str], str]
 

@@ -1,12 +1,22 @@
-"""What a preset may say: a frozen table per subject, keys with unit, range and default."""
+"""What a preset may say: a frozen table per subject, keys with unit, range and default.
+
+Those of what stands in the scene are in ``preset_objects``.
+"""
 
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from lod.errors import InputError
 from scenes.plugins import metric_named
+from scenes.preset_objects import (
+    PlacedPreset,
+    PlumePreset,
+    RepresentationPreset,
+    SpeciesName,
+    SpeciesPreset,
+)
 from scenes.preset_values import (
     LARGEST_SEED,
     Cell,
@@ -18,17 +28,11 @@ from scenes.preset_values import (
     MostParts,
     PowerOfTwo,
     Size,
-    SizeFactor,
+    Table,
     Visibility,
     key,
     refuse,
 )
-
-
-class Table(BaseModel):
-    """Frozen, closed to unknown keys, strict about types, finite numbers only."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class CameraKey(Table):
@@ -186,81 +190,6 @@ class TerrainPreset(Table):
     cover: Annotated[Literal["grassy", "bare", "snowy"], key("what lies on it")] = "grassy"
 
 
-Model = Annotated[
-    Literal[
-        "figure",
-        "tree",
-        "birch",
-        "conifer",
-        "shrub",
-        "dead_tree",
-        "boulder",
-        "rabbit",
-        "giraffe",
-        "ostrich",
-        "insect",
-        "windmill",
-    ],
-    key("what each object is"),
-]
-
-
-class SpeciesPreset(Table):
-    """One Poisson field of objects."""
-
-    model: Model
-    density: Annotated[float, key("objects per unit ground area [1/m²]", least=0, most=100)]
-    prototypes: Annotated[int, key("different objects of this model", least=1, most=256)] = 1
-    sizes: Annotated[
-        tuple[SizeFactor, ...],
-        Field(min_length=1, max_length=64),
-        key("size factors, 1 to 64 of them, equally likely, each from 0.001 to 1000"),
-    ] = (1.0,)
-    patrol: Annotated[
-        float, key("radius of its round [m]; 0 = stays at home", least=0, most=1000)
-    ] = 0.0
-    highest: Annotated[
-        float | None, key("height above the datum where none grows [m]", least=-1e5, most=1e5)
-    ] = None
-    thinning: Annotated[
-        float, key("heights below that over which it thins out [m]", least=1, most=1e5)
-    ] = 100.0
-    steepest: Annotated[
-        float | None, key("tangent of the slope where none stands", least=0.01, most=100)
-    ] = None
-
-
-class PlacedPreset(Table):
-    """One object, put where the picture wants it."""
-
-    model: Model
-    position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
-    heading: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 0.0
-    prototype: Annotated[int, key("which of the model's objects, from 1", least=1, most=256)] = 1
-    size: Annotated[SizeFactor, key("size factor")] = 1.0
-    walks: Annotated[bool, key("moves on the spot")] = False
-
-
-class PlumePreset(Table):
-    """Smoke or flames rising from the ground."""
-
-    kind: Annotated[Literal["smoke", "flames"], key("what rises")]
-    position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
-    size: Annotated[SizeFactor, key("size factor")] = 1.0
-    wind: Annotated[
-        float, key("where it blows to, clockwise from north [degrees]", least=-360, most=360)
-    ] = 60.0
-
-
-class RepresentationPreset(Table):
-    """What an installed package makes (scenes.offer)."""
-
-    kind: Annotated[str, key("which of those that are installed, see `lodbench list`")]
-    options: Annotated[
-        dict[str, bool | int | float | str], key("what it is told, as its package says")
-    ] = {}
-
-
 class RenderPreset(Table):
     """How the picture is made."""
 
@@ -291,9 +220,6 @@ class OutputPreset(Table):
     denoise: Annotated[bool, key("layers denoised.R, denoised.G and denoised.B")] = False
 
 
-SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
-
-
 class Preset(Table):
     """A whole scene with its camera and quality, as one TOML file says it."""
 
@@ -310,10 +236,10 @@ class Preset(Table):
     world: WorldPreset = WorldPreset()
     wind: WindPreset = WindPreset()
     terrain: TerrainPreset = TerrainPreset()
-    species: dict[SpeciesName, SpeciesPreset] = {}
-    placed: dict[SpeciesName, PlacedPreset] = {}
-    plumes: dict[SpeciesName, PlumePreset] = {}
-    representations: dict[SpeciesName, RepresentationPreset] = {}
+    species: dict[SpeciesName, SpeciesPreset] = Field(default_factory=dict)
+    placed: dict[SpeciesName, PlacedPreset] = Field(default_factory=dict)
+    plumes: dict[SpeciesName, PlumePreset] = Field(default_factory=dict)
+    representations: dict[SpeciesName, RepresentationPreset] = Field(default_factory=dict)
     render: RenderPreset = RenderPreset()
     output: OutputPreset = OutputPreset()
 

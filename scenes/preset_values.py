@@ -1,10 +1,19 @@
-"""Values that a preset's keys take: how they are written, their range, and what is refused."""
+"""What a preset's tables have in common, and the values of their keys: how they are written, their
+range, and what is refused.
+"""
 
 import math
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
@@ -16,6 +25,12 @@ _FARTHEST_CELL = 2**55
 _FARTHEST_M = 1e15
 FARTHEST_SIGHT_M = 330e3
 """Visibility [m]: in pure air it is 340 km (lod.extinction)."""
+
+
+class Table(BaseModel):
+    """Frozen, closed to unknown keys, strict about types, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 def key(

@@ -21,7 +21,7 @@ def test_every_model_is_made(model):
 def test_the_presets_know_every_model():
     from typing import get_args
 
-    from scenes.preset_tables import Model
+    from scenes.preset_objects import Model
 
     assert set(get_args(get_args(Model)[0])) == set(MODELS)
 
