@@ -71,6 +71,7 @@ def golden(counts: Counts) -> dict[str, Any]:
         "parts_by_level": list(counts.by_level),
         "terrain_tiles": counts.terrain_tiles,
         "terrain_triangles": counts.terrain_triangles,
+        "parts_beside": sum(parts.displayed for _, parts in counts.others.values()),
     }
 
 
