@@ -1,5 +1,7 @@
 """What the world experiment claims, judged from its points alone (§4.1)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bench.claims import Claim, claim
@@ -60,7 +62,7 @@ def _of_everything(unpruned: list[Point], last: Point) -> tuple[Claim, ...]:
     )
 
 
-def beyond_limit(points: tuple[Point, ...]) -> list[Point]:
+def beyond_limit(points: Sequence[Point]) -> list[Point]:
     """Pruned worlds that reach beyond the limit distance on all sides."""
     return [
         p
@@ -69,14 +71,16 @@ def beyond_limit(points: tuple[Point, ...]) -> list[Point]:
     ]
 
 
-def seconds(point: Point) -> np.ndarray:
-    """Processor's seconds of every repeat."""
-    return np.array(point.samples["cpu_us"], np.float64) / 1e6
+def seconds(point: Point, column: str = "cpu_us") -> np.ndarray:
+    """Processor's seconds of every repeat; or a millionth of what another column holds."""
+    return np.array(point.samples[column], np.float64) / 1e6
 
 
-def power_of_worlds(points: list[Point]) -> Estimate:
-    """Exponent of time against objects, each repeat as a share of its own round of all worlds."""
-    rounds = np.array([seconds(p) for p in points])
+def power_of_worlds(points: Sequence[Point], column: str = "cpu_us") -> Estimate:
+    """Exponent of time against objects, each repeat as a share of its own round of all worlds; or
+    of another column.
+    """
+    rounds = np.array([seconds(p, column) for p in points])
     x = np.array([float(p.case["objects"]) for p in points])
     return exponent(np.repeat(x, rounds.shape[1]), (rounds / rounds.mean(axis=0)).ravel())
 
@@ -89,10 +93,14 @@ def power_of_parts(points: list[Point]) -> Estimate:
     return exponent(*added_by_parts(points))
 
 
-def added_by_parts(points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
-    """Parts beyond those of the smallest world, and the time that they add [s], every repeat."""
-    parts = np.array([float(p.samples["parts"][0]) for p in points])
-    rounds = np.array([seconds(p) for p in points])
+def added_by_parts(
+    points: Sequence[Point], column: str = "cpu_us", by: str = "parts"
+) -> tuple[np.ndarray, np.ndarray]:
+    """Parts beyond those of the smallest world, and the time that they add [s], every repeat; or
+    what other columns hold.
+    """
+    parts = np.array([float(p.samples[by][0]) for p in points])
+    rounds = np.array([seconds(p, column) for p in points])
     added = (rounds[1:] - np.median(rounds[0])).ravel()
     x = np.repeat(parts[1:] - parts[0], rounds.shape[1])
     return x[added > 0], added[added > 0]

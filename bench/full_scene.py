@@ -1,0 +1,88 @@
+"""The worlds of the full benchmark: everything there is in a window, and the same pruned.
+
+The ground is level and ends with the window, so that it is the same few triangles in both frames:
+what differs is what stands on it. ``meadow`` repeats 8 people and 12 trees, nobody moving; of
+``crowd`` only the people are left, each in a pose of its own. Whole frames hold every object's own
+sticks either way, for Mitsuba 3.9.1 cannot instance in its JIT variants; a renderer that can would
+hold those of ``meadow`` once, and some 3 kB for every object. Nothing of ``crowd`` could be shared.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from lod.law_ground import reach_of
+from scenes.preset import Preset, load_preset
+from scenes.world import build_world, view_at
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of world.
+
+    preset, settings   what it is made of
+    worlds   objects in those that are rendered whole and pruned, on average
+    beyond   and in those that are rendered pruned alone
+    searched, confirmed   in the world where the detail of equal error is looked for, and in a
+        larger one where what that leaves is measured again
+    to_the_limit   whether there is one more, the largest that memory holds whole
+    """
+
+    preset: str
+    settings: tuple[str, ...]
+    worlds: tuple[float, ...]
+    beyond: tuple[float, ...]
+    searched: float
+    confirmed: float
+    to_the_limit: bool = True
+
+
+KINDS = {
+    "meadow": Kind("meadow", (), (300, 1e3, 3e3, 1e4), (1e6, 1e9, 1e12), 3e3, 1e4),
+    "crowd": Kind(
+        "crowd",
+        ("species.tree.density=0",),
+        (300, 1e3, 3e3, 1e4, 3e4, 1e5),
+        (1e6, 1e9, 1e12),
+        1e4,
+        1e5,
+    ),
+}
+QUICK = {
+    name: replace(
+        kind,
+        worlds=(30.0, 120.0),
+        beyond=(),
+        searched=30.0,
+        confirmed=120.0,
+        to_the_limit=False,
+    )
+    for name, kind in KINDS.items()
+}
+"""The same in seconds: what it prints means nothing."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Size in pixels, as ``320x180``, and samples of each."""
+
+    size: str
+    spp: int
+
+
+def preset_of(kind: Kind, objects: float, picture: Picture, detail: float | None) -> Preset:
+    """A window of so many objects about the eye, at a detail [px]; unpruned where that is None."""
+    plain = load_preset(kind.preset, kind.settings)
+    side = math.sqrt(objects / sum(each.density for each in plain.species.values()))
+    keys = [f"world.extent={side!r}", f"render.size={picture.size}", f"render.spp={picture.spp}"]
+    keys += [f"terrain.reach={min(plain.terrain.reach, side / math.sqrt(2))!r}"]
+    keys += ["terrain.amplitude=0.0"]
+    keys += ["view.metric=full"] if detail is None else [f"view.detail={detail!r}"]
+    return load_preset(kind.preset, [*kind.settings, *keys])
+
+
+def limit_of(kind: Kind, picture: Picture, detail: float) -> float:
+    """How far away anything of the kind is displayed at a detail [m]."""
+    preset = preset_of(kind, kind.worlds[0], picture, detail)
+    world = build_world(preset)
+    view = view_at(world, preset, 1)
+    return max(reach_of(each.troupe.atlas.hierarchies, view) for each in world.fields)
