@@ -10,6 +10,7 @@ objects, of each kind in proportion to its K·A.
 
 import numpy as np
 from jaxtyping import Float64
+from numba import njit
 
 from lod.arrays import Reals
 
@@ -22,10 +23,22 @@ Triple = Float64[np.ndarray, "3"]
 def missing_share(d: Reals, limits: Float64[np.ndarray, "#n p"], fade: float) -> Reals:
     """Share of objects that is not displayed at distance ``d`` (n,), where equally many have each
     of ``limits`` (n or 1, p); over the band of fading what they no longer cover, (n,)."""
-    band = np.maximum(fade * limits, 1e-12)
-    finite = np.minimum(limits, 1e30)
-    shown = (finite - d[:, None]) / np.minimum(band, 1e29)
-    return 1.0 - np.clip(shown, 0.0, 1.0).mean(axis=1)
+    missing: Reals = _missing(d, np.minimum(limits, 1e30), fade)
+    return missing
+
+
+@njit(cache=True, nogil=True)
+def _missing(d, limits, fade):  # type: ignore[no-untyped-def]
+    missing = np.empty(len(d))
+    count = limits.shape[1]
+    for i in range(len(d)):
+        limit = limits[min(i, len(limits) - 1)]
+        shown = 0.0
+        for k in range(count):
+            band = max(fade * limit[k], 1e-12)
+            shown += min(max((limit[k] - d[i]) / band, 0.0), 1.0)
+        missing[i] = 1.0 - shown / count
+    return missing
 
 
 def cover_depths(missing: PerKind, density: Kinds, area: PerKind, sine: Reals) -> PerKind:

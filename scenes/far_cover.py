@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64
+from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.cover import (
-    albedo_under,
     cover_depths,
     covered_share,
     irradiance_on,
@@ -64,52 +64,72 @@ class FarCover:
             columns.append(column)
         return np.stack(columns, axis=1) if columns else np.zeros((len(points), 0))
 
-    def lift(self, view: View, points: Points) -> Reals:
-        """Height above the ground at which lines from the eye first meet what is missing [m]."""
+    def left(self, view: View, points: Points) -> "FarLeft":
+        """What of the species there is at points (n, 3) of the ground, as the eye sees it."""
         missing = self.missing(view, points)
-        lift, rows = np.zeros(len(points)), np.flatnonzero(missing.any(axis=1))
+        rows = np.flatnonzero(missing.any(axis=1))
+        lift, covered = np.zeros((2, len(points)))
+        look = None
         if len(rows):
             look = _Lines.of(self, view, points[rows], missing[rows])
             lift[rows] = look.at_depression(self.stand.height) * look.share
-        return lift
+            covered[rows] = covered_share(look.depths)
+        return FarLeft(self, lift, covered, rows, look)
 
-    def colours(self, view: View, points: Points, normals: Points, bare: Points) -> Points:
+
+@dataclass(frozen=True, eq=False)
+class FarLeft:
+    """What is left at points of the ground (``terrain_look.Left``).
+
+    rows, lines  points where anything is missing, and the lines of sight down to them
+    """
+
+    cover: FarCover
+    lift: np.ndarray
+    covered: np.ndarray
+    rows: np.ndarray
+    lines: "_Lines | None"
+
+    def colours(self, normals: Points, bare: Points) -> Points:
         """Albedo of the ground, ``bare`` where nothing is missing, so that it sends to the eye what
-        the stand and the ground below it would. ``normals`` are those it is shaded with."""
-        missing = self.missing(view, points)
-        colours, rows = bare.copy(), np.flatnonzero(missing.any(axis=1))
-        if len(rows):
-            look = _Lines.of(self, view, points[rows], missing[rows])
-            light = irradiance_on(normals[rows], self.to_sun, self.sky_share)
-            sent = self._sent(look, bare[rows], light)
-            colours[rows] = albedo_under(sent, normals[rows], self.to_sun, self.sky_share)
+        the stand and the ground below it would.
+
+        ``normals`` are without the small bumps of the ground: stands are as bright on all sides of
+        those, and an albedo that makes up for one side would shine out beside it.
+        """
+        colours, rows, cover = bare.copy(), self.rows, self.cover
+        if self.lines is not None:
+            light = irradiance_on(normals[rows], cover.to_sun, cover.sky_share)
+            colours[rows] = np.clip(self._sent(self.lines, bare[rows], light), 0.0, 1.0)
         return colours
 
     def _sent(self, look: "_Lines", bare: Points, light: Points) -> Points:
-        """Radiance toward the eye over that of unshadowed white level ground, (n, 3)."""
-        stand, kinds = self.stand, kinds_met(look.depths)
-        covered = covered_share(look.depths)[:, None]
+        """Radiance toward the eye over that of white ground in that ``light``, (n, 3)."""
+        stand, kinds = self.cover.stand, kinds_met(look.depths)
+        covered = self.covered[self.rows, None]
         sent, lifted = (
             sum(kinds[:, k, None] * look.at(table[k]) for k in range(len(table)))
             for table in (stand.sent, stand.lifted)
         )
         # What is displayed shades the ground by itself: only the rest of the shade is missing.
-        ground = bare * light * look.at(stand.ground) ** look.share[:, None]
-        found: Points = (1 - covered) * ground + covered * (sent + bare * lifted)
+        ground = bare * look.at(stand.ground) ** look.share[:, None]
+        found: Points = (1 - covered) * ground + covered * (sent + bare * lifted) / light
         return found
 
 
 def _limits_at(
     view: View, trees: Sequence[Hierarchy], points: Points, d: Reals
-) -> Float64[np.ndarray, "n t"]:
-    """Limit distances of wholes that stand still at points of the ground, d away [m].
+) -> Float64[np.ndarray, "#n t"]:
+    """Limit distances of wholes that stand still at points of the ground, d away [m]; one row where
+    they are the same everywhere.
 
     Motion hides of all of them what it hides of the largest. What it hides is eased only where that
     can make a difference: it is never more than the frame's own.
     """
-    limits = np.tile([float(view.limits(tree)[0][0]) for tree in trees], (len(points), 1))
+    limits = np.array([[float(view.limits(tree)[0][0]) for tree in trees]])
     if view.exposure is None or not view.metric.finite:
         return limits
+    limits = np.repeat(limits, len(points), axis=0)
     radius = max(float(tree.B[0]) for tree in trees)
     rows = np.flatnonzero(d < limits[0].max())
     for exposure in (replace(view.exposure, near=None), view.exposure):
@@ -132,12 +152,12 @@ def _smeared(view: View, trees: Sequence[Hierarchy], smear: Reals) -> Float64[np
 class _Lines:
     """Lines of sight that come down to points of the ground.
 
-    depression, turn (n,) [degrees]; depths (n, k) of each species' cover; share (n,): of the whole
-    stand's cover that is missing
+    row, column (n,)  of their depressions and turns in the tables of a stand, with fractions
+    depths (n, k) of each species' cover; share (n,): of the whole stand's cover that is missing
     """
 
-    depression: np.ndarray
-    turn: np.ndarray
+    row: np.ndarray
+    column: np.ndarray
     depths: np.ndarray
     share: np.ndarray
 
@@ -150,27 +170,37 @@ class _Lines:
         sun = math.atan2(cover.to_sun[1], cover.to_sun[0])
         turn = np.degrees(np.arctan2(to_eye[:, 1], to_eye[:, 0]) - sun)
         turn = np.abs((turn + 180.0) % 360.0 - 180.0)
-        table = cover.stand.area.T
-        area = np.stack([np.interp(depression, DEPRESSIONS_DEG, row) for row in table.T], axis=1)
+        row = np.interp(depression, DEPRESSIONS_DEG, np.arange(len(DEPRESSIONS_DEG)))
+        column = np.interp(turn, TURNS_DEG, np.arange(len(TURNS_DEG)))
+        area = looked_up(cover.stand.area.T[:, None], row, np.zeros(len(row)))
         density = np.array([each.density for each in cover.species])
         sine = np.sin(np.radians(depression))
         depths = cover_depths(missing, density, area, sine)
         whole = cover_depths(np.ones_like(missing), density, area, sine)
-        return _Lines(depression, turn, depths, depths.sum(axis=1) / whole.sum(axis=1))
+        return _Lines(row, column, depths, depths.sum(axis=1) / whole.sum(axis=1))
 
     def at_depression(self, table: Float64[np.ndarray, " d"]) -> Reals:
         """A table (δ,) at each line, (n,)."""
-        return np.interp(self.depression, DEPRESSIONS_DEG, table)
+        found: Reals = looked_up(table[:, None, None], self.row, np.zeros(len(self.row)))[:, 0]
+        return found
 
-    def at(self, table: np.ndarray) -> np.ndarray:
-        """A table (δ, φ) or (δ, φ, 3) at each line, (n,) or (n, 3): linear in both angles."""
-        row = np.interp(self.depression, DEPRESSIONS_DEG, np.arange(len(DEPRESSIONS_DEG)))
-        column = np.interp(self.turn, TURNS_DEG, np.arange(len(TURNS_DEG)))
-        i = np.minimum(row.astype(np.int64), len(DEPRESSIONS_DEG) - 2)
-        j = np.minimum(column.astype(np.int64), len(TURNS_DEG) - 2)
-        u, v = row - i, column - j
-        if table.ndim == 3:
-            u, v = u[:, None], v[:, None]
-        low = (1 - v) * table[i, j] + v * table[i, j + 1]
-        high = (1 - v) * table[i + 1, j] + v * table[i + 1, j + 1]
-        return (1 - u) * low + u * high
+    def at(self, table: Float64[np.ndarray, "d p 3"]) -> Points:
+        """A table (δ, φ, 3) at each line, (n, 3): linear in both angles."""
+        found: Points = looked_up(table, self.row, self.column)
+        return found
+
+
+@njit(cache=True, nogil=True)
+def looked_up(table, row, column):  # type: ignore[no-untyped-def]
+    """Entries (n, c) of a table (a, b, c) at rows and columns with fractions, (n,) each."""
+    found = np.empty((len(row), table.shape[2]))
+    last_row, last_column = table.shape[0] - 1, table.shape[1] - 1
+    for p in range(len(row)):
+        i, j = int(row[p]), int(column[p])
+        u, v = row[p] - i, column[p] - j
+        below, beside = min(i + 1, last_row), min(j + 1, last_column)
+        for c in range(table.shape[2]):
+            low = (1 - v) * table[i, j, c] + v * table[i, beside, c]
+            high = (1 - v) * table[below, j, c] + v * table[below, beside, c]
+            found[p, c] = (1 - u) * low + u * high
+    return found

@@ -162,14 +162,18 @@ class Relief:
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals | None = None
     ) -> Points:
         """Unit normals; given ``shortest``, without the octaves shorter than it at each point."""
-        return normals(self.sums(corner, xy, np.zeros(len(xy)) if shortest is None else shortest))
+        sums = self.sums(corner, xy, np.zeros(len(xy)) if shortest is None else shortest)
+        return upward(sums[:, 1:])
 
     def slopes(
-        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals
-    ) -> Float64[np.ndarray, "n 2"]:
-        """The two slopes of ``sums``, for less: what is too short for a slope is left out."""
+        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Float64[np.ndarray, "n ..."]
+    ) -> Float64[np.ndarray, "n _"]:
+        """The two slopes of ``sums``, for less: what is too short for a slope is left out.
+
+        Given several columns of ``shortest``, two for each of them, (n, 2k).
+        """
         if self.amplitude == 0:
-            return np.zeros((len(xy), 2))
+            return np.zeros((len(xy), 2 * (shortest.shape[1] if shortest.ndim == 2 else 1)))
         return octave_sums(_octaves(self, corner), xy, shortest, True, crest=self.crest)[:, 1:]
 
     def sums(
@@ -186,10 +190,10 @@ def _shortest(radius: Reals) -> Reals:
     return np.asarray(2.0 ** np.ceil(np.log2(STEEPEST / BOUND * radius)))
 
 
-def normals(sums: Float64[np.ndarray, "n 3"]) -> Points:
-    """Upward unit normals of a surface with slopes ``sums[:, 1:]``."""
-    up = np.stack((-sums[:, 1], -sums[:, 2], np.ones(len(sums))), axis=1)
-    return up / np.linalg.norm(up, axis=1, keepdims=True)
+def upward(slopes: Float64[np.ndarray, "n 2"]) -> Points:
+    """Upward unit normals of a surface with these slopes, (n, 3)."""
+    up = np.column_stack((-slopes, np.ones(len(slopes))))
+    return up / np.sqrt((up * up).sum(axis=1))[:, None]
 
 
 @lru_cache(maxsize=64)

@@ -80,32 +80,3 @@ def _faces(rows: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]
                         owners[n] = owner[p]
                         n += 1
     return faces[:n].copy(), owners[:n].copy()
-
-
-@njit(cache=True)
-def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Unit normals of the faces about each vertex, weighted by their angle there.
-
-    Angles (Thürmer & Wüthrich 1998, "Computing vertex normals from polygonal facets") depend on the
-    surface alone: cutting a face into finer ones of the same plane changes no normal.
-
-    Not the relief's own: where the ground is seen at a grazing angle, as on every ridge, a normal
-    that differs from the facets' turns away from the eye and shades it black.
-    """
-    normals = np.zeros_like(vertices)
-    for f in range(len(faces)):
-        for k in range(3):
-            i, j, m = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
-            ax, ay, az = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-            ux, uy, uz = vertices[j, 0] - ax, vertices[j, 1] - ay, vertices[j, 2] - az
-            vx, vy, vz = vertices[m, 0] - ax, vertices[m, 1] - ay, vertices[m, 2] - az
-            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            double = np.sqrt(nx * nx + ny * ny + nz * nz)
-            weight = np.arctan2(double, ux * vx + uy * vy + uz * vz) / double
-            normals[i, 0] += weight * nx
-            normals[i, 1] += weight * ny
-            normals[i, 2] += weight * nz
-    for i in range(len(normals)):
-        n = normals[i]
-        n /= np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
-    return normals

@@ -106,20 +106,6 @@ def blended(lines: Lineage, values: Float64[np.ndarray, "n k"]) -> Float64[np.nd
     return values[: lines.count]
 
 
-def blended_normals(lines: Lineage, normals: Points) -> Points:
-    """Unit normals of the mesh's vertices, as far as these have arrived.
-
-    Vertices that the mesh lacks have none of their own, and take the mean of their forebears'.
-    """
-    if not len(lines.heirs):
-        return normals
-    lacking = len(lines.points) - lines.count
-    arrived = np.append(lines.arrived[: lines.count], np.zeros(lacking))
-    values = np.concatenate((normals, np.zeros((lacking, 3))))
-    values = _blended(values, arrived, lines.heirs, lines.forebears)[: lines.count]
-    return values / np.sqrt((values * values).sum(axis=1))[:, None]
-
-
 @njit(cache=True)
 def _blended(values, arrived, heirs, forebears):  # type: ignore[no-untyped-def]
     for j in range(len(heirs)):

@@ -195,14 +195,14 @@ def _sums(
     out: np.ndarray,
 ) -> None:
     """Points that stand together share the cells of long waves: each octave's last is kept."""
-    most = len(keys)
+    most, columns = len(keys), shortest.shape[1]
     cells, names, known = np.empty((most, 12)), np.empty((most, 2), np.int64), np.zeros(most, "?")
     for i in range(len(xy)):
-        least = shortest[i]
+        least = shortest[i].min()
         for k in range(most):
             side, weight = scales[k, 0], scales[k, 1]
-            kept = _kept(side, least)
-            if kept == 0.0 and limit_value:
+            most_kept = _kept(side, least)
+            if most_kept == 0.0 and limit_value:
                 break
             # Where the side is a power of two, multiplying by its inverse divides exactly.
             u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
@@ -216,30 +216,34 @@ def _sums(
             if crest > 0.0:
                 turned = -1.0 if value > 0.0 else 1.0
                 value = crest - abs(value)
-            out[i, 0] += (kept if limit_value else 1.0) * weight * value
-            if sloped and kept > 0.0:
+            kept = _kept(side, shortest[i, 0]) if limit_value else 1.0
+            out[i, 0] += kept * weight * value
+            if sloped and most_kept > 0.0:
                 slope_x, slope_y = _slopes(cells[k], u - fu, v - fv)
-                out[i, 1] += kept * weight / side * (turned * slope_x)
-                out[i, 2] += kept * weight / side * (turned * slope_y)
+                for column in range(columns):
+                    steep = _kept(side, shortest[i, column]) * weight / side * turned
+                    out[i, 1 + 2 * column] += steep * slope_x
+                    out[i, 2 + 2 * column] += steep * slope_y
 
 
 def octave_sums(
     octaves: Octaves,
     xy: Float64[np.ndarray, "n 2"],
-    shortest: Reals,
+    shortest: Float64[np.ndarray, "n ..."],
     limit_value: bool = False,
     sloped: bool = True,
     crest: float = 0.0,
-) -> Float64[np.ndarray, "n 3"]:
+) -> Float64[np.ndarray, "n _"]:
     """Weighted sum of the octaves and its two slopes at each point, (n, 3); zeros where not
-    ``sloped``.
+    ``sloped``. Given several columns of ``shortest``, (n, 1 + 2k): two slopes for each of them.
 
     Slopes leave out octaves of half of ``shortest`` [m] and less at each point, and fade those in
-    between; so does the value where ``limit_value``. Octaves stand longest first. With a ``crest``
-    it is the sum of crest − |noise|.
+    between; so does the value where ``limit_value``, by the first column. Octaves stand longest
+    first. With a ``crest`` it is the sum of crest − |noise|.
     """
-    points, least = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(shortest)
-    out = np.zeros((len(points), 3))
+    points = np.ascontiguousarray(xy, np.float64)
+    least = np.ascontiguousarray(shortest if shortest.ndim == 2 else shortest[:, None])
+    out = np.zeros((len(points), 1 + 2 * least.shape[1]))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)

@@ -122,10 +122,12 @@ def test_nothing_is_left_where_nothing_is_missing_and_it_runs_on_smoothly(covere
     D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
     points = ground(view, np.linspace(60.0, 2 * D, 4000))
     bare, up = np.full((4000, 3), 0.1), np.tile((0.0, 0.0, 1.0), (4000, 1))
-    lift, colours = cover.lift(view, points), cover.colours(view, points, up, bare)
+    left = cover.left(view, points)
+    lift, colours = left.lift, left.colours(up, bare)
     near = np.linalg.norm(points - view.camera.eye, axis=1) <= D * (1 - view.fade)
     assert near.any() and not near.all()
     assert (lift[near] == 0).all() and np.array_equal(colours[near], bare[near])
+    assert (left.covered[near] == 0).all() and 0 < left.covered.max() < 1
     assert (lift[~near][1:] > 0).all() and lift.max() <= 6.0
     assert np.abs(np.diff(lift)).max() < 0.05 and np.abs(np.diff(colours, axis=0)).max() < 2e-3
     assert np.isfinite(colours).all() and colours.min() >= 0 and colours.max() <= 1
@@ -135,7 +137,7 @@ def test_without_fading_it_begins_at_the_limit_and_full_leaves_nothing(covered):
     cover, view = covered
     D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
     points = ground(view, np.array((0.99 * D, 1.01 * D)))
-    lift = cover.lift(replace(view, fade=0.0), points)
+    lift = cover.left(replace(view, fade=0.0), points).lift
     assert lift[0] == 0 and lift[1] > 0
 
 
@@ -147,6 +149,6 @@ def test_a_world_and_its_window_have_the_same_ground():
         world = build_world(preset)
         view = view_at(world, preset, 1)
         tiles = world.terrain.roots(view)
-        lifted = world.terrain.far.lift(view, tiles.centre)
+        lifted = world.terrain.far.left(view, tiles.centre).lift
         shapes.append(lifted)
     assert np.array_equal(*shapes) and shapes[0].max() > 0

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from scenes import relief as relief_file
-from scenes.relief import SHORTEST_M, Relief, normals
+from scenes.relief import SHORTEST_M, Relief, upward
 from scenes.terrain_noise import (
     BOUND,
     RIDGED_MEAN,
@@ -164,8 +164,22 @@ def test_slopes_are_those_of_the_heights(corner):
         move = step * np.eye(2)[axis]
         rise = ground.height(corner, xy + move) - ground.height(corner, xy - move)
         np.testing.assert_allclose(sums[:, 1 + axis], rise / (2 * step), atol=2e-6)
-    np.testing.assert_allclose(np.linalg.norm(normals(sums), axis=1), 1.0)
-    np.testing.assert_array_equal(ground.normal(corner, xy), normals(sums))
+    up = upward(sums[:, 1:])
+    np.testing.assert_allclose(np.linalg.norm(up, axis=1), 1.0)
+    np.testing.assert_allclose(-up[:, :2] / up[:, 2:], sums[:, 1:], rtol=1e-12)
+    np.testing.assert_array_equal(ground.normal(corner, xy), up)
+
+
+@pytest.mark.parametrize("ridged", [False, True])
+def test_slopes_of_several_columns_are_those_of_each(ridged):
+    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9, ridged=ridged)
+    rng = np.random.default_rng(6)
+    xy, shortest = spread(rng, 300, 1e3), 2.0 ** rng.uniform(-3, 10, (300, 3))
+    found = ground.slopes(HOME, xy, shortest)
+    for column in range(3):
+        alone = ground.slopes(HOME, xy, shortest[:, column])
+        np.testing.assert_array_equal(found[:, 2 * column : 2 * column + 2], alone)
+    assert Relief(8, 0.0, 512.0, 0.9).slopes(HOME, xy, shortest).shape == (300, 6)
 
 
 def test_shortest_leaves_out_the_octaves_below_half_of_it():
