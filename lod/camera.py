@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from lod.arrays import freeze
+from lod.arrays import freeze, frozen
 from lod.errors import InputError
 
 GRID_M = 16.0
@@ -99,10 +100,10 @@ class Camera:
         if not np.isfinite(np.concatenate((self.eye, self.forward, self.up))).all():
             raise InputError("camera", "a number that is not finite", "every coordinate is finite")
 
-    @property
+    @cached_property
     def right(self) -> np.ndarray:
         """Unit vector to the right of the picture, (3,)."""
-        return np.cross(self.forward, self.up)
+        return frozen(np.cross(self.forward, self.up), np.float64)
 
     @property
     def tan_half(self) -> tuple[float, float]:

@@ -21,10 +21,10 @@ from lod.arrays import Points, freeze
 from lod.view import View
 from scenes.relief import Relief
 
-COLUMN_PX = 8.0
+COLUMN_PX = 12.0
 """Width of a column at the picture's centre [px]."""
 
-GROWTH = 1.04
+GROWTH = 1.08
 """Times each sample of a column is further from the eye than the one before."""
 
 _NEAREST_M = 4.0
@@ -71,10 +71,11 @@ def horizon(relief: Relief, view: View, reach: float) -> Horizon | None:
     ranges = _NEAREST_M * GROWTH ** np.arange(math.ceil(math.log(reach, GROWTH)))
     angle = first + step * np.arange(count)
     direction = np.outer(np.cos(angle), axes[0]) + np.outer(np.sin(angle), axes[1])
-    xy = view.camera.eye[:2] + direction[:, None, :] * ranges[:, None]
+    # Columns side by side, which share what is known of long waves.
+    xy = view.camera.eye[:2] + direction * ranges[:, None, None]
     shortest = 4 * step * ranges
-    smooth = relief.smooth(view.camera.corner, xy.reshape(-1, 2), np.tile(shortest, count))
-    lowest = smooth.reshape(count, -1) - relief.likely_below(shortest)
+    smooth = relief.smooth(view.camera.corner, xy.reshape(-1, 2), np.repeat(shortest, count))
+    lowest = smooth.reshape(-1, count).T - relief.likely_below(shortest)
     rise = (lowest - view.camera.eye[2]) / ranges
     rise = np.maximum.accumulate(rise, axis=1)
     return Horizon(axes, first, step, ranges, rise, view.m_offscreen)

@@ -251,8 +251,8 @@ def test_vertices_lie_on_the_relief_and_look_like_ground(terrain, view):
     away = np.linalg.norm(way, axis=1)
     assert np.all(((mesh.normals * way).sum(axis=1) >= 9e-5 * away)[away > 1e-6])
     assert 0 < mesh.colours.min() and mesh.colours.max() < 0.5
-    green = mesh.colours.mean(axis=0)
-    assert green[1] > green[0] > green[2]
+    red, green, blue = mesh.colours.mean(axis=0)
+    assert min(red, green) > blue and (green > red or terrain is LACUNAR)  # which is steep: earth
 
 
 @settings(max_examples=10)
