@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Ints, Points, Reals
+from lod.arrays import Ints, Points, Reals, frozen
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.parts import Look, Parts, Triangles
@@ -119,12 +119,12 @@ class Terrain:
         """log₂ of a root tile's side in metres: between a quarter and a half of the reach."""
         return math.floor(math.log2(self.reach / 2))
 
-    @property
+    @cached_property
     def spacings(self) -> Reals:
         """Spacing of the mesh of a tile of each level [m]."""
         coarsest = self.root_exponent - round(math.log2(2 * QUADS))
         finest = min(round(math.log2(self.finest)), coarsest)
-        return 2.0 ** np.arange(coarsest, finest - 1, -1)
+        return frozen(2.0 ** np.arange(coarsest, finest - 1, -1), np.float64)
 
     def roots(self, view: View, boxes: Boxed | None = None) -> Parts:
         """The root tiles that the disc of radius ``reach`` about the eye touches.
