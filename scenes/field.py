@@ -10,15 +10,17 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from lod.arrays import Ints, Reals
 from lod.camera import Corner
 from lod.comparison import vantage_of
 from lod.errors import InputError
 from lod.parts import Look, Parts, Sticks
 from lod.prune import Cut
 from lod.view import View, reach
-from scenes.cells import Draws, Near, PoissonCells, cells_near
+from scenes.cells import Draws, Near, PoissonCells
+from scenes.field_search import cells_near_view, search
 from scenes.habitat import Habitat
-from scenes.patrol import paces, patrol
+from scenes.patrol import Rounds, paces
 from scenes.prototype import Prototype
 from scenes.rig_cast import Bodies
 from scenes.rig_prototype import RiggedPrototype
@@ -104,7 +106,7 @@ class SpeciesField:
         """Which of them have their home where the species grows: a matter of the place alone."""
         if self.species.habitat is None:
             return np.ones(len(draws), bool)
-        share = self.species.habitat.share(corner, self._homes(corner, draws))
+        share = self.species.habitat.share(corner, self.homes(corner, draws))
         return draws.u[:, 7] < share
 
     def _grown(self, corner: Corner, draws: Draws) -> Draws:
@@ -167,27 +169,34 @@ class SpeciesField:
 
     def _bodies(self, corner: Corner, draws: Draws, time_s: float, view: View | None) -> Bodies:
         """Where these objects are at a time, and how they stand, as closely as a view can tell."""
-        home, u = self._homes(corner, draws), draws.u
-        variant = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
-        motions = [prototype.motion for prototype in self.troupe.rigged]
-        stride, period = (np.array([getattr(m, k) for m in motions]) for k in ("stride", "period"))
-        pace, tempo = paces(u[:, 6])
-        walkers = patrol(
-            self.species.patrol_m or 1.0,  # what has no patrol has no stride either
-            2 * np.pi * u[:, 2],
-            u[:, 5] < 0.5,
-            u[:, 4],
-            stride[variant] * pace * (self.species.patrol_m > 0),
-            period[variant] * np.where(stride[variant] > 0, tempo, 1.0),
-            time_s,
-        )
+        home, (variant, pace, rounds) = self.homes(corner, draws), self.rounds(draws)
+        walkers = rounds.at(time_s)
         heights = partial(self.ground.height, corner)
         facing = walkers.cos, walkers.sin
         cast, xy = self.troupe.cast, home + walkers.offset
         heed = None if view is None else self.troupe.heed(view, xy, variant)
         return bodies_on(cast, heights, xy, *facing, variant, walkers.phase, pace, heed)
 
-    def _homes(self, corner: Corner, draws: Draws) -> np.ndarray:
+    def rounds(self, draws: Draws) -> tuple[Ints, Reals, Rounds]:
+        """Prototype of each of these objects, its stride as a share of that one's, and how it goes
+        round.
+        """
+        u = draws.u
+        variant = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
+        motions = [prototype.motion for prototype in self.troupe.rigged]
+        stride, period = (np.array([getattr(m, k) for m in motions]) for k in ("stride", "period"))
+        pace, tempo = paces(u[:, 6])
+        rounds = Rounds(
+            self.species.patrol_m or 1.0,  # what has no patrol has no stride either
+            2 * np.pi * u[:, 2],
+            u[:, 5] < 0.5,
+            u[:, 4],
+            stride[variant] * pace * (self.species.patrol_m > 0),
+            period[variant] * np.where(stride[variant] > 0, tempo, 1.0),
+        )
+        return variant, pace, rounds
+
+    def homes(self, corner: Corner, draws: Draws) -> np.ndarray:
         """Where these objects are at home, (n, 2) [m] from the corner."""
         ix, iy, rest_x, rest_y = corner.lattice(self.cells.exponent)
         side = self.cells.side_m
@@ -203,25 +212,16 @@ class SpeciesField:
 
     def _cells_near(self, view: View) -> tuple[np.ndarray, np.ndarray]:
         """Cells near enough, in view or out of it, to hold a displayed whole."""
-        spans, lattice, rules = self.search(view)
-        return cells_near(spans, lattice, vantage_of(view), rules)
+        return cells_near_view(view, self.search(view))
 
     def search(self, view: View) -> tuple[Any, Any, Any]:
         """What ``cells_near`` is asked with: spans, lattice and rules."""
         atlas = self.troupe.atlas
-        inside, outside = (limit[atlas.root].max() for limit in atlas.limits(view))
+        inside, outside = (float(limit[atlas.root].max()) for limit in atlas.limits(view))
         bound = float(atlas.bound[atlas.root].max())
-        inside = reach(view, float(inside), bound)
         lean = self.troupe.lean_m + self.species.patrol_m
-        low, high = self._root_heights()
-        eye = view.camera.eye
-        above = max(0.0, eye[2] - high, low - eye[2])
-        in_plan = math.sqrt(max(inside**2 - above**2, 0.0)) + lean
-        spans = self._spans(view.camera.corner, eye, in_plan)
-        radius = self.cells.side_m / math.sqrt(2) + (high - low) / 2 + lean + bound
-        rules = (in_plan, inside, float(outside), lean, above, (low + high) / 2, radius)
-        lattice = (*view.camera.corner.lattice(self.cells.exponent), self.cells.side_m)
-        return spans, lattice, rules
+        sizes = inside, outside, bound, lean
+        return search(self.cells, self.extent, view, *sizes, *self._root_heights())
 
     def _root_heights(self) -> tuple[float, float]:
         """Lowest and highest that the origin of a whole can be [m]."""
@@ -229,31 +229,3 @@ class SpeciesField:
         atlas, sway = self.troupe.atlas, self.troupe.sway_m
         z = atlas.rest[atlas.root, 2]
         return low + float(z.min()) - sway, high + float(z.max()) + sway
-
-    def _spans(self, corner: Corner, eye: np.ndarray, reach: float) -> tuple[int, int, int, int]:
-        """Ranges of cell numbers in x and y that hold ``reach`` about the eye, in the window."""
-        ix, iy, rest_x, rest_y = corner.lattice(self.cells.exponent)
-        side, window = self.cells.side_m, self._window_cells()
-        x_range = _span(ix, (eye[0] + rest_x) / side, reach / side, window)
-        return *x_range, *_span(iy, (eye[1] + rest_y) / side, reach / side, window)
-
-    def _window_cells(self) -> float:
-        """Half the window in cells; infinite where there is no edge."""
-        return math.inf if self.extent is None else self.extent / 2 / self.cells.side_m
-
-
-def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int, int]:
-    """Range of cell numbers within ``reach`` cells of the eye, cut to the window."""
-    if math.isinf(reach) and math.isinf(half_window):
-        raise InputError(
-            "world.extent", None, "this metric needs a finite world", "-D world.extent=500"
-        )
-    lows, highs = [], []
-    if math.isfinite(half_window):
-        lows.append(math.floor(-half_window))
-        highs.append(math.floor(half_window))
-    if math.isfinite(reach):
-        lows.append(first + math.floor(eye - reach))
-        highs.append(first + math.floor(eye + reach))
-    low, high = max(lows), min(highs)
-    return (low, high + 1) if low <= high else (0, 0)

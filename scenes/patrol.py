@@ -16,6 +16,7 @@ keeps that small.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,6 +43,25 @@ class Walkers:
         freeze(self, offset=np.float64, cos=np.float64, sin=np.float64, phase=np.float64)
 
 
+class Rounds(NamedTuple):
+    """How walkers go round, as ``patrol`` takes it: (n,) each, but for ``radius``."""
+
+    radius: Reals | float
+    heading: Reals
+    clockwise: np.ndarray
+    phase: Reals
+    stride: Reals
+    period: Reals
+
+    def at(self, time_s: float | Reals) -> Walkers:
+        """Where they are at a time, or each at a time of its own [s]."""
+        return patrol(*self, time_s)
+
+    def take(self, rows: np.ndarray) -> "Rounds":
+        """The walkers at ``rows``."""
+        return Rounds(self.radius, *(each[rows] for each in self[1:]))
+
+
 def patrol(
     radius: Reals | float,
     heading: Reals,
@@ -49,9 +69,11 @@ def patrol(
     phase: Reals,
     stride: Reals,
     period: Reals,
-    time: float,
+    time: float | Reals,
 ) -> Walkers:
     """Walkers ``time`` s after they set out, each on a circle of ``radius`` m about its home.
+
+    They have always walked: time may be below 0, and each walker's own, (n,).
 
     heading (n,) at time 0, anticlockwise from x [rad]; clockwise (n,) which way round; phase
         (n,) at time 0
@@ -59,8 +81,9 @@ def patrol(
         ``heading``
     """
     radius = np.broadcast_to(np.asarray(radius, np.float64), heading.shape)
-    if not (math.isfinite(time) and np.isfinite(radius).all() and np.all(radius > 0)):
-        raise InputError("patrol", (time, float(radius.min())), "a finite time, a radius above 0 m")
+    if not (np.isfinite(time).all() and np.isfinite(radius).all() and np.all(radius > 0)):
+        arrived = float(np.max(time, initial=0.0)), float(radius.min(initial=math.inf))
+        raise InputError("patrol", arrived, "a finite time, a radius above 0 m")
     turns = np.where(clockwise, -1.0, 1.0)
     # Whole rounds and whole cycles drop out before they cost any digits.
     rounds = np.fmod(time * (stride / period) / (2 * np.pi * radius), 1.0)

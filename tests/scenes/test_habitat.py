@@ -48,11 +48,11 @@ def test_homes_are_kept_by_their_share():
     cells = (g.ravel() for g in np.indices((60, 60)))
     everywhere, kept = (each.objects(HOME, *cells) for each, cells in
                         zip((stones(None), field), 2 * [tuple(cells)], strict=True))  # fmt: skip
-    share = HABITAT.share(HOME, stones(None)._homes(HOME, everywhere.draws))
+    share = HABITAT.share(HOME, stones(None).homes(HOME, everywhere.draws))
     assert len(kept.draws) == pytest.approx(
         share.sum(), abs=4 * np.sqrt(np.sum(share * (1 - share)))
     )
-    assert HABITAT.share(HOME, field._homes(HOME, kept.draws)).min() > 0
+    assert HABITAT.share(HOME, field.homes(HOME, kept.draws)).min() > 0
     assert 0.2 < len(kept.draws) / len(everywhere.draws) < 0.8
 
 
