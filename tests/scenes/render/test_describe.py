@@ -114,6 +114,13 @@ def test_points_become_short_sticks_wherever_they_are():
     assert len(batch.points) == 2 and batch.points[0, 2] != batch.points[1, 2]
 
 
+def test_no_stick_is_so_short_that_the_renderer_makes_streaks_of_it():
+    at, radius = np.array([[3.0, 4.0, 1.0]]), np.full(1, 1e-3)
+    grain = Sticks(at, at, radius, radius, np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
+    (batch,) = batches([(grain, np.zeros((1, 3), np.uint32), None)])
+    assert batch.points[1, 2] - batch.points[0, 2] == pytest.approx(1e-4, rel=0.01)
+
+
 def test_a_tint_without_sticks_keeps_its_shape(make):
     two = sticks([(0, 0, 0), (0, 0, 1)], [1, 1], [1], [(0.1, 0.1, 0.1), (0.2, 0.2, 0.2)])
     made = list(batches([(two, np.zeros((1, 3), np.uint32), None)]))
