@@ -11,7 +11,7 @@ import numpy as np
 from lod.fade import looks
 from lod.law import chained_limits, disc_areas, expected, variance
 from lod.law_ground import Moments, moments, polar_net, reach_of
-from lod.parts import Representation, Triangles
+from lod.parts import Triangles
 from lod.prune import Cut, prune
 from lod.view import View
 from scenes.field import SpeciesField
@@ -100,8 +100,7 @@ def count(world: World, view: View) -> Counts:
             predicted = predict(each, view)
         by_species[each.name] = _species_count(cut, predicted, each.species.density)
     others: dict[str, tuple[Tally, Tally]] = {}
-    beside: tuple[Representation, ...] = (*world.placed, *world.plumes, *world.others)
-    for one in beside:
+    for one in world.beside:
         with watch.stage("prune"):
             others[one.name] = _tallies(prune(one, view))
     with watch.stage("terrain"):

@@ -12,7 +12,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
 from scenes.particle_kinds import SHORTEST_LIFE, Kind
-from scenes.particle_shapes import chances
+from scenes.particle_shapes import chances, eased, in_ball
 from scenes.random import word_of
 
 SMALLEST, LARGEST = 0.7, 1.3
@@ -78,18 +78,14 @@ class Growth:
         middle[:, 0] += mouth * np.cos(2 * np.pi * u[:, 3]) + wander * np.cos(turn)
         middle[:, 1] += mouth * np.sin(2 * np.pi * u[:, 3]) + wander * np.sin(turn)
         radius = kind.young + (kind.old - kind.young) * s**_GROWTH
-        size = np.maximum(_smooth(s / _WAKING) * _smooth((1 - s) / _DYING), _SPARK)
+        size = np.maximum(eased(s / _WAKING) * eased((1 - s) / _DYING), _SPARK)
         at = base + self.size * middle
         return Puffs(age, at, self.size * np.maximum(radius, _SPARK), size)
 
     def members(self, birth: Ints, number: Ints) -> tuple[Points, Reals]:
         """Where particles are in puffs of radius 1, (n, 3), and their sizes, (n,)."""
         u = chances(birth, number + 1, self.seed, word_of(self.name))
-        z, turn = 2 * u[:, 1] - 1, 2 * np.pi * u[:, 2]
-        flat = np.sqrt(1 - z * z)
-        place = np.stack((flat * np.cos(turn), flat * np.sin(turn), z), axis=1)
-        size = SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
-        return place * np.cbrt(u[:, 0])[:, None], size
+        return in_ball(u), SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
 
     def areas(self, births: Ints) -> tuple[Float64[np.ndarray, "u k"], Ints]:
         """Areas of all particles of each puff, those of size 1 being 1; and its row for each."""
@@ -105,9 +101,3 @@ class Growth:
         away = self.kind.lean * age**_BENT
         up = self.kind.height * age**_SLOWING
         return np.stack((away * math.sin(wind), away * math.cos(wind), up), axis=1)
-
-
-def _smooth(x: Reals) -> Reals:
-    """From 0 to 1 while x does, level at both ends."""
-    t = np.clip(x, 0.0, 1.0)
-    return t * t * (3 - 2 * t)

@@ -46,6 +46,20 @@ def tongues(
     )
 
 
+def in_ball(u: Float64[np.ndarray, "n k"]) -> Points:
+    """Places spread evenly in the unit ball, from three uniform numbers each, (n, 3)."""
+    z, turn = 2 * u[:, 1] - 1, 2 * np.pi * u[:, 2]
+    flat = np.sqrt(1 - z * z)
+    place = np.stack((flat * np.cos(turn), flat * np.sin(turn), z), axis=1)
+    return place * np.cbrt(u[:, 0])[:, None]
+
+
+def eased(x: Reals) -> Reals:
+    """From 0 to 1 while x does, level at both ends."""
+    t = np.clip(x, 0.0, 1.0)
+    return t * t * (3 - 2 * t)
+
+
 @njit(cache=True)
 def chances(birth, number, seed, word):  # type: ignore[no-untyped-def]
     """Eight numbers in [0, 1) for each birth and number, (n,) int64 each, (n, 8)."""

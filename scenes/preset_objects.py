@@ -41,6 +41,7 @@ class SpeciesPreset(Table):
     patrol: Annotated[
         float, key("radius of its round [m]; 0 = stays at home", least=0, most=1000)
     ] = 0.0
+    dust: Annotated[bool, key("whether feet throw up dust; only of what has a patrol")] = False
     highest: Annotated[
         float | None, key("height above the datum where none grows [m]", least=-1e5, most=1e5)
     ] = None

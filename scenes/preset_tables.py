@@ -253,6 +253,10 @@ class Preset(Table):
         if not metric.finite and self.world.extent is None:
             rule = "needs a finite world, and this one is endless"
             raise refuse(rule, "add -D world.extent=1000, or choose blake", "view.metric")
+        for name, species in self.species.items():
+            if species.dust and species.patrol == 0:
+                rule = "only what walks throws up dust"
+                raise refuse(rule, "give it a patrol, as patrol = 10.0", f"species.{name}.dust")
         if metric.along_axis and self.view.look_around:
             rule = "needs a view axis, not a full turn"
             raise refuse(rule, "set view.look_around = false", "view.metric")

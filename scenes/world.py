@@ -9,6 +9,8 @@ from lod.parts import Representation
 from lod.view import View
 from lod.window import blurred_s
 from scenes.camera_path import camera_at
+from scenes.dust import Dust
+from scenes.dust_soil import Soil
 from scenes.far_cover import FarCover
 from scenes.field import Species, SpeciesField
 from scenes.habitat import Habitat
@@ -35,12 +37,18 @@ class World:
     fields: tuple[SpeciesField, ...]
     placed: tuple[Placed, ...] = ()
     plumes: tuple[Plume, ...] = ()
+    dust: tuple[Dust, ...] = ()
     others: tuple[Standing, ...] = ()
 
     @property
     def representations(self) -> tuple[Representation, ...]:
         """Everything that the pruner and the renderer ask."""
-        return (self.terrain, *self.fields, *self.placed, *self.plumes, *self.others)
+        return (self.terrain, *self.fields, *self.beside)
+
+    @property
+    def beside(self) -> tuple[Representation, ...]:
+        """All of it that is neither the ground nor a field of some species."""
+        return (*self.placed, *self.plumes, *self.dust, *self.others)
 
     @cached_property
     def top_m(self) -> float:
@@ -48,7 +56,8 @@ class World:
         troupes = [each.troupe for each in self.fields] + [each.troupe for each in self.placed]
         trees = (tree for troupe in troupes for tree in troupe.atlas.hierarchies)
         tallest = max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
-        highest = max((each.top_m for each in (*self.plumes, *self.others)), default=0.0)
+        rising: tuple[Standing, ...] = (*self.plumes, *self.dust, *self.others)
+        highest = max((each.top_m for each in rising), default=0.0)
         return self.terrain.bounds()[1] + max(tallest, highest)
 
 
@@ -74,7 +83,12 @@ def build_world(preset: Preset) -> World:
         for name, table in preset.representations.items()
     )
     far = far_cover_of(preset, fields)
-    return World(replace(terrain, far=far), fields, placed, plumes, others)
+    dust = tuple(
+        Dust(each, Soil(terrain.relief, terrain.cover), preset.wind.speed)
+        for each in fields
+        if preset.species[each.name].dust
+    )
+    return World(replace(terrain, far=far), fields, placed, plumes, dust, others)
 
 
 def far_cover_of(preset: Preset, fields: tuple[SpeciesField, ...]) -> FarCover | None:

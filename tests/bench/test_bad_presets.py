@@ -77,6 +77,7 @@ OTHERS = {
     "placed.fox.position": (*NO_LIST, "[]", "[1, inf]"),
     "placed.fox.size": ("0", "-1", "'big'", "1e9"),
     "placed.fox.walks": ("1", "'yes'", "[]"),
+    "species.elk.dust": ("1", "'yes'", "[]", "true"),
     "placed.fox.heading": ("400", "'north'"),
     "view.metric": ("'blak'", "3", "true", "''", "'full'"),
     "view.look_around": ("1", "'yes'", "[]"),

@@ -13,6 +13,8 @@ from lod.message import change
 from lod.quaternion import Quaternion
 from scenes.animals import animal
 from scenes.boulder import boulder_prototypes
+from scenes.dust import Dust
+from scenes.dust_soil import Soil
 from scenes.field import Species, SpeciesField
 from scenes.models import MODELS, made
 from scenes.particle_kinds import KINDS
@@ -79,7 +81,16 @@ def plume(kind):
     return Subject(make, camera(2.5 * height, 0.5 * height), 0.5)
 
 
+def dust():
+    """What two walkers raise, one of them in view."""
+    walking = species("figure", 2, True, WINDY)
+    soil = Soil(GROUND.relief, "bare")
+    near = camera(22.0, 1.5, (900, 500))
+    return replace(walking, make=lambda: Dust(walking.make(), soil, 4.0), camera=near, detail=1.0)
+
+
 SUBJECTS = {
+    "dust": dust,
     **{kind: partial(plume, kind) for kind in KINDS},
     **{model: partial(species, model, 3, False, Weather("summer", 0.0)) for model in MODELS},
     **{f"walking {model}": partial(species, model, 4, True, WINDY) for model in LEGGED},
