@@ -181,7 +181,8 @@ def bare_look(ground: Ground, points: Points) -> Looks:
     """Looks of the ground at points of the relief (n, 3), with an albedo as smooth as the spacing
     there is wide."""
     view, relief = ground.view, ground.relief
-    d, corner, xy = distance(view, points), view.camera.corner, points[:, :2]
+    d, corner = distance(view, points), view.camera.corner
+    xy = np.ascontiguousarray(points[:, :2])  # once for all that looks at it
     spacing = spacing_at(ground, d)
     grown, seen = np.maximum(2 * spacing, SLOPE_M), SHOWN_PX * view.camera.pixel_angle * d
     slopes = relief.slopes(corner, xy, np.column_stack((grown, seen)))
