@@ -217,8 +217,13 @@ def ready(variant: str, size: str, repeats: int) -> Rows:
 @click.option("--quick", is_flag=True, help="Small pictures, eight repeats.")
 @click.option("--variant", default="auto", show_default=True, help="For the ready scene.")
 @click.option("--ready", "only_ready", is_flag=True, help="Only from cut to ready scene.")
-def main(quick: bool, variant: str, only_ready: bool) -> None:
+@click.option("--worlds", "only_worlds", is_flag=True, help="Only one frame in larger worlds.")
+def main(quick: bool, variant: str, only_ready: bool, only_worlds: bool) -> None:
     """Measure and print."""
+    if only_worlds:
+        numba.set_num_threads(1)
+        in_worlds(quick)
+        return
     size, repeats = ("320x180", 8) if quick else ("1280x720", 11)
     last: Rows = [("all cores", "sticks", ""), *ready(variant, size, repeats)]
     if only_ready:
@@ -237,11 +242,17 @@ def main(quick: bool, variant: str, only_ready: bool) -> None:
         rows += walks(name, world.fields[number], view, repeats, speed)
         rows += threads(name, world.fields[number], view, repeats)
     click.echo(table(rows))
-    for name, species in (("crowd", "figure"), ("forest", "broadleaf")):
-        click.echo(f"\nOne frame of {name}, from prune to plain scene")
-        click.echo(table(worlds(name, species, "160x90" if quick else "320x180", repeats)))
+    in_worlds(quick)
     click.echo("")
     click.echo(table(last))
+
+
+def in_worlds(quick: bool) -> None:
+    """Measure and print one frame in larger and larger worlds."""
+    size, repeats = ("160x90", 8) if quick else ("320x180", 41)
+    for name, species in (("crowd", "figure"), ("forest", "broadleaf")):
+        click.echo(f"\nOne frame of {name}, from prune to plain scene")
+        click.echo(table(worlds(name, species, size, repeats)))
 
 
 if __name__ == "__main__":
