@@ -41,10 +41,10 @@ KINDS = {
     "crowd": Kind(
         "crowd",
         ("species.tree.density=0",),
-        (300, 1e3, 3e3, 1e4, 3e4, 1e5),
-        (1e6, 1e9, 1e12),
+        (1e3, 1e4, 3e4, 1e5),
+        (1e6, 1e12),
         1e4,
-        1e5,
+        3e4,
     ),
 }
 QUICK = {
