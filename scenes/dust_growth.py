@@ -43,7 +43,7 @@ STIR_M_S = 0.1
 WISP = 0.1
 """Size of a wisp beside its puff's."""
 
-GRAIN = 5.6e-4
+GRAIN = 6.6e-4
 """Radius of a grain."""
 
 WISPS, GRAINS = 256, 128
@@ -88,7 +88,7 @@ def domes(age_s: Reals, stride: Reals) -> Dome:
     radius = YOUNG + (OLD - YOUNG) * s**_GROWTH
     height = LOW + (HIGH - LOW) * -np.expm1(-age_s / RISE_S)
     wake = WAKE * -np.expm1(-age_s / _WAKE_S)
-    area = eased(age_s / _WAKING_S) * (1 - s) ** 2
+    area = eased(age_s / _WAKING_S) * (1 - s) ** 1.5
     return Dome(stride * radius, stride * height, stride * wake, area)
 
 

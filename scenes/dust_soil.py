@@ -1,9 +1,11 @@
-"""What dust looks like: the ground that it comes from, as its grains are one by one.
+"""What dust looks like: the ground that it comes from, raised and thin.
 
 A layer of grains that scatter a share w of what they meet, evenly to all sides, sends back
 ρ = (1 − γ)/(1 + γ) of the light, γ = √(1 − w): the diffusive reflectance of B. Hapke,
 "Bidirectional reflectance spectroscopy 1. Theory", J. Geophys. Res. 86:3039 (1981). Turned round,
-the colour ρ of the ground gives w of one grain: brighter and paler, as raised dust is.
+the colour ρ of the ground gives w of one grain: brighter and paler, as raised dust is. What is
+drawn stands for a wad of many finer grains, which shade each other, though less than in a deep
+layer: it has the geometric mean of both.
 """
 
 from dataclasses import dataclass
@@ -43,6 +45,11 @@ class Soil:
     @property
     def tints(self) -> Float64[np.ndarray, "t 3"]:
         """Colours of the dust of each of them."""
+        return np.sqrt(self.ground * self.grain)
+
+    @property
+    def grain(self) -> Float64[np.ndarray, "t 3"]:
+        """What single grains of each of them scatter of the light that they meet."""
         return 1 - ((1 - self.ground) / (1 + self.ground)) ** 2
 
     def tint(self, corner: Corner, xy: Float64[np.ndarray, "m 2"]) -> Ints:

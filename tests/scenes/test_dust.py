@@ -209,7 +209,7 @@ def test_it_lies_on_the_slope_that_it_is_on():
 
 
 def test_it_is_the_same_wherever_the_frame_counts_from():
-    it, far = dust(few=True), Corner(40, -9)
+    it, far = dust(Slope(0.2), few=True), Corner(40, -9)
     here, there = level(it, 2, view(metric="full")), level(it, 2, view(metric="full", corner=far))
     shift = np.array((GRID_M * far.x, GRID_M * far.y, 0.0))
     assert np.allclose(here.position, there.position + shift, atol=1e-9)
@@ -250,9 +250,9 @@ def test_grains_settle_by_stokes_law():
 @pytest.mark.parametrize("cover", ["bare", "grassy", "snowy"])
 def test_a_deep_layer_of_its_grains_has_the_colour_of_the_ground(cover):
     soil = replace(SOIL, cover=cover)
-    gamma = np.sqrt(1 - soil.tints)
+    gamma = np.sqrt(1 - soil.grain)
     assert (1 - gamma) / (1 + gamma) == pytest.approx(soil.ground, abs=1e-12)
-    assert np.all((soil.tints > soil.ground) & (soil.tints < 1))
+    assert np.all((soil.tints > soil.ground) & (soil.tints < soil.grain))
     assert soil.tint(HOME, np.array([[0.0, 0.0], [400.0, 9.0]])).max() < len(soil.tints)
 
 
