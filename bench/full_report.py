@@ -24,11 +24,12 @@ WORLDS = 4
 LEAST = 3
 """Worlds of which growth can be told at all; of what is added, one more."""
 
-_BOTH = (
-    *("whole ÷ pruned", "whole MB", "pruned MB", "whole ÷ pruned"),
-    *("sticks, whole", "pruned"),
+_HEADS = (
+    *("objects", "side m", "whole s", "pruned s", "of it trace", "whole ÷ pruned (95 %)"),
+    *("processor's s, whole", "pruned", "whole ÷ pruned (95 %)"),
+    *("whole MB", "pruned MB", "whole ÷ pruned", "sticks, whole", "pruned"),
 )
-_TIME, _MEMORY = "wall_us", "peak_bytes"
+_TIME, _CPU, _MEMORY = "wall_us", "cpu_us", "peak_bytes"
 
 
 def points_of(found: dict[str, Any], metric: str) -> list[Point]:
@@ -55,45 +56,27 @@ def ratios(found: dict[str, Any], column: str = _TIME) -> dict[float, Reals]:
 
 
 def table_of(found: dict[str, Any]) -> str:
-    """A row for each world."""
+    """A row for each world; times are medians."""
     whole = {each.case["objects"]: each for each in points_of(found, "full")}
-    rows: list[tuple[object, ...]] = [
-        ("objects", "side m", "whole s (95 %)", "pruned s (95 %)", "of it trace s", *_BOTH),
-    ]
-    for pruned in points_of(found, "blake"):
-        full = whole.get(pruned.case["objects"])
-        rows.append(_row(pruned, full, ratios(found).get(pruned.case["objects"])))
-    return table(rows)
+    pruned = points_of(found, "blake")
+    return table([_HEADS, *(_row(each, whole.get(each.case["objects"])) for each in pruned)])
 
 
-def _row(pruned: Point, full: Point | None, ratio: Reals | None) -> tuple[object, ...]:
-    case, held = pruned.case, float(seconds(pruned, _MEMORY)[0])
-    trace = f"{float(np.median(seconds(pruned, 'trace_us'))):.2f}"
-    sticks = f"{pruned.samples['sticks'][0]:,}"
-    here = f"{case['objects']:.3g}", f"{case['side_m']:.4g}"
-    if full is None or ratio is None:
-        nothing = (None, None, sticks)
-        return (
-            *here,
-            None,
-            _among(seconds(pruned, _TIME)),
-            trace,
-            None,
-            None,
-            f"{held:.0f}",
-            *nothing,
-        )
-    whole = float(seconds(full, _MEMORY)[0])
-    return (
-        *here,
-        *(_among(seconds(each, _TIME)) for each in (full, pruned)),
-        *(trace, _among(ratio), f"{whole:.0f}", f"{held:.0f}", f"{whole / held:.2f}"),
-        *(f"{full.samples['sticks'][0]:,}", sticks),
-    )
+def _row(pruned: Point, full: Point | None) -> tuple[object, ...]:
+    case = pruned.case
+    cells: list[object] = [f"{case['objects']:.3g}", f"{case['side_m']:.4g}"]
+    for column in (_TIME, _CPU):
+        cells += [full and _middle(full, column), _middle(pruned, column)]
+        cells.append(full and _told(factor(seconds(full, column) / seconds(pruned, column))))
+    cells.insert(4, _middle(pruned, "trace_us"))
+    held = seconds(pruned, _MEMORY)[0], seconds(full, _MEMORY)[0] if full else None
+    cells += [held[1] and f"{held[1]:.0f}", f"{held[0]:.0f}"]
+    cells += [held[1] and f"{held[1] / held[0]:.2f}", full and f"{full.samples['sticks'][0]:,}"]
+    return (*cells, f"{pruned.samples['sticks'][0]:,}")
 
 
-def _among(values: Reals) -> str:
-    return _told(factor(values))
+def _middle(point: Point, column: str) -> str:
+    return f"{float(np.median(seconds(point, column))):.2f}"
 
 
 def _told(found: Estimate) -> str:
@@ -128,10 +111,13 @@ def growth(found: dict[str, Any]) -> dict[str, Estimate | None]:
     said = f"{len(beyond)} worlds beyond the limit"
     return {
         f"pruned time against objects, {said}": _flat(beyond, _TIME),
+        f"pruned processor's time against objects, {said}": _flat(beyond, _CPU),
         f"pruned memory against objects, {said}": _flat(beyond, _MEMORY),
         "whole time added against sticks added": _added(whole, _TIME),
+        "whole processor's time added against sticks added": _added(whole, _CPU),
         "whole memory added against sticks added": _added(whole, _MEMORY),
         f"ratio of times against objects, {len(whole)} worlds": _of_ratio(found, _TIME),
+        f"ratio of processor's times against objects, {len(whole)} worlds": _of_ratio(found, _CPU),
         f"ratio of memory against objects, {len(whole)} worlds": _of_ratio(found, _MEMORY),
     }
 
@@ -163,7 +149,7 @@ def figures(found: dict[str, Any]) -> tuple[Figure, ...]:
     memory = [_curve(label, points, _MEMORY) for label, points in both.items()]
     shares = [
         _ratio_curve(label, ratios(found, column))
-        for label, column in (("time", _TIME), ("memory", _MEMORY))
+        for label, column in (("time", _TIME), ("processor's time", _CPU), ("memory", _MEMORY))
     ]
     return (
         _figure("time", found, "seconds for a written frame", time),

@@ -1,7 +1,8 @@
 """Frames of several worlds, each in a process of its own, all taking turns; and their memory.
 
 The first frame of a fresh process compiles, and says how much memory such a frame takes at most.
-The others are timed, from asking until the file is written. They follow each other, as those of a
+The others are timed, from asking until the file is written, and so are the processor's seconds,
+which other programs hardly change. They follow each other, as those of a
 sequence do: what stands still keeps its cut. A process that holds far more than it may, or leaves
 the machine next to nothing, is ended at once.
 """
@@ -15,7 +16,7 @@ from pathlib import Path
 import psutil
 
 from scenes.preset import Preset
-from scenes.render.one_frame import Record, Settings, settings_of
+from scenes.render.one_frame import Record, settings_of
 from scenes.render.variants import choose
 from scenes.render.worker import Worker
 
@@ -37,7 +38,8 @@ class TooLarge(Exception):
 
 @dataclass(frozen=True)
 class Runner:
-    """A process that has rendered one frame, and goes on; each record has ``wall`` seconds, too.
+    """A process that has rendered one frame, and goes on; each record has seconds of the clock,
+    ``wall``, and of the processor, ``cpu``, too.
 
     first  the record of the frame that compiled;  later  those of the frames since
     """
@@ -63,6 +65,7 @@ class Runner:
         }
         return {
             "wall_us": [round(1e6 * each["wall"]) for each in self.later],
+            "cpu_us": [round(1e6 * each["cpu"]) for each in self.later],
             **stages,
             "first_us": [round(1e6 * self.first["wall"])],
             "peak_bytes": [self.peak_bytes],
@@ -76,16 +79,23 @@ def started(stack: ExitStack, folder: Path, preset: Preset, most_bytes: int) -> 
     Raises TooLarge where it held more than ``most_bytes``.
     """
 
+    seen: set[int] = set()
+
     def watch(process: int, taken: int, of: int) -> None:
+        seen.add(process)
         if _held(process) > GUARD * most_bytes or psutil.virtual_memory().available < LEFT_BYTES:
             raise TooLarge
 
-    settings = settings_of(preset, choose(preset.render.variant))
+    settings, target = settings_of(preset, choose(preset.render.variant)), folder / "frame.exr"
     with ExitStack() as mine:
         worker = mine.enter_context(Worker(watch=watch))
 
         def render(frame: int) -> Record:
-            return _timed(worker, settings, frame, folder / "frame.exr")
+            start, before = time.perf_counter(), _processor_s(seen)
+            record = worker(settings, frame, target)
+            wall, cpu = time.perf_counter() - start, _processor_s(seen) - before
+            target.unlink()
+            return {**record, "wall": wall, "cpu": cpu}
 
         first = render(1)
         if first["peak_rss_bytes"] > most_bytes:
@@ -117,12 +127,9 @@ def take_turns(runners: Sequence[Runner], turns: int, say: Callable[[str], objec
             each.turn()
 
 
-def _timed(worker: Worker, settings: Settings, frame: int, target: Path) -> Record:
-    start = time.perf_counter()
-    record = worker(settings, frame, target)
-    wall = time.perf_counter() - start
-    target.unlink()
-    return {**record, "wall": wall}
+def _processor_s(processes: set[int]) -> float:
+    """Seconds of all cores that these have had."""
+    return sum(sum(psutil.Process(each).cpu_times()[:2]) for each in processes)
 
 
 def _held(process: int) -> int:

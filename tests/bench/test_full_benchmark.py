@@ -108,7 +108,8 @@ def world(metric, objects, seconds, megabytes, sticks):
     turn = np.array([0.98, 1.0, 1.02])
     micros = (1e6 * seconds * turn).round().astype(int).tolist()
     case = {"metric": metric, "objects": objects, "side_m": objects**0.5, "limit_m": 40.0}
-    samples = {"wall_us": micros, "trace_us": micros, "peak_bytes": [round(1e6 * megabytes)]}
+    times = dict.fromkeys(("wall_us", "cpu_us", "trace_us"), micros)
+    samples = {**times, "peak_bytes": [round(1e6 * megabytes)]}
     return Point(case, {}, {**samples, "sticks": [sticks]})
 
 
@@ -130,7 +131,8 @@ def told(power=0.0):
 
 def test_growth_is_told_beyond_the_limit_and_of_what_is_added():
     found = growth(told())
-    time, memory, added, added_bytes, ratio, ratio_bytes = found.values()
+    time, cpu, memory, added, added_cpu, added_bytes, ratio, ratio_cpu, ratio_bytes = found.values()
+    assert (cpu, added_cpu, ratio_cpu) == (time, added, ratio)
     assert "3 worlds beyond" in next(iter(found))
     assert abs(time.value) < 0.01 and time.low <= 0 <= time.high
     assert memory.value == pytest.approx(0, abs=1e-9)
@@ -170,7 +172,13 @@ def planted_start(folder):
         held = round(1e8 + preset.world.extent**2 * 1000 * whole)
         seconds = {"trace": 0.01, "prune": 0.001}
         drawn = {"sticks": held}
-        record = {"wall": 0.02, "seconds": seconds, "peak_rss_bytes": held, "statistics": drawn}
+        record = {
+            "wall": 0.02,
+            "cpu": 0.03,
+            "seconds": seconds,
+            "peak_rss_bytes": held,
+            "statistics": drawn,
+        }
         if held > most_bytes:
             raise TooLarge
         return Runner(record, lambda frame: record)
