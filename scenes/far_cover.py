@@ -111,9 +111,11 @@ class FarLeft:
             sum(kinds[:, k, None] * look.at(table[k]) for k in range(len(table)))
             for table in (stand.sent, stand.lifted)
         )
-        # What is displayed shades the ground by itself: only the rest of the shade is missing.
-        ground = bare * look.at(stand.ground) ** look.share[:, None]
-        found: Points = (1 - covered) * ground + covered * (sent + bare * lifted) / light
+        # What is displayed shades all that is painted on the ground: of the ground only the rest of
+        # the shade is missing, and what stands there is shaded already by all of the stand.
+        shade, share = look.at(stand.ground), look.share[:, None]
+        stands = (sent + bare * lifted) / (light * shade ** (1 - share))
+        found: Points = (1 - covered) * bare * shade**share + covered * stands
         return found
 
 

@@ -133,6 +133,22 @@ def test_nothing_is_left_where_nothing_is_missing_and_it_runs_on_smoothly(covere
     assert np.isfinite(colours).all() and colours.min() >= 0 and colours.max() <= 1
 
 
+def test_under_the_shade_of_what_is_displayed_it_sends_what_the_whole_stand_does(covered):
+    """What is painted on the ground is shaded by what still stands there, and must not be twice."""
+    cover, view = covered
+    D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
+    points = ground(view, np.linspace((1 - view.fade) * D, 1.1 * D, 300))
+    bare, up = np.full((300, 3), 0.1), np.tile((0.0, 0.0, 1.0), (300, 1))
+    left = cover.left(view, points)
+    rows, lines, stand = left.rows, left.lines, cover.stand
+    share, shade = lines.share[:, None], lines.at(stand.ground)
+    assert 0 < share.min() < 0.5 and share.max() == pytest.approx(1.0) and shade.max() < 0.99
+    seen = left.colours(up, bare)[rows] * shade ** (1 - share)  # displayed balls cast that share
+    sent = lines.at(stand.sent[0]) + bare[rows] * lines.at(stand.lifted[0])
+    hidden = left.covered[rows, None]
+    assert np.allclose(seen, (1 - hidden) * bare[rows] * shade + hidden * sent)
+
+
 def test_without_fading_it_begins_at_the_limit_and_full_leaves_nothing(covered):
     cover, view = covered
     D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
