@@ -103,8 +103,8 @@ def measured(name: str, size: str, spp: int, rays: int) -> dict[str, Any]:
     shoot(world, preset, 1, choose("auto"))  # compiled walks
     made = shoot(world, preset, 1, choose("auto"))
     view, quality = view_at(world, preset, 1), made.quality
+    found = met(stage_for(made, made.visible), quality, rays)  # compiled kernels, too
     every = stage_for(made, made.visible)
-    found = met(every, quality, rays)
     firsts = object_ids([one.cut for one in made.visible])
     left, counts, sticks = list(made.visible[:1]), np.zeros(5, np.int64), np.zeros(2)
     for one, first in list(zip(made.visible, firsts, strict=True))[1:]:
