@@ -7,7 +7,7 @@ again and again along its longest extent (a k-d tree), and each group becomes on
 longest spread, as thick as it must be. They stay apart, so that the crown keeps its gaps.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64, Int64
@@ -40,6 +40,15 @@ class Blobs:
     axis: np.ndarray
     reach: np.ndarray
     radius: np.ndarray
+
+    def flattened(self, share: float) -> "Blobs":
+        """The same, heights above their mean times ``share``: as broad, lower or taller."""
+        middle = np.average(self.centre[:, 2], weights=self.radius * self.reach)
+        scale = np.array((1.0, 1.0, share))
+        centre = (self.centre - (0.0, 0.0, middle)) * scale + (0.0, 0.0, middle)
+        axis = self.axis * scale
+        length = np.sqrt((axis * axis).sum(axis=1))
+        return replace(self, centre=centre, axis=axis / length[:, None], reach=self.reach * length)
 
     def table(self, parts: int, factor: Reals, tint: np.ndarray | None = None) -> StickTable:
         """As sticks, each part's radii times its factor (n,); as long over all as the group is."""

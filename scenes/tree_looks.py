@@ -30,6 +30,12 @@ from scenes.tree_species import TreeSpecies
 VIEWS = 12
 """Directions from which the tree as a whole is compared, half of them from below."""
 
+LEVEL = 0.5
+"""Sine of the height below which a view is from the side."""
+
+UPRIGHT = 0.05
+"""How much more or less upright than the tree its last shapes may be."""
+
 RAYS = 300
 """Rays across the tree's largest extent there."""
 
@@ -94,12 +100,29 @@ class Grown:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A tree from afar: rays that see it from all sides, its mean cover [m²] and colour (3,)."""
+    """A tree from afar: rays that see it from all sides, its cover in each view (v,) and on average
+    [m²], and mean colour (3,)."""
 
     views: np.ndarray
     spacing: float
-    cover: float
+    covers: np.ndarray
     colour: np.ndarray
+
+    @property
+    def cover(self) -> float:
+        """The mean of all views [m²]."""
+        return float(self.covers.mean())
+
+    @property
+    def uprightness(self) -> float:
+        """What it covers from the side over what it covers from above and below."""
+        return upright(self.views, self.covers)
+
+
+def upright(views: np.ndarray, covers: Reals) -> float:
+    """Mean cover of views from the side over that of the others."""
+    level = np.abs(views[:, 2]) < LEVEL
+    return float(covers[level].mean() / covers[~level].mean())
 
 
 def leaf_appearances(tree: Grown) -> list[StickTable]:
@@ -123,7 +146,11 @@ def _of_level(tree: Grown, depth: int, above: StickTable, seen: Seen) -> StickTa
     blobs, group = gather(lost, tree.species.porous[depth])
     factor = fitted(blobs, wood, fitting_area(hidden))
     standing = joined((above, _as_one((wood,))))
-    factor = factor * _in_place(blobs, factor, standing, seen, tree.species.margin * seen.cover)
+    cover = tree.species.margin * seen.cover
+    factor = factor * _in_place(blobs, factor, standing, seen, cover)
+    if depth == 0:
+        blobs = _as_tall(blobs, factor, standing, seen)
+        factor = factor * _in_place(blobs, factor, standing, seen, cover)
     own = _mean_colours(lost, group, len(blobs.part), tree.palette)
     lit = tree.species.lit[depth] if tree.species.lit else 1.0
     tint = _tints(blobs.table(n, factor), own, lit, standing, seen, tree.palette)
@@ -138,6 +165,20 @@ def _in_place(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen, cov
         covered = visible_areas(table, seen.views, seen.spacing).sum(axis=1).mean()
         scale *= float(radius_step(np.array([cover]), np.array([covered]))[0])
     return scale
+
+
+def _as_tall(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen) -> Blobs:
+    """The crown as a whole, lower or taller, so that it covers as much from the side as from above:
+    few shapes fill what is gaps between a spire's tiers."""
+    share = 1.0
+    for _ in range(4):
+        table = joined((standing, _as_one((blobs.flattened(share).table(len(factor), factor),))))
+        covers = visible_areas(table, seen.views, seen.spacing).sum(axis=1)
+        missing = seen.uprightness / upright(seen.views, covers)
+        if abs(missing - 1) < UPRIGHT:
+            break
+        share *= missing**1.3
+    return blobs.flattened(share)
 
 
 def _tints(
@@ -170,8 +211,10 @@ def _seen(everything: StickTable, palette: np.ndarray) -> Seen:
     views = half * np.where(np.arange(VIEWS) % 2, -1.0, 1.0)[:, None]
     ends = np.concatenate((everything.start, everything.end))
     spacing = float((ends.max(axis=0) - ends.min(axis=0)).max()) / RAYS
-    area = visible_areas(everything, views, spacing).mean(axis=0)
-    return Seen(views, spacing, float(area.sum()), area @ palette[everything.tint] / area.sum())
+    areas = visible_areas(everything, views, spacing)
+    area = areas.mean(axis=0)
+    colour = area @ palette[everything.tint] / area.sum()
+    return Seen(views, spacing, areas.sum(axis=1), colour)
 
 
 def owned(table: StickTable, owner: Ints, n: int) -> StickTable:

@@ -219,7 +219,7 @@ CONIFER = TreeSpecies(
     clear=1,
     margin=1.025,
     thinnest=0.004,
-    lit=(0.599, 0.834, 0.943),
+    lit=(0.490, 0.834, 0.943),
 )
 
 SHRUB = TreeSpecies(

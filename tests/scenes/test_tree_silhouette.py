@@ -24,6 +24,7 @@ from scenes.stick_area import directions
 from scenes.stick_table import StickTable
 from scenes.stick_view import first_met, visible_areas
 from scenes.tree import tree_prototypes
+from scenes.tree_looks import upright
 from scenes.tree_species import SPECIES
 
 TREES = [(name, "summer") for name in SPECIES] + [("broadleaf", "winter"), ("birch", "winter")]
@@ -116,6 +117,18 @@ def test_no_distance_erodes_it(name, season):
     for away in np.geomspace(limits(p, 2).min(), 0.99 * limits(p, 0).max(), 7):
         there, _ = measured(p, view_from(away))
         assert there.mean() == pytest.approx(cover.mean(), rel=0.15), away
+
+
+@pytest.mark.parametrize("name", ["conifer", "broadleaf", "birch", "shrub"])
+def test_the_last_shapes_are_as_upright_as_the_tree(name):
+    """What they cover from the side over what they cover from above and below (a conifer's, as
+    tall as the tree itself, would be a quarter more)."""
+    p = one(name, "summer")
+    ratios = [
+        upright(AROUND, measured(p, view_from(away))[0])
+        for away in (0.1, 0.99 * limits(p, 0).max())
+    ]
+    assert ratios[1] == pytest.approx(ratios[0], rel=0.1)
 
 
 @pytest.mark.parametrize(("name", "season"), TREES)
