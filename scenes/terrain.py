@@ -182,7 +182,8 @@ class Terrain:
         likely = np.column_stack((high[:, :2], top + (self.far.highest if self.far else 0.0)))
         hidden = hidden | beside(view, low, likely)
         if grid.horizon is not None:
-            hidden |= grid.horizon.hides(view, low, likely)
+            rows = np.flatnonzero(~hidden)
+            hidden[rows] = grid.horizon.hides(view, low[rows], likely[rows])
         inside, behind, outside = grid.limits
         return Parts(
             position=_nearest(view, low, high),
