@@ -30,8 +30,9 @@ _TICK_S = 0.5
 Watch = Callable[[int, int, int], object]
 """Called twice a second, and whenever samples are taken: process, samples taken, of how many."""
 
-_GIVING_BACK = {"MALLOC_MMAP_THRESHOLD_": str(2**20)}
-"""Has glibc give back what arrays of a megabyte and more held, once they are let go of."""
+_GIVING_BACK = {"MALLOC_MMAP_THRESHOLD_": str(2**23)}
+"""Has glibc give back what arrays of 8 MB and more held, once they are let go of: for
+smaller ones new memory costs more time than it saves room."""
 
 
 class Worker:
