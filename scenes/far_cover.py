@@ -11,6 +11,7 @@ from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.cover import (
+    LEAST_LIGHT,
     cover_depths,
     covered_share,
     irradiance_on,
@@ -113,7 +114,8 @@ class FarLeft:
         )
         # What is displayed shades all that is painted on the ground: of the ground only the rest of
         # the shade is missing, and what stands there is shaded already by all of the stand.
-        shade, share = look.at(stand.ground), look.share[:, None]
+        shade = np.maximum(look.at(stand.ground), LEAST_LIGHT)
+        share = look.share[:, None]
         stands = (sent + bare * lifted) / (light * shade ** (1 - share))
         found: Points = (1 - covered) * bare * shade**share + covered * stands
         return found

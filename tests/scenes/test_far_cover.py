@@ -149,6 +149,16 @@ def test_under_the_shade_of_what_is_displayed_it_sends_what_the_whole_stand_does
     assert np.allclose(seen, (1 - hidden) * bare[rows] * shade + hidden * sent)
 
 
+def test_a_stand_that_no_light_comes_through_is_not_white(covered):
+    cover, view = covered
+    D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
+    points = ground(view, np.linspace((1 - view.fade) * D, 1.1 * D, 300))
+    closed = replace(cover)
+    vars(closed)["stand"] = replace(cover.stand, ground=0 * cover.stand.ground)
+    bare, up = np.full((300, 3), 0.1), np.tile((0.0, 0.0, 1.0), (300, 1))
+    assert closed.left(view, points).colours(up, bare).max() < 0.5
+
+
 def test_without_fading_it_begins_at_the_limit_and_full_leaves_nothing(covered):
     cover, view = covered
     D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
