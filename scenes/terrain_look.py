@@ -3,8 +3,8 @@
 Over the view's band of fading, vertices move from the surface of the coarser tile to the relief
 (``terrain_morph``), and patches of colour smaller than the spacing fade in.
 
-Normals are the relief's, down to the smallest waves that a picture shows, however coarse the mesh:
-it looks as rough as the finest. Where what is too far to be displayed covers the ground, small
+Normals are the relief's, down to waves of a few pixels, however coarse the mesh: it looks nearly as
+rough as the finest. Where what is too far to be displayed covers the ground, small
 bumps are hidden with it.
 """
 
@@ -31,8 +31,8 @@ SLOPE_M = 8.0
 """Shortest waves of the slope that grass minds: it grows over smaller bumps."""
 
 SHOWN_PX = 4.0
-"""Length of the waves that a picture still shows whole [px]; of those half as long it shows next to
-nothing (a Gaussian of half a pixel leaves 0.73 of the first and 0.29 of the second)."""
+"""Length of the waves that normals still hold whole [px]: a pixel leaves 0.90 of them, of those half
+as long 0.64 (its box), which vertices some pixels apart would put in wrong places."""
 
 LEAST_FACING, LEVEL_FACING = 0.05, 1e-4
 """Cosines between a normal and the way to the eye: what is bent is bent so far that faces between

@@ -216,8 +216,7 @@ def _sums(
             if crest > 0.0:
                 turned = -1.0 if value > 0.0 else 1.0
                 value = crest - abs(value)
-            kept = _kept(side, shortest[i, 0]) if limit_value else 1.0
-            out[i, 0] += kept * weight * value
+            out[i, 0] += (_kept(side, shortest[i, 0]) if limit_value else 1.0) * weight * value
             if sloped and most_kept > 0.0:
                 slope_x, slope_y = _slopes(cells[k], u - fu, v - fv)
                 for column in range(columns):

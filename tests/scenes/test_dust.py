@@ -9,7 +9,6 @@ import pytest
 from lod.camera import GRID_M, Corner, look
 from lod.errors import InputError
 from lod.metric import METRICS
-from lod.parts import Look
 from lod.prune import prune
 from lod.view import View
 from scenes.animals import animal
@@ -24,6 +23,7 @@ from scenes.models import people
 from scenes.preset import preset_from
 from scenes.relief import Relief
 from scenes.world import build_world
+from tests.scenes.test_particles import drawn, level
 
 HOME = Corner(0, 0)
 SOIL = Soil(Relief(1, 0.0, 64.0, 0.8), "bare")
@@ -59,18 +59,6 @@ def view(time_s=20.0, metric="blake", detail=0.2, corner=HOME):
     eye = np.array((-GRID_M * corner.x, -30.0 - GRID_M * corner.y, 3.0))
     camera = look(corner, eye, 0.0, 0.0, 60.0, (100, 60))
     return View(camera, METRICS[metric], detail, time_s=time_s)
-
-
-def level(it, wanted, at):
-    """All parts of a level."""
-    parts = it.roots(at)
-    for _ in range(wanted):
-        parts = it.parts_of(parts, at)
-    return parts
-
-
-def drawn(it, parts):
-    return it.appearance(parts, Look(np.zeros(len(parts)), np.ones(len(parts))))
 
 
 def walks_of(it, at):
