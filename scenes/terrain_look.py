@@ -31,8 +31,8 @@ SLOPE_M = 8.0
 """Shortest waves of the slope that grass minds: it grows over smaller bumps."""
 
 SHOWN_PX = 4.0
-"""Length of the waves that normals still hold whole [px]: a pixel leaves 0.90 of them, of those half
-as long 0.64 (its box), which vertices some pixels apart would put in wrong places."""
+"""Length of the waves that normals still hold whole [px]: a pixel's box leaves 0.90 of them; of
+those half as long 0.64, which vertices some pixels apart would put in wrong places."""
 
 LEAST_FACING, LEVEL_FACING = 0.05, 1e-4
 """Cosines between a normal and the way to the eye: what is bent is bent so far that faces between
