@@ -16,11 +16,15 @@ from lod.arrays import Reals
 from lod.comparison import distance_to, entered, sees, vantage_of
 from lod.parts import Look
 from lod.prune import Cut
+from lod.runs import in_runs
 from lod.view import View
 
 _FIRM = 4.0
 """An inner appearance thins only while less than a quarter of what hangs on it is left: it and the
 leaf appearance mostly lie in one another, and halves of both would not make a whole."""
+
+_SHORTEST_RUN = 16384
+"""Parts for which another thread is worth its start."""
 
 _ROUNDING = 1e-9
 """Hidden shares below this are what sums of shares leave over."""
@@ -39,11 +43,16 @@ def shown_shares(cut: Cut, view: View) -> Reals:
     In view times what of its sphere's diameter is, but no less than it would show out of view.
     """
     parts = cut.parts
-    limits = parts.bound, parts.limit, parts.limit_offscreen
-    return _shown(vantage_of(view), parts.position, parts.centre, *limits, view.fade)
+    columns = parts.position, parts.centre, parts.bound, parts.limit, parts.limit_offscreen
+    vantage = vantage_of(view)
+
+    def run(first: int, last: int) -> Reals:
+        return np.asarray(_shown(vantage, *(each[first:last] for each in columns), view.fade))
+
+    return np.concatenate(in_runs(run, len(parts), _SHORTEST_RUN))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade):  # type: ignore[no-untyped-def]
     shown = np.ones(len(bound))
     for i in range(len(bound)):

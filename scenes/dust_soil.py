@@ -55,8 +55,8 @@ class Soil:
     def tint(self, corner: Corner, xy: Float64[np.ndarray, "m 2"]) -> Ints:
         """Which of them lies at points [m] from a corner, (m,)."""
         relief, size = self.relief, np.full(len(xy), _ACROSS_M)
-        height, *slopes = relief.sums(corner, xy, 2 * size).T
-        rise, slope = height / (relief.amplitude or 1.0), np.hypot(*slopes)
+        rise = relief.height(corner, xy) / (relief.amplitude or 1.0)
+        slope = np.hypot(*relief.slopes(corner, xy, 2 * size).T)
         cover = COVERS[self.cover]
         colour = ground_colours(relief.seed, corner, xy, rise, slope, size, cover)
         away = colour[:, None] - self.ground

@@ -34,9 +34,9 @@ class Habitat:
 
     def share(self, corner: Corner, xy: np.ndarray) -> Reals:
         """Share of it that grows at points (n, 2) [m] from the corner, (n,), 0 to 1."""
-        sums = self.relief.sums(corner, xy, np.full(len(xy), WAVES_M))
-        slope = np.hypot(sums[:, 1], sums[:, 2])
-        by_height = np.clip((self.highest - sums[:, 0]) / self.thinning, 0.0, 1.0)
+        height = self.relief.height(corner, xy)
+        by_height = np.clip((self.highest - height) / self.thinning, 0.0, 1.0)
         if math.isinf(self.steepest):
             return by_height
+        slope = np.hypot(*self.relief.slopes(corner, xy, np.full(len(xy), WAVES_M)).T)
         return by_height * np.clip(2 - 2 * slope / self.steepest, 0.0, 1.0)

@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float64
+from numba import njit
 
 from lod.arrays import Points, Reals, frozen
 from lod.camera import STEP_M, Corner
@@ -23,7 +24,8 @@ from scenes.terrain_noise import (
     RIDGED_RMS,
     STEEPEST,
     Octaves,
-    octave_sums,
+    octave_slopes,
+    octave_values,
     octaves_at,
     slack,
     unit_rms,
@@ -150,39 +152,31 @@ class Relief:
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
         """Height above the datum of points ``xy`` from ``corner`` [m]."""
-        return self.sums(corner, xy, np.full(len(xy), np.inf))[:, 0]
+        return self.smooth(corner, xy, np.zeros(len(xy)))
 
     def smooth(self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals) -> Reals:
         """Height without the octaves shorter than ``shortest`` at each point, (n,) [m]."""
         if self.amplitude == 0:
             return np.zeros(len(xy))
-        return octave_sums(_octaves(self, corner), xy, shortest, True, False, self.crest)[:, 0]
+        return octave_values(_octaves(self, corner), xy, shortest, self.crest)
 
     def normal(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals | None = None
     ) -> Points:
         """Unit normals; given ``shortest``, without the octaves shorter than it at each point."""
-        sums = self.sums(corner, xy, np.zeros(len(xy)) if shortest is None else shortest)
-        return upward(sums[:, 1:])
+        return upward(self.slopes(corner, xy, np.zeros(len(xy)) if shortest is None else shortest))
 
     def slopes(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Float64[np.ndarray, "n ..."]
     ) -> Float64[np.ndarray, "n _"]:
-        """The two slopes of ``sums``, for less: what is too short for a slope is left out.
+        """Two slopes without the octaves shorter than ``shortest`` at each point, (n, 2).
 
         Given several columns of ``shortest``, two for each of them, (n, 2k).
         """
+        least = shortest if shortest.ndim == 2 else shortest[:, None]
         if self.amplitude == 0:
-            return np.zeros((len(xy), 2 * (shortest.shape[1] if shortest.ndim == 2 else 1)))
-        return octave_sums(_octaves(self, corner), xy, shortest, True, crest=self.crest)[:, 1:]
-
-    def sums(
-        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals
-    ) -> Float64[np.ndarray, "n 3"]:
-        """Full height [m], and its two slopes without octaves shorter than ``shortest``, (n, 3)."""
-        if self.amplitude == 0:
-            return np.zeros((len(xy), 3))
-        return octave_sums(_octaves(self, corner), xy, shortest, crest=self.crest)
+            return np.zeros((len(xy), 2 * least.shape[1]))
+        return octave_slopes(_octaves(self, corner), xy, least, self.crest)
 
 
 def _shortest(radius: Reals) -> Reals:
@@ -192,8 +186,17 @@ def _shortest(radius: Reals) -> Reals:
 
 def upward(slopes: Float64[np.ndarray, "n 2"]) -> Points:
     """Upward unit normals of a surface with these slopes, (n, 3)."""
-    up = np.column_stack((-slopes, np.ones(len(slopes))))
-    return up / np.sqrt((up * up).sum(axis=1))[:, None]
+    return np.asarray(_upward(slopes))
+
+
+@njit(cache=True, nogil=True)
+def _upward(slopes: np.ndarray) -> np.ndarray:
+    up = np.empty((len(slopes), 3))
+    for i in range(len(slopes)):
+        x, y = -slopes[i, 0], -slopes[i, 1]
+        length = math.sqrt(x * x + y * y + 1.0)
+        up[i, 0], up[i, 1], up[i, 2] = x / length, y / length, 1.0 / length
+    return up
 
 
 @lru_cache(maxsize=64)

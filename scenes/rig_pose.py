@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Points
+from lod.runs import in_runs
 from scenes.rig_cast import Bodies as Bodies
 from scenes.rig_cast import Cast as Cast
 from scenes.rig_leg import face
@@ -56,11 +57,16 @@ def pose_points(
 
     place (k, 3), joint (k,): the table (joint −1 = the object's frame).
     """
-    ends = ((place, joint),)
-    return _pose_ends(cast.tables, cast.most_joints, *bodies.columns(), rows, points, ends)[0]
+    columns, ends = bodies.columns(), ((place, joint),)
+
+    def run(first: int, last: int) -> Points:
+        of = rows[first:last], points[first:last]
+        return np.asarray(_pose_ends(cast.tables, cast.most_joints, *columns, *of, ends)[0])
+
+    return np.concatenate(in_runs(run, len(rows), _SHORTEST_RUN))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, ends):  # type: ignore[no-untyped-def]
     """Every end of the items, (ends, m, 3). ``ends``: places and joints in the table of items."""
     frame, state = scratch(most)
@@ -81,6 +87,9 @@ def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, end
             e += 1
     return out
 
+
+_SHORTEST_RUN = 16384
+"""Points for which another thread is worth its start."""
 
 _UNKNOWN, _WANTED, POSED = 0, 1, 2
 """How far the frame of a joint is."""

@@ -4,15 +4,17 @@ A function of the place alone; a mesh too coarse for the small patches gets the 
 about their mean. Albedo is linear Rec.709, chosen by eye.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float64
+from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.camera import Corner
-from scenes.terrain_noise import Octaves, octave_sums, octaves_at, unit_rms
+from scenes.terrain_noise import Octaves, octaves_at, twin_values, unit_rms
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,8 @@ _SIDES = 2.0 ** np.arange(10, -4, -1)
 _FALL = 0.92
 """RMS of each octave of patches beside the one twice as large: close to equal, as in vegetation."""
 
-_DRYNESS, _SHADE = 0x445259, 0x53484144
+_PATCHES = 0x50415443485459
+"""Tells their random numbers from those of anything else with the same seed."""
 
 
 def ground_colours(
@@ -73,33 +76,46 @@ def ground_colours(
     rise   height in units of the relief's RMS: ridges are drier than hollows
     slope  tangent of the steepness: steep ground is drier, and the steepest bare
     """
-    dryness = _patches(seed ^ _DRYNESS, corner, xy, shortest)
-    shade = _patches(seed ^ _SHADE, corner, xy, shortest)
-    dry = _step(-1.9, 2.3, dryness + 0.35 * rise + 1.2 * slope)[:, None]
-    bare = _step(cover.steep_from, cover.steep_to, slope + 0.06 * shade)[:, None]
-    colour = np.array(cover.moist) + np.subtract(cover.dry, cover.moist) * dry
-    colour = colour + (np.array(cover.steep) - colour) * bare
-    colour = colour * np.exp(0.16 * shade)[:, None]
-    if cover.snow_line is not None:
-        low = cover.snow_line - _SNOW_EDGE / 2
-        lies = _step(low, low + _SNOW_EDGE, rise + 0.2 * dryness)
-        stays = 1 - _step(_SNOW_FROM, _SNOW_TO, slope + 0.1 * shade)
-        colour = colour + (np.array(SNOW) - colour) * (lies * stays)[:, None]
-    return np.clip(colour, 0.0, 1.0)
+    noise = twin_values(_octaves(seed ^ _PATCHES, corner), xy, shortest)
+    snow_line = math.inf if cover.snow_line is None else cover.snow_line
+    albedos = np.array((cover.moist, cover.dry, cover.steep, SNOW))
+    edges = cover.steep_from, cover.steep_to, snow_line - _SNOW_EDGE / 2
+    return np.asarray(_coloured(noise, rise, slope, albedos, edges))
 
 
-def _patches(seed: int, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals) -> Reals:
-    """Noise of RMS 1 with patches of every size."""
-    return octave_sums(_octaves(seed, corner), xy, shortest, True, sloped=False)[:, 0]
+@njit(cache=True, nogil=True)
+def _coloured(noise, rise, slope, albedos, edges):  # type: ignore[no-untyped-def]
+    """Albedo (n, 3) from how dry and how bright a patch is beside others, (n, 2).
+
+    albedos  (4, 3) of moist, dry and steep ground, and of snow
+    edges    tangents between which steep ground sets in; height above which snow does
+    """
+    colours = np.empty((len(rise), 3))
+    for i in range(len(rise)):
+        dryness, shade = noise[i, 0], noise[i, 1]
+        dry = _step(-1.9, 2.3, dryness + 0.35 * rise[i] + 1.2 * slope[i])
+        bare = _step(edges[0], edges[1], slope[i] + 0.06 * shade)
+        snow = _step(edges[2], edges[2] + _SNOW_EDGE, rise[i] + 0.2 * dryness)
+        if snow > 0.0:
+            snow *= 1.0 - _step(_SNOW_FROM, _SNOW_TO, slope[i] + 0.1 * shade)
+        bright = math.exp(0.16 * shade)
+        for k in range(3):
+            colour = albedos[0, k] + (albedos[1, k] - albedos[0, k]) * dry
+            colour = (colour + (albedos[2, k] - colour) * bare) * bright
+            colours[i, k] = min(max(colour + (albedos[3, k] - colour) * snow, 0.0), 1.0)
+    return colours
+
+
+@njit(cache=True)
+def _step(low: float, high: float, x: float) -> float:
+    """0 below ``low``, 1 above ``high``, smoothly between."""
+    if not low < x:
+        return 0.0
+    t = min((x - low) / (high - low), 1.0)
+    return t * t * (3.0 - 2.0 * t)
 
 
 @lru_cache(maxsize=64)
 def _octaves(seed: int, corner: Corner) -> Octaves:
     weights = _FALL ** np.arange(len(_SIDES))
     return octaves_at(corner, seed, _SIDES, weights / np.linalg.norm(weights) / unit_rms())
-
-
-def _step(low: float, high: float, x: Reals) -> Reals:
-    """0 below ``low``, 1 above ``high``, smoothly between."""
-    t = np.clip((x - low) / (high - low), 0.0, 1.0)
-    return t * t * (3 - 2 * t)

@@ -8,6 +8,7 @@ generators"): a point costs some fifty hashes, so it must be cheaper than ``scen
 """
 
 import math
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -30,8 +31,9 @@ STEEPEST = (15 + math.sqrt(274)) / 4
 of Σ|∂w| + STEEP·|w·e + ∂w·d| over the four corners, reached at the middle of a cell (found by
 search, which a test repeats)."""
 
-_SHORTEST_RUN = 4096
-"""Points for which another thread is worth its start."""
+_SHORTEST_RUN = 8192
+"""Points for which another thread is worth its start; so that runs of those have none of their
+own."""
 
 RIDGED_MEAN, RIDGED_RMS = 0.5128, 0.3578
 """Mean of |unit noise|, and RMS of what is left of it without its mean (measured, which a test
@@ -40,6 +42,7 @@ repeats)."""
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)
 _SECOND = np.uint64(0x94D049BB133111EB)
+_VALUE_BITS = np.uint64(2**24 - 1)
 _DIRECTIONS = 256
 _TURN = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
 _GRADIENTS = STEEP * np.stack((np.cos(_TURN), np.sin(_TURN)), axis=1)
@@ -119,6 +122,25 @@ def _slopes(c, u, v):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _twin_cells(key, ix, iy, cells):  # type: ignore[no-untyped-def]
+    """The same of two noises at once, into (2, 12): of each point's bits either has 24 for the
+    value and 8 for the gradient.
+    """
+    column, row = np.uint64(ix) * _GOLDEN, np.uint64(iy) * _GOLDEN
+    for x in range(2):
+        stream = _mixed(key + column)
+        for y in range(2):
+            bits = _mixed(stream + row + np.uint64(y) * _GOLDEN)
+            at = 3 * (2 * y + x)
+            for twin in range(2):
+                cells[twin, at] = np.float64((bits >> np.uint64(8)) & _VALUE_BITS) * 2.0**-23 - 1.0
+                gradient = _GRADIENTS[bits & np.uint64(_DIRECTIONS - 1)]
+                cells[twin, at + 1], cells[twin, at + 2] = gradient[0], gradient[1]
+                bits >>= np.uint64(32)
+        column += _GOLDEN
+
+
+@njit(cache=True)
 def unit_noise(
     key: np.uint64, ix: np.int64, iy: np.int64, u: float, v: float
 ) -> tuple[float, float, float]:
@@ -182,27 +204,15 @@ def slack(
 
 
 @njit(cache=True, nogil=True)
-def _sums(
-    keys: np.ndarray,
-    squares: np.ndarray,
-    offsets: np.ndarray,
-    scales: np.ndarray,
-    xy: np.ndarray,
-    shortest: np.ndarray,
-    limit_value: bool,
-    sloped: bool,
-    crest: float,
-    out: np.ndarray,
-) -> None:
+def _values(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: ignore[no-untyped-def]
     """Points that stand together share the cells of long waves: each octave's last is kept."""
-    most, columns = len(keys), shortest.shape[1]
+    most = len(keys)
     cells, names, known = np.empty((most, 12)), np.empty((most, 2), np.int64), np.zeros(most, "?")
     for i in range(len(xy)):
-        least = shortest[i].min()
         for k in range(most):
-            side, weight = scales[k, 0], scales[k, 1]
-            most_kept = _kept(side, least)
-            if most_kept == 0.0 and limit_value:
+            side = scales[k, 0]
+            kept = _kept(side, shortest[i])
+            if kept == 0.0:
                 break
             # Where the side is a power of two, multiplying by its inverse divides exactly.
             u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
@@ -212,41 +222,105 @@ def _sums(
             if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
                 _lattice_cell(keys[k], ix, iy, cells[k])
                 names[k, 0], names[k, 1], known[k] = ix, iy, True
-            value, turned = _value(cells[k], u - fu, v - fv), 1.0
+            value = _value(cells[k], u - fu, v - fv)
             if crest > 0.0:
-                turned = -1.0 if value > 0.0 else 1.0
                 value = crest - abs(value)
-            out[i, 0] += (_kept(side, shortest[i, 0]) if limit_value else 1.0) * weight * value
-            if sloped and most_kept > 0.0:
-                slope_x, slope_y = _slopes(cells[k], u - fu, v - fv)
-                for column in range(columns):
-                    steep = _kept(side, shortest[i, column]) * weight / side * turned
-                    out[i, 1 + 2 * column] += steep * slope_x
-                    out[i, 2 + 2 * column] += steep * slope_y
+            out[i] += kept * scales[k, 1] * value
 
 
-def octave_sums(
+@njit(cache=True, nogil=True)
+def _steepness(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: ignore[no-untyped-def]
+    """The same of the slopes; a column of ``shortest`` and two of ``out`` for each asked for."""
+    most, columns = len(keys), shortest.shape[1]
+    cells, names, known = np.empty((most, 12)), np.empty((most, 2), np.int64), np.zeros(most, "?")
+    for i in range(len(xy)):
+        least = math.inf
+        for column in range(columns):
+            least = min(least, shortest[i, column])
+        for k in range(most):
+            side, weight = scales[k, 0], scales[k, 1]
+            if _kept(side, least) == 0.0:
+                break
+            u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
+            v = (offsets[k, 1] + xy[i, 1]) * (1.0 / side)
+            fu, fv = math.floor(u), math.floor(v)
+            ix, iy = squares[k, 0] + np.int64(fu), squares[k, 1] + np.int64(fv)
+            if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
+                _lattice_cell(keys[k], ix, iy, cells[k])
+                names[k, 0], names[k, 1], known[k] = ix, iy, True
+            slope_x, slope_y = _slopes(cells[k], u - fu, v - fv)
+            fall = crest > 0.0 and _value(cells[k], u - fu, v - fv) > 0.0
+            for column in range(columns):
+                steep = _kept(side, shortest[i, column]) * weight / side * (-1.0 if fall else 1.0)
+                out[i, 2 * column] += steep * slope_x
+                out[i, 2 * column + 1] += steep * slope_y
+
+
+@njit(cache=True, nogil=True)
+def _twins(keys, squares, offsets, scales, xy, shortest, out):  # type: ignore[no-untyped-def]
+    most = len(keys)
+    cells, names = np.empty((most, 2, 12)), np.empty((most, 2), np.int64)
+    known = np.zeros(most, "?")
+    for i in range(len(xy)):
+        for k in range(most):
+            side = scales[k, 0]
+            weight = _kept(side, shortest[i]) * scales[k, 1]
+            if weight == 0.0:
+                break
+            u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
+            v = (offsets[k, 1] + xy[i, 1]) * (1.0 / side)
+            fu, fv = math.floor(u), math.floor(v)
+            ix, iy = squares[k, 0] + np.int64(fu), squares[k, 1] + np.int64(fv)
+            if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
+                _twin_cells(keys[k], ix, iy, cells[k])
+                names[k, 0], names[k, 1], known[k] = ix, iy, True
+            for twin in range(2):
+                out[i, twin] += weight * _value(cells[k, twin], u - fu, v - fv)
+
+
+def octave_values(
+    octaves: Octaves, xy: Float64[np.ndarray, "n 2"], shortest: Reals, crest: float = 0.0
+) -> Reals:
+    """Weighted sum of the octaves at each point, (n,); with a ``crest`` of crest − |noise|.
+
+    Octaves of half of ``shortest`` [m] and less are left out at each point, and those in between
+    fade. They stand longest first.
+    """
+    return _summed(_values, octaves, xy, shortest, (), crest)
+
+
+def octave_slopes(
     octaves: Octaves,
     xy: Float64[np.ndarray, "n 2"],
-    shortest: Float64[np.ndarray, "n ..."],
-    limit_value: bool = False,
-    sloped: bool = True,
+    shortest: Float64[np.ndarray, "n k"],
     crest: float = 0.0,
 ) -> Float64[np.ndarray, "n _"]:
-    """Weighted sum of the octaves and its two slopes at each point, (n, 3); zeros where not
-    ``sloped``. Given several columns of ``shortest``, (n, 1 + 2k): two slopes for each of them.
+    """The two slopes of ``octave_values`` for each column of ``shortest``, (n, 2k)."""
+    return _summed(_steepness, octaves, xy, shortest, (2 * shortest.shape[1],), crest)
 
-    Slopes leave out octaves of half of ``shortest`` [m] and less at each point, and fade those in
-    between; so does the value where ``limit_value``, by the first column. Octaves stand longest
-    first. With a ``crest`` it is the sum of crest − |noise|.
-    """
-    points = np.ascontiguousarray(xy, np.float64)
-    least = np.ascontiguousarray(shortest if shortest.ndim == 2 else shortest[:, None])
-    out = np.zeros((len(points), 1 + 2 * least.shape[1]))
+
+def twin_values(
+    octaves: Octaves, xy: Float64[np.ndarray, "n 2"], shortest: Reals
+) -> Float64[np.ndarray, "n 2"]:
+    """Two independent ``octave_values`` of each point, for little more than one of them costs."""
+    return _summed(_twins, octaves, xy, shortest, (2,))
+
+
+def _summed(
+    kernel: Callable[..., None],
+    octaves: Octaves,
+    xy: Float64[np.ndarray, "n 2"],
+    shortest: np.ndarray,
+    columns: tuple[int, ...],
+    *more: float,
+) -> np.ndarray:
+    """What a kernel adds up at each point, (n, *columns)."""
+    points, least = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(shortest)
+    out = np.zeros((len(points), *columns))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
-        _sums(*octaves, points[rows], least[rows], limit_value, sloped, crest, out[rows])
+        kernel(*octaves, points[rows], least[rows], *more, out[rows])
 
     in_runs(run, len(points), _SHORTEST_RUN)
     return out

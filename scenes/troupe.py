@@ -6,6 +6,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from lod.arrays import Ints, Reals, freeze
 from lod.parts import Look, Parts, Sticks
@@ -175,13 +176,13 @@ class Troupe:
     ) -> Parts:
         atlas = self.atlas
         position = pose_points(self.cast, objects.bodies, rows, part, atlas.origin, atlas.joint)
-        limits = _between(atlas.smeared_limits(view, _most(objects)), part, objects.smear[rows])
+        limits = _between(atlas.smeared_limits(view, _most(objects)), part, rows, objects.smear)
         return Parts(
             position=position,
             centre=position,
             bound=atlas.bound[part],
-            limit=limits[:, 0],
-            limit_offscreen=limits[:, 1],
+            limit=limits[0],
+            limit_offscreen=limits[1],
             level=atlas.level[part],
             object=rows,
             part=part,
@@ -195,15 +196,21 @@ def _most(objects: Objects) -> float:
     return float(objects.smear.max(initial=0.0))
 
 
-def _between(limits: np.ndarray, part: Ints, smear: Reals) -> np.ndarray:
-    """Limits of parts (n,) of objects smeared so much, (n, 2), as the compiled walk takes them."""
-    step = smear.astype(np.int64)
-    share = (smear - step)[:, None]
-    here = limits[step, part]
-    some = share[:, 0] > 0
-    after = limits[step[some] + 1, part[some]]
-    here[some] += share[some] * (after - here[some])
-    return here
+@njit(cache=True)
+def _between(limits, part, rows, smear):  # type: ignore[no-untyped-def]
+    """Limits of parts (n,) of objects ``rows`` (n,), (2, n), as the compiled walk takes them.
+
+    limits (steps, m, 2) at whole steps of smear; smear of each object
+    """
+    found = np.empty((2, len(part)))
+    for i in range(len(part)):
+        step = int(smear[rows[i]])
+        share = smear[rows[i]] - step
+        for side in range(2):
+            found[side, i] = limits[step, part[i], side]
+            if share > 0:
+                found[side, i] += share * (limits[step + 1, part[i], side] - found[side, i])
+    return found
 
 
 def _sway(prototype: RiggedPrototype) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 
 from scenes.render.describe import Description
 from scenes.render.plugin import loaded
-from scenes.render.sticks import MOST_SEGMENTS
+from scenes.render.sticks import MOST_SEGMENTS, aligned
 
 
 def in_one_shape(description: Description) -> Description:
@@ -63,7 +63,7 @@ def _joined(curves: list[Description]) -> Description:
     ]
     return {
         "type": "linearcurve",
-        "control_points": np.concatenate(points),
+        "control_points": np.concatenate(points, out=aligned((first[-1] + len(points[-1]), 4))),
         "segment_indices": np.concatenate(segments),
         "tints": np.array([curve["albedo"] for curve in curves]),
         "tint": np.repeat(np.arange(len(curves), dtype=np.uint32), counts),

@@ -11,9 +11,7 @@ import numpy as np
 from scenes.render.describe import Description
 from scenes.render.one_shape import tint_of_segments
 from scenes.render.plugin import loaded
-
-_ALIGNMENT = 64
-"""Bytes: a cache line, and the widest vector register."""
+from scenes.render.sticks import ALIGNMENT, aligned
 
 
 def steady(shapes: Description) -> Description:
@@ -27,7 +25,8 @@ def steady(shapes: Description) -> Description:
     arrays = [
         s["vertices"] if s["type"] == "mesh" else s["control_points"] for s in shapes.values()
     ]
-    reach = max((float(np.abs(array).max()) for array in arrays if len(array)), default=1.0)
+    ends = [end for array in arrays if len(array) for end in (array.max(), -array.min())]
+    reach = max(map(float, ends), default=1.0)
     corner = float(2.0 ** np.ceil(np.log2(max(reach, 1.0)) + 0.5))
     filled = {
         name: shape
@@ -81,19 +80,19 @@ def _curve(name: str, shape: Description, stub: Path) -> Any:
     )
     _replace(
         curve,
-        control_points=_aligned(shape["control_points"]).reshape(-1),
+        control_points=_where_aligned(shape["control_points"]).reshape(-1),
         segment_indices=shape["segment_indices"],
         control_point_count=len(shape["control_points"]),
     )
     return curve
 
 
-def _aligned(values: np.ndarray) -> np.ndarray:
+def _where_aligned(points: np.ndarray) -> np.ndarray:
     """The same where a vector register may load them from: JIT code depends on whether it may."""
-    room = np.empty(values.nbytes + _ALIGNMENT, np.uint8)
-    start = -room.ctypes.data % _ALIGNMENT
-    found: np.ndarray = room[start : start + values.nbytes].view(values.dtype).reshape(values.shape)
-    found[...] = values
+    if points.ctypes.data % ALIGNMENT == 0:
+        return points
+    found = aligned(points.shape)
+    found[...] = points
     return found
 
 

@@ -1,5 +1,6 @@
 """Sticks of every representation, batched by tint into chains of points with radii, compiled."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -17,6 +18,10 @@ _SHORTEST = np.float32(1e-2)
 _LEAST_M = np.float32(1e-4)
 """Nor is any drawn shorter than this: of balls of 2 mm, 0.02 mm long, Embree makes streaks that
 cover half as much again, and of 0.2 mm long balls [m]."""
+
+
+ALIGNMENT = 64
+"""Bytes: a cache line, and the widest vector register."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +76,15 @@ def batches(sticks: Sequence[tuple[Sticks, np.ndarray, Sticks | None]]) -> Itera
         yield from _filled(
             colour, laid, segments[rows], ids[rows], None if moves is None else moves[rows]
         )
+
+
+def aligned(shape: tuple[int, ...]) -> np.ndarray:
+    """Room for points, float32, where a vector register may load them from."""
+    size = 4 * math.prod(shape)
+    room = np.empty(size + ALIGNMENT, np.uint8)
+    start = -room.ctypes.data % ALIGNMENT
+    found: np.ndarray = room[start : start + size].view(np.float32).reshape(shape)
+    return found
 
 
 def _filled(

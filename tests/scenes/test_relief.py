@@ -20,8 +20,9 @@ from scenes.terrain_noise import (
     STEEP,
     STEEPEST,
     lattice_bits,
-    octave_sums,
+    octave_values,
     octaves_at,
+    twin_values,
     unit_noise,
     unit_rms,
 )
@@ -159,14 +160,14 @@ def test_the_hash_is_splitmix64():
 def test_slopes_are_those_of_the_heights(corner):
     ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
     xy, step = spread(np.random.default_rng(4), 500, 1e3), 1e-4
-    sums = ground.sums(corner, xy, np.zeros(len(xy)))
+    slopes = ground.slopes(corner, xy, np.zeros(len(xy)))
     for axis in (0, 1):
         move = step * np.eye(2)[axis]
         rise = ground.height(corner, xy + move) - ground.height(corner, xy - move)
-        np.testing.assert_allclose(sums[:, 1 + axis], rise / (2 * step), atol=2e-6)
-    up = upward(sums[:, 1:])
+        np.testing.assert_allclose(slopes[:, axis], rise / (2 * step), atol=2e-6)
+    up = upward(slopes)
     np.testing.assert_allclose(np.linalg.norm(up, axis=1), 1.0)
-    np.testing.assert_allclose(-up[:, :2] / up[:, 2:], sums[:, 1:], rtol=1e-12)
+    np.testing.assert_allclose(-up[:, :2] / up[:, 2:], slopes, rtol=1e-12)
     np.testing.assert_array_equal(ground.normal(corner, xy), up)
 
 
@@ -196,7 +197,7 @@ def test_octaves_up_to_twice_too_short_fade():
     ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
     xy = spread(np.random.default_rng(5), 200, 1e3)
     none, half, whole = (
-        ground.sums(HOME, xy, np.full(len(xy), s))[:, 1:] for s in (64.0, 64.0 / 2**0.5, 32.0)
+        ground.slopes(HOME, xy, np.full(len(xy), s)) for s in (64.0, 64.0 / 2**0.5, 32.0)
     )
     np.testing.assert_allclose(half, (none + whole) / 2, atol=1e-12)
 
@@ -224,6 +225,22 @@ def corners_at(u, v, turn):
             ka, kb = (30 * (t * (t - 1)) ** 2 for t in (a, b))
             slope = (2 * i - 1) * ka * wb * ex + (2 * j - 1) * kb * wa * ey
             yield wa * wb, slope, u - i, v - j, ex, ey
+
+
+def test_twins_are_two_noises_like_any_other():
+    """As large, as smooth, and with nothing to do with one another."""
+    rng = np.random.default_rng(7)
+    octave = octaves_at(FAR, 99, np.ones(1), np.ones(1))
+    xy, none = rng.uniform(0, 3e3, (300_000, 2)), np.zeros(300_000)
+    twins = twin_values(octave, xy, none)
+    assert np.sqrt(np.mean(twins**2, axis=0)) == pytest.approx(unit_rms(), rel=0.01)
+    assert np.abs(twins).max() < BOUND
+    assert abs(np.corrcoef(twins.T)[0, 1]) < 0.01
+    on_edges = np.floor(xy)
+    apart = twin_values(octave, on_edges - 1e-9, none) - twin_values(octave, on_edges + 1e-9, none)
+    assert np.abs(apart).max() < 1e-7
+    half = twin_values(octave, xy[:100], np.full(100, 2**0.5))
+    np.testing.assert_allclose(half, twins[:100] / 2, atol=1e-12)
 
 
 def test_the_bounds_of_unit_noise_are_the_largest_there_are():
@@ -307,7 +324,7 @@ def test_crests_have_their_size_and_bounds():
     """The constants of |noise|, and a ridged relief's RMS, mean and bounds."""
     xy = np.random.default_rng(5).uniform(0, 3e4, (400_000, 2))
     octave = octaves_at(Corner(0, 0), 99, np.ones(1), np.ones(1))
-    noise = np.abs(octave_sums(octave, xy, np.full(len(xy), np.inf))[:, 0])
+    noise = np.abs(octave_values(octave, xy, np.zeros(len(xy))))
     assert noise.mean() == pytest.approx(RIDGED_MEAN, rel=0.005)
     assert noise.std() == pytest.approx(RIDGED_RMS, rel=0.005)
     relief = Relief(3, 50.0, 64.0, 0.8, ridged=True)
@@ -324,7 +341,7 @@ def test_ridged_slopes_are_those_of_the_heights():
     relief, xy = Relief(3, 5.0, 64.0, 1.0, True), np.random.default_rng(6).uniform(0, 500, (500, 2))
     step = np.array((1e-6, 0.0))
     east = relief.height(Corner(0, 0), xy + step) - relief.height(Corner(0, 0), xy - step)
-    slope = relief.sums(Corner(0, 0), xy, np.zeros(len(xy)))[:, 1]
+    slope = relief.slopes(Corner(0, 0), xy, np.zeros(len(xy)))[:, 0]
     assert np.mean(np.isclose(east / 2e-6, slope, atol=1e-5)) > 0.99  # crests between apart
 
 
@@ -334,8 +351,9 @@ def test_no_point_minds_which_were_asked_for_before_it():
     ground = Relief(seed=3, amplitude=9.0, wavelength=256.0, hurst=0.8)
     xy = np.concatenate((spread(rng, 200, 400.0), rng.uniform(0, 3, (200, 2))))
     order, shortest = rng.permutation(len(xy)), rng.uniform(0, 20, len(xy))
-    sums = ground.sums(FAR, xy, shortest)
-    assert np.array_equal(ground.sums(FAR, xy[order], shortest[order]), sums[order])
-    for row in order[:40]:
-        one = slice(row, row + 1)
-        assert np.array_equal(ground.sums(FAR, xy[one], shortest[one]), sums[one])
+    for of in (ground.smooth, ground.slopes):
+        found = of(FAR, xy, shortest)
+        assert np.array_equal(of(FAR, xy[order], shortest[order]), found[order])
+        for row in order[:40]:
+            one = slice(row, row + 1)
+            assert np.array_equal(of(FAR, xy[one], shortest[one]), found[one])

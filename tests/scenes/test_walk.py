@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lod.comparison import distance_to, passes, sees, vantage_of
+from lod.fade import looks
 from lod.parts import Parts
 from lod.prune import displayed, prune, prune_by_level
 from lod.view import distance, in_view
@@ -80,7 +81,9 @@ def test_a_frame_of_a_preset_is_cut_the_same(name):
     assert sum(len(cut) for cut in cuts) > 10_000
 
 
-def test_the_number_of_threads_changes_nothing():
+def test_the_number_of_threads_changes_nothing(monkeypatch):
+    for name in ("lod.fade", "scenes.rig_pose", "scenes.emit"):
+        monkeypatch.setattr(f"{name}._SHORTEST_RUN", 97)
     world, view = seen_in("crowd", "render.size=200x100", frame=5)
     field = world.fields[0]
     one = []
@@ -89,7 +92,10 @@ def test_the_number_of_threads_changes_nothing():
         for threads in (1, 2):
             numba.set_num_threads(min(threads, before))
             cut = prune(field, view)
-            one.append([c.tobytes() for c in (cut.object, cut.part, cut.whole)])
+            look = looks(cut, view)
+            sticks = field.appearance(cut.parts, look)
+            found = cut.object, cut.part, cut.whole, cut.parts.position, look.inner, look.leaf
+            one.append([c.tobytes() for c in (*found, sticks.start, sticks.end)])
     finally:
         numba.set_num_threads(before)
     assert one[0] == one[1]
