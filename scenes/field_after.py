@@ -24,7 +24,7 @@ from scenes.rig_lift import lift, pace_most
 from scenes.slots import limits_of
 from scenes.troupe import Objects
 from scenes.walk import Held, Rows, walk
-from scenes.weave import sources, stale_cells, woven
+from scenes.weave import picked, sources, stale_cells, woven
 
 FARTHEST_M, FARTHEST_WALKING_M = 32.0, 2.0
 """Nothing is said to hold for longer than so many metres; the ground rises under who walks."""
@@ -164,18 +164,17 @@ def _weave(
     field: SpeciesField, hold: Hold, source: np.ndarray, objects: Objects, far: np.ndarray
 ) -> None:
     """Walk down fresh objects, of which more than anything is ``far`` away, and weave them in."""
-    first, old = sum(len(each) for each in hold.pool), len(hold.order)
+    first = sum(len(each) for each in hold.pool)
     held, rows = _walked(field, hold, objects)
     found, level = held[:, :2].astype(np.int32), field.troupe.atlas.level.astype(np.int16)
     columns = (*hold.rows[:3], hold.level), (*rows[:3], level[rows.part])
     object_, part, whole, hold.level = woven(source, hold.found, columns[0], found, columns[1])
     hold.rows = Rows(object_, part, whole, 0)
     lasting = np.column_stack((_until(held[:, 2:], far, hold.gone, hold.turned), far))
-    at = np.where(source >= 0, source, old - 1 - source)
-    hold.lasting = np.concatenate((hold.lasting, lasting))[at]
-    hold.found = np.concatenate((hold.found, found))[at]
+    hold.lasting = picked(source, hold.lasting, lasting)
+    hold.found = picked(source, hold.found, found)
     numbers = np.arange(first, first + len(objects), dtype=np.int32)
-    hold.order = np.concatenate((hold.order, numbers))[at]
+    hold.order = picked(source, hold.order[:, None], numbers[:, None])[:, 0]
     hold.pool.append(objects)
     if first > 2 * len(hold.order) + 1000:
         hold.pool, hold.order = [_taken(hold)], np.arange(len(hold.order), dtype=np.int32)

@@ -87,6 +87,17 @@ def woven(source, found, old, fresh_found, fresh):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True)
+def picked(source, old, fresh):  # type: ignore[no-untyped-def]
+    """Rows (n, k) of all objects in a table of the frame before, or in that of the fresh ones."""
+    rows = np.empty((len(source), old.shape[1]), old.dtype)
+    for i in range(len(source)):
+        s = source[i]
+        for k in range(old.shape[1]):
+            rows[i, k] = old[s, k] if s >= 0 else fresh[-1 - s, k]
+    return rows
+
+
+@njit(cache=True)
 def _starts(found):  # type: ignore[no-untyped-def]
     """Where the parts of each object begin, laid end to end; and the end."""
     at = np.zeros(len(found) + 1, np.int64)

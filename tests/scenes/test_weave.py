@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenes.weave import sources, woven
+from scenes.weave import picked, sources, woven
 
 
 def columns_of(parts, rng):
@@ -50,6 +50,10 @@ def test_weaving_is_what_lists_say(seed, cells):
         o if kind == "old" else -1 - (late[o] if kind == "again" else o) for kind, o in wanted
     ]
     assert source.tolist() == numbers
+
+    table, fresh_table = np.arange(2 * n).reshape(n, 2), -np.arange(2 * n + 98).reshape(-1, 2) - 1
+    rows = [table[s] if s >= 0 else fresh_table[-1 - s] for s in numbers]
+    assert np.array_equal(picked(source, table, fresh_table), np.reshape(rows, (-1, 2)))
 
     found, others = (
         np.stack((rng.integers(0, 5, k), np.zeros(k, int)), axis=1).astype(np.int32)
