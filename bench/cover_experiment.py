@@ -11,6 +11,7 @@ sky that now meet the tree are in no band.
 import hashlib
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -61,25 +62,25 @@ def run(
 
 def measure(look: str, seed: int) -> list[Point]:
     """One field in all pictures of one look: a point for each."""
-    return [_point(case, found) for case, found in field(look, seed).items()]
+    mine = [case for case in cases() if case.look == look]
+    return [_point(case, found) for case, found in field(look, seed, mine).items()]
 
 
-def field(look: str, seed: int) -> dict[Case, Bands]:
-    """One field in all pictures of one look, band by band."""
-    presets = {air: preset_of(look, air, seed) for air in AIRS}
-    world = build_world(presets["preset"])
+def field(look: str, seed: int, wanted: Sequence[Case]) -> dict[Case, Bands]:
+    """One field in the ``wanted`` pictures of one look, band by band."""
+    presets = {case.air: preset_of(look, case.air, seed) for case in wanted}
+    world = build_world(preset_of(look, AIRS[0], seed))
     unpruned = _whole_pictures(world, presets)
     made = {}
-    for case in cases():
-        if case.look == look:
-            picture = _pruned_picture(world, presets[case.air], case)
-            made[case] = in_bands(picture, unpruned[case.air], LOOKS[look].edges_m)
+    for case in wanted:
+        picture = _pruned_picture(world, presets[case.air], case)
+        made[case] = in_bands(picture, unpruned[case.air], LOOKS[look].edges_m)
     return made
 
 
 def _whole_pictures(world: World, presets: dict[str, Preset]) -> dict[str, Layers]:
     """Everything in the window through every air, from one scene."""
-    first = presets[AIRS[0]]
+    first = next(iter(presets.values()))
     camera, quality = view_at(world, first, 1).camera, _quality(first)
     stage = staged(camera, whole(world, first), air_of(first), light_of(first), quality)
     return {

@@ -1,0 +1,136 @@
+"""The land's tone at twelve pixels, from very many fields: ``python -m bench.tone_benchmark DIR``.
+
+``lodbench run cover`` looks at as many fields as ``run all`` has time for, and at twelve pixels
+they differ by more than the claim of 2 %. Here are others, in the preset's own air and with the far
+cover alone: each whole and pruned, band by band, from the experiment's own code. Every field is a
+row of DIR/fields.csv as soon as it is measured, so a run that was stopped goes on, and more fields
+are added to what is there. Nothing is timed: processes share the cores.
+"""
+
+import csv
+import multiprocessing
+import os
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+import click
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.cover_claims import TOLERANCE
+from bench.cover_experiment import field
+from bench.cover_scene import LOOKS, Case
+from bench.output import table
+from bench.statistics import ratio_of_means
+
+DETAIL, FIRST_SEED = 12.0, 1000
+FIELDS = {"aerial": 200, "forest": 300}
+"""As many as decide it; none of those that ``lodbench run cover`` looks at."""
+
+SUMS = ("tested", "tested rays", "whole", "whole rays")
+COLUMNS = ("look", "seed", "band", *SUMS)
+
+Key = tuple[str, int]
+Bands = list[list[int]]
+"""Of each band, SUMS."""
+
+
+def measured(look: str, seed: int) -> Bands:
+    """One field, pruned and whole."""
+    case = Case(look, "preset", DETAIL, cover=True)
+    found = field(look, seed, (case,))[case]
+    return [list(row) for row in zip(*(found[name] for name in SUMS), strict=True)]
+
+
+def kept(path: Path) -> dict[Key, Bands]:
+    """Fields that a file holds in full; none where there is no file."""
+    found: dict[Key, Bands] = {}
+    if path.exists():
+        with path.open(newline="") as file:
+            for row in csv.DictReader(file):
+                bands = found.setdefault((row["look"], int(row["seed"])), [])
+                bands.append([int(row[name]) for name in SUMS])
+    return {key: bands for key, bands in found.items() if len(bands) == bands_of(key[0])}
+
+
+def bands_of(look: str) -> int:
+    """How many bands of distance a look has."""
+    return len(LOOKS[look].edges_m) - 1
+
+
+def write(path: Path, fields: dict[Key, Bands]) -> None:
+    """All fields, in their order, in place of what the file held."""
+    beside = path.with_suffix(".new")
+    with beside.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(COLUMNS)
+        for (look, seed), bands in sorted(fields.items()):
+            rows.writerows([look, seed, k, *sums] for k, sums in enumerate(bands))
+    beside.replace(path)
+
+
+def judged(fields: dict[Key, Bands], look: str) -> list[Claim]:
+    """The claim of every band of a look, from all its fields."""
+    sums = np.array([bands for key, bands in sorted(fields.items()) if key[0] == look], np.float64)
+    edges = LOOKS[look].edges_m
+    words = "The land keeps its tone.", "mean luminance ÷ that of everything", "§2.4, issue 4"
+    return [
+        claim(
+            f"{look}, {edges[k]:g} to {edges[k + 1]:g} m",
+            words,
+            1.0,
+            TOLERANCE,
+            ratio_of_means(*sums[:, k].T),
+        )
+        for k in range(bands_of(look))
+    ]
+
+
+def _each(missing: list[Key], processes: int) -> Iterator[tuple[Key, Bands]]:
+    """Fields as they are measured, by as many processes of one thread each."""
+    spawned = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, spawned, initializer=_alone) as pool:
+        tasks = {pool.submit(measured, *key): key for key in missing}
+        for task in as_completed(tasks):
+            yield tasks[task], task.result()
+
+
+def _alone() -> None:
+    """One thread for everything in this process."""
+    import drjit
+    import numba
+
+    from scenes.render.variants import choose, use
+
+    use(choose())
+    drjit.set_thread_count(1)
+    numba.set_num_threads(1)
+
+
+@click.command()
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+@click.option("--fields", type=int, help="Of each look.  [default: 200 and 300]")
+@click.option("--processes", type=int, default=os.cpu_count(), show_default="one for each core")
+def main(folder: Path, fields: int | None, processes: int) -> None:
+    """Measure what FOLDER does not hold yet, and judge all that it holds."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "fields.csv"
+    found = kept(path)
+    wanted = [(look, FIRST_SEED + k) for look in LOOKS for k in range(fields or FIELDS[look])]
+    missing = [key for key in wanted if key not in found]
+    with click.progressbar(_each(missing, processes), len(missing), "fields") as arriving:
+        for key, bands in arriving:
+            found[key] = bands
+            write(path, found)
+    rows: list[tuple[object, ...]] = [("band", "fields", "pruned ÷ whole", "within 2 %")]
+    for look in LOOKS:
+        count = sum(key[0] == look for key in found)
+        for each in judged(found, look):
+            interval = f"{each.measured:.3f} ({each.low:.3f} to {each.high:.3f})"
+            rows.append((each.name, count, interval, each.verdict))
+    click.echo(table(rows))
+
+
+if __name__ == "__main__":
+    main()
