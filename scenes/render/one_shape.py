@@ -63,7 +63,7 @@ def _joined(curves: list[Description]) -> Description:
     ]
     return {
         "type": "linearcurve",
-        "control_points": np.concatenate(points, out=aligned((first[-1] + len(points[-1]), 4))),
+        "control_points": np.concatenate(points, out=aligned((sum(map(len, points)), 4))),
         "segment_indices": np.concatenate(segments),
         "tints": np.array([curve["albedo"] for curve in curves]),
         "tint": np.repeat(np.arange(len(curves), dtype=np.uint32), counts),
