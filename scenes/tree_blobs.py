@@ -4,7 +4,9 @@ Stochastic simplification after R. Cook, J. Halstead, M. Planck & D. Ryu, "Stoch
 simplification of aggregate detail", SIGGRAPH 2007: of many like elements keep few, enlarged so
 that the area they cover is kept. Here the few are drawn evenly: what is hidden is halved by area
 again and again along its longest extent (a k-d tree), and each group becomes one stick along its
-longest spread, as thick as it must be. They stay apart, so that the crown keeps its gaps.
+longest spread, as thick as it must be. They stay apart, so that the crown keeps its gaps. A flat
+spray, as a conifer's boughs are, is halved across its width: sticks are round, and only several
+side by side cover much from above and little from the side.
 """
 
 from dataclasses import dataclass, replace
@@ -22,6 +24,10 @@ FITTING_DIRECTIONS = 16
 
 _FULLEST = 2.236
 """√5: half an axis of an even ellipsoid, as a share of its standard deviation along it."""
+
+FLAT = 2.0
+"""The square of a flat spray's width over its length times its thickness: more in a plate, 1 in a
+ball, less in a rod."""
 
 _STEP = 0.7
 """Power of the missing area by which radii grow: converges for thin sticks and for round blobs."""
@@ -63,19 +69,37 @@ class Blobs:
 def gather(hidden: StickTable, most: int) -> tuple[Blobs, Ints]:
     """At most ``most`` blobs for what is hidden of each part, and the blob of each stick (k,)."""
     weight = mean_outline_areas(hidden)
-    middle = (hidden.start + hidden.end) / 2
-    group, part = _strata(hidden.first, middle, weight, most)
-    points = np.concatenate((hidden.start, hidden.end))
-    groups, weights = np.concatenate((group, group)), np.concatenate((weight, weight))
-    total = np.bincount(groups, weights, len(part))
-    centre = _sums(groups, points * weights[:, None], len(part)) / total[:, None]
-    offset = points - centre[groups]
-    products = (offset[:, :, None] * offset[:, None, :]).reshape(-1, 9) * weights[:, None]
-    spread = _sums(groups, products, len(part)).reshape(-1, 3, 3) / total[:, None, None]
-    values, axes = np.linalg.eigh(spread)
-    extent = _FULLEST * np.sqrt(np.maximum(values, 1e-8))
+    group, part = _strata(hidden.first, _halved_along(hidden, weight), weight, most)
+    centre, axes, extent = _ellipsoids(hidden, weight, group, len(part))
     radius = np.sqrt(extent[:, 0] * extent[:, 1])
     return Blobs(part, centre, axes[:, :, 2], extent[:, 2], radius), group
+
+
+def _halved_along(hidden: StickTable, weight: Reals) -> Points:
+    """Where each stick is for its part to be halved, (k, 3) [m]: its middle, or of a flat spray how
+    far that is aside."""
+    owner, middle = hidden.owner, (hidden.start + hidden.end) / 2
+    centre, axes, extent = _ellipsoids(hidden, weight, owner, len(hidden.first) - 1)
+    flat = extent[:, 1] ** 2 > FLAT * extent[:, 0] * extent[:, 2]
+    aside = np.zeros_like(middle)
+    aside[:, 0] = ((middle - centre[owner]) * axes[owner, :, 1]).sum(axis=1)
+    return np.where(flat[owner][:, None], aside, middle)
+
+
+def _ellipsoids(
+    hidden: StickTable, weight: Reals, group: Ints, groups: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Even ellipsoids that spread as groups of sticks do: their centres (g, 3), axes as columns
+    (g, 3, 3), the longest last, and half their lengths (g, 3) [m]."""
+    points = np.concatenate((hidden.start, hidden.end))
+    of, weights = np.concatenate((group, group)), np.concatenate((weight, weight))
+    total = np.bincount(of, weights, groups)
+    centre = _sums(of, points * weights[:, None], groups) / total[:, None]
+    offset = points - centre[of]
+    products = (offset[:, :, None] * offset[:, None, :]).reshape(-1, 9) * weights[:, None]
+    spread = _sums(of, products, groups).reshape(-1, 3, 3) / total[:, None, None]
+    values, axes = np.linalg.eigh(spread)
+    return centre, axes, _FULLEST * np.sqrt(np.maximum(values, 1e-8))
 
 
 def fitted(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 6) -> Reals:

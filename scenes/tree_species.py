@@ -206,7 +206,7 @@ CONIFER = TreeSpecies(
         flat=True,
         ahead=0.9,
     ),
-    porous=(5, 3, 3),
+    porous=(5, 4, 2),
     wood=(1, 0, 0),
     bark=((0.105, 0.085, 0.072), (0.100, 0.075, 0.055)),
     leafy={
@@ -219,7 +219,7 @@ CONIFER = TreeSpecies(
     clear=1,
     margin=1.025,
     thinnest=0.004,
-    lit=(0.490, 0.834, 0.943),
+    lit=(0.490, 0.851, 0.930),
 )
 
 SHRUB = TreeSpecies(

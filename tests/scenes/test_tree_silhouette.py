@@ -131,6 +131,35 @@ def test_the_last_shapes_are_as_upright_as_the_tree(name):
     assert ratios[1] == pytest.approx(ratios[0], rel=0.1)
 
 
+@pytest.mark.parametrize("name", SPECIES)
+def test_boughs_are_as_flat_as_what_they_hide(name):
+    """Every part of a depth displayed, and none below: cover from each height over the tree's own,
+    about their mean (round blobs end to end would give a conifer a fifth more from the side than
+    from above)."""
+    p = one(name, "summer")
+    spacing, finest = p.hierarchy.R[0] / RAYS, int(p.hierarchy.level.max())
+    own, *cuts = (_from_heights(_down_to(p, k), spacing) for k in range(finest, 0, -1))
+    for cover in cuts:
+        assert cover / own == pytest.approx((cover / own).mean(), rel=0.06)
+
+
+def _down_to(p, depth):
+    """All parts down to a depth, as one table of sticks."""
+    level = p.hierarchy.level
+    pairs = (p.inner, level[p.inner.owner] < depth), (p.leaf, level[p.leaf.owner] == depth)
+    names = ("start", "end", "start_radius", "end_radius", "tint")
+    columns = [np.concatenate([getattr(t, name)[row] for t, row in pairs]) for name in names]
+    return StickTable(np.array([0, len(columns[-1])]), *columns)
+
+
+def _from_heights(table, spacing):
+    """Mean cover over eight sides from each of five heights [m²]."""
+    height, side = np.meshgrid((0.05, 0.3, 0.55, 0.8, 0.97), np.arange(8) * np.pi / 4 + 0.2)
+    level = np.sqrt(1 - height**2)
+    views = np.stack((level * np.cos(side), level * np.sin(side), height), axis=2).reshape(-1, 3)
+    return visible_areas(table, views, spacing).sum(axis=1).reshape(height.shape).mean(axis=0)
+
+
 @pytest.mark.parametrize(("name", "season"), TREES)
 def test_crowns_let_as_much_light_through_and_in_as_many_places(name, season):
     """The gap fraction in squares a tenth of the crown wide, branches against the whole tree: a
