@@ -10,7 +10,10 @@ from lod.prune import cut_of
 from scenes.render import variants
 from scenes.render.frame import Light, Quality, Visible
 
-DRIVERS = (variants.SCALAR_VARIANT, variants.JIT_VARIANT)
+GPU_VARIANT = "cuda_ad_rgb"
+DRIVERS = [variants.SCALAR_VARIANT, variants.JIT_VARIANT]
+if variants.works(GPU_VARIANT) is True:
+    DRIVERS.append(GPU_VARIANT)
 
 
 @pytest.fixture(params=DRIVERS)
