@@ -117,7 +117,10 @@ def main(folder: Path, fields: int | None, processes: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "fields.csv"
     found = kept(path)
-    wanted = [(look, FIRST_SEED + k) for look in LOOKS for k in range(fields or FIELDS[look])]
+    shares = {look: fields or FIELDS[look] for look in LOOKS}
+    wanted = [(look, FIRST_SEED + k) for look, count in shares.items() for k in range(count)]
+    # Both looks grow together, so that a run that is stopped has some of each.
+    wanted.sort(key=lambda key: (key[1] - FIRST_SEED) / shares[key[0]])
     missing = [key for key in wanted if key not in found]
     with click.progressbar(_each(missing, processes), len(missing), "fields") as arriving:
         for key, bands in arriving:
