@@ -46,15 +46,18 @@ def shown_shares(cut: Cut, view: View) -> Reals:
     columns = parts.position, parts.centre, parts.bound, parts.limit, parts.limit_offscreen
     vantage = vantage_of(view)
 
-    def run(first: int, last: int) -> Reals:
-        return np.asarray(_shown(vantage, *(each[first:last] for each in columns), view.fade))
+    shown = np.ones(len(parts))
 
-    return np.concatenate(in_runs(run, len(parts), _SHORTEST_RUN))
+    def run(first: int, last: int) -> None:
+        rows = slice(first, last)
+        _shown(vantage, *(each[rows] for each in columns), view.fade, shown[rows])
+
+    in_runs(run, len(parts), _SHORTEST_RUN)
+    return shown
 
 
 @njit(cache=True, nogil=True)
-def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade):  # type: ignore[no-untyped-def]
-    shown = np.ones(len(bound))
+def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade, shown):  # type: ignore[no-untyped-def]
     for i in range(len(bound)):
         d = distance_to(vantage, position[i, 0], position[i, 1], position[i, 2])
         # Where it is well within the coarser limit it is whole, in view or not.
@@ -65,7 +68,6 @@ def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade):  # t
         if sees(vantage, x, y, z, bound[i]):
             inside = _of_band(d, limit[i], fade) * entered(vantage, x, y, z, bound[i])
             shown[i] = max(shown[i], inside)
-    return shown
 
 
 @njit(cache=True)

@@ -41,7 +41,8 @@ def pose_sticks(
         object's frame).
     """
     ends = ((start, start_joint), (end, end_joint))
-    both = _pose_ends(cast.tables, cast.most_joints, *bodies.columns(), rows, sticks, ends)
+    both = np.empty((2, len(rows), 3))
+    _pose_ends(cast.tables, cast.most_joints, *bodies.columns(), rows, sticks, ends, both)
     return both[0], both[1]
 
 
@@ -57,20 +58,20 @@ def pose_points(
 
     place (k, 3), joint (k,): the table (joint −1 = the object's frame).
     """
-    columns, ends = bodies.columns(), ((place, joint),)
+    columns, ends, found = bodies.columns(), ((place, joint),), np.empty((1, len(rows), 3))
 
-    def run(first: int, last: int) -> Points:
-        of = rows[first:last], points[first:last]
-        return np.asarray(_pose_ends(cast.tables, cast.most_joints, *columns, *of, ends)[0])
+    def run(first: int, last: int) -> None:
+        of, out = (rows[first:last], points[first:last]), found[:, first:last]
+        _pose_ends(cast.tables, cast.most_joints, *columns, *of, ends, out)
 
-    return np.concatenate(in_runs(run, len(rows), _SHORTEST_RUN))
+    in_runs(run, len(rows), _SHORTEST_RUN)
+    return found[0]
 
 
 @njit(cache=True, nogil=True)
-def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, ends):  # type: ignore[no-untyped-def]
-    """Every end of the items, (ends, m, 3). ``ends``: places and joints in the table of items."""
+def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, ends, out):  # type: ignore[no-untyped-def]
+    """Every end of the items into ``out`` (ends, m, 3). ``ends``: places and joints in their table."""
     frame, state = scratch(most)
-    out = np.empty((len(ends), len(rows), 3))
     m = 0
     while m < len(rows):
         o, first = rows[m], m
@@ -85,7 +86,6 @@ def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, end
         for place, on in ends:
             _put(frame, items, place, on, out[e], first, m)
             e += 1
-    return out
 
 
 _SHORTEST_RUN = 16384

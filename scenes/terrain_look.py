@@ -110,9 +110,9 @@ def surface(
         return arrived_at(ground, distance(view, points), level)
 
     lines = lineage(where, patches.deepest, placed, arrived)
-    bare = _by_runs(lambda rows: bare_look(ground, lines.points[rows]), lines.points)
+    bare = _by_runs(lambda rows: bare_look(ground, lines.points[rows]), lines.points, 7)
     points, looks = blended(lines, lines.points), blended(lines, bare)
-    drawn = _by_runs(lambda rows: _drawn(ground, points[rows], looks[rows]), points)
+    drawn = _by_runs(lambda rows: _drawn(ground, points[rows], looks[rows]), points, 9)
     vertices, normals, colours = drawn[:, :3], drawn[:, 3:6], drawn[:, 6:]
     return Triangles(vertices=vertices, normals=normals, colours=colours, faces=faces, owner=owner)
 
@@ -161,10 +161,15 @@ def toward_eye(normals: np.ndarray, smooth: np.ndarray, to_eye: np.ndarray) -> n
     return bent
 
 
-def _by_runs(task: Callable[[slice], np.ndarray], points: Sized) -> np.ndarray:
+def _by_runs(task: Callable[[slice], np.ndarray], points: Sized, columns: int) -> np.ndarray:
     """What a task says of slices of points, each as long as suits the processor's cache."""
-    runs = in_runs(lambda first, last: task(slice(first, last)), len(points), _RUN, _RUN)
-    return np.concatenate(runs)
+    found = np.empty((len(points), columns))
+
+    def run(first: int, last: int) -> None:
+        found[first:last] = task(slice(first, last))
+
+    in_runs(run, len(points), _RUN, _RUN)
+    return found
 
 
 def arrived_at(ground: Ground, d: Reals, level: Ints) -> Reals:
