@@ -70,7 +70,7 @@ def pose_points(
 
 @njit(cache=True, nogil=True)
 def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, ends, out):  # type: ignore[no-untyped-def]
-    """Every end of the items into ``out`` (ends, m, 3). ``ends``: places and joints in their table."""
+    """Every end of the items into ``out`` (ends, m, 3). ``ends``: places and joints of items."""
     frame, state = scratch(most)
     m = 0
     while m < len(rows):
