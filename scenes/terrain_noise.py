@@ -123,8 +123,8 @@ def _slopes(c, u, v):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _twin_cells(key, ix, iy, cells):  # type: ignore[no-untyped-def]
-    """The same of two noises at once, into (2, 12): of each point's bits either has 24 for the
-    value and 8 for the gradient.
+    """What ``_lattice_cell`` says of one noise, of two, into (2, 12): of each point's bits either
+    has 24 for the value and 8 for the gradient.
     """
     column, row = np.uint64(ix) * _GOLDEN, np.uint64(iy) * _GOLDEN
     for x in range(2):
@@ -230,7 +230,7 @@ def _values(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: 
 
 @njit(cache=True, nogil=True)
 def _steepness(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: ignore[no-untyped-def]
-    """The same of the slopes; a column of ``shortest`` and two of ``out`` for each asked for."""
+    """Slopes of what ``_values`` adds up; a column of ``shortest`` for each two of ``out``."""
     most, columns = len(keys), shortest.shape[1]
     cells, names, known = np.empty((most, 12)), np.empty((most, 2), np.int64), np.zeros(most, "?")
     for i in range(len(xy)):
@@ -258,6 +258,7 @@ def _steepness(keys, squares, offsets, scales, xy, shortest, crest, out):  # typ
 
 @njit(cache=True, nogil=True)
 def _twins(keys, squares, offsets, scales, xy, shortest, out):  # type: ignore[no-untyped-def]
+    """What ``_values`` adds up of one noise, of two."""
     most = len(keys)
     cells, names = np.empty((most, 2, 12)), np.empty((most, 2), np.int64)
     known = np.zeros(most, "?")
