@@ -1,5 +1,6 @@
 """The program: finds the command, and turns whatever goes wrong into one line and an exit code."""
 
+import atexit
 import importlib
 import os
 import signal
@@ -67,7 +68,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         code, line = _verdict(error)
         if line:
             click.echo(f"lodbench: {line}", err=True)
-    if code != INTERRUPTED:
+    if code == INTERRUPTED:
+        # While the interpreter ends there is no handler any more: another Ctrl-C would kill it.
+        atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    else:
         signal.signal(signal.SIGINT, before)
     sys.exit(code)
 

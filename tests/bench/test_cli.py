@@ -81,6 +81,28 @@ def test_what_goes_wrong_is_one_line_and_a_code(
     assert line in err
 
 
+LATE = """
+import os, signal
+from bench import cli
+
+class Last:
+    def __del__(self, kill=os.kill, number=signal.SIGINT):
+        kill(here, number)
+
+def interrupted(*anything):
+    raise KeyboardInterrupt
+
+here, last, cli.program.invoke = os.getpid(), Last(), interrupted
+cli.main(["list"])
+"""
+"""What it leaves behind interrupts it again, when the interpreter ends."""
+
+
+def test_an_interrupt_is_the_same_however_often_it_comes() -> None:
+    ended = subprocess.run([sys.executable, "-c", LATE], cwd=ROOT, capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (130, "lodbench: interrupted\n")
+
+
 def test_a_traceback_is_there_for_those_who_ask(
     breaking: Callable[[BaseException], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
