@@ -203,6 +203,15 @@ def slack(
     return most
 
 
+@njit(cache=True, inline="always")
+def _on_lattice(square, offset, side, xy):  # type: ignore[no-untyped-def]
+    """The lattice cell that a point is in, and where in it, in [0, 1)²."""
+    # Where the side is a power of two, multiplying by its inverse divides exactly.
+    u, v = (offset[0] + xy[0]) * (1.0 / side), (offset[1] + xy[1]) * (1.0 / side)
+    fu, fv = math.floor(u), math.floor(v)
+    return square[0] + np.int64(fu), square[1] + np.int64(fv), u - fu, v - fv
+
+
 @njit(cache=True, nogil=True)
 def _values(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: ignore[no-untyped-def]
     """Points that stand together share the cells of long waves: each octave's last is kept."""
@@ -214,15 +223,11 @@ def _values(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: 
             kept = _kept(side, shortest[i])
             if kept == 0.0:
                 break
-            # Where the side is a power of two, multiplying by its inverse divides exactly.
-            u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
-            v = (offsets[k, 1] + xy[i, 1]) * (1.0 / side)
-            fu, fv = math.floor(u), math.floor(v)
-            ix, iy = squares[k, 0] + np.int64(fu), squares[k, 1] + np.int64(fv)
+            ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
             if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
                 _lattice_cell(keys[k], ix, iy, cells[k])
                 names[k, 0], names[k, 1], known[k] = ix, iy, True
-            value = _value(cells[k], u - fu, v - fv)
+            value = _value(cells[k], u, v)
             if crest > 0.0:
                 value = crest - abs(value)
             out[i] += kept * scales[k, 1] * value
@@ -241,15 +246,12 @@ def _steepness(keys, squares, offsets, scales, xy, shortest, crest, out):  # typ
             side, weight = scales[k, 0], scales[k, 1]
             if _kept(side, least) == 0.0:
                 break
-            u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
-            v = (offsets[k, 1] + xy[i, 1]) * (1.0 / side)
-            fu, fv = math.floor(u), math.floor(v)
-            ix, iy = squares[k, 0] + np.int64(fu), squares[k, 1] + np.int64(fv)
+            ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
             if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
                 _lattice_cell(keys[k], ix, iy, cells[k])
                 names[k, 0], names[k, 1], known[k] = ix, iy, True
-            slope_x, slope_y = _slopes(cells[k], u - fu, v - fv)
-            fall = crest > 0.0 and _value(cells[k], u - fu, v - fv) > 0.0
+            slope_x, slope_y = _slopes(cells[k], u, v)
+            fall = crest > 0.0 and _value(cells[k], u, v) > 0.0
             for column in range(columns):
                 steep = _kept(side, shortest[i, column]) * weight / side * (-1.0 if fall else 1.0)
                 out[i, 2 * column] += steep * slope_x
@@ -268,15 +270,12 @@ def _twins(keys, squares, offsets, scales, xy, shortest, out):  # type: ignore[n
             weight = _kept(side, shortest[i]) * scales[k, 1]
             if weight == 0.0:
                 break
-            u = (offsets[k, 0] + xy[i, 0]) * (1.0 / side)
-            v = (offsets[k, 1] + xy[i, 1]) * (1.0 / side)
-            fu, fv = math.floor(u), math.floor(v)
-            ix, iy = squares[k, 0] + np.int64(fu), squares[k, 1] + np.int64(fv)
+            ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
             if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
                 _twin_cells(keys[k], ix, iy, cells[k])
                 names[k, 0], names[k, 1], known[k] = ix, iy, True
             for twin in range(2):
-                out[i, twin] += weight * _value(cells[k, twin], u - fu, v - fv)
+                out[i, twin] += weight * _value(cells[k, twin], u, v)
 
 
 def octave_values(
