@@ -78,6 +78,13 @@ def field(look: str, seed: int, wanted: Sequence[Case]) -> dict[Case, Bands]:
     return made
 
 
+def pruned_alone(look: str, seed: int, case: Case) -> Bands:
+    """One field in one pruned picture, band by band, held against nothing but itself."""
+    world, preset = (build_world(preset_of(look, AIRS[0], seed)), preset_of(look, case.air, seed))
+    picture = _pruned_picture(world, preset, case)
+    return in_bands(picture, picture, LOOKS[look].edges_m)
+
+
 def _whole_pictures(world: World, presets: dict[str, Preset]) -> dict[str, Layers]:
     """Everything in the window through every air, from one scene."""
     first = next(iter(presets.values()))

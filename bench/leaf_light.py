@@ -1,12 +1,14 @@
 """How much light the leaf appearances of trees send, over what the tree in full detail sends.
 
-``python -m bench.leaf_light [--sides] [SPECIES…]`` prints the shares by which
+``python -m bench.leaf_light [--sides | --heights] [SPECIES…]`` prints the shares by which
 ``scenes.tree_species`` takes colour from the shapes that stand for hidden leaves, level by level:
 what they hide shades itself, and one smooth shape does not. A stand of one species is looked at
 from all sides, every tree cut at one level, in the light of a sun 40° up and an even sky
 (``scenes.stand_light``). Paths of light and places of trees are the same at all levels. With
 ``--sides`` it prints instead the share that would be right for a whole tree's own shapes toward
-each side, 0° with the sun behind the viewer, and toward each height.
+each side, 0° with the sun behind the viewer, and toward each height. With ``--heights`` it prints
+what the shapes of a level lack from each height, in cover and then in light
+(``scenes.heights``).
 """
 
 import math
@@ -16,12 +18,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64
 
+from scenes.heights import HEIGHTS_DEG, FromHeights, thinned
 from scenes.prototype import Prototype
 from scenes.sky_share import sky_share
-from scenes.stand import stood, toward
+from scenes.stand import bare_of, stood, toward
 from scenes.stand_light import DRAWS, GROUND, seen_along
 from scenes.stick_grid import grid_of
 from scenes.stick_table import StickTable
+from scenes.stick_view import visible_areas
 from scenes.tree import tree_prototypes
 from scenes.tree_species import SPECIES, TreeSpecies
 
@@ -33,6 +37,14 @@ TREES, SPACING = 24, 1.0
 
 LINES = 1500
 """From each direction."""
+
+LOWEST_DEG, ASIDE_DEG = 4.0, (22.5, 67.5, 112.5, 157.5)
+"""From where light is looked at for what is level with the eye; and turns that stand for all, none
+of them right before the sun, where nothing shows its shade."""
+
+SIDES_DEG = (20.0, 80.0, 140.0, 200.0, 260.0, 320.0)
+RAYS, ROUNDS = 400, 4
+"""Across a tree's height, and steps to the right cover."""
 
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
@@ -62,23 +74,32 @@ def cut_at(tree: Prototype, species: TreeSpecies, level: int) -> tuple[StickTabl
     return StickTable(np.array((0, len(flags))), *columns), flags
 
 
-def sent(trees: tuple[Prototype, ...], species: TreeSpecies, level: int) -> Sent:
-    """What a stand of these trees sends, every one displayed down to a level."""
+def sent(
+    trees: tuple[Prototype, ...],
+    species: TreeSpecies,
+    level: int,
+    share: float = 1.0,
+    elevations: tuple[float, ...] = ELEVATIONS_DEG,
+    turns: tuple[float, ...] = TURNS_DEG,
+) -> Sent:
+    """What a stand of these trees sends to each elevation and turn, every one displayed down to a
+    level, if this share is left of its shapes."""
     rng = np.random.Generator(np.random.Philox(0x1EAF))
-    side, cuts = (
-        species.height[0] * SPACING * math.sqrt(TREES),
-        [cut_at(tree, species, level) for tree in trees],
-    )
+    side = species.height[0] * SPACING * math.sqrt(TREES)
+    cuts = [cut_at(tree, species, level) for tree in trees]
     tables, colours, flags = [], [], []
     for n in range(TREES):
         (table, hides), palette = cuts[n % len(trees)], trees[n % len(trees)].tints
-        tables.append(stood(table, rng.random(2) * side, 2 * np.pi * rng.random()))
+        left = thinned(table, np.where(hides, share, 1.0)) if share != 1 else table
+        tables.append(stood(left, rng.random(2) * side, 2 * np.pi * rng.random()))
         colours.append(palette[table.tint])
         flags.append(hides)
     names = ("start", "end", "start_radius", "end_radius", "tint")
     columns = [np.concatenate([getattr(table, name) for table in tables]) for name in names]
     plot = StickTable(np.array((0, len(columns[0]))), *columns)
-    return _seen(plot, side, np.concatenate(colours), np.concatenate(flags), rng)
+    return _seen(
+        plot, side, np.concatenate(colours), np.concatenate(flags), (elevations, turns), rng
+    )
 
 
 def _seen(
@@ -86,14 +107,15 @@ def _seen(
     side: float,
     colour: Float64[np.ndarray, "k 3"],
     hides: np.ndarray,
+    sides: tuple[tuple[float, ...], tuple[float, ...]],
     rng: np.random.Generator,
 ) -> Sent:
     grid, light = grid_of(plot, side), (toward(SUN_DEG, 0.0), sky_share(SUN_DEG, TURBIDITY))
-    found = np.zeros((2, len(ELEVATIONS_DEG), len(TURNS_DEG)))
+    found = np.zeros((2, *map(len, sides)))
     for row, column in np.ndindex(found.shape[1:]):
         start = np.zeros((LINES, 3))
         start[:, :2] = rng.random((LINES, 2)) * side
-        direction = toward(ELEVATIONS_DEG[row], TURNS_DEG[column])
+        direction = toward(sides[0][row], sides[1][column])
         seen = seen_along(grid, colour, light, start, direction, rng.random((LINES, DRAWS)))
         met = seen.stick != GROUND
         light_of = seen.sent @ _LUMINANCE
@@ -102,10 +124,51 @@ def _seen(
     return Sent(*found)
 
 
+def from_heights(species: TreeSpecies, level: int, seed: int = 1) -> tuple[float, FromHeights]:
+    """Looks of the shapes of a level from each height, and the share of their colour that they keep
+    where they are brightest (``TreeSpecies.lit``): for a tree displayed down to the level to cover
+    what the whole does, and for a stand to send as much light, in the mean over sides."""
+    plain = replace(species, lit=(), heights=())
+    trees = tree_prototypes(seed, TREES // 4, plain, "summer")
+    finest = int(trees[0].hierarchy.level.max())
+    share, tone = [], []
+    for height in HEIGHTS_DEG:
+        share.append(_share_left(trees, plain, level, height))
+        sides = (float(max(height, LOWEST_DEG)),), ASIDE_DEG
+        full, cut = (
+            sent(trees, plain, finest, 1.0, *sides),
+            sent(trees, plain, level, share[-1], *sides),
+        )
+        tone.append(float((full.shapes + full.itself - cut.itself).sum() / cut.shapes.sum()))
+    shares, tones = (tuple(round(each / max(all_), 3) for each in all_) for all_ in (share, tone))
+    return max(tone), FromHeights(shares, tones)
+
+
+def _share_left(
+    trees: tuple[Prototype, ...], species: TreeSpecies, level: int, height: float
+) -> float:
+    """What is to be left of a level's shapes, from a height [degrees], for them to cover as much as
+    the species wants."""
+    views = np.array([toward(height, side) for side in SIDES_DEG])
+    spacing = species.height[0] / RAYS
+
+    def covered(tables: list[StickTable]) -> float:
+        return float(np.mean([visible_areas(t, views, spacing).sum() for t in tables]))
+
+    cuts = [cut_at(tree, species, level) for tree in trees]
+    wanted = species.margin * covered([bare_of(tree)[0] for tree in trees])
+    bare = covered([thinned(table, np.where(hides, 1e-6, 1.0)) for table, hides in cuts])
+    share = 1.0
+    for _ in range(ROUNDS):
+        now = covered([thinned(table, np.where(hides, share, 1.0)) for table, hides in cuts])
+        share *= (wanted - bare) / (now - bare)
+    return share
+
+
 def shares(species: TreeSpecies, season: str, seed: int = 1) -> list[float]:
     """Share of their colour that shapes of each level keep for the stand to send as much as in full
     detail, from trees whose shapes have it all."""
-    trees = tree_prototypes(seed, 3, replace(species, lit=()), season)
+    trees = tree_prototypes(seed, 3, replace(species, lit=(), heights=()), season)
     bare = not species.leafy.get(season)
     grown = species.bare() if bare and species.foliage else species
     finest = int(trees[0].hierarchy.level.max())
@@ -121,7 +184,7 @@ def shares(species: TreeSpecies, season: str, seed: int = 1) -> list[float]:
 def sides(species: TreeSpecies, seed: int = 1) -> Float64[np.ndarray, "e t"]:
     """The share that would be right for the shapes of whole trees in summer, (e, t): toward each
     elevation and turn, 0° with the sun behind the viewer."""
-    trees = tree_prototypes(seed, 3, replace(species, lit=()), "summer")
+    trees = tree_prototypes(seed, 3, replace(species, lit=(), heights=()), "summer")
     full, cut = (sent(trees, species, k) for k in (int(trees[0].hierarchy.level.max()), 0))
     return (full.shapes + full.itself - cut.itself) / cut.shapes
 
@@ -145,10 +208,21 @@ def print_shares(names: list[str]) -> None:
             print(f"{name}, {season}: ({found})", flush=True)
 
 
+def print_heights(names: list[str]) -> None:
+    """Print, for leafy species, the tables of ``TreeSpecies.heights``, and ``lit`` that goes with
+    them."""
+    for name in names or [each for each, species in SPECIES.items() if species.leafy]:
+        for level in range(len(SPECIES[name].porous)):
+            lit, looks = from_heights(SPECIES[name], level)
+            print(f"{name}, level {level}: lit {lit:.3f}, {looks}", flush=True)
+
+
 def main(arguments: list[str]) -> None:
     """What the module's own text says, for the species named, or all."""
-    names = [each for each in arguments if each != "--sides"]
-    (print_sides if "--sides" in arguments else print_shares)(names)
+    names = [each for each in arguments if not each.startswith("--")]
+    how = {"--sides": print_sides, "--heights": print_heights}
+    asked = [each for each in arguments if each in how]
+    (how[asked[0]] if asked else print_shares)(names)
 
 
 if __name__ == "__main__":

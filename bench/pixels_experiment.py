@@ -103,7 +103,8 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Cov
     rng = np.random.Generator(np.random.Philox(seed))
     chosen = np.sort(rng.permutation(parts.object[roots])[:most])
     rows = np.flatnonzero(np.isin(parts.object, chosen))
-    shape = field.appearance(parts.take(rows), Look(look.inner[rows], look.leaf[rows]))
+    seen = Look(look.inner[rows], look.leaf[rows], look.rise[rows])
+    shape = field.appearance(parts.take(rows), seen)
     count = np.bincount(parts.object[rows])[chosen]
     found = [
         covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))

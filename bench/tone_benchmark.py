@@ -4,7 +4,9 @@
 they differ by more than the claim of 2 %. Here are others, in the preset's own air and with the far
 cover alone: each whole and pruned, band by band, from the experiment's own code. Every field is in
 DIR/fields.csv as soon as it is measured, so a run that was stopped goes on, and more fields are
-added to what is there. Nothing is timed: processes share the cores.
+added to what is there. With ``--again`` the pruned pictures are measured anew, beside the whole
+ones that DIR holds: of how things are pruned those mind what is out of view alone, whose light is
+less than 0.1 % of a band. Nothing is timed: processes share the cores.
 """
 
 import csv
@@ -19,7 +21,7 @@ import numpy as np
 
 from bench.claims import Claim, claim
 from bench.cover_claims import TOLERANCE
-from bench.cover_experiment import field
+from bench.cover_experiment import field, pruned_alone
 from bench.cover_scene import LOOKS, Case
 from bench.output import table
 from bench.statistics import ratio_of_means
@@ -30,16 +32,21 @@ FIELDS = {"aerial": 200, "forest": 300}
 
 SUMS = ("tested", "tested rays", "whole", "whole rays")
 COLUMNS = ("look", "seed", "band", *SUMS)
+_WHOLE = ((2, "whole"), (3, "whole rays"))
 
 Key = tuple[str, int]
 Bands = list[list[int]]
 """Of each band, SUMS."""
 
 
-def measured(look: str, seed: int) -> Bands:
-    """One field, pruned and whole."""
+def measured(look: str, seed: int, whole: Bands | None) -> Bands:
+    """One field, pruned and whole; or pruned alone, where ``whole`` pictures are known."""
     case = Case(look, "preset", DETAIL, cover=True)
-    found = field(look, seed, (case,))[case]
+    if whole is None:
+        found = field(look, seed, (case,))[case]
+    else:
+        alone = pruned_alone(look, seed, case)
+        found = {**alone, **{name: [band[k] for band in whole] for k, name in _WHOLE}}
     return [list(row) for row in zip(*(found[name] for name in SUMS), strict=True)]
 
 
@@ -87,11 +94,14 @@ def judged(fields: dict[Key, Bands], look: str) -> list[Claim]:
     ]
 
 
-def _each(missing: list[Key], processes: int) -> Iterator[tuple[Key, Bands]]:
-    """Fields as they are measured, by as many processes of one thread each."""
+def _each(
+    missing: list[Key], wholes: dict[Key, Bands], processes: int
+) -> Iterator[tuple[Key, Bands]]:
+    """Fields as they are measured, by as many processes of one thread each; where ``wholes`` are
+    known those are taken."""
     spawned = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, spawned, initializer=_alone) as pool:
-        tasks = {pool.submit(measured, *key): key for key in missing}
+        tasks = {pool.submit(measured, *key, wholes.get(key)): key for key in missing}
         for task in as_completed(tasks):
             yield tasks[task], task.result()
 
@@ -117,20 +127,25 @@ def _alone() -> None:
     default=os.cpu_count(),
     show_default="one for each core",
 )
-def main(folder: Path, fields: int | None, processes: int) -> None:
+@click.option("--again", is_flag=True, help="Pruned pictures anew, of all that FOLDER holds.")
+def main(folder: Path, fields: int | None, processes: int, again: bool) -> None:
     """Measure what FOLDER does not hold yet, and judge all that it holds."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "fields.csv"
-    found = kept(path)
+    wholes = kept(path) if again else {}
+    # What is measured anew takes the place of the old when all of it is there.
+    target = folder / "again.csv" if again else path
+    found = kept(target)
     shares = {look: fields or FIELDS[look] for look in LOOKS}
     wanted = [(look, FIRST_SEED + k) for look, count in shares.items() for k in range(count)]
     # Both looks grow together, so that a run that is stopped has some of each.
     wanted.sort(key=lambda key: (key[1] - FIRST_SEED) / shares[key[0]])
-    missing = [key for key in wanted if key not in found]
-    with click.progressbar(_each(missing, processes), len(missing), "fields") as arriving:
+    missing = [key for key in sorted(wholes) or wanted if key not in found]
+    with click.progressbar(_each(missing, wholes, processes), len(missing), "fields") as arriving:
         for key, bands in arriving:
             found[key] = bands
-            write(path, found)
+            write(target, found)
+    target.replace(path)
     rows: list[tuple[object, ...]] = [("band", "fields", "pruned ÷ whole", "within 2 %")]
     for look in LOOKS:
         count = sum(key[0] == look for key in found)

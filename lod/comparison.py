@@ -12,6 +12,11 @@ from numba import njit
 from lod.view import View
 
 
+ENTRY = 0.25
+"""Share of its diameter with which a sphere has entered the view: what it holds fills little of it,
+and would be seen thin along the picture's edges if that took longer."""
+
+
 class Vantage(NamedTuple):
     """A view as compiled walks read it: the eye, the camera's axes, and its pyramid of view, of
     whose sides ``length`` is √(1 + tan²).
@@ -93,10 +98,11 @@ def into_view(s, x, y, z):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def entered(s, x, y, z, radius):  # type: ignore[no-untyped-def]
-    """How far a sphere that ``sees`` has come into the pyramid of view, 0 to 1 of its diameter."""
+    """How far a sphere that ``sees`` has come into the pyramid of view, 0 to 1: ENTRY of its
+    diameter."""
     if s.look_around or radius <= 0.0:
         return 1.0
-    return min((into_view(s, x, y, z) + radius) / (2.0 * radius), 1.0)
+    return min((into_view(s, x, y, z) + radius) / (2.0 * ENTRY * radius), 1.0)
 
 
 @njit(cache=True)

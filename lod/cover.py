@@ -20,24 +20,28 @@ Kinds = Float64[np.ndarray, " k"]
 Triple = Float64[np.ndarray, "3"]
 
 
-def missing_share(d: Reals, limits: Float64[np.ndarray, "#n p"], fade: float) -> Reals:
-    """Share of objects that is not displayed at distance ``d`` (n,), where equally many have each
-    of ``limits`` (n or 1, p); over the band of fading what they no longer cover, (n,)."""
-    missing: Reals = _missing(d, np.minimum(limits, 1e30), fade)
+def missing_share(
+    d: Reals, limits: Float64[np.ndarray, "#n p"], areas: Float64[np.ndarray, " p"], fade: float
+) -> Reals:
+    """Share of what objects cover that is not displayed at distance ``d`` (n,), (n,).
+
+    Equally many have each of ``limits`` (n or 1, p), and outlines in proportion to ``areas``; over
+    the band of fading it is what they no longer cover.
+    """
+    missing: Reals = _missing(d, np.minimum(limits, 1e30), areas / areas.sum(), fade)
     return missing
 
 
 @njit(cache=True, nogil=True)
-def _missing(d, limits, fade):  # type: ignore[no-untyped-def]
+def _missing(d, limits, weight, fade):  # type: ignore[no-untyped-def]
     missing = np.empty(len(d))
-    count = limits.shape[1]
     for i in range(len(d)):
         limit = limits[min(i, len(limits) - 1)]
         shown = 0.0
-        for k in range(count):
+        for k in range(len(weight)):
             band = max(fade * limit[k], 1e-12)
-            shown += min(max((limit[k] - d[i]) / band, 0.0), 1.0)
-        missing[i] = 1.0 - shown / count
+            shown += weight[k] * min(max((limit[k] - d[i]) / band, 0.0), 1.0)
+        missing[i] = max(1.0 - shown, 0.0)
     return missing
 
 

@@ -2,7 +2,7 @@
 
 Within a band before its limit distance D a part shrinks from its full area to none (Rubin 1982,
 the paper's ref. 8), and what hangs on it with it. Out of view D is less; what is displayed only
-because it is in view grows as the sphere that holds it comes into the pyramid of view. The area
+because it is in view grows while the sphere that holds it enters the pyramid of view. The area
 that a part's own parts no longer cover is the share λ of its leaf appearance. Counts are those of
 the cut: fading changes no part of it.
 """
@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from lod.arrays import Reals
+from lod.arrays import Points, Reals
 from lod.comparison import distance_to, entered, sees, vantage_of
 from lod.parts import Look
 from lod.prune import Cut
@@ -34,13 +34,25 @@ def looks(cut: Cut, view: View) -> Look:
     """How much of its inner and of its leaf appearance each displayed part shows."""
     parts = cut.parts
     shown = shown_shares(cut, view) if view.fade else np.ones(len(parts))
-    return Look(*_blended(parts.whole, parts.share, shown))
+    inner, leaf = _blended(parts.whole, parts.share, shown)
+    return Look(inner, leaf, rises(parts.position, view))
+
+
+def rises(position: Points, view: View) -> Reals:
+    """Sine of the angle at which the line from each point (n, 3) to the eye rises, (n,)."""
+    eye, found = view.camera.eye, np.empty(len(position))
+    in_runs(
+        lambda first, last: _rises(position[first:last], eye, found[first:last]),
+        len(position),
+        _SHORTEST_RUN,
+    )
+    return found
 
 
 def shown_shares(cut: Cut, view: View) -> Reals:
     """Share of its area that each displayed part shows by itself: (D − d)/(fade·D), at most 1.
 
-    In view times what of its sphere's diameter is, but no less than it would show out of view.
+    In view times how far its sphere has entered it, but no less than it would show out of view.
     """
     parts = cut.parts
     columns = parts.position, parts.centre, parts.bound, parts.limit, parts.limit_offscreen
@@ -68,6 +80,14 @@ def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade, shown
         if sees(vantage, x, y, z, bound[i]):
             inside = _of_band(d, limit[i], fade) * entered(vantage, x, y, z, bound[i])
             shown[i] = max(shown[i], inside)
+
+
+@njit(cache=True, nogil=True)
+def _rises(position, eye, found):  # type: ignore[no-untyped-def]
+    for i in range(len(position)):
+        x, y, z = eye[0] - position[i, 0], eye[1] - position[i, 1], eye[2] - position[i, 2]
+        d = math.sqrt(x * x + y * y + z * z)
+        found[i] = z / d if d > 0.0 else 0.0
 
 
 @njit(cache=True)

@@ -81,13 +81,17 @@ class Look:
 
     inner  (n,) of the inner appearance
     leaf   (n,) of the leaf appearance
+    rise   (n,) sine of the angle at which the line from the part to the eye rises; by default 0
     """
 
     inner: np.ndarray
     leaf: np.ndarray
+    rise: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        freeze(self, inner=np.float64, leaf=np.float64)
+        if not len(self.rise):
+            object.__setattr__(self, "rise", np.zeros(len(self.inner)))
+        freeze(self, inner=np.float64, leaf=np.float64, rise=np.float64)
 
     def __len__(self) -> int:
         return len(self.inner)

@@ -1,7 +1,9 @@
 """The prototypes of one species, laid end to end in one set of arrays."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -10,8 +12,12 @@ from lod.arrays import freeze
 from lod.hierarchy import Hierarchy
 from lod.parts import Look
 from lod.view import View
+from scenes.heights import Minds, between, place, together, toned
 from scenes.rig import RiggedSticks
 from scenes.rig_prototype import RiggedPrototype
+
+_GOLDEN = (math.sqrt(5) - 1) / 2
+"""Multiples of it fall evenly on 0 to 1 (Weyl)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +30,7 @@ class Atlas:
     part_count, first_part, order: the parts of row i are order[first_part[i] :][: part_count[i]]
     sticks         both appearances; those of row i, inner then leaf, begin at first[2 i] and
                    first[2 i + 1]
+    minds          which sticks mind the height that they are seen from; darker tones follow theirs
     """
 
     hierarchies: tuple[Hierarchy, ...]
@@ -39,6 +46,7 @@ class Atlas:
     order: np.ndarray
     sticks: RiggedSticks
     tints: np.ndarray
+    minds: Minds
 
     def __post_init__(self) -> None:
         freeze(self, root=np.int64, joint=np.int64, origin=np.float64, rest=np.float64)
@@ -54,7 +62,7 @@ class Atlas:
         joint = np.concatenate([prototype.joint for prototype in prototypes])
         rest = np.concatenate([tree.position for tree in trees])
         pairs = list(zip(trees, order_start, root, strict=True))
-        sticks, tints = _appearances(prototypes)
+        sticks, tints, minds = _appearances(prototypes)
         return Atlas(
             hierarchies=trees,
             root=root,
@@ -69,6 +77,7 @@ class Atlas:
             order=np.concatenate([tree.order + row for tree, _, row in pairs]),
             sticks=sticks,
             tints=tints,
+            minds=minds,
         )
 
     def limits(self, view: View, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -89,9 +98,24 @@ class Atlas:
         whole, offset = expand(self.part_count[rows])
         return whole, self.order[self.first_part[rows][whole] + offset]
 
-    def sticks_of(self, rows: np.ndarray, look: Look) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Which of ``rows`` owns each displayed stick, the stick's row, and its share of area."""
-        return _sticks_of(self.sticks.first, rows, look.inner, look.leaf)
+    def sticks_of(self, rows: np.ndarray, look: Look) -> "Displayed":
+        """The displayed sticks of these rows."""
+        minds, table = self.minds, self.sticks
+        tables = minds.of_stick, minds.share, minds.darker
+        shown = look.inner, look.leaf, look.rise
+        return Displayed(*_sticks_of(table.first, table.tint, tables, rows, *shown))
+
+
+class Displayed(NamedTuple):
+    """Displayed sticks (k,).
+
+    owner  of the rows that were asked for; stick: its own row; share of its area, and its tint
+    """
+
+    owner: np.ndarray
+    stick: np.ndarray
+    share: np.ndarray
+    tint: np.ndarray
 
 
 @lru_cache(maxsize=16)
@@ -111,28 +135,40 @@ def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def _sticks_of(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
-    """Owner, row and share of every stick of blocks 2·row and 2·row + 1, in their order."""
+def _sticks_of(first, tints, minds, rows, inner, leaf, rise):  # type: ignore[no-untyped-def]
+    """Owner, row, share and tint of every stick of blocks 2·row and 2·row + 1, in their order."""
+    of_stick, shares_seen, darker = minds
     count = 0
     for i in range(len(rows)):
         for side, share in enumerate((inner[i], leaf[i])):
             block = 2 * rows[i] + side
             count += (first[block + 1] - first[block]) * (share > 0.0)
     owner, stick = np.empty(count, np.int64), np.empty(count, np.int64)
-    shares = np.empty(count)
+    shares, tint = np.empty(count), np.empty(count, np.int64)
     k = 0
     for i in range(len(rows)):
+        aloft = high = 0.0
+        if len(shares_seen):
+            aloft, high = place(abs(rise[i])), place(max(rise[i], 0.0))
         for side, share in enumerate((inner[i], leaf[i])):
             block = 2 * rows[i] + side
             if share > 0.0:
                 for row in range(first[block], first[block + 1]):
-                    owner[k], stick[k], shares[k] = i, row, share
+                    owner[k], stick[k], shares[k], tint[k] = i, row, share, tints[row]
+                    c = of_stick[row]
+                    if c >= 0:
+                        shares[k] *= between(shares_seen[c], aloft)
+                        # Between two tones some sticks have one and some the other.
+                        tint[k] += int(between(darker[c], high) + row * _GOLDEN % 1.0)
                     k += 1
-    return owner, stick, shares
+    return owner, stick, shares, tint
 
 
-def _appearances(prototypes: tuple[RiggedPrototype, ...]) -> tuple[RiggedSticks, np.ndarray]:
-    """Inner and leaf tables of all prototypes, interleaved part by part, on one palette."""
+def _appearances(
+    prototypes: tuple[RiggedPrototype, ...],
+) -> tuple[RiggedSticks, np.ndarray, Minds]:
+    """Inner and leaf tables of all prototypes, interleaved part by part, on one palette; and which
+    sticks mind heights."""
     palettes = np.concatenate([p.tints for p in prototypes])
     tints, tint_row = np.unique(palettes, axis=0, return_inverse=True)
     tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])[:-1]
@@ -149,4 +185,8 @@ def _appearances(prototypes: tuple[RiggedPrototype, ...]) -> tuple[RiggedSticks,
     columns = {k: np.concatenate([getattr(table, k) for table in tables])[order] for k in names}
     count = np.bincount(blocks, minlength=2 * parts)
     first = np.concatenate(([0], np.cumsum(count)))
-    return RiggedSticks(first=first, tint=np.concatenate(tint)[order], **columns), tints
+    pairs = [each for p in prototypes for each in (Minds(), p.minds)]
+    minds = together(pairs, [len(table) for table in tables])
+    minds = replace(minds, of_stick=minds.of_stick[order])
+    tint_of_stick, tints = toned(np.concatenate(tint)[order], tints, minds)
+    return RiggedSticks(first=first, tint=tint_of_stick, **columns), tints, minds

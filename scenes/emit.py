@@ -13,7 +13,7 @@ from lod.arrays import Ints
 from lod.parts import Sticks
 from lod.runs import in_runs
 from lod.thinning import thinning
-from scenes.atlas import Atlas
+from scenes.atlas import Atlas, Displayed
 from scenes.rig_cast import Bodies, Cast
 from scenes.rig_pose import at_point, matrix, pose_wanted, scratch, stand, want
 
@@ -26,25 +26,20 @@ def emit(
     atlas: Atlas,
     bodies: Bodies,
     objects: Ints,
-    owner: np.ndarray,
-    stick: np.ndarray,
-    share: np.ndarray,
+    displayed: Displayed,
 ) -> Sticks:
-    """Sticks of the rows ``stick`` (m,) of an atlas's table, each covering its ``share`` (m,).
-
-    objects (n,): of each displayed part, its row in ``bodies``; owner (m,): the part of each stick.
-    """
+    """Displayed sticks of an atlas; objects (n,): of each displayed part, its row in ``bodies``."""
     table = atlas.sticks
     ends = table.start, table.end, table.start_joint, table.end_joint
-    sizes = table.start_radius, table.end_radius, table.tint
+    sizes = table.start_radius, table.end_radius
+    owner, stick, share, tint = displayed
     n, columns = len(stick), bodies.columns()
     start, end, radii = np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n))
-    tint = np.empty(n, np.int64)
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
         which = objects, owner[rows], stick[rows], share[rows]
-        out = start[rows], end[rows], radii[:, rows], tint[rows]
+        out = start[rows], end[rows], radii[:, rows]
         _emit(cast.tables, cast.most_joints, *columns, *which, ends, sizes, *out)
 
     in_runs(run, n, _SHORTEST_RUN)
@@ -70,10 +65,9 @@ def _emit(  # type: ignore[no-untyped-def]
     starts,
     stops,
     radii,
-    tint,
 ):
     start, end, joint0, joint1 = ends
-    radius0, radius1, tints = sizes
+    radius0, radius1 = sizes
     n = len(stick)
     frame, state = scratch(most)
     m = 0
@@ -106,5 +100,4 @@ def _emit(  # type: ignore[no-untyped-def]
                 length = math.sqrt(x * x + y * y + z * z)
                 factor = thinning(radius0[k], radius1[k], length, share[m])
             radii[0, m], radii[1, m] = radius0[k] * factor, radius1[k] * factor
-            tint[m] = tints[k]
             m += 1

@@ -24,6 +24,9 @@ from lod.view import View, distance
 from scenes.field import Species
 from scenes.stand import DEPRESSIONS_DEG, TURNS_DEG, Stand, stand_of
 
+Shares = Float64[np.ndarray, "n k"]
+"""By point and species."""
+
 LOWEST_DEG = DEPRESSIONS_DEG[0]
 """No line counts as coming down flatter: there nearly every line meets something in any case."""
 
@@ -53,27 +56,43 @@ class FarCover:
         prototypes = [p for each in self.species for p in each.prototypes]
         return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
 
-    def missing(self, view: View, points: Points) -> Float64[np.ndarray, "n k"]:
-        """Share of each species that is not displayed at points of the ground."""
-        d = distance(view, points)
-        columns = []
-        for each in self.species:
+    def missing(self, view: View, points: Points) -> Shares:
+        """Share of what each species covers that is not displayed at points of the ground: what is
+        small goes first, and covers less."""
+        return self._gone(view, points) * self._grown(view, points)
+
+    def _gone(self, view: View, points: Points) -> Shares:
+        """The same of what grows there."""
+        d, gone = distance(view, points), np.empty((len(points), len(self.species)))
+        for k, each in enumerate(self.species):
             trees = [p.hierarchy for p in each.prototypes]
-            column = missing_share(d, _limits_at(view, trees, points, d), view.fade)
+            outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
+            limits = _limits_at(view, trees, points, d)
+            gone[:, k] = missing_share(d, limits, outlines, view.fade)
+        return gone
+
+    def _grown(self, view: View, points: Points) -> Shares:
+        """Share of its density that each species has at points of the ground."""
+        grown = np.ones((len(points), len(self.species)))
+        for k, each in enumerate(self.species):
             if each.habitat is not None:
-                column *= each.habitat.share(view.camera.corner, points[:, :2])
-            columns.append(column)
-        return np.stack(columns, axis=1) if columns else np.zeros((len(points), 0))
+                grown[:, k] = each.habitat.share(view.camera.corner, points[:, :2])
+        return grown
 
     def left(self, view: View, points: Points) -> "FarLeft":
         """What of the species there is at points (n, 3) of the ground, as the eye sees it."""
-        missing = self.missing(view, points)
-        rows = np.flatnonzero(missing.any(axis=1))
+        gone, grown = self._gone(view, points), self._grown(view, points)
+        rows = np.flatnonzero((gone * grown).any(axis=1))
         lift, covered = np.zeros((2, len(points)))
         look = None
         if len(rows):
-            look = _Lines.of(self, view, points[rows], missing[rows])
-            lift[rows] = look.at_depression(self.stand.height) * look.share
+            at, gone, grown = points[rows], gone[rows], grown[rows]
+            level = _Lines.of(self, view, at, gone, grown)
+            lift[rows] = level.at_depression(self.stand.height) * level.share
+            # Lines meet the ground where it is drawn, and what is displayed is buried so deep.
+            drawn = at + lift[rows, None] * np.array((0.0, 0.0, 1.0))
+            above = np.interp(lift[rows], self.stand.levels, self.stand.above)[:, None]
+            look = _Lines.of(self, view, drawn, 1 - (1 - gone) * above, grown)
             covered[rows] = covered_share(look.depths)
         return FarLeft(self, lift, covered, rows, look)
 
@@ -115,9 +134,9 @@ class FarLeft:
         # What is displayed shades all that is painted on the ground: of the ground only the rest of
         # the shade is missing, and what stands there is shaded already by all of the stand.
         shade = np.maximum(look.at(stand.ground), LEAST_LIGHT)
-        share = look.share[:, None]
-        stands = (sent + bare * lifted) / (light * shade ** (1 - share))
-        found: Points = (1 - covered) * bare * shade**share + covered * stands
+        stands = (sent + bare * lifted) / (light * shade ** look.rest[:, None])
+        ground = bare * shade ** look.share[:, None]
+        found: Points = (1 - covered) * ground + covered * stands
         return found
 
 
@@ -157,16 +176,18 @@ class _Lines:
     """Lines of sight that come down to points of the ground.
 
     row, column (n,)  of their depressions and turns in the tables of a stand, with fractions
-    depths (n, k) of each species' cover; share (n,): of the whole stand's cover that is missing
+    depths (n, k) of each species' cover that is missing; share (n,): of the whole stand's cover,
+        where all species stand everywhere; rest (n,): the share of it that is displayed
     """
 
     row: np.ndarray
     column: np.ndarray
     depths: np.ndarray
     share: np.ndarray
+    rest: np.ndarray
 
     @staticmethod
-    def of(cover: FarCover, view: View, points: Points, missing: np.ndarray) -> "_Lines":
+    def of(cover: FarCover, view: View, points: Points, gone: Shares, grown: Shares) -> "_Lines":
         to_eye = view.camera.eye - points
         flat = np.hypot(to_eye[:, 0], to_eye[:, 1])
         depression = np.degrees(np.arctan2(to_eye[:, 2], flat))
@@ -179,9 +200,10 @@ class _Lines:
         area = looked_up(cover.stand.area.T[:, None], row, np.zeros(len(row)))
         density = np.array([each.density for each in cover.species])
         sine = np.sin(np.radians(depression))
-        depths = cover_depths(missing, density, area, sine)
-        whole = cover_depths(np.ones_like(missing), density, area, sine)
-        return _Lines(row, column, depths, depths.sum(axis=1) / whole.sum(axis=1))
+        whole = cover_depths(np.ones_like(grown), density, area, sine)
+        there, depths = whole * grown, whole * grown * gone
+        share, rest = (each.sum(axis=1) / whole.sum(axis=1) for each in (depths, there - depths))
+        return _Lines(row, column, depths, share, rest)
 
     def at_depression(self, table: Float64[np.ndarray, " d"]) -> Reals:
         """A table (δ,) at each line, (n,)."""

@@ -6,8 +6,8 @@ rigid object (one that is only placed, turned about the vertical and scaled):
     separation  distance from a part's origin to its whole's origin, as it stands
     extent      farthest that a part's own sticks, of either appearance and radius included, are
         from a point
-    P           √ of the largest area over directions that the leaf appearance covers
-        (``stick_area``)
+    P           √ of the largest area over directions that the leaf appearance covers, as it looks
+        from each (``stick_area``, ``heights``)
     R           the greater of the extent of the part and the extents of its direct parts, from its
         origin
     B           the greater of the extent of the part and, over its parts, separation + B of the
@@ -17,7 +17,7 @@ An only part that is no smaller than its whole is one with it (``lod.as_one``): 
 of the whole, and the two share the greater P and R.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -26,8 +26,8 @@ from lod.arrays import Ints, Points, Reals, freeze
 from lod.as_one import first_of_one, shared
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
+from scenes.heights import Minds, largest_seen
 from scenes.part_contrast import part_contrast
-from scenes.stick_area import largest_area
 from scenes.stick_table import StickTable as StickTable
 
 
@@ -38,6 +38,7 @@ class Prototype:
     inner  what a part looks like while some of its own parts are displayed; may be nothing
     leaf   its leaf appearance; never nothing. A part that owns none is always a leaf
     tints  (t, 3) linear Rec.709 albedo, 0 to 1
+    minds  which sticks of ``leaf`` mind the height that they are seen from
     """
 
     name: str
@@ -45,6 +46,7 @@ class Prototype:
     inner: StickTable
     leaf: StickTable
     tints: np.ndarray
+    minds: Minds = field(default_factory=Minds)
 
     def __post_init__(self) -> None:
         freeze(self, tints=np.float64)
@@ -54,7 +56,7 @@ class Prototype:
         """The same object ``factor`` times as large."""
         hierarchy = self.hierarchy.scaled(factor)  # refuses a bad factor
         inner, leaf = self.inner.scaled(factor), self.leaf.scaled(factor)
-        return Prototype(self.name, hierarchy, inner, leaf, self.tints)
+        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.minds)
 
 
 def assemble(
@@ -65,13 +67,15 @@ def assemble(
     inner: StickTable,
     leaf: StickTable,
     tints: Float64[np.ndarray, "t 3"],
+    minds: Minds | None = None,
 ) -> Prototype:
     """A prototype from its parts' places and sticks: P, R, B and separation by the rule above."""
     sizes = {"inner": len(inner.first) - 1, "leaf": len(leaf.first) - 1, "origin": len(origin)}
     for key, size in sizes.items():
         if size != len(whole):
             raise InputError(f"{name}.{key}", size, f"one entry for each of {len(whole)} parts")
-    P = np.sqrt(largest_area(leaf))
+    minds = minds or Minds()
+    P = np.sqrt(largest_seen(leaf, minds))
     one = first_of_one(whole, P)
     origin = origin[one]
     part = np.flatnonzero(whole >= 0)
@@ -86,7 +90,7 @@ def assemble(
     for row in part[::-1]:
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
     hierarchy = Hierarchy(whole, level, origin, shared(P, one), shared(R, one), B, separation)
-    prototype = Prototype(name, hierarchy, inner, leaf, tints)  # refuses bad sticks and tints
+    prototype = Prototype(name, hierarchy, inner, leaf, tints, minds)  # refuses what is bad
     contrast = part_contrast(whole, leaf, tints)[one]
     return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
 
@@ -118,6 +122,10 @@ def _distance(a: Points, b: Points) -> Reals:
 def _check(prototype: Prototype) -> None:
     name, n = prototype.name, len(prototype.hierarchy)
     tints = prototype.tints
+    minds = prototype.minds.rows(len(prototype.leaf))
+    if len(minds) != len(prototype.leaf) or minds.max(initial=-1) >= len(prototype.minds.share):
+        rule = f"a row or -1 for each of {len(prototype.leaf)} sticks"
+        raise InputError(f"{name}.minds", len(minds), rule)
     if tints.ndim != 2 or tints.shape[1:] != (3,):
         raise InputError(f"{name}.tints", tints.shape, "one row of three for each tint")
     if not (np.isfinite(tints).all() and np.all((tints >= 0) & (tints <= 1))):

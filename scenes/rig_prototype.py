@@ -26,6 +26,7 @@ from lod.arrays import Ints, Points, Reals, freeze
 from lod.as_one import first_of_one, shared
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
+from scenes.heights import Minds
 from scenes.part_contrast import part_contrast
 from scenes.prototype import Prototype
 from scenes.rig import Rig, RiggedSticks, placed
@@ -48,7 +49,7 @@ class RiggedPrototype:
     joint   (n,) joint that the part's origin rides on
     place   (n, 3) the origin in that joint's frame; the joint's own by default [m]
     hierarchy  positions at rest; P, R, B and separation for every allowed pose
-    inner, leaf, tints as in Prototype; motion: its walk, or whatever it does
+    inner, leaf, tints, minds as in Prototype; motion: its walk, or whatever it does
     """
 
     name: str
@@ -60,6 +61,7 @@ class RiggedPrototype:
     tints: np.ndarray
     motion: Motion
     place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    minds: Minds = field(default_factory=Minds)
 
     def __post_init__(self) -> None:
         if not len(self.place):
@@ -86,7 +88,7 @@ class RiggedPrototype:
         position = placed(origin, turn, self.joint, self.place)
         hierarchy = replace(self.hierarchy, position=position)
         inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
-        return Prototype(self.name, hierarchy, inner, leaf, self.tints)
+        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.minds)
 
     def walking(self, phase: float) -> Prototype:
         """The object at a phase of its motion."""
@@ -108,6 +110,7 @@ class RiggedPrototype:
             self.tints,
             self.motion.scaled(factor),
             self.place * factor,
+            self.minds,
         )
 
 
@@ -131,6 +134,7 @@ def rigid(prototype: Prototype) -> RiggedPrototype:
         tints=prototype.tints,
         motion=still(rig),
         place=prototype.hierarchy.position,
+        minds=prototype.minds,
     )
 
 

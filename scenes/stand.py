@@ -17,6 +17,7 @@ from lod.arrays import Reals, freeze
 from scenes.prototype import Prototype
 from scenes.rig_prototype import RiggedPrototype
 from scenes.stand_light import DRAWS, GROUND, seen_along
+from scenes.stick_area import mean_outline_areas
 from scenes.stick_grid import grid_of
 from scenes.stick_raster import areas_of_parts
 from scenes.stick_table import StickTable
@@ -31,6 +32,9 @@ LINES = 1500
 
 OBJECTS = 96
 """In a plot, as near as whole numbers of every species allow."""
+
+LEVELS = 33
+"""Heights at which it is told how much is above."""
 
 _ASKEW_DEG = 31.7
 """Of the sun's azimuth to the plot's sides, along which low lines would meet the same again."""
@@ -48,6 +52,7 @@ class Stand:
         over the ground's albedo
     ground (δ, φ, 3)  light on the ground where lines come down to it
     height (δ,)  at which lines first meet anything, the ground included, on average [m]
+    levels, above (n,)  heights [m], and of all outlines the share that is above each
     """
 
     area: np.ndarray
@@ -55,6 +60,8 @@ class Stand:
     lifted: np.ndarray
     ground: np.ndarray
     height: np.ndarray
+    levels: np.ndarray
+    above: np.ndarray
 
     def __post_init__(self) -> None:
         freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
@@ -90,7 +97,7 @@ def stand_of(
             sums[:, k, row, column] = seen.sent[mine].sum(axis=0), seen.lifted[mine].sum(axis=0)
     lit = _means(ground[:, None], bare_seen[None])[0, 0]
     sent, lifted = _means(sums, met)
-    return Stand(_areas(bare), sent, lifted, lit, heights.mean(axis=1))
+    return Stand(_areas(bare), sent, lifted, lit, heights.mean(axis=1), *_above(plot))
 
 
 def bare_of(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
@@ -138,6 +145,15 @@ def toward(elevation_deg: float, azimuth_deg: float) -> Reals:
     """Unit vector to where the eye or the sun stands in a plot, (3,)."""
     e, a = math.radians(elevation_deg), math.radians(azimuth_deg + _ASKEW_DEG)
     return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
+
+
+def _above(plot: StickTable) -> tuple[Reals, Reals]:
+    """Heights up to the plot's top [m], and the share of its sticks' outlines above each; a stick
+    is where its middle is."""
+    middle = (plot.start[:, 2] + plot.end[:, 2]) / 2
+    levels = np.linspace(0.0, max(float(middle.max()), 0.0), LEVELS)
+    outlines, _ = np.histogram(middle, np.append(levels, np.inf), weights=mean_outline_areas(plot))
+    return levels, outlines[::-1].cumsum()[::-1] / outlines.sum()
 
 
 def _areas(bare: list[list[tuple[StickTable, np.ndarray]]]) -> Float64[np.ndarray, "k d"]:

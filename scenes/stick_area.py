@@ -116,11 +116,11 @@ def _exact_where_single(
     single, several = np.flatnonzero(count == 1), np.flatnonzero(count > 1)
     areas[single] = closed_form(table)[table.first[single]]
     if len(several):
-        areas[several] = measured(_parts_alone(table, count > 1))
+        areas[several] = measured(parts_alone(table, count > 1))
     return areas
 
 
-def _parts_alone(table: StickTable, parts: Flags) -> StickTable:
+def parts_alone(table: StickTable, parts: Flags) -> StickTable:
     """The flagged parts (n,) with their sticks, and no others."""
     keep = parts[table.owner]
     names = ("start", "end", "start_radius", "end_radius", "tint")

@@ -15,6 +15,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points
 from lod.errors import InputError
+from scenes.heights import Minds
 from scenes.prototype import Prototype, assemble
 from scenes.stick_table import StickTable
 from scenes.tree_blobs import joined
@@ -95,7 +96,19 @@ def _prototype(name: str, tree: Grown) -> Prototype:
         inner=joined(tuple(inner)),
         leaf=joined(tuple(leaf)),
         tints=tree.palette,
+        minds=_minds(tree.species, looks),
     )
+
+
+def _minds(species: TreeSpecies, looks: list[StickTable]) -> Minds | None:
+    """The shapes of every level but the last: all that follows the wood that is kept."""
+    if not species.heights:
+        return None
+    rows = [np.full(len(look), -1) for look in looks]
+    for level, look in enumerate(looks[:-1]):
+        kept = np.arange(len(look)) - look.first[look.owner] < species.wood[level]
+        rows[level][~kept] = level
+    return Minds.of(np.concatenate(rows), species.heights)
 
 
 def _wholes(tree: Grown, row: list[int]) -> Ints:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Reals
+from scenes.heights import FromHeights, thinned
 from scenes.stick_area import directions, mean_outline_areas
 from scenes.stick_table import StickTable
 from scenes.stick_view import visible_areas
@@ -151,19 +152,33 @@ def _of_level(tree: Grown, depth: int, above: StickTable, seen: Seen) -> StickTa
     if depth == 0:
         blobs = _as_tall(blobs, factor, standing, seen)
         factor = factor * _in_place(blobs, factor, standing, seen, cover)
+    if tree.species.heights:
+        looks = tree.species.heights[depth]
+        factor = factor * _in_place(blobs, factor, standing, seen, cover, looks)
     own = _mean_colours(lost, group, len(blobs.part), tree.palette)
     lit = tree.species.lit[depth] if tree.species.lit else 1.0
     tint = _tints(blobs.table(n, factor), own, lit, standing, seen, tree.palette)
     return joined((wood, blobs.table(n, factor, tint)))
 
 
-def _in_place(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen, cover: float) -> float:
-    """One factor for all blobs so that the tree covers as much as it should."""
+def _in_place(
+    blobs: Blobs,
+    factor: Reals,
+    standing: StickTable,
+    seen: Seen,
+    cover: float,
+    looks: FromHeights | None = None,
+) -> float:
+    """One factor for all blobs so that the tree covers as much as it should, with what is left of
+    them from each height."""
     scale = 1.0
     for _ in range(4):
-        table = joined((standing, _as_one((blobs.table(len(factor), scale * factor),))))
-        covered = visible_areas(table, seen.views, seen.spacing).sum(axis=1).mean()
-        scale *= float(radius_step(np.array([cover]), np.array([covered]))[0])
+        table = _as_one((blobs.table(len(factor), scale * factor),))
+        covers = []
+        for view in seen.views:
+            left = table if looks is None else thinned(table, looks.share_from(abs(view[2])))
+            covers.append(visible_areas(joined((standing, left)), view[None], seen.spacing).sum())
+        scale *= float(radius_step(np.array([cover]), np.array([np.mean(covers)]))[0])
     return scale
 
 

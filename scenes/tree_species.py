@@ -9,6 +9,8 @@ tupelo); the values are our own, with far fewer branches, each of which bears a 
 import math
 from dataclasses import dataclass, field, replace
 
+from scenes.heights import FromHeights
+
 Colour = tuple[float, float, float]
 
 
@@ -83,6 +85,8 @@ class TreeSpecies:
     lit: share of its colour that a leaf appearance of the tree, a limb, a branch, … has, so that it
         sends as much light as what it hides, which shades itself; measured (``bench.leaf_light``);
         () for all of it, as without leaves, where it is 1 within 5 %
+    heights: how the leaf appearances of the tree, a limb, … look from heights, measured likewise;
+        () for the same from all
     margin: cover of leaf appearances over what they hide: between two levels, where they and what
         is left of their parts hide one another, a leafy tree falls short by 3 to 6 %
     """
@@ -107,12 +111,13 @@ class TreeSpecies:
     clear: int = 4
     margin: float = 1.015
     lit: tuple[float, ...] = ()
+    heights: tuple[FromHeights, ...] = ()
 
     def bare(self) -> "TreeSpecies":
         """The same tree without its leaves; its looks are then all of wood."""
         keep = (self.wood[0], *(max(1, each) for each in self.wood[1:]))
         more = tuple(each + 1 for each in self.porous)
-        bare = replace(self, foliage=None, porous=more, wood=keep, lit=())
+        bare = replace(self, foliage=None, porous=more, wood=keep, lit=(), heights=())
         return replace(bare, clear=8, margin=0.955)
 
 
@@ -219,7 +224,21 @@ CONIFER = TreeSpecies(
     clear=1,
     margin=1.025,
     thinnest=0.004,
-    lit=(0.490, 0.851, 0.930),
+    lit=(0.688, 0.984, 1.034),
+    heights=(
+        FromHeights(
+            (0.69, 0.75, 0.87, 0.97, 1.0, 0.97, 0.88, 0.75, 0.67, 0.66),
+            (0.6, 0.72, 0.81, 0.92, 0.94, 0.97, 0.94, 0.94, 0.97, 1.0),
+        ),
+        FromHeights(
+            (0.91, 0.86, 0.88, 0.93, 0.98, 1.0, 1.0, 0.97, 0.95, 0.95),
+            (0.81, 0.82, 0.91, 0.95, 0.96, 1.0, 0.94, 0.95, 0.94, 0.97),
+        ),
+        FromHeights(
+            (0.8, 0.81, 0.84, 0.89, 0.93, 0.95, 0.97, 0.98, 0.99, 1.0),
+            (0.86, 0.87, 0.93, 0.96, 0.94, 0.98, 0.93, 0.93, 0.95, 1.0),
+        ),
+    ),
 )
 
 SHRUB = TreeSpecies(

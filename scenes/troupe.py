@@ -168,8 +168,8 @@ class Troupe:
 
         Parts of one object stand together, so that every joint is posed once.
         """
-        owner, stick, share = self.atlas.sticks_of(parts.part, look)
-        return emit(self.cast, self.atlas, parts.state.bodies, parts.object, owner, stick, share)
+        displayed = self.atlas.sticks_of(parts.part, look)
+        return emit(self.cast, self.atlas, parts.state.bodies, parts.object, displayed)
 
     def _parts(
         self, objects: Objects, rows: np.ndarray, part: np.ndarray, whole: np.ndarray, view: View

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
-from bench.tone_benchmark import COLUMNS, bands_of, judged, kept, write
+from bench import tone_benchmark
+from bench.tone_benchmark import COLUMNS, bands_of, judged, kept, main, write
 
 
 def planted(ratio: float, fields: int = 200) -> dict:
@@ -41,3 +43,27 @@ def test_fields_are_kept_whole_or_not_at_all(tmp_path):
     assert kept(path) == {key: found[key] for key in sorted(found)[:2]}
     write(path, kept(path) | found)
     assert path.read_text() == text and list(tmp_path.iterdir()) == [path]
+
+
+def test_pruned_pictures_are_measured_anew_beside_whole_ones_that_are_kept(tmp_path, monkeypatch):
+    path, old = tmp_path / "fields.csv", planted(0.95, 4)
+    write(path, old)
+    text, asked = path.read_text(), []
+
+    def stopped_once(missing, wholes, processes):
+        asked.append(missing)
+        assert wholes == old
+        for key in missing if len(asked) > 1 else missing[:1]:
+            yield key, [[10 * band[0], band[1], *band[2:]] for band in wholes[key]]
+        if len(asked) == 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(tone_benchmark, "_each", stopped_once)
+    arguments = [str(tmp_path), "--again"]
+    assert CliRunner().invoke(main, arguments).exit_code == 1  # stopped
+    assert path.read_text() == text
+    CliRunner().invoke(main, arguments)
+    assert [len(each) for each in asked] == [4, 3]
+    found = kept(path)
+    assert [found[key][0][0] / old[key][0][0] for key in sorted(old)] == [10.0] * 4
+    assert not (tmp_path / "again.csv").exists()

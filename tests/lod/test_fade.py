@@ -96,20 +96,21 @@ def shown(turn, **where):
 EDGE, ASIDE = np.radians(30.0), np.arcsin(1 / 30)  # a sphere of 1 m at 30 m touches it so far off
 
 
-def test_what_comes_into_view_grows_with_what_of_its_sphere_is():
-    assert shown(EDGE - 1.0001 * ASIDE) == 1.0
-    assert shown(EDGE) == pytest.approx(0.5)
+def test_what_comes_into_view_grows_till_a_quarter_of_its_sphere_is():
+    assert shown(EDGE) == 1.0
+    quarter = np.arcsin(0.75 / 30)  # a sphere of 1 m whose centre is 0.75 m out of view
+    assert shown(EDGE + quarter) == pytest.approx(0.5)
     assert shown(EDGE + 0.9999 * ASIDE) == pytest.approx(0.0, abs=1e-3)
-    assert shown(0.0, rise=CAMERA.tan_half[1]) == pytest.approx(0.5)
+    assert shown(0.0, rise=1.1 * CAMERA.tan_half[1]) < 1 == shown(0.0, rise=CAMERA.tan_half[1])
     turns = np.linspace(0, 2 * EDGE, 4000)
     shares = np.array([shown(turn) for turn in turns])
-    assert np.abs(np.diff(shares)).max() < 1.01 * (turns[1] - turns[0]) / (2 * ASIDE)
+    assert np.abs(np.diff(shares)).max() < 4.04 * (turns[1] - turns[0]) / (2 * ASIDE)
 
 
 def test_what_is_displayed_out_of_view_too_does_not_shrink_at_its_edge():
     turns = np.linspace(0, np.pi, 500)
     assert all(shown(turn, ahead=19.9) == 1.0 for turn in turns)
-    assert min(shown(turn, ahead=22.5) for turn in turns) == pytest.approx(0.5)
+    assert min(shown(turn, ahead=22.5) for turn in turns) == pytest.approx(0.5, abs=0.02)
 
 
 def test_without_limit_nothing_fades():

@@ -7,8 +7,10 @@ import pytest
 
 from scenes.far_cover import FarCover
 from scenes.field import Species
+from scenes.habitat import Habitat
 from scenes.preset import load_preset
 from scenes.prototype import assemble
+from scenes.relief import Relief
 from scenes.sky_share import sky_share
 from scenes.stand import DEPRESSIONS_DEG, stand_of
 from scenes.stick_grid import NOTHING, first_met, grid_of
@@ -133,6 +135,39 @@ def test_nothing_is_left_where_nothing_is_missing_and_it_runs_on_smoothly(covere
     assert np.isfinite(colours).all() and colours.min() >= 0 and colours.max() <= 1
 
 
+def test_what_is_displayed_is_buried_where_the_ground_is_lifted_and_painted_on_it(covered):
+    view, kinds = covered[1], (ball(1.0, 1.0), ball(4.0, 2.0))
+    cover = replace(covered[0], species=(Species("balls", kinds, 0.04),))
+    D = view.limits(kinds[1].hierarchy)[0][0]
+    points = ground(view, np.linspace((1 - view.fade) * D, D, 200))
+    left, gone = cover.left(view, points), cover.missing(view, points)[:, 0]
+    assert gone[0] == pytest.approx(0.2, abs=0.01) and gone[-1] == pytest.approx(1.0)
+    above = np.interp(left.lift, cover.stand.levels, cover.stand.above)
+    assert left.lines.share == pytest.approx(1 - (1 - gone) * above)
+    assert (left.lines.share - gone).max() > 0.05 and above.min() < 0.9
+
+
+def test_the_share_of_outlines_above_a_height_falls_from_all_to_none(covered):
+    """All of a stand of balls 2 m in radius, 4 m up, is where their middles are."""
+    stand = covered[0].stand
+    assert stand.above[0] == pytest.approx(1.0) and stand.above[-1] > 0
+    assert (np.diff(stand.above) <= 0).all() and stand.levels[-1] == pytest.approx(4.0)
+
+
+def test_where_half_of_it_grows_half_of_it_is_left(covered):
+    cover, view = covered
+    # So high above the flat datum that half of it has thinned out.
+    habitat = Habitat(Relief(1, 0.0, 64.0, 0.9), highest=50.0, thinning=100.0)
+    half = replace(cover, species=(replace(cover.species[0], habitat=habitat),))
+    D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
+    points = ground(view, np.linspace((1 - view.fade) * D, 1.5 * D, 100))
+    left, all_over = half.left(view, points), cover.left(view, points)
+    assert np.allclose(left.lines.share + left.lines.rest, 0.5)
+    far = all_over.rows[all_over.lines.share == 1]
+    assert np.allclose(half.missing(view, points), cover.missing(view, points) / 2)
+    assert (left.covered[far] < all_over.covered[far]).all() and (left.covered[far] > 0).all()
+
+
 def test_under_the_shade_of_what_is_displayed_it_sends_what_the_whole_stand_does(covered):
     """What is painted on the ground is shaded by what still stands there, and must not be twice."""
     cover, view = covered
@@ -143,6 +178,7 @@ def test_under_the_shade_of_what_is_displayed_it_sends_what_the_whole_stand_does
     rows, lines, stand = left.rows, left.lines, cover.stand
     share, shade = lines.share[:, None], lines.at(stand.ground)
     assert 0 < share.min() < 0.5 and share.max() == pytest.approx(1.0) and shade.max() < 0.99
+    assert np.allclose(lines.share + lines.rest, 1)
     seen = left.colours(up, bare)[rows] * shade ** (1 - share)  # displayed balls cast that share
     sent = lines.at(stand.sent[0]) + bare[rows] * lines.at(stand.lifted[0])
     hidden = left.covered[rows, None]

@@ -222,7 +222,7 @@ def nearest_of_axis(built, hits):
 def joint_of_parts(placed, cut, look):
     """The joint that each displayed part rides on, for those of which all sticks ride on one."""
     atlas, found = placed.troupe.atlas, {}
-    owner, stick, _ = atlas.sticks_of(cut.parts.part, look)
+    owner, stick, _, _ = atlas.sticks_of(cut.parts.part, look)
     for row, part in enumerate(cut.parts.part.tolist()):
         mine = stick[owner == row]
         joints = {*atlas.sticks.start_joint[mine].tolist(), *atlas.sticks.end_joint[mine].tolist()}

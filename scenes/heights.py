@@ -1,0 +1,150 @@
+"""Shapes that stand for hidden parts mind the height from which they are seen.
+
+A few smooth shapes cover and shine otherwise than what they stand for: the gaps between a conifer's
+flat boughs open and close with the height of the eye, and the shade beneath them is seen from the
+side and not from above. So what shapes cover, and how bright they are, is right on average over
+heights alone. Where a species says how far they are off, height by height (measured:
+``bench.leaf_light``), they are thinned (``lod.thinning``) and darkened by as much. Cover is the
+same from below as from above; light from below is taken for that from the side.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float64
+from numba import njit
+
+from lod.arrays import Ints, Reals, freeze
+from lod.thinning import thinning
+from scenes.stick_area import directions, largest_area, parts_alone
+from scenes.stick_raster import areas_of_parts
+from scenes.stick_table import StickTable
+
+HEIGHTS_DEG = tuple(range(0, 91, 10))
+"""Of the eye above the horizon, as a part sees it, at which a species tells its shapes' looks."""
+
+STEP = 0.95
+"""From each tone to the next darker one."""
+
+
+@dataclass(frozen=True)
+class FromHeights:
+    """Looks of the shapes of one level of detail from HEIGHTS_DEG: what is left of their area, and
+    of their colour, 0 to 1; of each the most is 1."""
+
+    share: tuple[float, ...]
+    tone: tuple[float, ...] = (1.0,) * len(HEIGHTS_DEG)
+
+    def share_from(self, height: float) -> float:
+        """What is left of their area from a height, sine of its angle."""
+        found: float = between(np.array(self.share), place(height))
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Minds:
+    """Which sticks mind the height that they are seen from, and how; by default none does.
+
+    of_stick (k,)  row of the tables below for each stick of a leaf appearance, −1 for none
+    share (c, h)   of their area, at HEIGHTS_DEG; darker (c, h)  steps that their tone goes down
+    """
+
+    of_stick: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    share: np.ndarray = field(default_factory=lambda: np.zeros((0, len(HEIGHTS_DEG))))
+    darker: np.ndarray = field(default_factory=lambda: np.zeros((0, len(HEIGHTS_DEG))))
+
+    def __post_init__(self) -> None:
+        freeze(self, of_stick=np.int64, share=np.float64, darker=np.float64)
+
+    @staticmethod
+    def of(of_stick: Ints, looks: Sequence[FromHeights]) -> "Minds":
+        """As a species tells it, level by level; ``of_stick`` gives each stick's level, or −1."""
+        share, tone = (np.array([getattr(each, k) for each in looks]) for k in ("share", "tone"))
+        return Minds(of_stick, share, np.log(tone) / math.log(STEP))
+
+    def rows(self, sticks: int) -> Ints:
+        """``of_stick`` of a table of so many sticks."""
+        return self.of_stick if len(self.of_stick) else np.full(sticks, -1)
+
+
+def together(minds: Sequence[Minds], sticks: Sequence[int]) -> Minds:
+    """Those of several tables of so many sticks each, laid end to end."""
+    first = np.cumsum([0] + [len(each.share) for each in minds])[:-1]
+    rows = [each.rows(count) for each, count in zip(minds, sticks, strict=True)]
+    moved = [np.where(row >= 0, row + start, -1) for row, start in zip(rows, first, strict=True)]
+    tables = (np.concatenate([getattr(each, k) for each in minds]) for k in ("share", "darker"))
+    return Minds(np.concatenate(moved), *tables)
+
+
+def toned(tint: Ints, tints: np.ndarray, minds: Minds) -> tuple[Ints, Float64[np.ndarray, "t 3"]]:
+    """Tints (k,) of sticks in a longer palette, where all tones of a stick that minds the height
+    follow its own."""
+    steps = np.ceil(minds.darker.max(axis=1, initial=0.0)).astype(np.int64)
+    mindful = minds.of_stick >= 0
+    pairs, pair = np.unique(
+        np.stack((minds.of_stick[mindful], tint[mindful])), axis=1, return_inverse=True
+    )
+    blocks = [tints[colour] * STEP ** np.arange(steps[row] + 1)[:, None] for row, colour in pairs.T]
+    first = len(tints) + np.cumsum([0] + [len(block) for block in blocks])[:-1]
+    found = tint.copy()
+    found[mindful] = first[pair.reshape(-1)]
+    return found, np.concatenate((tints, *blocks))
+
+
+@njit(cache=True)
+def place(height):  # type: ignore[no-untyped-def]
+    """Where a height, sine of its angle, 0 to 1, is among HEIGHTS_DEG."""
+    return math.asin(min(height, 1.0)) / math.radians(HEIGHTS_DEG[1])
+
+
+@njit(cache=True)
+def between(table, at):  # type: ignore[no-untyped-def]
+    """An entry of a table (h,) at a ``place``: linear in the angle."""
+    low = min(int(at), len(table) - 2)
+    return table[low] + (at - low) * (table[low + 1] - table[low])
+
+
+def thinned(table: StickTable, share: Reals | float) -> StickTable:
+    """Sticks that cover their share (k,) of what they did, or all the same."""
+    share = np.broadcast_to(share, len(table)).astype(np.float64)
+    length = np.sqrt(((table.end - table.start) ** 2).sum(axis=1))
+    factor = _factors(table.start_radius, table.end_radius, length, share)
+    return replace(
+        table, start_radius=table.start_radius * factor, end_radius=table.end_radius * factor
+    )
+
+
+def largest_seen(table: StickTable, minds: Minds) -> Reals:
+    """The largest area that the sticks of each part cover from any side, as they look there, (n,)
+    [m²]."""
+    largest, mindful = largest_area(table), np.zeros(len(table.count), np.bool_)
+    mindful[table.owner[minds.rows(len(table)) >= 0]] = True
+    if not mindful.any():
+        return largest
+    some = parts_alone(table, mindful)
+    rows = minds.rows(len(table))[mindful[table.owner]]
+    views = directions()
+    areas = [
+        areas_of_parts(thinned(some, shares_from(minds, rows, view[2])), view[None])[:, 0]
+        for view in views
+    ]
+    largest[mindful] = np.max(areas, axis=0)
+    return largest
+
+
+def shares_from(minds: Minds, rows: Ints, height: float) -> Reals:
+    """Share of their area that sticks show from a height, sine of its angle; ``rows`` as
+    ``of_stick``."""
+    shares = np.append([between(row, place(height)) for row in minds.share], 1.0)
+    found: Reals = shares[rows]
+    return found
+
+
+@njit(cache=True)
+def _factors(r0, r1, length, share):  # type: ignore[no-untyped-def]
+    found = np.empty(len(r0))
+    for k in range(len(r0)):
+        found[k] = thinning(r0[k], r1[k], length[k], share[k])
+    return found

@@ -1,0 +1,159 @@
+"""Shapes that stand for hidden parts, and the height from which they are seen."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench import leaf_light
+from bench.leaf_light import from_heights
+from lod.camera import Corner, look
+from lod.errors import InputError
+from lod.fade import rises
+from lod.metric import METRICS
+from lod.parts import Look
+from lod.thinning import thinning
+from lod.view import View
+from scenes.atlas import Atlas
+from scenes.heights import HEIGHTS_DEG, STEP, FromHeights, Minds, between, place, together, toned
+from scenes.prototype import Prototype
+from scenes.rig_prototype import rigid
+from scenes.stick_area import mean_outline_areas
+from scenes.stick_table import StickTable
+from scenes.tree import tree_prototypes
+from scenes.tree_species import SPECIES
+
+SLOPE = tuple(np.linspace(0.4, 1.0, len(HEIGHTS_DEG)).tolist())
+
+
+@pytest.fixture(scope="module")
+def tree():
+    return tree_prototypes(3, 1, SPECIES["conifer"])[0]
+
+
+def seen_from(prototype, height, row=0):
+    """Sticks that one part shows as a leaf, and the colour of each."""
+    atlas = Atlas.of((rigid(prototype),))
+    one = np.ones(1)
+    found = atlas.sticks_of(np.array([row]), Look(0 * one, one, height * one))
+    return found, atlas.tints[found.tint]
+
+
+@given(st.floats(0, 90))
+def test_between_two_heights_looks_go_evenly_with_the_angle(degrees):
+    found = between(np.array(SLOPE), place(math.sin(math.radians(degrees))))
+    assert found == pytest.approx(0.4 + 0.6 * degrees / 90, abs=1e-6)
+
+
+def test_the_eye_rises_by_the_sine_of_its_angle():
+    camera = look(Corner(0, 0), np.array((3.0, 0.0, 4.0)), 0, 0, 60.0, (100, 100))
+    points = camera.eye - np.array(
+        [(3.0, 0.0, 4.0), (0.0, 0.0, 2.0), (1.0, 1.0, 0.0), (0, 0, -1), (0, 0, 0)]
+    )
+    found = rises(points, View(camera, METRICS["blake"]))
+    assert found == pytest.approx([0.8, 1.0, 0.0, -1.0, 0.0])
+
+
+@pytest.mark.parametrize("degrees", [0.0, 20.0, 60.0, -60.0])
+def test_shapes_are_thinned_and_darkened_as_the_species_says(tree, degrees):
+    species, height = SPECIES["conifer"], math.sin(math.radians(degrees))
+    found, colours = seen_from(tree, height)
+    (first, last), kept = tree.leaf.first[:2], species.wood[0]
+    share = np.interp(abs(degrees), HEIGHTS_DEG, species.heights[0].share)
+    tone = np.interp(max(degrees, 0), HEIGHTS_DEG, species.heights[0].tone)
+    assert found.share == pytest.approx([1.0] * kept + [share] * (last - first - kept))
+    own = tree.tints[tree.leaf.tint[first:last]]
+    assert colours[:kept] == pytest.approx(own[:kept])
+    darker = (colours / own)[kept:]
+    assert darker == pytest.approx(tone, rel=1.001 * (1 / STEP - 1))
+
+
+def test_between_two_tones_sticks_share_themselves_out(tree):
+    """So that many of them are as bright as they should be on average, not in steps."""
+    limbs = np.flatnonzero(tree.hierarchy.level == 1)
+    atlas = Atlas.of((rigid(tree),))
+    plain = Atlas.of((rigid(replace(tree, minds=Minds())),))
+    for degrees in (12.0, 17.0, 23.0):
+        rise, one = np.full(len(limbs), math.sin(math.radians(degrees))), np.ones(len(limbs))
+        shown = [each.sticks_of(limbs, Look(0 * one, one, rise)) for each in (atlas, plain)]
+        ours, own = (
+            each.tints[sticks.tint].sum(axis=1)
+            for each, sticks in zip((atlas, plain), shown, strict=True)
+        )
+        tone = np.interp(degrees, HEIGHTS_DEG, SPECIES["conifer"].heights[1].tone)
+        assert np.exp(np.log(ours / own).mean()) == pytest.approx(tone, rel=0.004)
+
+
+def test_what_minds_no_height_looks_the_same_from_all():
+    shrub = tree_prototypes(3, 1, SPECIES["shrub"])[0]
+    a, b = (seen_from(shrub, height)[0] for height in (0.0, 1.0))
+    for name in a._fields:
+        assert np.array_equal(getattr(a, name), getattr(b, name))
+
+
+def test_priority_is_of_the_tree_as_it_looks(tree):
+    """P² is no more than the shapes would cover if they never thinned, and near the tree's own."""
+    full = mean_outline_areas(tree.leaf)[tree.leaf.first[0] : tree.leaf.first[1]].sum()
+    unthinned = tree_prototypes(3, 1, SPECIES["conifer"].bare())[0]
+    assert 0 < tree.hierarchy.P[0] ** 2 < 1.5 * full
+    assert unthinned.minds.rows(len(unthinned.leaf)).max() == -1
+
+
+def test_tables_of_several_prototypes_lie_end_to_end(tree):
+    one = tree.minds
+    both = together([one, Minds(), one], [len(tree.leaf), 3, len(tree.leaf)])
+    k, c = len(tree.leaf), len(one.share)
+    assert np.array_equal(both.of_stick[:k], one.of_stick)
+    assert (both.of_stick[k : k + 3] == -1).all()
+    assert np.array_equal(both.of_stick[k + 3 :], np.where(one.of_stick < 0, -1, one.of_stick + c))
+    assert len(both.share) == 2 * c
+
+
+def test_all_tones_of_a_tint_follow_it():
+    looks = FromHeights(SLOPE, SLOPE)
+    minds = Minds.of(np.array([-1, 0, 0, -1]), (looks,))
+    tints = np.array([[0.2, 0.4, 0.1], [0.6, 0.5, 0.4]])
+    tint, palette = toned(np.array([0, 0, 1, 1]), tints, minds)
+    assert tint[[0, 3]].tolist() == [0, 1]
+    steps = math.ceil(math.log(0.4) / math.log(STEP))
+    for stick, own in ((1, 0), (2, 1)):
+        block = palette[tint[stick] : tint[stick] + steps + 1]
+        assert block == pytest.approx(tints[own] * STEP ** np.arange(steps + 1)[:, None])
+
+
+def test_thinning_is_of_each_stick_by_itself(tree):
+    rows = slice(*tree.leaf.first[:2])
+    r0, r1 = tree.leaf.start_radius[rows], tree.leaf.end_radius[rows]
+    length = np.linalg.norm(tree.leaf.end[rows] - tree.leaf.start[rows], axis=1)
+    factor = [thinning(*each, 0.5) for each in zip(r0, r1, length, strict=True)]
+    one = StickTable(
+        np.array([0, len(r0)]),
+        tree.leaf.start[rows],
+        tree.leaf.end[rows],
+        r0 * factor,
+        r1 * factor,
+        tree.leaf.tint[rows],
+    )
+    whole = replace(one, start_radius=r0, end_radius=r1)
+    assert mean_outline_areas(one) / mean_outline_areas(whole) == pytest.approx(0.5, rel=0.05)
+
+
+def test_rows_that_do_not_fit_the_sticks_are_refused(tree):
+    for rows in (np.zeros(3), np.full(len(tree.leaf), 7)):
+        with pytest.raises(InputError, match="minds"):
+            minds = replace(tree.minds, of_stick=rows)
+            Prototype(tree.name, tree.hierarchy, tree.inner, tree.leaf, tree.tints, minds)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", [0, 1, 2])
+def test_the_conifer_says_what_is_measured(monkeypatch, level):
+    monkeypatch.setattr(leaf_light, "LINES", 4000)
+    species = SPECIES["conifer"]
+    lit, looks = from_heights(species, level)
+    assert lit == pytest.approx(species.lit[level], rel=0.05)
+    assert looks.share == pytest.approx(species.heights[level].share, abs=0.02)
+    assert looks.tone == pytest.approx(species.heights[level].tone, rel=0.07)
