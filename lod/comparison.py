@@ -11,7 +11,6 @@ from numba import njit
 
 from lod.view import View
 
-
 ENTRY = 0.25
 """Share of its diameter with which a sphere has entered the view: what it holds fills little of it,
 and would be seen thin along the picture's edges if that took longer."""
