@@ -86,7 +86,7 @@ class TreeSpecies:
         sends as much light as what it hides, which shades itself; measured (``bench.leaf_light``);
         () for all of it, as without leaves, where it is 1 within 5 %
     heights: how the leaf appearances of the tree, a limb, … look from heights, measured likewise;
-        () for the same from all
+        () for the same from all; ``lit`` is then the share where they are brightest
     margin: cover of leaf appearances over what they hide: between two levels, where they and what
         is left of their parts hide one another, a leafy tree falls short by 3 to 6 %
     """
