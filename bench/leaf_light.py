@@ -35,8 +35,8 @@ TURNS_DEG = (0.0, 45.0, 90.0, 135.0, 180.0)
 TREES, SPACING = 24, 1.0
 """In a stand; √ of the area that each has, as a share of its height."""
 
-LINES = 1500
-"""From each direction."""
+LINES, MORE = 1500, 4
+"""From each direction; and times as many, where each height is told by itself."""
 
 LOWEST_DEG, ASIDE_DEG = 4.0, (22.5, 67.5, 112.5, 157.5)
 """From where light is looked at for what is level with the eye; and turns that stand for all, none
@@ -81,9 +81,10 @@ def sent(
     share: float = 1.0,
     elevations: tuple[float, ...] = ELEVATIONS_DEG,
     turns: tuple[float, ...] = TURNS_DEG,
+    more: int = 1,
 ) -> Sent:
     """What a stand of these trees sends to each elevation and turn, every one displayed down to a
-    level, if this share is left of its shapes."""
+    level, if this share is left of its shapes. ``more``: times LINES."""
     rng = np.random.Generator(np.random.Philox(0x1EAF))
     side = species.height[0] * SPACING * math.sqrt(TREES)
     cuts = [cut_at(tree, species, level) for tree in trees]
@@ -98,7 +99,13 @@ def sent(
     columns = [np.concatenate([getattr(table, name) for table in tables]) for name in names]
     plot = StickTable(np.array((0, len(columns[0]))), *columns)
     return _seen(
-        plot, side, np.concatenate(colours), np.concatenate(flags), (elevations, turns), rng
+        plot,
+        side,
+        np.concatenate(colours),
+        np.concatenate(flags),
+        (elevations, turns),
+        more * LINES,
+        rng,
     )
 
 
@@ -108,15 +115,16 @@ def _seen(
     colour: Float64[np.ndarray, "k 3"],
     hides: np.ndarray,
     sides: tuple[tuple[float, ...], tuple[float, ...]],
+    lines: int,
     rng: np.random.Generator,
 ) -> Sent:
     grid, light = grid_of(plot, side), (toward(SUN_DEG, 0.0), sky_share(SUN_DEG, TURBIDITY))
     found = np.zeros((2, *map(len, sides)))
     for row, column in np.ndindex(found.shape[1:]):
-        start = np.zeros((LINES, 3))
-        start[:, :2] = rng.random((LINES, 2)) * side
+        start = np.zeros((lines, 3))
+        start[:, :2] = rng.random((lines, 2)) * side
         direction = toward(sides[0][row], sides[1][column])
-        seen = seen_along(grid, colour, light, start, direction, rng.random((LINES, DRAWS)))
+        seen = seen_along(grid, colour, light, start, direction, rng.random((lines, DRAWS)))
         met = seen.stick != GROUND
         light_of = seen.sent @ _LUMINANCE
         shapes = met & hides[seen.stick]
@@ -134,7 +142,7 @@ def from_heights(species: TreeSpecies, level: int, seed: int = 1) -> tuple[float
     share, tone = [], []
     for height in HEIGHTS_DEG:
         share.append(_share_left(trees, plain, level, height))
-        sides = (float(max(height, LOWEST_DEG)),), ASIDE_DEG
+        sides = (float(max(height, LOWEST_DEG)),), ASIDE_DEG, MORE
         full, cut = (
             sent(trees, plain, finest, 1.0, *sides),
             sent(trees, plain, level, share[-1], *sides),
