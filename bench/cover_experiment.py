@@ -80,8 +80,8 @@ def field(look: str, seed: int, wanted: Sequence[Case]) -> dict[Case, Bands]:
 
 def pruned_alone(look: str, seed: int, case: Case) -> Bands:
     """One field in one pruned picture, band by band, held against nothing but itself."""
-    world, preset = (build_world(preset_of(look, AIRS[0], seed)), preset_of(look, case.air, seed))
-    picture = _pruned_picture(world, preset, case)
+    preset = preset_of(look, case.air, seed)
+    picture = _pruned_picture(build_world(preset), preset, case)
     return in_bands(picture, picture, LOOKS[look].edges_m)
 
 

@@ -30,9 +30,9 @@ DETAIL, FIRST_SEED = 12.0, 1000
 FIELDS = {"aerial": 200, "forest": 300}
 """They leave intervals of 0.3 to 1.4 % each way; none is a field of ``lodbench run cover``."""
 
-SUMS = ("tested", "tested rays", "whole", "whole rays")
+TESTED = ("tested", "tested rays")
+SUMS = (*TESTED, "whole", "whole rays")
 COLUMNS = ("look", "seed", "band", *SUMS)
-_WHOLE = ((2, "whole"), (3, "whole rays"))
 
 Key = tuple[str, int]
 Bands = list[list[int]]
@@ -45,8 +45,9 @@ def measured(look: str, seed: int, whole: Bands | None) -> Bands:
     if whole is None:
         found = field(look, seed, (case,))[case]
     else:
+        known = dict(zip(SUMS, map(list, zip(*whole, strict=True)), strict=True))
         alone = pruned_alone(look, seed, case)
-        found = {**alone, **{name: [band[k] for band in whole] for k, name in _WHOLE}}
+        found = {**known, **{name: alone[name] for name in TESTED}}
     return [list(row) for row in zip(*(found[name] for name in SUMS), strict=True)]
 
 

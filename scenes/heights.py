@@ -119,10 +119,12 @@ def thinned(table: StickTable, share: Reals | float) -> StickTable:
 def largest_seen(table: StickTable, minds: Minds) -> Reals:
     """The largest area that the sticks of each part cover from any side, as they look there, (n,)
     [m²]."""
-    largest, mindful = largest_area(table), np.zeros(len(table.count), np.bool_)
+    mindful = np.zeros(len(table.count), np.bool_)
     mindful[table.owner[minds.rows(len(table)) >= 0]] = True
     if not mindful.any():
-        return largest
+        return largest_area(table)
+    largest = np.empty(len(mindful))
+    largest[~mindful] = largest_area(parts_alone(table, ~mindful))
     some = parts_alone(table, mindful)
     rows = minds.rows(len(table))[mindful[table.owner]]
     views = directions()

@@ -174,12 +174,24 @@ def _in_place(
     scale = 1.0
     for _ in range(4):
         table = _as_one((blobs.table(len(factor), scale * factor),))
-        covers = []
-        for view in seen.views:
-            left = table if looks is None else thinned(table, looks.share_from(abs(view[2])))
-            covers.append(visible_areas(joined((standing, left)), view[None], seen.spacing).sum())
-        scale *= float(radius_step(np.array([cover]), np.array([np.mean(covers)]))[0])
+        covered = _covers(table, standing, seen, looks).mean()
+        scale *= float(radius_step(np.array([cover]), np.array([covered]))[0])
     return scale
+
+
+def _covers(
+    shapes: StickTable, standing: StickTable, seen: Seen, looks: FromHeights | None
+) -> Reals:
+    """What the tree covers in each view with what is left of its shapes there, (v,) [m²]."""
+    if looks is None:
+        return visible_areas(joined((standing, shapes)), seen.views, seen.spacing).sum(axis=1)
+    left = [thinned(shapes, looks.share_from(abs(view[2]))) for view in seen.views]
+    return np.array(
+        [
+            visible_areas(joined((standing, each)), view[None], seen.spacing).sum()
+            for each, view in zip(left, seen.views, strict=True)
+        ]
+    )
 
 
 def _as_tall(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen) -> Blobs:
