@@ -9,6 +9,7 @@ import mitsuba as mi
 import numpy as np
 
 from scenes.render.describe import Description
+from scenes.render.emitters import bands
 from scenes.render.one_shape import tint_of_segments
 from scenes.render.plugin import loaded
 from scenes.render.sticks import ALIGNMENT, aligned
@@ -109,15 +110,19 @@ def _mesh(name: str, shape: Description) -> Any:
     if "glow" in shape:
         radiance = {"type": "rgb", "value": shape["glow"].tolist()}
         properties["mesh_emitter"] = loaded({"type": "area", "radiance": radiance})
-    mesh = mi.Mesh(
-        name, len(shape["vertices"]), len(shape["faces"]), properties, has_vertex_normals=True
-    )
-    mesh.add_attribute("vertex_color", 3, shape["colours"].reshape(-1))
+    # A new attribute is taken number by number: but for spectra, which are fitted to them then, a
+    # first vertex has it, and all at once the others.
+    colours = shape["colours"].reshape(-1)
+    at_once = {} if bands().is_spectral else {"vertex_color": colours}
+    first = colours[:3] if at_once else colours
+    mesh = mi.Mesh(name, len(first) // 3, 1, properties, has_vertex_normals=True)
+    mesh.add_attribute("vertex_color", 3, first)
     _replace(
         mesh,
         vertex_positions=shape["vertices"].reshape(-1),
         vertex_normals=shape["normals"].reshape(-1),
         faces=shape["faces"].reshape(-1),
+        **at_once,
     )
     mesh.set_id(name)
     return mesh
