@@ -153,13 +153,14 @@ def digest(scene: dict[str, Any]) -> str:
         sha.update(name.encode())
         for key in ("control_points", "segment_indices", "albedo", "vertices", "faces", "colours"):
             sha.update(np.ascontiguousarray(shape.get(key, ())).tobytes())
-        sha.update(np.ascontiguousarray(scene["ids"].get(name, ())).tobytes())
+        sha.update(scene["ids"][scene["owners"][name]].tobytes())
     return sha.hexdigest()[:16]
 
 
 def size_of(scene: dict[str, Any]) -> int:
     """Bytes of the arrays of a plain scene."""
-    arrays = [a for s in scene["shapes"].values() for a in s.values()] + [*scene["ids"].values()]
+    arrays = [a for s in scene["shapes"].values() for a in s.values()]
+    arrays += [scene["ids"], *scene["owners"].values()]
     return sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
 
 
@@ -205,7 +206,7 @@ def ready(variant: str, size: str, repeats: int) -> Rows:
             held = stage_of(plain(view.camera, seen, air, light, quality), air, quality).built
             spent.append(time.perf_counter() - start)
             grown = grown or process.memory_info().rss - before
-            primitives = len(held.ids)
+            primitives = sum(map(len, held.owners))
             del held, seen
     share, found = 1e6 / len(shape), median(np.array(spent))
     among = f"{found.value * share:.2f} ({found.low * share:.2f} to {found.high * share:.2f}) s"

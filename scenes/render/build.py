@@ -41,8 +41,8 @@ class Built:
         "medium": the image with what its medium does to it
     description  of the frame, without the arrays of what does not move
     names  of the shapes by the renderer's shape number; "" is none, as 0, the sky
-    ids    (n, 3) uint32 object, part and level of every primitive; row 0 is the sky
-    first  (k,) row of primitive 0 of each shape, by the renderer's shape number
+    ids    (n, 3) uint32 object, part and level of every displayed part; row 0 is the sky
+    owners row of ``ids`` of each primitive, by the renderer's shape number; of what has none, none
     medium that the eye is in, None in clear air and where haze is worked out after the fact
     """
 
@@ -51,12 +51,17 @@ class Built:
     integrators: dict[str, Any]
     names: tuple[str, ...]
     ids: np.ndarray
-    first: np.ndarray
+    owners: tuple[np.ndarray, ...]
     medium: Any = None
 
     def hit_ids(self, shape: np.ndarray, prim: np.ndarray) -> np.ndarray:
         """Object, part and level of hits given the renderer's shape and primitive numbers."""
-        return self.ids[self.first[shape.astype(np.int64)] + prim.astype(np.int64)]
+        row = np.zeros(shape.shape, np.uint32)
+        for number, owners in enumerate(self.owners):
+            if len(owners):
+                hit = shape == number
+                row[hit] = owners[prim[hit].astype(np.int64)]
+        return self.ids[row]
 
 
 _STILL_THERE: WeakSet[Built] = WeakSet()
@@ -67,12 +72,12 @@ is broken before the next is built: a JIT variant compiles code for every shape 
 def use_up(description: Description) -> Built:
     """Build the scene of a description; the acceleration structure is made here.
 
-    Its ``shapes`` and ``ids`` are taken out of it, so that nothing is held twice: what is left of a
-    description describes no frame.
+    Its ``shapes``, ``ids`` and ``owners`` are taken out of it, so that nothing is held twice: what
+    is left of a description describes no frame.
     """
     if _STILL_THERE:
         gc.collect()
-    shapes, owners = description.pop("shapes"), description.pop("ids")
+    shapes, ids, owners = (description.pop(name) for name in ("shapes", "ids", "owners"))
     moving = {name: shapes[name] for name in description["moves"]}
     medium, contents = None, {}
     with tempfile.TemporaryDirectory() as folder:
@@ -88,12 +93,9 @@ def use_up(description: Description) -> Built:
     lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
     scene = loaded({"type": "scene", **lights, **contents})
     names = _names(scene)
-    sky_ids = np.zeros((1, 3), np.uint32)
-    tables = [owners[name] if len(owners.get(name, ())) else sky_ids for name in names]
-    first = np.cumsum([0] + [len(table) for table in tables])[:-1]
+    owned = tuple(owners.get(name, np.zeros(0, np.uint32)) for name in names)
     kept, integrators = {**description, "shapes": moving}, _integrators(description)
-    ids = np.concatenate(tables)
-    _STILL_THERE.add(built := Built(scene, kept, integrators, names, ids, first, medium))
+    _STILL_THERE.add(built := Built(scene, kept, integrators, names, ids, owned, medium))
     return built
 
 

@@ -38,27 +38,31 @@ def describe(
     max_depth: int,
     after: Camera | None = None,
 ) -> Description:
-    """The whole frame: ``camera``, ``light``, ``integrator``; ``shapes`` and ``ids`` by name.
+    """The whole frame: ``camera``, ``light``, ``integrator``; ``shapes`` by name.
+
+    ``ids`` (p + 1, 3) are object, part and level of all that is displayed, the sky in row 0;
+    ``owners`` by name of a shape: the row of each primitive's part there.
 
     Where motion is asked for, also ``after``, the next frame's camera in this one's coordinates,
     and ``moves`` by name of those shapes that move; None and empty otherwise.
     """
-    owners = _global_ids(visible)
+    ids = _global_ids(visible)
     shapes: dict[str, Description] = {}
-    ids: dict[str, np.ndarray] = {}
+    owners: dict[str, np.ndarray] = {}
     moves: dict[str, np.ndarray] = {}
     sticks = []
-    for v, owner in zip(visible, owners, strict=True):
+    first = np.cumsum([1] + [len(v.cut) for v in visible])[:-1].tolist()
+    for v, row in zip(visible, first, strict=True):
         _check(v)
         if isinstance(v.shape, Sticks):
-            sticks.append((v.shape, owner, v.later))
+            sticks.append((v.shape, row, v.later))
             continue
-        for mesh, rows in _meshes(v.shape):
+        for mesh, faces in _meshes(v.shape):
             name = f"mesh{len(shapes):03d}"
-            shapes[name], ids[name] = mesh, owner[v.shape.owner[rows]]
+            shapes[name], owners[name] = mesh, (v.shape.owner[faces] + row).astype(np.uint32)
     for batch in batches(sticks):
         name = f"sticks{len(shapes):03d}"
-        shapes[name], ids[name] = _curve(batch), batch.ids
+        shapes[name], owners[name] = _curve(batch), batch.owners
         if batch.moves is not None:
             moves[name] = batch.moves
     return {
@@ -67,6 +71,7 @@ def describe(
         "integrator": {"max_depth": max_depth},
         "shapes": shapes,
         "ids": ids,
+        "owners": owners,
         "after": _camera(after, camera.corner) if after else None,
         "moves": moves,
     }
@@ -111,12 +116,11 @@ def _curve(batch: Batch) -> Description:
     }
 
 
-def _meshes(triangles: Triangles) -> Iterator[tuple[Description, np.ndarray]]:
+def _meshes(triangles: Triangles) -> Iterator[tuple[Description, np.ndarray | slice]]:
     """A mesh of all faces, or one of each radiance, and which faces are in it."""
     if not len(triangles.glows):
         if len(triangles):
-            everywhere = np.arange(len(triangles.vertices))
-            yield _mesh(triangles, everywhere, triangles.faces), np.arange(len(triangles))
+            yield _mesh(triangles, slice(None), triangles.faces), slice(None)
         return
     for number, glow in enumerate(triangles.glows):
         rows = np.flatnonzero(triangles.glow == number)
@@ -125,7 +129,7 @@ def _meshes(triangles: Triangles) -> Iterator[tuple[Description, np.ndarray]]:
             yield {**_mesh(triangles, corners, faces.reshape(-1, 3)), "glow": glow}, rows
 
 
-def _mesh(triangles: Triangles, corners: np.ndarray, faces: np.ndarray) -> Description:
+def _mesh(triangles: Triangles, corners: np.ndarray | slice, faces: np.ndarray) -> Description:
     return {
         "type": "mesh",
         "vertices": triangles.vertices[corners].astype(np.float32),
@@ -135,17 +139,19 @@ def _mesh(triangles: Triangles, corners: np.ndarray, faces: np.ndarray) -> Descr
     }
 
 
-def _global_ids(visible: Sequence[Visible]) -> list[np.ndarray]:
-    """For each representation, (n, 3) uint32: object, part and level of every displayed part."""
-    tables = []
-    for v, first in zip(visible, object_ids([v.cut for v in visible]), strict=True):
-        cut = v.cut
-        table = np.stack((cut.object + np.int64(first), cut.part, cut.level), axis=1)
-        if len(table):
-            if table.min() < 0 or cut.object.min() < 0 or table.max() >= _ID_LIMIT:
-                raise InputError(f"{v.name} ids", int(table.max()), "from 0 to 2**32 - 1")
-        tables.append(table.astype(np.uint32))
-    return tables
+def _global_ids(visible: Sequence[Visible]) -> np.ndarray:
+    """Object, part and level of every displayed part, one representation after the other, behind
+    a row for the sky, (p + 1, 3) uint32."""
+    cuts = [v.cut for v in visible]
+    ids, row = np.zeros((1 + sum(map(len, cuts)), 3), np.uint32), 1
+    for v, first in zip(visible, object_ids(cuts), strict=True):
+        own = ids[row : row + len(v.cut)]
+        columns = (v.cut.object, first), (v.cut.part, 0), (v.cut.level, 0)
+        for column, (numbers, start) in enumerate(columns):
+            _check_range(f"{v.name} ids", numbers, 0, _ID_LIMIT - 1 - start)
+            np.add(numbers, start, out=own[:, column], dtype=np.int64, casting="unsafe")
+        row += len(own)
+    return ids
 
 
 def object_ids(cuts: Sequence[Cut]) -> list[int]:

@@ -43,8 +43,8 @@ def with_medium(description: Description, air: Air) -> Description:
         "albedo": ALBEDO,
         "asymmetry": ASYMMETRY,
     }
-    no_object = {MEDIUM: np.zeros((12, 3), np.uint32)}
-    return {**description, MEDIUM: box, "ids": {**description["ids"], **no_object}}
+    no_object = {MEDIUM: np.zeros(12, np.uint32)}
+    return {**description, MEDIUM: box, "owners": {**description["owners"], **no_object}}
 
 
 def extent(description: Description) -> tuple[float, float, float]:

@@ -23,18 +23,18 @@ def in_one_shape(description: Description) -> Description:
 
     Such a shape has ``tints`` (k, 3), and ``tint`` (s,) uint32 of each segment.
     """
-    shapes, ids, moves = (dict(description[name]) for name in ("shapes", "ids", "moves"))
+    shapes, owners, moves = (dict(description[name]) for name in ("shapes", "owners", "moves"))
     for number, names in enumerate(list(_groups(shapes))):
         curves = {name: shapes.pop(name) for name in names}
-        owners = [ids.pop(name) for name in names]
+        owned = [owners.pop(name) for name in names]
         moved = {name: moves.pop(name) for name in names if name in moves}
         whole = f"sticks{number:03d}"
-        shapes[whole], ids[whole] = _joined(list(curves.values())), np.concatenate(owners)
+        shapes[whole], owners[whole] = _joined(list(curves.values())), np.concatenate(owned)
         if moved:
             counts = {name: len(curves[name]["segment_indices"]) for name in names}
             still = {name: np.zeros((n, 2, 3), np.float32) for name, n in counts.items()}
             moves[whole] = np.concatenate([(still | moved)[name] for name in names])
-    return {**description, "shapes": shapes, "ids": ids, "moves": moves}
+    return {**description, "shapes": shapes, "owners": owners, "moves": moves}
 
 
 def _groups(shapes: Description) -> Iterator[list[str]]:

@@ -31,22 +31,22 @@ class Batch:
     tint      (3,) albedo
     points    (p, 4) float32 x, y, z, radius
     segments  (s,) uint32 first point of each stick
-    ids       (s, 3) uint32 object, part and level of each stick
+    owners    (s,) uint32 row of the part that each stick belongs to, in a table of all
     moves     (s, 2, 3) float32 how far both ends go to the next frame [m]; None where none does
     """
 
     tint: np.ndarray
     points: np.ndarray
     segments: np.ndarray
-    ids: np.ndarray
+    owners: np.ndarray
     moves: np.ndarray | None
 
 
-def batches(sticks: Sequence[tuple[Sticks, np.ndarray, Sticks | None]]) -> Iterator[Batch]:
+def batches(sticks: Sequence[tuple[Sticks, int, Sticks | None]]) -> Iterator[Batch]:
     """One batch for each distinct tint, even of none, and another whenever one is full.
 
-    Each element is a batch of sticks, (n, 3) ids of the parts that own them, and the same sticks
-    in the next frame, where they move.
+    Each element is a batch of sticks, the row of its first part in the table of all, and the same
+    sticks in the next frame, where they move.
     """
     if not sticks:
         return
@@ -57,16 +57,13 @@ def batches(sticks: Sequence[tuple[Sticks, np.ndarray, Sticks | None]]) -> Itera
     # Room for each tint, side by side: two points a stick, of which chains leave some untouched.
     first = np.cumsum(count) - count
     points = np.empty((2 * int(count.sum()), 4), np.float32)
-    segments, ids = (
-        np.empty(len(points) // 2, np.uint32),
-        np.empty((len(points) // 2, 3), np.uint32),
-    )
-    moves = np.zeros((len(ids), 2, 3), np.float32) if _moving(sticks) else None
+    segments, owners = (np.empty(len(points) // 2, np.uint32) for _ in range(2))
+    moves = np.zeros((len(owners), 2, 3), np.float32) if _moving(sticks) else None
     done = np.zeros((2, len(tints)), np.int64)
-    for (shape, table, later), number in zip(sticks, numbers, strict=True):
+    for (shape, part, later), number in zip(sticks, numbers, strict=True):
         axes = shape.start, shape.end, shape.start_radius, shape.end_radius
         place = _lay(
-            *axes, shape.tint, shape.owner, table, number, first, done, points, segments, ids
+            *axes, shape.tint, shape.owner, part, number, first, done, points, segments, owners
         )
         if moves is not None and later is not None:
             moves[place, 0], moves[place, 1] = later.start - shape.start, later.end - shape.end
@@ -74,7 +71,7 @@ def batches(sticks: Sequence[tuple[Sticks, np.ndarray, Sticks | None]]) -> Itera
         rows = slice(int(first[tint]), int(first[tint] + count[tint]))
         laid = points[2 * rows.start : 2 * rows.start + int(done[1, tint])]
         yield from _filled(
-            colour, laid, segments[rows], ids[rows], None if moves is None else moves[rows]
+            colour, laid, segments[rows], owners[rows], None if moves is None else moves[rows]
         )
 
 
@@ -91,7 +88,7 @@ def _filled(
     colour: np.ndarray,
     points: np.ndarray,
     segments: np.ndarray,
-    ids: np.ndarray,
+    owners: np.ndarray,
     moves: np.ndarray | None,
 ) -> Iterator[Batch]:
     """The sticks of one tint, in as many batches as they fill."""
@@ -102,11 +99,11 @@ def _filled(
         some = moves is not None and moves[rows].any()
         chains = points[low : high + 2]
         yield Batch(
-            colour, chains, own, ids[rows], moves[rows] if moves is not None and some else None
+            colour, chains, own, owners[rows], moves[rows] if moves is not None and some else None
         )
 
 
-def _moving(sticks: Sequence[tuple[Sticks, np.ndarray, Sticks | None]]) -> bool:
+def _moving(sticks: Sequence[tuple[Sticks, int, Sticks | None]]) -> bool:
     return any(later is not None for _, _, later in sticks)
 
 
@@ -119,7 +116,7 @@ def _shared_tints(shapes: Sequence[Sticks]) -> tuple[np.ndarray, list[np.ndarray
 
 
 @njit(cache=True)
-def _lay(start, end, r0, r1, tint, owner, table, number, first, done, points, segments, ids):  # type: ignore[no-untyped-def]
+def _lay(start, end, r0, r1, tint, owner, part, number, first, done, points, segments, owners):  # type: ignore[no-untyped-def]
     """Lay sticks down behind those of their tint; a stick that starts where the last one ended,
     with the same radius, shares its point. Gives the row of each.
 
@@ -145,8 +142,7 @@ def _lay(start, end, r0, r1, tint, owner, table, number, first, done, points, se
             at += 1
         points[at, 0], points[at, 1], points[at, 2], points[at, 3] = x1, y1, z1, b
         segments[row] = at - 1 - 2 * first[t]
-        for c in range(3):
-            ids[row, c] = table[owner[m], c]
+        owners[row] = owner[m] + part
         place[m] = row
         done[0, t] += 1
         done[1, t] = at + 1 - 2 * first[t]

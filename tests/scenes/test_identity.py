@@ -42,8 +42,8 @@ def test_every_displayed_id_is_explained_and_no_other(scene):
     made = shoot(world, preset, 1, "scalar_rgb")
     from scenes.render.describe import describe
 
-    tables = describe(made.camera, made.visible, made.light, 2)["ids"].values()
-    drawn = {int(number) for table in tables for number in table[:, 0]}
+    scene = describe(made.camera, made.visible, made.light, 2)
+    drawn = {int(scene["ids"][row, 0]) for rows in scene["owners"].values() for row in set(rows)}
     known = {each.object: each for each in identities(world, preset, 1)}
     assert drawn and drawn <= set(known)
     assert {each.of for each in known.values()} == {"terrain", "figure", "tree", "joe"}

@@ -34,7 +34,7 @@ def test_object_ids_of_representations_are_disjoint_and_begin_at_1(make):
     description = described(
         make, make.balls(spots, name="a"), make.ground(), make.balls(spots, albedo=0.1, name="b")
     )
-    ids = np.concatenate([table[:, 0] for table in description["ids"].values()])
+    ids = description["ids"][np.concatenate([*description["owners"].values()]), 0]
     assert sorted(set(ids.tolist())) == [1, 2, 3, 4, 5, 6, 7]
     assert len(ids) == 3 + 2 + 3
 
@@ -50,7 +50,7 @@ def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
 
 def test_a_limb_is_one_chain_of_shared_points():
     limb = sticks([(0, 0, 0), (0, 0, 1), (0, 1, 2), (0, 1, 3)], [0.3, 0.2, 0.2, 0.1])
-    (batch,) = batches([(limb, np.zeros((3, 3), np.uint32), None)])
+    (batch,) = batches([(limb, 1, None)])
     assert batch.points.shape == (4, 4)
     assert batch.segments.tolist() == [0, 1, 2]
 
@@ -64,7 +64,7 @@ def test_chains_break_where_radii_or_ends_differ():
             [[5, 0, 2, 0.5], [5, 0, 3, 0.5]],
         ],
     )
-    (batch,) = batches([(loose(ends), np.zeros((4, 3), np.uint32), None)])
+    (batch,) = batches([(loose(ends), 1, None)])
     for row, first in enumerate(batch.segments):
         assert np.array_equal(batch.points[first : first + 2], ends[row])
     assert len(batch.points) == 7
@@ -91,39 +91,39 @@ def test_sticks_are_laid_tint_by_tint_in_their_order(monkeypatch, most):
         ends[1::2, 1, 0] += 5
         ends[1::2, 0] = ends[::2, 1]
         tint = np.repeat(chance.integers(0, 2, 20), 2)
-        ids = chance.integers(0, 99, (40, 3)).astype(np.uint32)
+        part = 1 + 50 * len(shapes)
         later = loose(ends + 1.0, tint, palette)
-        shapes.append((loose(ends, tint, palette), ids, later))
-        every += [(palette[t][0], e, i) for t, e, i in zip(tint, ends, ids, strict=True)]
+        shapes.append((loose(ends, tint, palette), part, later))
+        every += [(palette[t][0], ends[i], part + i) for i, t in enumerate(tint)]
     made = list(batches(shapes))
     assert max(len(batch.segments) for batch in made) <= most
     for colour in (0.05, 0.1, 0.2):
         mine = [batch for batch in made if batch.tint[0] == colour]
         ends = np.concatenate([b.points[b.segments[:, None] + np.arange(2)] for b in mine])
         assert np.array_equal(ends, [e for c, e, _ in every if c == colour])
-        ids = np.concatenate([b.ids for b in mine])
-        assert np.array_equal(ids, [i for c, _, i in every if c == colour])
+        owners = np.concatenate([b.owners for b in mine])
+        assert np.array_equal(owners, [i for c, _, i in every if c == colour])
         assert all(len(b.points) < 2 * len(b.segments) for b in mine if len(b.segments) > 4)
-        assert all((b.moves == 1.0).all() and len(b.moves) == len(b.ids) for b in mine)
+        assert all((b.moves == 1.0).all() and len(b.moves) == len(b.owners) for b in mine)
 
 
 def test_points_become_short_sticks_wherever_they_are():
     far = np.array([[4e4, 3e4, 200.0]])
     ball = Sticks(far, far, np.ones(1), np.ones(1), np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
-    (batch,) = batches([(ball, np.zeros((1, 3), np.uint32), None)])
+    (batch,) = batches([(ball, 1, None)])
     assert len(batch.points) == 2 and batch.points[0, 2] != batch.points[1, 2]
 
 
 def test_no_stick_is_so_short_that_the_renderer_makes_streaks_of_it():
     at, radius = np.array([[3.0, 4.0, 1.0]]), np.full(1, 1e-3)
     grain = Sticks(at, at, radius, radius, np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
-    (batch,) = batches([(grain, np.zeros((1, 3), np.uint32), None)])
+    (batch,) = batches([(grain, 1, None)])
     assert batch.points[1, 2] - batch.points[0, 2] == pytest.approx(1e-4, rel=0.01)
 
 
 def test_a_tint_without_sticks_keeps_its_shape(make):
     two = sticks([(0, 0, 0), (0, 0, 1)], [1, 1], [1], [(0.1, 0.1, 0.1), (0.2, 0.2, 0.2)])
-    made = list(batches([(two, np.zeros((1, 3), np.uint32), None)]))
+    made = list(batches([(two, 1, None)]))
     assert [len(batch.segments) for batch in made] == [0, 1]
 
 
