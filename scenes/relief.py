@@ -18,6 +18,7 @@ from numba import njit
 from lod.arrays import Points, Reals, frozen
 from lod.camera import STEP_M, Corner
 from lod.errors import InputError
+from scenes.octave_sums import SoFar
 from scenes.terrain_noise import (
     BOUND,
     RIDGED_MEAN,
@@ -167,16 +168,21 @@ class Relief:
         return upward(self.slopes(corner, xy, np.zeros(len(xy)) if shortest is None else shortest))
 
     def slopes(
-        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Float64[np.ndarray, "n ..."]
+        self,
+        corner: Corner,
+        xy: Float64[np.ndarray, "n 2"],
+        shortest: Float64[np.ndarray, "n ..."],
+        so_far: SoFar | None = None,
     ) -> Float64[np.ndarray, "n _"]:
         """Two slopes without the octaves shorter than ``shortest`` at each point, (n, 2).
 
-        Given several columns of ``shortest``, two for each of them, (n, 2k).
+        Given several columns of ``shortest``, two for each of them, (n, 2k). ``so_far``: what is
+        known of these points from the same corner.
         """
         least = shortest if shortest.ndim == 2 else shortest[:, None]
         if self.amplitude == 0:
             return np.zeros((len(xy), 2 * least.shape[1]))
-        return octave_slopes(_octaves(self, corner), xy, least, self.crest)
+        return octave_slopes(_octaves(self, corner), xy, least, self.crest, so_far)
 
 
 def _shortest(radius: Reals) -> Reals:

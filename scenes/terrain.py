@@ -27,6 +27,7 @@ from lod.view import View
 from scenes.relief import Relief
 from scenes.terrain_colour import COVERS
 from scenes.terrain_horizon import Horizon, beside, horizon
+from scenes.terrain_known import Shelf
 from scenes.terrain_limits import limits, sizes
 from scenes.terrain_look import NOTHING, Far, Ground, surface
 from scenes.terrain_mesh import QUADS
@@ -46,6 +47,7 @@ class TileGrid:
     limits: limit distances of the tiles of each level, in view, hidden, and out of it [m]
     horizon: what hides tiles; None: nothing
     boxes: as ``Terrain.boxes``, whoever works them out
+    shelf: what is known of the ground's points; looks are the same without it
     """
 
     view: View
@@ -55,6 +57,7 @@ class TileGrid:
     limits: tuple[Reals, Reals, Reals]
     horizon: Horizon | None
     boxes: "Boxed"
+    shelf: Shelf
 
 
 Boxed = Callable[[TileGrid, Squares, Reals, Reals], tuple[Points, Points, Reals]]
@@ -126,10 +129,11 @@ class Terrain:
         finest = min(round(math.log2(self.finest)), coarsest)
         return frozen(2.0 ** np.arange(coarsest, finest - 1, -1), np.float64)
 
-    def roots(self, view: View, boxes: Boxed | None = None) -> Parts:
+    def roots(self, view: View, boxes: Boxed | None = None, shelf: Shelf | None = None) -> Parts:
         """The root tiles that the disc of radius ``reach`` about the eye touches.
 
         boxes: where those of the tiles come from, at all levels; None: ``Terrain.boxes``
+        shelf: what is known of points from the frame before; None: nothing
         """
         corner, eye = view.camera.corner, view.camera.eye
         side = 2.0**self.root_exponent
@@ -143,7 +147,8 @@ class Terrain:
         x, y, zero = x[near], y[near], np.zeros(np.count_nonzero(near), np.int64)
         (west, south), limits = southwest.tolist(), self.limits(view)
         over = horizon(self.relief, view, self.reach)
-        grid = TileGrid(view, side, west, south, limits, over, boxes or self.boxes)
+        known = boxes or self.boxes, shelf or Shelf()
+        grid = TileGrid(view, side, west, south, limits, over, *known)
         low, high = (np.full(len(x), bound) for bound in self.bounds())
         hidden, rows = np.zeros(len(x), bool), np.arange(len(x))
         return self._tiles(view, grid, (zero, x, y), rows, zero - 1, low, high, hidden)
@@ -243,7 +248,7 @@ class Terrain:
             grid.view, self.relief, self.spacings, grid.limits[0], COVERS[self.cover], self.far
         )
         unit = grid.root_side / 2.0**patches.deepest / QUADS
-        return surface(ground, patches, (grid.west, grid.south), unit)
+        return surface(ground, patches, (grid.west, grid.south), unit, grid.shelf)
 
 
 def _flat_bound(grid: TileGrid, level: Ints) -> Reals:

@@ -1,4 +1,5 @@
-"""The ground's cut from that of the frame before: tiles that were examined keep their boxes.
+"""The ground's cut from that of the frame before: tiles that were examined keep their boxes, and
+points that were drawn what is known of them (``terrain_known``).
 
 Nearly all that pruning the ground takes is to bound its heights, tile by tile, and that depends on
 the tile and on the frame's corner alone. So the walk itself is done anew in every frame, by the
@@ -16,6 +17,7 @@ from lod.parts import Look, Parts, Triangles
 from lod.prune import Cut, prune_by_level
 from lod.view import View
 from scenes.terrain import Terrain, TileGrid
+from scenes.terrain_known import Shelf
 from scenes.terrain_patches import Squares
 
 
@@ -26,6 +28,7 @@ class Boxes:
     place  corner of the frame, and where its root tile (0, 0) begins: what they hold for
     names  (n,) of the tiles, ascending; low, high (n, 3) of their boxes [m]
     top    (n,) height that their ground rarely exceeds [m]
+    shelf  what is known of the ground's points, once the frame is looked at
     """
 
     place: tuple[Corner, float, float]
@@ -33,6 +36,7 @@ class Boxes:
     low: np.ndarray
     high: np.ndarray
     top: np.ndarray
+    shelf: Shelf
 
     def __post_init__(self) -> None:
         freeze(self, names=np.int64, low=np.float64, high=np.float64, top=np.float64)
@@ -44,6 +48,7 @@ class Recalled:
 
     terrain: Terrain
     before: Boxes | None
+    shelf: Shelf
     met: list[Boxes] = field(default_factory=list)
 
     @property
@@ -53,7 +58,7 @@ class Recalled:
 
     def roots(self, view: View) -> Parts:
         """The root tiles."""
-        return self.terrain.roots(view, self.boxes)
+        return self.terrain.roots(view, self.boxes, self.shelf)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The four quarters of each tile."""
@@ -80,7 +85,7 @@ class Recalled:
             level, x, y = (column[new] for column in tiles)
             found = self.terrain.boxes(grid, (level, x, y), lowest[new], highest[new])
             low[new], high[new], top[new] = found
-        self.met.append(Boxes(place, names, low, high, top))
+        self.met.append(Boxes(place, names, low, high, top, self.shelf))
         return low, high, top
 
     def all_met(self) -> Boxes:
@@ -91,12 +96,13 @@ class Recalled:
             np.concatenate([getattr(each, name) for each in self.met])[order]
             for name in ("low", "high", "top")
         ]
-        return Boxes(self.met[0].place, names[order], *columns)
+        low, high, top = columns
+        return Boxes(self.met[0].place, names[order], low, high, top, self.shelf)
 
 
 def ground_after(terrain: Terrain, view: View, before: Boxes | None) -> tuple[Cut, Boxes]:
     """What of the ground is displayed, as ``prune`` finds it; and boxes for the frame after it."""
-    recalled = Recalled(terrain, before)
+    recalled = Recalled(terrain, before, before.shelf if before else Shelf())
     cut = prune_by_level(recalled, view)
     return cut, recalled.all_met()
 

@@ -14,6 +14,7 @@ from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.camera import Corner
+from scenes.octave_sums import SoFar
 from scenes.terrain_noise import Octaves, octaves_at, twin_values, unit_rms
 
 
@@ -70,13 +71,15 @@ def ground_colours(
     slope: Reals,
     shortest: Reals,
     cover: Cover,
+    so_far: SoFar | None = None,
 ) -> Points:
     """Albedo of the ground at ``xy``, (n, 3), from patches no smaller than ``shortest`` [m].
 
     rise   height in units of the relief's RMS: ridges are drier than hollows
     slope  tangent of the steepness: steep ground is drier, and the steepest bare
+    so_far what is known of the patches there from the same corner
     """
-    noise = twin_values(_octaves(seed ^ _PATCHES, corner), xy, shortest)
+    noise = twin_values(_octaves(seed ^ _PATCHES, corner), xy, shortest, so_far)
     snow_line = math.inf if cover.snow_line is None else cover.snow_line
     albedos = np.array((cover.moist, cover.dry, cover.steep, SNOW))
     edges = cover.steep_from, cover.steep_to, snow_line - _SNOW_EDGE / 2

@@ -21,10 +21,12 @@ from lod.arrays import Ints, Points, Reals
 from lod.parts import Triangles
 from lod.runs import in_runs
 from lod.view import View, distance
+from scenes.octave_sums import SoFar
 from scenes.relief import Relief, upward
 from scenes.terrain_colour import Cover, ground_colours
+from scenes.terrain_known import Shelf, heights_of
 from scenes.terrain_mesh import MOST_COARSER, lattice_mesh
-from scenes.terrain_morph import Places, blended, lineage
+from scenes.terrain_morph import Places, blended, lineage, names_of
 from scenes.terrain_patches import Patches, balanced
 
 SLOPE_M = 8.0
@@ -96,21 +98,36 @@ class Ground:
 
 
 def surface(
-    ground: Ground, patches: Patches, southwest: tuple[float, float], unit: float
+    ground: Ground,
+    patches: Patches,
+    southwest: tuple[float, float],
+    unit: float,
+    shelf: Shelf | None = None,
 ) -> Triangles:
-    """One watertight mesh of patches; the lattice of the deepest has quads of side ``unit`` [m]."""
-    view = ground.view
+    """One watertight mesh of patches; the lattice of the deepest has quads of side ``unit`` [m].
+
+    shelf: what is known from the frame before, and for the next; the same mesh in less time
+    """
+    view, shelf = ground.view, shelf or Shelf()
     where, faces, owner = lattice_mesh(*balanced(patches, MOST_COARSER))
+    before = shelf.at((ground.relief, view.camera.corner, southwest, unit))
 
     def placed(where: Places) -> Points:
         xy = np.array(southwest) + unit * where
-        return np.column_stack((xy, ground.relief.height(view.camera.corner, xy)))
+        return np.column_stack((xy, heights_of(before, names_of(where), xy)))
 
     def arrived(points: Points, level: Ints) -> Reals:
         return arrived_at(ground, distance(view, points), level)
 
     lines = lineage(where, patches.deepest, placed, arrived)
-    bare = _by_runs(lambda rows: bare_look(ground, lines.points[rows]), lines.points, 7)
+    known = before.at(names_of(where), lines.points)
+    sums = known.slopes, known.patches
+
+    def bare_at(rows: slice) -> Looks:
+        return bare_look(ground, lines.points[rows], *(each[rows] for each in sums))
+
+    bare = _by_runs(bare_at, lines.points, 7)
+    shelf.known = known
     points, looks = blended(lines, lines.points), blended(lines, bare)
     drawn = _by_runs(lambda rows: _drawn(ground, points[rows], looks[rows]), points, 9)
     vertices, normals, colours = drawn[:, :3], drawn[:, 3:6], drawn[:, 6:]
@@ -182,18 +199,18 @@ def arrived_at(ground: Ground, d: Reals, level: Ints) -> Reals:
     return arrived
 
 
-def bare_look(ground: Ground, points: Points) -> Looks:
+def bare_look(ground: Ground, points: Points, slopes: SoFar, patches: SoFar) -> Looks:
     """Looks of the ground at points of the relief (n, 3), with an albedo as smooth as the spacing
-    there is wide."""
+    there is wide; from what is known of their slopes and patches of colour so far."""
     view, relief = ground.view, ground.relief
     d, corner = distance(view, points), view.camera.corner
     xy = np.ascontiguousarray(points[:, :2])  # once for all that looks at it
     spacing = spacing_at(ground, d)
     grown, seen = np.maximum(2 * spacing, SLOPE_M), SHOWN_PX * view.camera.pixel_angle * d
-    slopes = relief.slopes(corner, xy, np.column_stack((grown, seen)))
-    rise, slope = points[:, 2] / (relief.amplitude or 1.0), np.hypot(slopes[:, 0], slopes[:, 1])
-    albedo = ground_colours(relief.seed, corner, xy, rise, slope, spacing, ground.cover)
-    return np.concatenate((slopes, albedo), axis=1)
+    steep = relief.slopes(corner, xy, np.column_stack((grown, seen)), slopes)
+    rise, slope = points[:, 2] / (relief.amplitude or 1.0), np.hypot(steep[:, 0], steep[:, 1])
+    albedo = ground_colours(relief.seed, corner, xy, rise, slope, spacing, ground.cover, patches)
+    return np.concatenate((steep, albedo), axis=1)
 
 
 def spacing_at(ground: Ground, d: Reals) -> Reals:

@@ -52,12 +52,12 @@ def lineage(
 ) -> Lineage:
     """The mesh's vertices, in order of their places, with all forebears that blending asks for.
 
-    ``arrived_at`` is told points and their levels. A forebear is not the mesh's where a side was
-    simplified to meet a coarser patch.
+    ``point_at`` is asked for places in their order, ``arrived_at`` is told points and their levels.
+    A forebear is not the mesh's where a side was simplified to meet a coarser patch.
     """
     points, level = point_at(where), level_of(where, deepest)
     arrived = arrived_at(points, level)
-    count, names = len(where), _name(where)
+    count, names = len(where), names_of(where)
     heirs = np.flatnonzero(arrived < 1)
     levels = [level[heirs]]
     pairs = [forebears_of(where[heirs], deepest)]
@@ -65,7 +65,7 @@ def lineage(
     while len(seeking):
         new = _lacking(names, pairs[-1])
         seeking = len(names) + np.arange(len(new))
-        names, level = np.append(names, _name(new)), level_of(new, deepest)
+        names, level = np.append(names, names_of(new)), level_of(new, deepest)
         points = np.concatenate((points, point_at(new)))
         arrived = np.append(arrived, arrived_at(points[seeking], level))
         seeking, new, level = seeking[level > 0], new[level > 0], level[level > 0]
@@ -74,7 +74,7 @@ def lineage(
         pairs.append(forebears_of(new, deepest))
     order = np.argsort(np.concatenate(levels), kind="stable")
     by_name = np.argsort(names, kind="stable")
-    pair = _name(np.concatenate(pairs)[order].reshape(-1, 2))
+    pair = names_of(np.concatenate(pairs)[order].reshape(-1, 2))
     rows = by_name[np.searchsorted(names, pair, sorter=by_name)].reshape(-1, 2)
     return Lineage(points, count, arrived, heirs[order], rows)
 
@@ -82,7 +82,7 @@ def lineage(
 def _lacking(names: Ints, pairs: Int64[np.ndarray, "h 2 2"]) -> Int64[np.ndarray, "w 2"]:
     """Which of those places are not named, each once."""
     wanted = pairs.reshape(-1, 2)
-    name = _name(wanted)
+    name = names_of(wanted)
     known = np.sort(names, kind="stable")
     found = known[np.minimum(np.searchsorted(known, name), len(known) - 1)]
     missing = np.flatnonzero(found != name)
@@ -124,5 +124,6 @@ def _steps(where: Places, deepest: int) -> Ints:
     return np.where(lowest_bit == 0, coarsest, np.minimum(lowest_bit, coarsest))
 
 
-def _name(where: Places) -> Ints:
+def names_of(where: Places) -> Ints:
+    """A number for each place, in the order of the places."""
     return (where[:, 0] << 32) | where[:, 1]

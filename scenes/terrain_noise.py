@@ -18,6 +18,7 @@ from numba import njit
 from lod.arrays import Reals
 from lod.camera import STEP_M, Corner
 from lod.runs import in_runs
+from scenes.octave_sums import SoFar
 
 STEEP = 2.0
 """Length of the gradients. With values uniform in [-1, 1] it makes the variance at the middle of a
@@ -234,48 +235,78 @@ def _values(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: 
 
 
 @njit(cache=True, nogil=True)
-def _steepness(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: ignore[no-untyped-def]
-    """Slopes of what ``_values`` adds up; a column of ``shortest`` for each two of ``out``."""
+def _steepness(keys, squares, offsets, scales, xy, shortest, crest, whole, sums, out):  # type: ignore[no-untyped-def]
+    """Slopes of what ``_values`` adds up; a column of ``shortest`` for each two of ``out``.
+
+    whole, sums: as in SoFar; the sums go on from there.
+    """
     most, columns = len(keys), shortest.shape[1]
     cells, names, known = np.empty((most, 12)), np.empty((most, 2), np.int64), np.zeros(most, "?")
     for i in range(len(xy)):
-        least = math.inf
+        least, first = math.inf, most
         for column in range(columns):
             least = min(least, shortest[i, column])
-        for k in range(most):
+            _go_on(scales, shortest[i, column], whole[i], sums[i], column, out[i])
+            first = min(first, whole[i, column])
+        for k in range(first, most):
             side, weight = scales[k, 0], scales[k, 1]
             if _kept(side, least) == 0.0:
                 break
-            ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
-            if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
-                _lattice_cell(keys[k], ix, iy, cells[k])
-                names[k, 0], names[k, 1], known[k] = ix, iy, True
-            slope_x, slope_y = _slopes(cells[k], u, v)
-            fall = crest > 0.0 and _value(cells[k], u, v) > 0.0
+            looked_up, fall, slope_x, slope_y = False, False, 0.0, 0.0
             for column in range(columns):
-                steep = _kept(side, shortest[i, column]) * weight / side * (-1.0 if fall else 1.0)
+                kept = _kept(side, shortest[i, column]) if k >= whole[i, column] else 0.0
+                if kept == 0.0:
+                    continue
+                if not looked_up:
+                    ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
+                    if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
+                        _lattice_cell(keys[k], ix, iy, cells[k])
+                        names[k, 0], names[k, 1], known[k] = ix, iy, True
+                    slope_x, slope_y = _slopes(cells[k], u, v)
+                    fall, looked_up = crest > 0.0 and _value(cells[k], u, v) > 0.0, True
+                steep = kept * weight / side * (-1.0 if fall else 1.0)
                 out[i, 2 * column] += steep * slope_x
                 out[i, 2 * column + 1] += steep * slope_y
+                if kept == 1.0:
+                    _keep(k, whole[i], sums[i], column, out[i])
 
 
 @njit(cache=True, nogil=True)
-def _twins(keys, squares, offsets, scales, xy, shortest, out):  # type: ignore[no-untyped-def]
-    """What ``_values`` adds up of one noise, of two."""
+def _twins(keys, squares, offsets, scales, xy, shortest, whole, sums, out):  # type: ignore[no-untyped-def]
+    """What ``_values`` adds up of one noise, of two. whole, sums: as in SoFar."""
     most = len(keys)
     cells, names = np.empty((most, 2, 12)), np.empty((most, 2), np.int64)
     known = np.zeros(most, "?")
     for i in range(len(xy)):
-        for k in range(most):
+        _go_on(scales, shortest[i], whole[i], sums[i], 0, out[i])
+        for k in range(whole[i, 0], most):
             side = scales[k, 0]
-            weight = _kept(side, shortest[i]) * scales[k, 1]
-            if weight == 0.0:
+            kept = _kept(side, shortest[i])
+            if kept == 0.0:
                 break
             ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
             if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
                 _twin_cells(keys[k], ix, iy, cells[k])
                 names[k, 0], names[k, 1], known[k] = ix, iy, True
             for twin in range(2):
-                out[i, twin] += weight * _value(cells[k, twin], u, v)
+                out[i, twin] += kept * scales[k, 1] * _value(cells[k, twin], u, v)
+            if kept == 1.0:
+                _keep(k, whole[i], sums[i], 0, out[i])
+
+
+@njit(cache=True, inline="always")
+def _go_on(scales, shortest, whole, sums, column, out):  # type: ignore[no-untyped-def]
+    """Begin a sum with what is known of it: all of that, or else nothing counts whole now."""
+    if whole[column] > 0 and scales[whole[column] - 1, 0] < shortest:
+        whole[column], sums[2 * column], sums[2 * column + 1] = 0, 0.0, 0.0
+    out[2 * column], out[2 * column + 1] = sums[2 * column], sums[2 * column + 1]
+
+
+@njit(cache=True, inline="always")
+def _keep(k, whole, sums, column, out):  # type: ignore[no-untyped-def]
+    """Octave k counts whole, and so do all before it: that much of the sum will hold."""
+    whole[column] = k + 1
+    sums[2 * column], sums[2 * column + 1] = out[2 * column], out[2 * column + 1]
 
 
 def octave_values(
@@ -294,16 +325,29 @@ def octave_slopes(
     xy: Float64[np.ndarray, "n 2"],
     shortest: Float64[np.ndarray, "n k"],
     crest: float = 0.0,
+    so_far: SoFar | None = None,
 ) -> Float64[np.ndarray, "n _"]:
-    """The two slopes of ``octave_values`` for each column of ``shortest``, (n, 2k)."""
-    return _summed(_steepness, octaves, xy, shortest, (2 * shortest.shape[1],), crest)
+    """The two slopes of ``octave_values`` for each column of ``shortest``, (n, 2k).
+
+    so_far: of these very points, k columns; None: nothing is known yet
+    """
+    known = so_far or SoFar.none(*shortest.shape)
+    kept = known.whole, known.sums
+    return _summed(_steepness, octaves, xy, shortest, (2 * shortest.shape[1],), crest, kept=kept)
 
 
 def twin_values(
-    octaves: Octaves, xy: Float64[np.ndarray, "n 2"], shortest: Reals
+    octaves: Octaves,
+    xy: Float64[np.ndarray, "n 2"],
+    shortest: Reals,
+    so_far: SoFar | None = None,
 ) -> Float64[np.ndarray, "n 2"]:
-    """Two independent ``octave_values`` of each point, for little more than one of them costs."""
-    return _summed(_twins, octaves, xy, shortest, (2,))
+    """Two independent ``octave_values`` of each point, for little more than one of them costs.
+
+    so_far: of these very points, one column; None: nothing is known yet
+    """
+    known = so_far or SoFar.none(len(xy), 1)
+    return _summed(_twins, octaves, xy, shortest, (2,), kept=(known.whole, known.sums))
 
 
 def _summed(
@@ -313,14 +357,15 @@ def _summed(
     shortest: np.ndarray,
     columns: tuple[int, ...],
     *more: float,
+    kept: tuple[np.ndarray, ...] = (),
 ) -> np.ndarray:
-    """What a kernel adds up at each point, (n, *columns)."""
+    """What a kernel adds up at each point, (n, *columns); ``kept`` (n, …): what it goes on from."""
     points, least = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(shortest)
     out = np.zeros((len(points), *columns))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
-        kernel(*octaves, points[rows], least[rows], *more, out[rows])
+        kernel(*octaves, points[rows], least[rows], *more, *(k[rows] for k in kept), out[rows])
 
     in_runs(run, len(points), _SHORTEST_RUN)
     return out

@@ -8,14 +8,19 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
+from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
 from scenes.preset import load_preset
+from scenes.relief import Relief
 from scenes.terrain import Terrain
 from scenes.terrain_after import ground_after
 
 PARTS = ("position", "centre", "bound", "limit", "level", "object", "part", "whole", "share")
+
+
+LOOKS = ("vertices", "normals", "colours", "faces", "owner")
 
 
 def seen_in(name):
@@ -26,7 +31,7 @@ def seen_in(name):
 
 
 def same(terrain, view, before):
-    """Boxes after a cut that goes on, which is the cut from scratch."""
+    """Boxes after a cut that goes on, which is the cut from scratch, and looks like it."""
     read, (cut, boxes) = prune(terrain, view), ground_after(terrain, view, before)
     assert (cut.examined_objects, cut.examined_parts) == (
         read.examined_objects,
@@ -35,6 +40,9 @@ def same(terrain, view, before):
     for name in PARTS:
         assert getattr(cut.parts, name).tobytes() == getattr(read.parts, name).tobytes(), name
     assert len(boxes.names) == read.examined_parts
+    ours, anew = (terrain.appearance(each.parts, looks(each, view)) for each in (cut, read))
+    for name in LOOKS:
+        assert getattr(ours, name).tobytes() == getattr(anew, name).tobytes(), name
     return boxes
 
 
@@ -76,3 +84,22 @@ def test_slow_steps_bound_few_tiles(monkeypatch):
     same_place = replace(view, camera=replace(view.camera, eye=eye))
     _, after = ground_after(terrain, same_place, boxes)
     assert sum(bounded) < 0.02 * len(after.names)
+
+
+def test_slow_steps_look_up_few_heights(monkeypatch):
+    """Of points that stay, heights and whole octaves are kept."""
+    terrain, view = seen_in("meadow")
+    cut, boxes = ground_after(terrain, view, None)
+    whole = terrain.appearance(cut.parts, looks(cut, view))
+    looked_up = []
+    height = Relief.height
+    monkeypatch.setattr(
+        Relief,
+        "height",
+        lambda self, corner, xy: looked_up.append(len(xy)) or height(self, corner, xy),
+    )
+    eye = view.camera.eye + np.array((0.04, 0.04, 0.0))
+    near = replace(view, camera=replace(view.camera, eye=eye))
+    cut, _ = ground_after(terrain, near, boxes)
+    terrain.appearance(cut.parts, looks(cut, near))
+    assert 0 < sum(looked_up) < 0.05 * len(whole.vertices)
