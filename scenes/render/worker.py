@@ -30,11 +30,16 @@ _TICK_S = 0.5
 Watch = Callable[[int, int, int], object]
 """Called twice a second, and whenever samples are taken: process, samples taken, of how many."""
 
-_MALLOC = {"MALLOC_MMAP_THRESHOLD_": str(2**23), "GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
+_MALLOC = {
+    "MALLOC_MMAP_THRESHOLD_": str(2**23),
+    "MALLOC_TRIM_THRESHOLD_": str(2**24),
+    "GLIBC_TUNABLES": "glibc.malloc.hugetlb=1",
+}
 """Has glibc give back what arrays of 8 MB and more held, once they are let go of: for
-smaller ones new memory costs more time than it saves room. And has it ask for large pages, where
-the system gives them only to who asks: memory is new in every frame, and 512 times as many small
-ones would be to be had one by one."""
+smaller ones new memory costs more time than it saves room, and threads, which would give it back
+after each run of points, keep up to 16 MB of it. And has it ask for large pages, where the system
+gives them only to who asks: memory is new in every frame, and 512 times as many small ones would be
+to be had one by one."""
 
 
 class Worker:
