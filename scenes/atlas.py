@@ -11,10 +11,14 @@ from numba import njit
 from lod.arrays import freeze
 from lod.hierarchy import Hierarchy
 from lod.parts import Look
+from lod.runs import in_runs
 from lod.view import View
 from scenes.heights import Minds, between, place, together, toned
 from scenes.rig import RiggedSticks
 from scenes.rig_prototype import RiggedPrototype
+
+_SHORTEST_RUN = 16384
+"""Parts for which another thread is worth its start."""
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 """Multiples of it fall evenly on 0 to 1 (Weyl)."""
@@ -102,8 +106,23 @@ class Atlas:
         """The displayed sticks of these rows."""
         minds, table = self.minds, self.sticks
         tables = minds.of_stick, minds.share, minds.darker
-        shown = look.inner, look.leaf, look.rise
-        return Displayed(*_sticks_of(table.first, table.tint, tables, rows, *shown))
+        asked = rows, look.inner, look.leaf, look.rise
+
+        def counted(first: int, last: int) -> tuple[int, int]:
+            return first, _count(table.first, *(each[first:last] for each in asked[:3]))
+
+        starts, counts = zip(*in_runs(counted, len(rows), _SHORTEST_RUN), strict=True)
+        *begins, total = np.cumsum((0, *counts)).tolist()
+        begin = dict(zip(starts, begins, strict=True))
+        kinds = np.int64, np.int64, np.float64, np.int64
+        found = Displayed(*(np.empty(total, kind) for kind in kinds))
+
+        def told(first: int, last: int) -> None:
+            own, out = (each[first:last] for each in asked), (c[begin[first] :] for c in found)
+            _sticks_of(table.first, table.tint, tables, first, *own, *out)
+
+        in_runs(told, len(rows), _SHORTEST_RUN)
+        return found
 
 
 class Displayed(NamedTuple):
@@ -134,17 +153,24 @@ def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
 
 
-@njit(cache=True)
-def _sticks_of(first, tints, minds, rows, inner, leaf, rise):  # type: ignore[no-untyped-def]
-    """Owner, row, share and tint of every stick of blocks 2·row and 2·row + 1, in their order."""
-    of_stick, shares_seen, darker = minds
+@njit(cache=True, nogil=True)
+def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
+    """How many sticks there are in the blocks that ``_sticks_of`` tells of."""
     count = 0
     for i in range(len(rows)):
         for side, share in enumerate((inner[i], leaf[i])):
             block = 2 * rows[i] + side
             count += (first[block + 1] - first[block]) * (share > 0.0)
-    owner, stick = np.empty(count, np.int64), np.empty(count, np.int64)
-    shares, tint = np.empty(count), np.empty(count, np.int64)
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _sticks_of(  # type: ignore[no-untyped-def]
+    first, tints, minds, begin, rows, inner, leaf, rise, owner, stick, shares, tint
+):
+    """Owner, row, share and tint of every stick of blocks 2·row and 2·row + 1, in their order;
+    owners are counted from ``begin``."""
+    of_stick, shares_seen, darker = minds
     k = 0
     for i in range(len(rows)):
         aloft = high = 0.0
@@ -154,14 +180,13 @@ def _sticks_of(first, tints, minds, rows, inner, leaf, rise):  # type: ignore[no
             block = 2 * rows[i] + side
             if share > 0.0:
                 for row in range(first[block], first[block + 1]):
-                    owner[k], stick[k], shares[k], tint[k] = i, row, share, tints[row]
+                    owner[k], stick[k], shares[k], tint[k] = begin + i, row, share, tints[row]
                     c = of_stick[row]
                     if c >= 0:
                         shares[k] *= between(shares_seen[c], aloft)
                         # Between two tones some sticks have one and some the other.
                         tint[k] += int(between(darker[c], high) + row * _GOLDEN % 1.0)
                     k += 1
-    return owner, stick, shares, tint
 
 
 def _appearances(

@@ -14,6 +14,7 @@ from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.parts import Sticks, Triangles
 from lod.prune import Cut
+from lod.runs import in_runs
 from scenes.render.frame import Light, Visible
 from scenes.render.sticks import Batch, batches
 
@@ -29,6 +30,9 @@ SUN_SAMPLING = 3.0
 """Share of light samples for the sun against 1 for the sky: the least noise (DESIGN §3)."""
 
 _ID_LIMIT = 2**32
+
+_SHORTEST_RUN = 65536
+"""Rows of numbers for whose check another thread is worth its start."""
 
 
 def describe(
@@ -188,7 +192,12 @@ def _check(v: Visible) -> None:
 def _check_range(where: str, values: np.ndarray, low: float, high: float) -> None:
     if not len(values):
         return
-    smallest, largest = values.min(), values.max()
+
+    def ends(first: int, last: int) -> tuple[Any, Any]:
+        return values[first:last].min(), values[first:last].max()
+
+    lows, highs = zip(*in_runs(ends, len(values), _SHORTEST_RUN), strict=True)
+    smallest, largest = np.min(lows), np.max(highs)  # NaN where any is
     if not (np.isfinite(smallest) and low <= smallest and largest <= high and np.isfinite(largest)):
         arrived = smallest if not smallest >= low else largest
         raise InputError(where, float(arrived), f"finite, from {low:g} to {high:g}")
