@@ -3,7 +3,7 @@
 ``python -m bench.leaf_light [--sides | --heights] [SPECIES…]`` prints the shares by which
 ``scenes.tree_species`` takes colour from the shapes that stand for hidden leaves, level by level:
 what they hide shades itself, and one smooth shape does not. A stand of one species is looked at
-from all sides, every tree cut at one level, in the light of a sun 40° up and an even sky
+from all sides, every tree cut at one level, in the light of a sun 40° up and its sky
 (``scenes.stand_light``). Paths of light and places of trees are the same at all levels. With
 ``--sides`` it prints instead the share that would be right for a whole tree's own shapes toward
 each side, 0° with the sun behind the viewer, and toward each height. With ``--heights`` it prints
@@ -11,7 +11,6 @@ what the shapes of a level lack from each height, in cover and then in light
 (``scenes.heights``).
 """
 
-import math
 import sys
 from dataclasses import dataclass, replace
 
@@ -20,10 +19,10 @@ from jaxtyping import Float64
 
 from scenes.heights import HEIGHTS_DEG, FromHeights, thinned
 from scenes.prototype import Prototype
-from scenes.sky_share import sky_share
-from scenes.stand import bare_of, stood, toward
-from scenes.stand_light import DRAWS, GROUND, seen_along
-from scenes.stick_grid import grid_of
+from scenes.sky import sky_of
+from scenes.stand import bare_of, toward
+from scenes.stand_field import stand_field
+from scenes.stand_light import DRAWS, GROUND, Light, seen_along
 from scenes.stick_table import StickTable
 from scenes.stick_view import visible_areas
 from scenes.tree import tree_prototypes
@@ -32,17 +31,18 @@ from scenes.tree_species import SPECIES, TreeSpecies
 SUN_DEG, TURBIDITY = 40.0, 3.0
 ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)
 TURNS_DEG = (0.0, 45.0, 90.0, 135.0, 180.0)
-TREES, SPACING = 24, 1.0
-"""In a stand; √ of the area that each has, as a share of its height."""
+TREES, SPACING = 6, 1.0
+"""Different ones in a stand; √ of the area that each has, as a share of its height."""
 
-LINES, MORE = 1500, 4
-"""From each direction; and times as many, where each height is told by itself."""
+LINES, MORE = 4000, 4
+"""From each height; and times as many, where each is told by itself."""
 
 LOWEST_DEG, ASIDE_DEG = 4.0, (22.5, 67.5, 112.5, 157.5)
-"""From where light is looked at for what is level with the eye; and turns that stand for all, none
-of them right before the sun, where nothing shows its shade."""
+"""From where light is looked at for what is level with the eye; and turns that stand for all, each
+for the eighth of a circle about it: right before the sun nothing shows its shade, but there is
+hardly anyone's eye."""
 
-SIDES_DEG = (20.0, 80.0, 140.0, 200.0, 260.0, 320.0)
+SIDES_DEG = (51.7, 111.7, 171.7, 231.7, 291.7, 351.7)
 RAYS, ROUNDS = 400, 4
 """Across a tree's height, and steps to the right cover."""
 
@@ -86,49 +86,24 @@ def sent(
     """What a stand of these trees sends to each elevation and turn, every one displayed down to a
     level, if this share is left of its shapes. ``more``: times LINES."""
     rng = np.random.Generator(np.random.Philox(0x1EAF))
-    side = species.height[0] * SPACING * math.sqrt(TREES)
-    cuts = [cut_at(tree, species, level) for tree in trees]
     tables, colours, flags = [], [], []
-    for n in range(TREES):
-        (table, hides), palette = cuts[n % len(trees)], trees[n % len(trees)].tints
-        left = thinned(table, np.where(hides, share, 1.0)) if share != 1 else table
-        tables.append(stood(left, rng.random(2) * side, 2 * np.pi * rng.random()))
-        colours.append(palette[table.tint])
+    for tree in trees:
+        table, hides = cut_at(tree, species, level)
+        tables.append(thinned(table, np.where(hides, share, 1.0)) if share != 1 else table)
+        colours.append(tree.tints[table.tint])
         flags.append(hides)
-    names = ("start", "end", "start_radius", "end_radius", "tint")
-    columns = [np.concatenate([getattr(table, name) for table in tables]) for name in names]
-    plot = StickTable(np.array((0, len(columns[0]))), *columns)
-    return _seen(
-        plot,
-        side,
-        np.concatenate(colours),
-        np.concatenate(flags),
-        (elevations, turns),
-        more * LINES,
-        rng,
-    )
-
-
-def _seen(
-    plot: StickTable,
-    side: float,
-    colour: Float64[np.ndarray, "k 3"],
-    hides: np.ndarray,
-    sides: tuple[tuple[float, ...], tuple[float, ...]],
-    lines: int,
-    rng: np.random.Generator,
-) -> Sent:
-    grid, light = grid_of(plot, side), (toward(SUN_DEG, 0.0), sky_share(SUN_DEG, TURBIDITY))
-    found = np.zeros((2, *map(len, sides)))
-    for row, column in np.ndindex(found.shape[1:]):
-        start = np.zeros((lines, 3))
-        start[:, :2] = rng.random((lines, 2)) * side
-        direction = toward(sides[0][row], sides[1][column])
-        seen = seen_along(grid, colour, light, start, direction, rng.random((lines, DRAWS)))
+    side = species.height[0] * SPACING
+    stand = stand_field(tables, np.full(len(trees), 1 / (len(trees) * side**2)), side)
+    light = Light.of(SUN_DEG, turns, sky_of(SUN_DEG, TURBIDITY))
+    colour, hides = np.concatenate(colours), np.concatenate(flags)
+    found = np.zeros((2, len(elevations), len(turns)))
+    for row, elevation in enumerate(elevations):
+        draws = rng.random((more * LINES, DRAWS))
+        seen = seen_along(stand, colour, light, elevation, draws, row * len(draws))
         met = seen.stick != GROUND
-        light_of = seen.sent @ _LUMINANCE
         shapes = met & hides[seen.stick]
-        found[:, row, column] = light_of[shapes].sum(), light_of[met & ~shapes].sum()
+        light_of = seen.sent @ _LUMINANCE
+        found[:, row] = light_of[shapes].sum(axis=0), light_of[met & ~shapes].sum(axis=0)
     return Sent(*found)
 
 
@@ -137,7 +112,7 @@ def from_heights(species: TreeSpecies, level: int, seed: int = 1) -> tuple[float
     where they are brightest (``TreeSpecies.lit``): for a tree displayed down to the level to cover
     what the whole does, and for a stand to send as much light, in the mean over sides."""
     plain = replace(species, lit=(), heights=())
-    trees = tree_prototypes(seed, TREES // 4, plain, "summer")
+    trees = tree_prototypes(seed, TREES, plain, "summer")
     finest = int(trees[0].hierarchy.level.max())
     share, tone = [], []
     for height in HEIGHTS_DEG:
@@ -176,15 +151,15 @@ def _share_left(
 def shares(species: TreeSpecies, season: str, seed: int = 1) -> list[float]:
     """Share of their colour that shapes of each level keep for the stand to send as much as in full
     detail, from trees whose shapes have it all."""
-    trees = tree_prototypes(seed, 3, replace(species, lit=(), heights=()), season)
+    trees = tree_prototypes(seed, TREES, replace(species, lit=(), heights=()), season)
     bare = not species.leafy.get(season)
     grown = species.bare() if bare and species.foliage else species
     finest = int(trees[0].hierarchy.level.max())
-    full = sent(trees, grown, finest)
+    full = sent(trees, grown, finest, turns=ASIDE_DEG)
     whole = (full.shapes + full.itself).sum()
     made = []
     for level in range(finest):
-        cut = sent(trees, grown, level)
+        cut = sent(trees, grown, level, turns=ASIDE_DEG)
         made.append(float((whole - cut.itself.sum()) / cut.shapes.sum()))
     return made
 
@@ -192,7 +167,7 @@ def shares(species: TreeSpecies, season: str, seed: int = 1) -> list[float]:
 def sides(species: TreeSpecies, seed: int = 1) -> Float64[np.ndarray, "e t"]:
     """The share that would be right for the shapes of whole trees in summer, (e, t): toward each
     elevation and turn, 0° with the sun behind the viewer."""
-    trees = tree_prototypes(seed, 3, replace(species, lit=(), heights=()), "summer")
+    trees = tree_prototypes(seed, TREES, replace(species, lit=(), heights=()), "summer")
     full, cut = (sent(trees, species, k) for k in (int(trees[0].hierarchy.level.max()), 0))
     return (full.shapes + full.itself - cut.itself) / cut.shapes
 

@@ -22,6 +22,7 @@ from lod.hierarchy import Hierarchy
 from lod.smear import smears
 from lod.view import View, distance
 from scenes.field import Species
+from scenes.sky import Sky
 from scenes.stand import DEPRESSIONS_DEG, TURNS_DEG, Stand, stand_of
 
 Shares = Float64[np.ndarray, "n k"]
@@ -35,20 +36,19 @@ LOWEST_DEG = DEPRESSIONS_DEG[0]
 class FarCover:
     """Species that stand all over the ground, and the light on them.
 
-    to_sun (3,) unit vector; sky_share (3,) of the light on level ground
+    to_sun (3,) unit vector
     """
 
     species: tuple[Species, ...]
     to_sun: np.ndarray
-    sky_share: np.ndarray
+    sky: Sky
 
     @cached_property
     def stand(self) -> Stand:
         """Its looks, measured when first something is missing."""
         elevation = math.degrees(math.asin(self.to_sun[2]))
         kinds = tuple((each.prototypes, each.density) for each in self.species)
-        red, green, blue = self.sky_share.tolist()
-        return stand_of(kinds, round(elevation, 3), (red, green, blue))
+        return stand_of(kinds, round(elevation, 3), self.sky)
 
     @cached_property
     def highest(self) -> float:
@@ -119,7 +119,7 @@ class FarLeft:
         """
         colours, rows, cover = bare.copy(), self.rows, self.cover
         if self.lines is not None:
-            light = irradiance_on(normals[rows], cover.to_sun, cover.sky_share)
+            light = irradiance_on(normals[rows], cover.to_sun, cover.sky.share)
             colours[rows] = np.clip(self._sent(self.lines, bare[rows], light), 0.0, 1.0)
         return colours
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 
 from lod.errors import InputError
 from scenes.animals import KINDS, animal
@@ -82,6 +83,7 @@ def standing(prototype: RiggedPrototype) -> RiggedPrototype:
     )
 
 
+@lru_cache(maxsize=64)
 def made(
     model: str,
     count: int,

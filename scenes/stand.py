@@ -1,24 +1,25 @@
-"""How a stand of objects looks from afar: measured once, by lines through a plot of it.
+"""How a stand of objects looks from afar: measured once, by lines through it.
 
-The plot repeats without end and holds every species in proportion to its density, turned at random,
-in full detail. Lines come from above at a few depressions δ and angles φ from the sun's azimuth,
-and light is followed back from where they first meet something (``stand_light``). Outlines of whole
-objects are not sampled: they are measured exactly (``stick_area``).
+It has no end and holds every species at its density, in full detail (``stand_field``). Lines come
+from above at a few depressions δ and angles φ from the sun's azimuth, and light is followed back
+from where they first meet something (``stand_light``). Outlines of whole objects are not sampled:
+they are measured exactly (``stick_area``).
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Reals, freeze
+from lod.arrays import Ints, Reals, freeze
 from scenes.prototype import Prototype
 from scenes.rig_prototype import RiggedPrototype
-from scenes.stand_light import DRAWS, GROUND, seen_along
+from scenes.sky import Sky
+from scenes.stand_field import StandField, stand_field
+from scenes.stand_light import DRAWS, GROUND, Light, seen_along
 from scenes.stick_area import mean_outline_areas
-from scenes.stick_grid import grid_of
 from scenes.stick_raster import areas_of_parts
 from scenes.stick_table import StickTable
 
@@ -27,17 +28,11 @@ TURNS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)
 """Where lines come from: angle of the eye above the ground's horizon, and of its azimuth as seen
 from the ground from the sun's: at 0 the sun is behind the viewer."""
 
-LINES = 1500
-"""From each direction."""
-
-OBJECTS = 96
-"""In a plot, as near as whole numbers of every species allow."""
+LINES = 10_000
+"""From each depression, each through a stand of its own."""
 
 LEVELS = 33
 """Heights at which it is told how much is above."""
-
-_ASKEW_DEG = 31.7
-"""Of the sun's azimuth to the plot's sides, along which low lines would meet the same again."""
 
 Kind = tuple[tuple[Prototype | RiggedPrototype, ...], float]
 """Equally likely prototypes, and their density [1/m²]."""
@@ -67,37 +62,49 @@ class Stand:
         freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
 
 
+Bare = list[list[tuple[StickTable, np.ndarray]]]
+"""By kind and prototype: its sticks, and its tints."""
+
+
 @lru_cache(maxsize=4)
-def stand_of(
-    kinds: tuple[Kind, ...], sun_elevation_deg: float, sky: tuple[float, float, float]
-) -> Stand:
-    """The looks of a stand of these kinds under a sun of that elevation; ``sky``: of the light on
-    level ground, what comes from the sky."""
+def stand_of(kinds: tuple[Kind, ...], sun_elevation_deg: float, sky: Sky) -> Stand:
+    """The looks of a stand of these kinds under a sun of that elevation, and its sky."""
     bare = [[bare_of(prototype) for prototype in prototypes] for prototypes, _ in kinds]
-    plot, kind, tint, side = _plot(bare, [density for _, density in kinds])
-    grid, light = grid_of(plot, side), (toward(sun_elevation_deg, 0.0), np.array(sky))
+    densities = [density for _, density in kinds]
+    field, kind, colour = _field(bare, densities)
+    light = Light.of(sun_elevation_deg, TURNS_DEG, sky)
     rng = np.random.Generator(np.random.Philox(0x57A4D))
     shape = len(DEPRESSIONS_DEG), len(TURNS_DEG)
-    sums, met = np.zeros((2, len(kinds), *shape, 3)), np.zeros((len(kinds), *shape))
-    bare_seen, ground = np.zeros(shape), np.zeros((1, *shape, 3))
-    heights = np.zeros(shape)
-    for row, column in np.ndindex(shape):
-        direction = toward(DEPRESSIONS_DEG[row], TURNS_DEG[column])
-        start = np.zeros((LINES, 3))
-        start[:, :2] = rng.random((LINES, 2)) * side
-        seen = seen_along(grid, tint, light, start, direction, rng.random((LINES, DRAWS)))
-        heights[row, column] = seen.height.mean()
-        hit = seen.stick != GROUND
-        bare_seen[row, column] = (~hit).sum()
-        ground[0, row, column] = seen.sent[~hit].sum(axis=0)
-        of_kind = kind[seen.stick]
+    sums, met = np.zeros((2, len(kinds), *shape, 3)), np.zeros((len(kinds), *shape[:1]))
+    bare_seen, ground = np.zeros((1, *shape[:1])), np.zeros((1, *shape, 3))
+    heights = np.zeros(shape[:1])
+    for row, depression in enumerate(DEPRESSIONS_DEG):
+        seen = seen_along(field, colour, light, depression, rng.random((LINES, DRAWS)), row * LINES)
+        heights[row] = seen.height.mean()
+        hit, of_kind = seen.stick != GROUND, kind[seen.stick]
+        bare_seen[0, row] = (~hit).sum()
+        ground[0, row] = seen.sent[~hit].sum(axis=0)
         for k in range(len(kinds)):
             mine = hit & (of_kind == k)
-            met[k, row, column] = mine.sum()
-            sums[:, k, row, column] = seen.sent[mine].sum(axis=0), seen.lifted[mine].sum(axis=0)
-    lit = _means(ground[:, None], bare_seen[None])[0, 0]
-    sent, lifted = _means(sums, met)
-    return Stand(_areas(bare), sent, lifted, lit, heights.mean(axis=1), *_above(plot))
+            met[k, row] = mine.sum()
+            sums[0, k, row], sums[1, k, row] = (
+                each[mine].sum(axis=0) for each in (seen.sent, seen.lifted)
+            )
+    sent, lifted = (_means(each, met) for each in sums)
+    lit = _means(ground, bare_seen)[0]
+    return Stand(_areas(bare), sent, lifted, lit, heights, *_above(bare, densities))
+
+
+def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.ndarray]:
+    """The stand, and kind (k,) and albedo (k, 3) of every stick of its prototypes."""
+    each = [
+        (table, density / len(prototypes), k, tints[table.tint])
+        for k, (prototypes, density) in enumerate(zip(bare, densities, strict=True))
+        for table, tints in prototypes
+    ]
+    tables, density, kinds, colours = zip(*each, strict=True)
+    kind = np.repeat(kinds, [len(table) for table in tables])
+    return stand_field(tables, np.array(density)), kind, np.concatenate(colours)
 
 
 def bare_of(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
@@ -114,49 +121,28 @@ def bare_of(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndar
     return StickTable(np.array((0, len(columns[0]))), *columns), one.tints
 
 
-def _plot(
-    bare: list[list[tuple[StickTable, np.ndarray]]], densities: list[float]
-) -> tuple[StickTable, np.ndarray, np.ndarray, float]:
-    """The sticks of a plot, the kind and the albedo of each, and the plot's side [m]."""
-    rng = np.random.Generator(np.random.Philox(0x9107))
-    side = math.sqrt(OBJECTS / sum(densities))
-    tables, kinds, tints = [], [], []
-    for k, (prototypes, density) in enumerate(zip(bare, densities, strict=True)):
-        for n in range(max(1, round(density * side * side))):
-            table, palette = prototypes[n % len(prototypes)]
-            tables.append(stood(table, rng.random(2) * side, 2 * np.pi * rng.random()))
-            kinds.append(np.full(len(table), k))
-            tints.append(palette[table.tint])
-    names = ("start", "end", "start_radius", "end_radius", "tint")
-    columns = [np.concatenate([getattr(table, name) for table in tables]) for name in names]
-    plot = StickTable(np.array((0, len(columns[0]))), *columns)
-    return plot, np.concatenate(kinds), np.concatenate(tints), side
-
-
-def stood(table: StickTable, xy: Reals, turn: float) -> StickTable:
-    """An object's sticks where it stands, turned by an angle [rad]."""
-    cos, sin = math.cos(turn), math.sin(turn)
-    spin = np.array(((cos, sin, 0), (-sin, cos, 0), (0, 0, 1)))
-    offset = np.append(xy, 0.0)
-    return replace(table, start=table.start @ spin + offset, end=table.end @ spin + offset)
-
-
 def toward(elevation_deg: float, azimuth_deg: float) -> Reals:
-    """Unit vector to where the eye or the sun stands in a plot, (3,)."""
-    e, a = math.radians(elevation_deg), math.radians(azimuth_deg + _ASKEW_DEG)
+    """Unit vector to where the eye or the sun stands, (3,)."""
+    e, a = math.radians(elevation_deg), math.radians(azimuth_deg)
     return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
 
 
-def _above(plot: StickTable) -> tuple[Reals, Reals]:
-    """Heights up to the plot's top [m], and the share of its sticks' outlines above each; a stick
-    is where its middle is."""
-    middle = (plot.start[:, 2] + plot.end[:, 2]) / 2
+def _above(bare: Bare, densities: list[float]) -> tuple[Reals, Reals]:
+    """Heights up to the top of all [m], and the share of outlines above each; a stick is where its
+    middle is."""
+    middles, outlines = [], []
+    for prototypes, density in zip(bare, densities, strict=True):
+        for table, _ in prototypes:
+            middles.append((table.start[:, 2] + table.end[:, 2]) / 2)
+            outlines.append(density / len(prototypes) * mean_outline_areas(table))
+    middle = np.concatenate(middles)
     levels = np.linspace(0.0, max(float(middle.max()), 0.0), LEVELS)
-    outlines, _ = np.histogram(middle, np.append(levels, np.inf), weights=mean_outline_areas(plot))
-    return levels, outlines[::-1].cumsum()[::-1] / outlines.sum()
+    edges = np.append(levels, np.inf)
+    outline, _ = np.histogram(middle, edges, weights=np.concatenate(outlines))
+    return levels, outline[::-1].cumsum()[::-1] / outline.sum()
 
 
-def _areas(bare: list[list[tuple[StickTable, np.ndarray]]]) -> Float64[np.ndarray, "k d"]:
+def _areas(bare: Bare) -> Float64[np.ndarray, "k d"]:
     """Mean outline of each kind along each depression, over prototypes and two azimuths [m²]."""
     turns = (20.0, 110.0)
     directions = np.array([toward(e, a) for e in DEPRESSIONS_DEG for a in turns])
@@ -168,11 +154,12 @@ def _areas(bare: list[list[tuple[StickTable, np.ndarray]]]) -> Float64[np.ndarra
 
 
 def _means(
-    sums: Float64[np.ndarray, "q k d t 3"], met: Float64[np.ndarray, "k d t"]
-) -> Float64[np.ndarray, "q k d t 3"]:
+    sums: Float64[np.ndarray, "k d t 3"], met: Float64[np.ndarray, "k d"]
+) -> Float64[np.ndarray, "k d t 3"]:
     """Means over what was met; where of a kind that is little, drawn to its mean of all."""
     few = 8.0
-    everywhere = sums.sum(axis=(2, 3)) / np.maximum(met.sum(axis=(1, 2)), 1.0)[:, None]
-    drawn = sums + few * everywhere[:, :, None, None]
-    means: Float64[np.ndarray, "q k d t 3"] = drawn / (met + few)[..., None]
+    everywhere = sums.sum(axis=1) / np.maximum(met.sum(axis=1), 1.0)[:, None, None]
+    means: Float64[np.ndarray, "k d t 3"] = (sums + few * everywhere[:, None]) / (
+        met[:, :, None, None] + few
+    )
     return means

@@ -23,7 +23,7 @@ from scenes.plugins import metric_named
 from scenes.preset import PlacedPreset, PlumePreset, Preset, SpeciesPreset
 from scenes.render.frame import Light
 from scenes.sight import sight_of
-from scenes.sky_share import sky_share
+from scenes.sky import sky_of
 from scenes.terrain import Terrain
 from scenes.weather import Weather
 
@@ -97,8 +97,8 @@ def far_cover_of(preset: Preset, fields: tuple[SpeciesField, ...]) -> FarCover |
         return None
     light = preset.light
     to_sun = Light(light.sun_azimuth, light.sun_elevation, light.turbidity).to_sun
-    share = sky_share(light.sun_elevation, light.turbidity)
-    return FarCover(tuple(each.species for each in fields), to_sun, share)
+    sky = sky_of(light.sun_elevation, light.turbidity)
+    return FarCover(tuple(each.species for each in fields), to_sun, sky)
 
 
 def species_of(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:

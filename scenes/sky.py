@@ -1,0 +1,62 @@
+"""The light that comes down on level ground: how much of it is the sky's, and from where."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+
+import numpy as np
+from scipy.interpolate import interpn
+
+from lod.arrays import Reals, freeze
+
+RISES, TURNS = 8, 6
+"""Cells of the sky: evenly from the horizon to overhead by the sine of their height, and by how far
+their azimuth is from the sun's, on either side, evenly up to 180°."""
+
+ELEVATIONS_DEG = (1.0, 10.0, 20.0, 40.0, 60.0, 85.0)
+TURBIDITIES = (2.0, 3.0, 5.0, 10.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Sky:
+    """radiance (RISES, TURNS, 3) in red, green and blue of each cell, over that of white level
+    ground in the light of sun and sky."""
+
+    radiance: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, radiance=np.float64)
+
+    @property
+    def share(self) -> Reals:
+        """Of the light on level ground, what comes from the sky, (3,): Σ L·∫ sin h dΩ/π; with
+        rounded figures, 1 at most."""
+        found: Reals = np.minimum(falling() @ self.radiance.reshape(-1, 3), 1.0)
+        return found
+
+
+def falling() -> Reals:
+    """Irradiance of level ground from each cell [cell by cell] where its radiance is 1/π."""
+    edges = np.linspace(0.0, 1.0, RISES + 1)
+    return np.repeat(np.diff(edges**2), TURNS) / TURNS
+
+
+@lru_cache(maxsize=16)
+def sky_of(elevation_deg: float, turbidity: float) -> Sky:
+    """The sky with the sun that high, at the table's edge beyond it: Mitsuba's ``sunsky`` (Hosek &
+    Wilkie, "An analytic model for full spectral sky-dome radiance", SIGGRAPH 2012), as ``python -m
+    bench.sky_table`` averages it."""
+    at = np.clip(turbidity, *_ends(TURBIDITIES)), np.clip(elevation_deg, *_ends(ELEVATIONS_DEG))
+    return Sky(interpn((TURBIDITIES, ELEVATIONS_DEG), _table(), at)[0])
+
+
+def _ends(nodes: tuple[float, ...]) -> tuple[float, float]:
+    return nodes[0], nodes[-1]
+
+
+@lru_cache(maxsize=1)
+def _table() -> np.ndarray:
+    """Every cell by turbidity and elevation, (t, e, RISES, TURNS, 3)."""
+    with (resources.files("scenes") / "sky.csv").open(encoding="ascii") as file:
+        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+    return rows[:, -3:].reshape(len(TURBIDITIES), len(ELEVATIONS_DEG), RISES, TURNS, 3)
