@@ -13,6 +13,7 @@ from scenes.far_cover import FarCover
 from scenes.field import Species, SpeciesField
 from scenes.habitat import Habitat
 from scenes.preset import load_preset
+from scenes.sky import sky_of
 from scenes.terrain import Terrain
 from scenes.world import World, habitat_of
 
@@ -78,7 +79,7 @@ def test_the_law_predicts_what_grows():
 def test_what_is_too_far_to_display_is_missing_only_where_it_grows():
     points = np.random.default_rng(2).uniform(-9000, 9000, (500, 3))
     points[:, 2] = GROUND.height(HOME, points[:, :2])
-    cover = [FarCover((stones(h).species,), np.array((0.0, 0.6, 0.8)), np.full(3, 0.3))
+    cover = [FarCover((stones(h).species,), np.array((0.0, 0.6, 0.8)), sky_of(53.0, 3.0))
              for h in (HABITAT, None)]  # fmt: skip
     grown, all_over = (each.missing(view(), points)[:, 0] for each in cover)
     assert grown == pytest.approx(all_over * HABITAT.share(HOME, points[:, :2]))
