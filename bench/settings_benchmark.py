@@ -20,7 +20,7 @@ import click
 import numpy as np
 
 from bench.output import table
-from bench.statistics import Estimate, median
+from bench.statistics import LEAST_REPEATS, Estimate, median
 from scenes.preset import load_preset
 from scenes.render import describe, jit_frame, wavefront
 from scenes.render.frame import FrameInput, Quality
@@ -30,6 +30,10 @@ from scenes.world import build_world
 
 DARK = 1e-2
 """Added to the squared radiance that noise is held against, as a share of its mean square."""
+
+
+SPP = 25
+"""Samples a pixel: orthogonal arrays take no other numbers than squares of primes."""
 
 
 @dataclass(frozen=True)
@@ -140,8 +144,14 @@ def _among(found: Estimate) -> str:
 @click.command()
 @click.argument("presets", nargs=-1)
 @click.option("--size", default="320x180", metavar="WxH", show_default=True)
-@click.option("--spp", default=16, show_default=True)
-@click.option("--pairs", default=8, show_default=True, help="Pairs of seeds.")
+@click.option("--spp", default=SPP, show_default=True, help="Orthogonal arrays: a prime squared.")
+@click.option(
+    "--pairs",
+    type=click.IntRange(LEAST_REPEATS),
+    default=LEAST_REPEATS,
+    show_default=True,
+    help="Pairs of seeds.",
+)
 def main(presets: tuple[str, ...], size: str, spp: int, pairs: int) -> None:
     """Try the settings on these PRESETS (meadow, crowd and forest by default), under LLVM."""
     heads = ("setting", "noise", "processor s", "noise × time, of that used", "light")

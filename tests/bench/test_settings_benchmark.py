@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from bench.settings_benchmark import DARK, changed, noise, settings
-from scenes.render import wavefront
+from bench.settings_benchmark import DARK, SPP, changed, noise, settings
+from scenes.render import variants, wavefront
+from scenes.render.plugin import loaded
 
 
 def test_noise_is_the_variance_over_the_squared_light() -> None:
@@ -27,3 +28,13 @@ def test_every_setting_changes_a_constant_that_there_is() -> None:
     for each in others:
         names = [*each.scene, *each.trace]
         assert each.max_depth or all(getattr(place, name) != value for place, name, value in names)
+
+
+def test_every_sampler_takes_as_many_samples_as_are_asked_for() -> None:
+    """Orthogonal arrays round what they cannot, and say so only in a warning."""
+    variants.use(variants.SCALAR_VARIANT)
+    changes = [change for each in settings() for change in each.trace]
+    kinds = {value for _, name, value in changes if name == "SAMPLER"} | {wavefront.SAMPLER}
+    assert len(kinds) == 4
+    for kind in kinds:
+        assert loaded({"type": kind, "sample_count": SPP}).sample_count() == SPP
