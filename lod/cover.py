@@ -61,16 +61,6 @@ def kinds_met(depths: PerKind) -> PerKind:
     return np.divide(depths, total, out=np.zeros_like(depths), where=total > 0)
 
 
-def albedo_under(
-    wanted: Colours, normals: Float64[np.ndarray, "n 3"], to_sun: Triple, sky_share: Triple
-) -> Colours:
-    """Albedo of a surface that in sun and sky sends as much as level ground of albedo ``wanted``.
-
-    sky_share (3,): of the light on level ground, what comes from the sky
-    """
-    return np.clip(wanted / irradiance_on(normals, to_sun, sky_share), 0.0, 1.0)
-
-
 LEAST_LIGHT = 0.05
 """Share of the sun's light on level ground that no surface counts below, so that none asks for an
 albedo without end."""

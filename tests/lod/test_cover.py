@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.cover import (
-    albedo_under,
     cover_depths,
     covered_share,
     irradiance_on,
@@ -58,11 +57,10 @@ def test_cover_grows_with_what_is_missing_and_kinds_share_it(missing, sine):
     assert np.allclose(kinds * depths.sum(), depths[0])
 
 
-@given(tilt=st.floats(0, 0.6), turn=st.floats(0, 6.3), grey=st.floats(0, 0.3))
-def test_a_slope_sends_what_was_wanted(tilt, turn, grey):
-    normal = np.array(((np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)),))
-    sky = np.array((0.1, 0.2, 0.4))
-    wanted = np.full((1, 3), grey)
-    albedo = albedo_under(wanted, normal, SUN, sky)
-    assert np.allclose(albedo * irradiance_on(normal, SUN, sky), wanted)
+@given(tilt=st.floats(0, 0.6), turn=st.floats(0, 6.3))
+def test_opposite_slopes_get_the_suns_light_by_their_tilt_and_of_the_sky_what_they_see(tilt, turn):
+    across, sky = np.sin(tilt) * np.array((np.cos(turn), np.sin(turn))), np.array((0.1, 0.2, 0.4))
+    slopes = np.array([(*(side * across), np.cos(tilt)) for side in (1, -1)])
+    told = (1 - sky) * np.cos(tilt) + sky * (1 + np.cos(tilt)) / 2
+    assert np.allclose(irradiance_on(slopes, SUN, sky).mean(axis=0), told)
     assert np.allclose(irradiance_on(UP, SUN, sky), 1.0)
