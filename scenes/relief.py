@@ -18,19 +18,9 @@ from numba import njit
 from lod.arrays import Points, Reals, frozen
 from lod.camera import STEP_M, Corner
 from lod.errors import InputError
+from scenes.lattice_noise import BOUND, RIDGED_MEAN, RIDGED_RMS, STEEPEST, unit_rms
 from scenes.octave_sums import SoFar
-from scenes.terrain_noise import (
-    BOUND,
-    RIDGED_MEAN,
-    RIDGED_RMS,
-    STEEPEST,
-    Octaves,
-    octave_slopes,
-    octave_values,
-    octaves_at,
-    slack,
-    unit_rms,
-)
+from scenes.terrain_noise import Octaves, octave_slopes, octave_values, octaves_at, slack
 
 SHORTEST_M = 0.25
 """Wavelength of the last octave: what is smaller is no relief but grass."""

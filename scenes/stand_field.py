@@ -13,10 +13,10 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Reals
+from scenes.lattice_noise import lattice_bits
 from scenes.random import unit
 from scenes.stick_grid import NOTHING, Grids, grids_of, meet, normal_at
 from scenes.stick_table import StickTable
-from scenes.terrain_noise import lattice_bits
 
 _SEED = np.uint64(0x57A4D)
 

@@ -14,8 +14,9 @@ from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.camera import Corner
+from scenes.lattice_noise import unit_rms
 from scenes.octave_sums import SoFar
-from scenes.terrain_noise import Octaves, octaves_at, twin_values, unit_rms
+from scenes.terrain_noise import Octaves, octaves_at, twin_values
 
 
 @dataclass(frozen=True)

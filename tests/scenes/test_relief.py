@@ -12,20 +12,18 @@ from hypothesis import strategies as st
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from scenes import relief as relief_file
-from scenes.relief import SHORTEST_M, Relief, upward
-from scenes.terrain_noise import (
+from scenes.lattice_noise import (
     BOUND,
     RIDGED_MEAN,
     RIDGED_RMS,
     STEEP,
     STEEPEST,
     lattice_bits,
-    octave_values,
-    octaves_at,
-    twin_values,
     unit_noise,
     unit_rms,
 )
+from scenes.relief import SHORTEST_M, Relief, upward
+from scenes.terrain_noise import octave_values, octaves_at, twin_values
 
 HOME = Corner(0, 0)
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home

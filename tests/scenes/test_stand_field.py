@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numba import njit
 
+from scenes.lattice_noise import lattice_bits
 from scenes.random import unit
 from scenes.stand_field import meet_stand, stand_field
 from scenes.stick_grid import NOTHING, first_met, grids_of
 from scenes.stick_table import StickTable
-from scenes.terrain_noise import lattice_bits
 
 SEED = np.uint64(0x57A4D)
 
