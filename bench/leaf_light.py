@@ -131,7 +131,7 @@ def _share_left(
     trees: tuple[Prototype, ...], species: TreeSpecies, level: int, height: float
 ) -> float:
     """What is to be left of a level's shapes, from a height [degrees], for them to cover as much as
-    the species wants."""
+    what they hide."""
     views = np.array([toward(height, side) for side in SIDES_DEG])
     spacing = species.height[0] / RAYS
 
@@ -139,7 +139,7 @@ def _share_left(
         return float(np.mean([visible_areas(t, views, spacing).sum() for t in tables]))
 
     cuts = [cut_at(tree, species, level) for tree in trees]
-    wanted = species.margin * covered([bare_of(tree)[0] for tree in trees])
+    wanted = covered([bare_of(tree)[0] for tree in trees])
     bare = covered([thinned(table, np.where(hides, 1e-6, 1.0)) for table, hides in cuts])
     share = 1.0
     for _ in range(ROUNDS):

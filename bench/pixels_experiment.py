@@ -20,7 +20,7 @@ from bench.sight_measure import camera, density_of, prototypes_with, scene_hash,
 from bench.spread import Each, in_turn
 from lod.arrays import Ints
 from lod.fade import looks
-from lod.parts import Look, Sticks
+from lod.parts import Sticks
 from lod.prune import prune
 from lod.view import View
 from scenes.field import Species, SpeciesField
@@ -103,8 +103,7 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Cov
     rng = np.random.Generator(np.random.Philox(seed))
     chosen = np.sort(rng.permutation(parts.object[roots])[:most])
     rows = np.flatnonzero(np.isin(parts.object, chosen))
-    seen = Look(look.inner[rows], look.leaf[rows], look.rise[rows])
-    shape = field.appearance(parts.take(rows), seen)
+    shape = field.appearance(parts.take(rows), look.take(rows))
     count = np.bincount(parts.object[rows])[chosen]
     found = [
         covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))

@@ -140,7 +140,7 @@ def _walk(field: SpeciesField, cut: Cut, shown: Look) -> tuple[Callable[[], Any]
     """The compiled walk over the sticks of a cut, ready to go, and how many they are."""
     atlas, cast = field.troupe.atlas, field.troupe.cast
     order = np.argsort(cut.parts.object, kind="stable")
-    ordered = Look(shown.inner[order], shown.leaf[order], shown.rise[order])
+    ordered = shown.take(order)
     owner, stick, _, _ = atlas.sticks_of(cut.parts.part[order], ordered)
     rows, bodies = cut.parts.object[order][owner], cut.parts.state.bodies
     columns = (getattr(atlas.sticks, k) for k in ("start", "end", "start_joint", "end_joint"))

@@ -3,8 +3,9 @@
 Within a band before its limit distance D a part shrinks from its full area to none (Rubin 1982,
 the paper's ref. 8), and what hangs on it with it. Out of view D is less; what is displayed only
 because it is in view grows while the sphere that holds it enters the pyramid of view. The area
-that a part's own parts no longer cover is the share λ of its leaf appearance. Counts are those of
-the cut: fading changes no part of it.
+that a part's own parts no longer cover is the share λ of its leaf appearance; what of the two lies
+in one another is made up for where they are drawn (``lod.thinning.stands_for``). Counts are those
+of the cut: fading changes no part of it.
 """
 
 import math
@@ -34,8 +35,8 @@ def looks(cut: Cut, view: View) -> Look:
     """How much of its inner and of its leaf appearance each displayed part shows."""
     parts = cut.parts
     shown = shown_shares(cut, view) if view.fade else np.ones(len(parts))
-    inner, leaf = _blended(parts.whole, parts.share, shown)
-    return Look(inner, leaf, rises(parts.position, view))
+    inner, leaf, hidden = blended(parts.whole, parts.share, shown)
+    return Look(inner, leaf, rises(parts.position, view), hidden)
 
 
 def rises(position: Points, view: View) -> Reals:
@@ -98,22 +99,25 @@ def _of_band(d, D, fade):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _blended(whole, share, shown):  # type: ignore[no-untyped-def]
-    """Shares of the two appearances; wholes stand before their parts.
+def blended(whole, share, shown):  # type: ignore[no-untyped-def]
+    """Shares of the two appearances, and of what is hidden of the parts of each, from what each
+    shows by itself; wholes stand before their parts.
 
     What is displayed of a part's own parts hangs on its inner appearance, which stays while any
     of them does.
     """
     n = len(whole)
     shown = shown.copy()
-    inner, leaf = np.zeros(n), np.ones(n)
+    inner, leaf, hidden = np.zeros(n), np.zeros(n), np.ones(n)
     for i in range(n):
         if whole[i] >= 0:
-            leaf[whole[i]] -= share[i] * shown[i]
+            hidden[whole[i]] -= share[i] * shown[i]
             inner[whole[i]] = max(inner[whole[i]], shown[i])
     for i in range(n):
         if whole[i] >= 0:
             shown[i] *= shown[whole[i]]
         inner[i] = min(1.0, _FIRM * inner[i]) * shown[i]
-        leaf[i] = leaf[i] * shown[i] if leaf[i] > _ROUNDING else 0.0
-    return inner, leaf
+        if hidden[i] <= _ROUNDING:
+            hidden[i] = 0.0
+        leaf[i] = hidden[i] * shown[i]
+    return inner, leaf, hidden

@@ -23,6 +23,8 @@ class Hierarchy:
     separation (n,)   greatest distance to the origin of its whole, any pose; 0 for row 0 [m]
     contrast   (n,)   class of inherent contrast, a row of lod.contrast.CONTRAST_CLASSES; if none
                       is given the last, which no air and no eye ever lose
+    overlap    (n,)   of its leaf appearance and its parts', where half of either shows: how much of
+                      them lies in one another (``lod.thinning.stands_for``), below 1; 0 by default
 
     Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0, nested bounds
     (B of a whole ≥ separation + B of its part, so that what is in view has its whole in view).
@@ -36,13 +38,16 @@ class Hierarchy:
     B: np.ndarray
     separation: np.ndarray
     contrast: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    overlap: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if len(self.contrast) == 0:
             object.__setattr__(self, "contrast", np.full(len(self.whole), NEVER_LOST))
+        if len(self.overlap) == 0:
+            object.__setattr__(self, "overlap", np.zeros(len(self.whole)))
         freeze(self, whole=np.int64, level=np.int64, position=np.float64)
         freeze(self, P=np.float64, R=np.float64, B=np.float64, separation=np.float64)
-        freeze(self, contrast=np.int64)
+        freeze(self, contrast=np.int64, overlap=np.float64)
         _check_shapes(self)
         _check_tree(self)
         _check_sizes(self)
@@ -95,7 +100,7 @@ def _check_shapes(h: Hierarchy) -> None:
     n = len(h.whole)
     if n == 0:
         raise InputError("hierarchy", 0, "an object has at least one part, itself")
-    for name in ("level", "P", "R", "B", "separation", "contrast"):
+    for name in ("level", "P", "R", "B", "separation", "contrast", "overlap"):
         if getattr(h, name).shape != (n,):
             raise InputError(f"hierarchy.{name}", getattr(h, name).shape, f"its shape is ({n},)")
     if h.position.shape != (n, 3):
@@ -126,6 +131,8 @@ def _check_sizes(h: Hierarchy) -> None:
     if h.contrast.min() < 0 or h.contrast.max() > NEVER_LOST:
         wrong = int(h.contrast.max() if h.contrast.min() >= 0 else h.contrast.min())
         raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
+    if not (np.isfinite(h.overlap) & (h.overlap < 1)).all():
+        raise InputError("hierarchy.overlap", float(h.overlap.max()), "finite and below 1")
     rules = {"position": None, "P": "> 0", "R": ">= 0", "B": ">= 0", "separation": ">= 0"}
     for name, rule in rules.items():
         values = getattr(h, name)

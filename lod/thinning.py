@@ -1,4 +1,4 @@
-"""Sticks that cover less than all of themselves: a share of their area, for what fades (§2.4)."""
+"""What covers less than all of itself: a share of its area, for what fades (§2.4)."""
 
 import math
 
@@ -17,3 +17,15 @@ def thinning(r0, r1, length, share):  # type: ignore[no-untyped-def]
     flank = (r0 + r1) * length / 4
     area = share * (caps + flank)
     return 2 * area / (flank + math.sqrt(flank * flank + 4 * caps * area))
+
+
+@njit(cache=True)
+def stands_for(hidden, overlap):  # type: ignore[no-untyped-def]
+    """Share of its area that a leaf appearance shows for a share h of its parts that is hidden.
+
+    The shares s of the one and 1 − h of the others hide s·(1 − h)·c of one another, c the overlap,
+    as what lies here and there in the same outline does: s + (1 − h) − c·s·(1 − h) = 1 gives
+    s = h/(1 − c·(1 − h)), all for all and none for none. c is below 1; below 0 where the two are
+    more together than either alone.
+    """
+    return hidden / (1.0 - overlap * (1.0 - hidden))

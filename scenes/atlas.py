@@ -12,6 +12,7 @@ from lod.arrays import freeze
 from lod.hierarchy import Hierarchy
 from lod.parts import Look
 from lod.runs import in_runs
+from lod.thinning import stands_for
 from lod.view import View
 from scenes.heights import Minds, between, place, together, toned
 from scenes.rig import RiggedSticks
@@ -28,7 +29,7 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 class Atlas:
     """Rows are the parts of all prototypes, one prototype after the other.
 
-    root (v,) row of each prototype's whole object; bound, level, share as in Hierarchy
+    root (v,) row of each prototype's whole object; bound, level, share, overlap as in Hierarchy
     joint, origin  a part's origin is the point ``origin`` (m, 3) in the frame of its joint (m,)
     rest (m, 3)    the same in the object's own frame, as the object stands [m]
     part_count, first_part, order: the parts of row i are order[first_part[i] :][: part_count[i]]
@@ -45,6 +46,7 @@ class Atlas:
     bound: np.ndarray
     level: np.ndarray
     share: np.ndarray
+    overlap: np.ndarray
     part_count: np.ndarray
     first_part: np.ndarray
     order: np.ndarray
@@ -55,6 +57,7 @@ class Atlas:
     def __post_init__(self) -> None:
         freeze(self, root=np.int64, joint=np.int64, origin=np.float64, rest=np.float64)
         freeze(self, bound=np.float64, level=np.int64, share=np.float64, tints=np.float64)
+        freeze(self, overlap=np.float64)
         freeze(self, part_count=np.int64, first_part=np.int64, order=np.int64)
 
     @staticmethod
@@ -76,6 +79,7 @@ class Atlas:
             bound=np.concatenate([tree.B for tree in trees]),
             level=np.concatenate([tree.level for tree in trees]),
             share=np.concatenate([tree.share for tree in trees]),
+            overlap=np.concatenate([tree.overlap for tree in trees]),
             part_count=np.concatenate([tree.part_count for tree in trees]),
             first_part=np.concatenate([tree.first_part + start for tree, start, _ in pairs]),
             order=np.concatenate([tree.order + row for tree, _, row in pairs]),
@@ -106,7 +110,7 @@ class Atlas:
         """The displayed sticks of these rows."""
         minds, table = self.minds, self.sticks
         tables = minds.of_stick, minds.share, minds.darker
-        asked = rows, look.inner, look.leaf, look.rise
+        asked = rows, look.inner, look.leaf, look.rise, look.hidden
 
         def counted(first: int, last: int) -> tuple[int, int]:
             return first, _count(table.first, *(each[first:last] for each in asked[:3]))
@@ -119,7 +123,7 @@ class Atlas:
 
         def told(first: int, last: int) -> None:
             own, out = (each[first:last] for each in asked), (c[begin[first] :] for c in found)
-            _sticks_of(table.first, table.tint, tables, first, *own, *out)
+            _sticks_of(table.first, table.tint, tables, self.overlap, first, *own, *out)
 
         in_runs(told, len(rows), _SHORTEST_RUN)
         return found
@@ -166,7 +170,7 @@ def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _sticks_of(  # type: ignore[no-untyped-def]
-    first, tints, minds, begin, rows, inner, leaf, rise, owner, stick, shares, tint
+    first, tints, minds, overlap, begin, rows, inner, leaf, rise, hidden, owner, stick, shares, tint
 ):
     """Owner, row, share and tint of every stick of blocks 2·row and 2·row + 1, in their order;
     owners are counted from ``begin``."""
@@ -176,7 +180,10 @@ def _sticks_of(  # type: ignore[no-untyped-def]
         aloft = high = 0.0
         if len(shares_seen):
             aloft, high = place(abs(rise[i])), place(max(rise[i], 0.0))
-        for side, share in enumerate((inner[i], leaf[i])):
+        blended = leaf[i]
+        if 0.0 < hidden[i] < 1.0:
+            blended *= stands_for(hidden[i], overlap[rows[i]]) / hidden[i]
+        for side, share in enumerate((inner[i], blended)):
             block = 2 * rows[i] + side
             if share > 0.0:
                 for row in range(first[block], first[block + 1]):

@@ -28,6 +28,10 @@ from scenes.stick_table import StickTable
 SUNK = 1.7
 """Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""
 
+OVERLAP = 0.95
+"""Of a cell's ball and those of its own cells (``lod.thinning``): one lies in the others. Measured
+(``bench.leaf_overlap``)."""
+
 _JITTER = 0.3
 """How far the finest balls stand from their places along the surface, in sides of their cells: on
 a regular lattice they would look like beads."""
@@ -102,6 +106,7 @@ def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"])
         inner=_balls(np.empty(0, np.int64), centre[:0], np.empty(0), tint[:0], n),
         leaf=_balls(np.arange(n), centre, np.concatenate(radii), tint, n),
         tints=tints,
+        overlap=np.full(n, OVERLAP),
     )
 
 

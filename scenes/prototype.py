@@ -68,6 +68,7 @@ def assemble(
     leaf: StickTable,
     tints: Float64[np.ndarray, "t 3"],
     minds: Minds | None = None,
+    overlap: Reals | None = None,
 ) -> Prototype:
     """A prototype from its parts' places and sticks: P, R, B and separation by the rule above."""
     sizes = {"inner": len(inner.first) - 1, "leaf": len(leaf.first) - 1, "origin": len(origin)}
@@ -90,6 +91,8 @@ def assemble(
     for row in part[::-1]:
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
     hierarchy = Hierarchy(whole, level, origin, shared(P, one), shared(R, one), B, separation)
+    if overlap is not None:
+        hierarchy = replace(hierarchy, overlap=overlap)
     prototype = Prototype(name, hierarchy, inner, leaf, tints, minds)  # refuses what is bad
     contrast = part_contrast(whole, leaf, tints)[one]
     return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))

@@ -97,6 +97,7 @@ def _prototype(name: str, tree: Grown) -> Prototype:
         leaf=joined(tuple(leaf)),
         tints=tree.palette,
         minds=_minds(tree.species, looks),
+        overlap=np.repeat((*tree.species.overlap, 0.0), counts),
     )
 
 

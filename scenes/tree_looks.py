@@ -147,14 +147,13 @@ def _of_level(tree: Grown, depth: int, above: StickTable, seen: Seen) -> StickTa
     blobs, group = gather(lost, tree.species.porous[depth])
     factor = fitted(blobs, wood, fitting_area(hidden))
     standing = joined((above, _as_one((wood,))))
-    cover = tree.species.margin * seen.cover
-    factor = factor * _in_place(blobs, factor, standing, seen, cover)
+    factor = factor * _in_place(blobs, factor, standing, seen)
     if depth == 0:
         blobs = _as_tall(blobs, factor, standing, seen)
-        factor = factor * _in_place(blobs, factor, standing, seen, cover)
+        factor = factor * _in_place(blobs, factor, standing, seen)
     if tree.species.heights:
         looks = tree.species.heights[depth]
-        factor = factor * _in_place(blobs, factor, standing, seen, cover, looks)
+        factor = factor * _in_place(blobs, factor, standing, seen, looks)
     own = _mean_colours(lost, group, len(blobs.part), tree.palette)
     lit = tree.species.lit[depth] if tree.species.lit else 1.0
     tint = _tints(blobs.table(n, factor), own, lit, standing, seen, tree.palette)
@@ -166,16 +165,15 @@ def _in_place(
     factor: Reals,
     standing: StickTable,
     seen: Seen,
-    cover: float,
     looks: FromHeights | None = None,
 ) -> float:
-    """One factor for all blobs so that the tree covers as much as it should, with what is left of
-    them from each height."""
+    """One factor for all blobs so that the tree covers as much as all of it does, with what is left
+    of them from each height."""
     scale = 1.0
     for _ in range(4):
         table = _as_one((blobs.table(len(factor), scale * factor),))
         covered = _covers(table, standing, seen, looks).mean()
-        scale *= float(radius_step(np.array([cover]), np.array([covered]))[0])
+        scale *= float(radius_step(np.array([seen.cover]), np.array([covered]))[0])
     return scale
 
 

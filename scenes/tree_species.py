@@ -87,8 +87,9 @@ class TreeSpecies:
         () for all of it, as without leaves, where it is 1 within 5 %
     heights: how the leaf appearances of the tree, a limb, … look from heights, measured likewise;
         () for the same from all; ``lit`` is then the share where they are brightest
-    margin: cover of leaf appearances over what they hide: between two levels, where they and what
-        is left of their parts hide one another, a leafy tree falls short by 3 to 6 %
+    overlap: how much of the leaf appearance of the tree, a limb, … and of the parts that it stands
+        for lies in one another, half of each shown (``lod.thinning.stands_for``), for trees in
+        leaf, and bare; measured (``bench.leaf_overlap``)
     """
 
     name: str
@@ -109,16 +110,17 @@ class TreeSpecies:
     broken: float = 0.0
     thinnest: float = 0.006
     clear: int = 4
-    margin: float = 1.015
     lit: tuple[float, ...] = ()
     heights: tuple[FromHeights, ...] = ()
+    overlap: tuple[float, ...] = ()
+    overlap_bare: tuple[float, ...] = ()
 
     def bare(self) -> "TreeSpecies":
         """The same tree without its leaves; its looks are then all of wood."""
         keep = (self.wood[0], *(max(1, each) for each in self.wood[1:]))
         more = tuple(each + 1 for each in self.porous)
         bare = replace(self, foliage=None, porous=more, wood=keep, lit=(), heights=())
-        return replace(bare, clear=8, margin=0.955)
+        return replace(bare, clear=8, overlap=self.overlap_bare)
 
 
 def _shades(dark: Colour, light: Colour, count: int = 5) -> tuple[Colour, ...]:
@@ -156,7 +158,9 @@ BROADLEAF = TreeSpecies(
         "autumn": _shades((0.190, 0.070, 0.015), (0.480, 0.300, 0.050)),
         "winter": (),
     },
-    lit=(0.521, 0.68, 0.773, 0.852),
+    lit=(0.526, 0.683, 0.778, 0.854),
+    overlap=(0.35, 0.37, 0.44, 0.49),
+    overlap_bare=(0.01, -0.35, -1.11),
 )
 
 BIRCH = TreeSpecies(
@@ -184,8 +188,9 @@ BIRCH = TreeSpecies(
         "winter": (),
     },
     thinnest=0.004,
-    margin=1.025,
-    lit=(0.639, 0.808, 0.877, 0.943),
+    lit=(0.653, 0.814, 0.88, 0.949),
+    overlap=(0.49, 0.32, 0.35, 0.45),
+    overlap_bare=(-0.13, -0.57, -1.35),
 )
 
 CONIFER = TreeSpecies(
@@ -222,21 +227,21 @@ CONIFER = TreeSpecies(
     },
     taper=0.93,
     clear=1,
-    margin=1.025,
     thinnest=0.004,
-    lit=(0.658, 0.962, 1.012),
+    lit=(0.672, 0.965, 1.022),
+    overlap=(0.13, 0.34, 0.53),
     heights=(
         FromHeights(
-            (0.69, 0.75, 0.87, 0.97, 1.0, 0.97, 0.88, 0.75, 0.67, 0.66),
-            (0.62, 0.75, 0.85, 0.94, 0.95, 0.96, 0.97, 1.0, 0.95, 1.0),
+            (0.69, 0.75, 0.88, 0.97, 1.0, 0.97, 0.88, 0.75, 0.67, 0.66),
+            (0.61, 0.75, 0.85, 0.94, 0.95, 0.96, 0.97, 1.0, 0.96, 1.0),
         ),
         FromHeights(
-            (0.91, 0.86, 0.88, 0.93, 0.98, 1.0, 1.0, 0.97, 0.95, 0.95),
-            (0.83, 0.85, 0.94, 1.0, 0.98, 0.98, 0.96, 0.95, 0.92, 0.91),
+            (0.92, 0.87, 0.88, 0.94, 0.99, 1.0, 1.0, 0.97, 0.95, 0.95),
+            (0.81, 0.85, 0.94, 1.0, 1.0, 0.99, 0.97, 0.96, 0.93, 0.91),
         ),
         FromHeights(
-            (0.8, 0.81, 0.84, 0.89, 0.93, 0.95, 0.97, 0.98, 0.99, 1.0),
-            (0.86, 0.91, 0.94, 1.0, 0.97, 0.99, 0.98, 0.98, 0.95, 0.94),
+            (0.82, 0.83, 0.86, 0.91, 0.94, 0.96, 0.97, 0.97, 0.99, 1.0),
+            (0.85, 0.89, 0.94, 1.0, 0.97, 0.99, 0.97, 0.97, 0.94, 0.95),
         ),
     ),
 )
@@ -266,8 +271,9 @@ SHRUB = TreeSpecies(
         "winter": (),
     },
     thinnest=0.003,
-    margin=1.03,
-    lit=(0.563, 0.758, 0.874, 0.913),
+    lit=(0.574, 0.77, 0.882, 0.918),
+    overlap=(0.6, 0.27, 0.46, 0.59),
+    overlap_bare=(0.02, -0.76, -1.17),
 )
 
 DEAD_TREE = TreeSpecies(
@@ -291,9 +297,9 @@ DEAD_TREE = TreeSpecies(
     leafy={},
     taper=0.70,
     clear=8,
-    margin=0.99,
     broken=0.45,
     thinnest=0.007,
+    overlap=(0.0, -1.18, -4.15),
 )
 
 SPECIES = {each.name: each for each in (BROADLEAF, BIRCH, CONIFER, SHRUB, DEAD_TREE)}

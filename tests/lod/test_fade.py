@@ -50,6 +50,7 @@ def test_all_none_and_some_of_the_parts_displayed():
     assert seen.inner.tolist() == [1, 0, 0, 1, 0, 0]
     assert seen.leaf == pytest.approx([0, 1, 1, 0.7, 1, 1])
     assert seen.leaf[0] == 0, "nothing is left over by rounding"
+    assert np.array_equal(seen.hidden, seen.leaf)
 
 
 @given(seed=st.integers(0, 2**32))
@@ -68,6 +69,15 @@ def test_nothing_displayed_has_no_look():
 
 
 # The band
+
+
+def test_of_what_fades_with_its_whole_as_much_is_hidden_as_by_itself():
+    seen = looks(cut([-1, 0], [1.0, 0.5], [90.0, 1.0]), view(0.2))
+    assert seen.hidden == pytest.approx([0.5, 1])
+    assert seen.leaf == pytest.approx([0.25, 0.5])
+    taken = seen.take(np.array([1]))
+    assert len(taken) == 1
+    assert (taken.inner, taken.leaf, taken.hidden) == (seen.inner[1], seen.leaf[1], 1)
 
 
 @pytest.mark.parametrize(("d", "share"), [(0, 1), (79.9, 1), (80, 1), (90, 0.5), (99.9, 0.005)])

@@ -52,6 +52,8 @@ def test_scaling_scales_every_length():
         ({"level": [1, 2, 2]}, r"level\[0\]"),
         ({"B": [2.0, 1.5, 0.5]}, r"B\[0\]"),
         ({"P": [2.0, 1.0]}, r"hierarchy\.P"),
+        ({"overlap": [0.0, 1.0, 0.0]}, r"hierarchy\.overlap"),
+        ({"overlap": [0.0, -np.inf, 0.0]}, r"hierarchy\.overlap"),
     ],
 )
 def test_what_is_not_a_tree_of_sizes_is_refused(changes, named):

@@ -1,4 +1,4 @@
-"""A thinned stick covers its share of what it covered."""
+"""A thinned stick covers its share of itself; leaf appearances stand for what is hidden."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.parts import Sticks
-from lod.thinning import thinning
+from lod.thinning import stands_for, thinning
 from scenes.stick_area import mean_outline_areas
 from scenes.stick_table import StickTable
 
@@ -52,3 +52,30 @@ def test_long_sticks_thin_by_the_share_and_blobs_by_its_root():
     assert thin.start_radius[0] == pytest.approx(0.25, rel=1e-4)
     assert thin.end_radius[0] == pytest.approx(0.9 * 0.25, rel=1e-4)
     assert thinned(stick(1.0, 1.0, 0.0), 0.25).start_radius[0] == pytest.approx(0.5)
+
+
+# What a leaf appearance shows for the parts that are hidden
+
+OVERLAPS = st.floats(-3, 0.95)
+
+
+@given(overlap=OVERLAPS)
+def test_it_stands_for_all_and_for_none_whole(overlap):
+    assert stands_for(0.0, overlap) == 0
+    assert stands_for(1.0, overlap) == 1
+
+
+@given(hidden=st.floats(0, 1), overlap=OVERLAPS)
+def test_with_what_is_displayed_it_covers_as_much_as_either_alone(hidden, overlap):
+    """Less what of them lies in one another."""
+    share, others = stands_for(hidden, overlap), 1 - hidden
+    assert share + others - overlap * share * others == pytest.approx(1)
+
+
+@given(hidden=st.floats(0, 1), more=st.floats(0, 1), overlap=OVERLAPS)
+def test_the_more_is_hidden_the_more_it_shows(hidden, more, overlap):
+    assert stands_for(hidden, overlap) <= stands_for(max(hidden, more), overlap) + 1e-12
+
+
+def test_without_overlap_areas_add_up():
+    assert [stands_for(h, 0.0) for h in (0.2, 0.5, 0.9)] == [0.2, 0.5, 0.9]

@@ -1,5 +1,7 @@
 """Displayed sticks of an atlas: the same in any number of runs, and those of each part by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,8 @@ def atlas():
 def looked_at(parts):
     chance = np.random.default_rng(4)
     inner, leaf = np.round(chance.uniform(0, 1, (2, parts)) * chance.integers(0, 2, (2, parts)), 1)
-    return Look(inner, leaf, chance.uniform(-1, 1, parts))
+    hidden = np.where(leaf > 0, chance.uniform(0.1, 1, parts), 0.0)
+    return Look(inner, leaf, chance.uniform(-1, 1, parts), hidden)
 
 
 @pytest.mark.parametrize("shortest", [1, 50])
@@ -44,3 +47,23 @@ def test_sticks_are_those_of_both_appearances_in_order(atlas):
     ]
     found = atlas.sticks_of(rows, look)
     assert list(zip(found.owner.tolist(), found.stick.tolist(), strict=True)) == shown
+
+
+def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_another():
+    tree = rigid(tree_prototypes(3, 1, SPECIES["birch"])[0])
+    h = tree.hierarchy
+    shown = {}
+    for overlap in (0.0, 0.5):
+        laid = replace(h, overlap=np.where(h.level == 1, overlap, 0.0))
+        atlas = Atlas.of((replace(tree, hierarchy=laid),))
+        rows = np.array([*np.flatnonzero(h.level == 1)[:2], *np.flatnonzero(h.level == 2)[:1]])
+        look = Look(np.ones(3), np.array((0.3, 0.8, 0.3)), hidden=np.array((0.6, 1.0, 0.6)))
+        shown[overlap] = atlas.sticks_of(rows, look)
+    plain, lapped = shown.values()
+    assert np.array_equal(plain.stick, lapped.stick)
+    leaf = plain.share < 1
+    half = leaf & (plain.owner == 0)
+    assert half.any()
+    # 0.6 of its parts are hidden, 0.4 displayed: 0.6/(1 − 0.5·0.4) = 0.75; half of it fades itself.
+    assert lapped.share[half] == pytest.approx(0.5 * 0.75)
+    assert np.array_equal(lapped.share[~half], plain.share[~half])
