@@ -5,19 +5,18 @@
 what they hide shades itself, and one smooth shape does not. A stand of one species is looked at
 from all sides, every tree cut at one level, in the light of a sun 40° up and its sky
 (``scenes.stand_light``). Paths of light and places of trees are the same at all levels. With
-``--sides`` it prints instead the share that would be right for a whole tree's own shapes toward
-each side, 0° with the sun behind the viewer, and toward each height. With ``--heights`` it prints
-what the shapes of a level lack from each height, in cover and then in light
-(``scenes.heights``).
+``--sides`` it prints instead how much more or less would be right toward each side, 0° with the sun
+behind the viewer; with ``--heights`` what the shapes of a level lack from each height, in cover and
+then in light (``scenes.heights``).
 """
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
 
-from scenes.heights import HEIGHTS_DEG, FromHeights, thinned
+from scenes.heights import HEIGHTS_DEG, TURNS_DEG, FromHeights, thinned
 from scenes.prototype import Prototype
 from scenes.sky import sky_of
 from scenes.stand import bare_of, toward
@@ -30,7 +29,6 @@ from scenes.tree_species import SPECIES, TreeSpecies
 
 SUN_DEG, TURBIDITY = 40.0, 3.0
 ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)
-TURNS_DEG = (0.0, 45.0, 90.0, 135.0, 180.0)
 TREES, SPACING = 6, 1.0
 """Different ones in a stand; √ of the area that each has, as a share of its height."""
 
@@ -45,6 +43,9 @@ hardly anyone's eye."""
 SIDES_DEG = (51.7, 111.7, 171.7, 231.7, 291.7, 351.7)
 RAYS, ROUNDS = 400, 4
 """Across a tree's height, and steps to the right cover."""
+
+_CIRCLE = np.array((0.125, 0.25, 0.25, 0.25, 0.125))
+"""Share of the circle that each of TURNS_DEG stands for."""
 
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
@@ -80,7 +81,7 @@ def sent(
     level: int,
     share: float = 1.0,
     elevations: tuple[float, ...] = ELEVATIONS_DEG,
-    turns: tuple[float, ...] = TURNS_DEG,
+    turns: tuple[float, ...] = ASIDE_DEG,
     more: int = 1,
 ) -> Sent:
     """What a stand of these trees sends to each elevation and turn, every one displayed down to a
@@ -111,7 +112,7 @@ def from_heights(species: TreeSpecies, level: int, seed: int = 1) -> tuple[float
     """Looks of the shapes of a level from each height, and the share of their colour that they keep
     where they are brightest (``TreeSpecies.lit``): for a tree displayed down to the level to cover
     what the whole does, and for a stand to send as much light, in the mean over sides."""
-    plain = replace(species, lit=(), heights=())
+    plain = species.unshaded()
     trees = tree_prototypes(seed, TREES, plain, "summer")
     finest = int(trees[0].hierarchy.level.max())
     share, tone = [], []
@@ -151,35 +152,35 @@ def _share_left(
 def shares(species: TreeSpecies, season: str, seed: int = 1) -> list[float]:
     """Share of their colour that shapes of each level keep for the stand to send as much as in full
     detail, from trees whose shapes have it all."""
-    trees = tree_prototypes(seed, TREES, replace(species, lit=(), heights=()), season)
+    trees = tree_prototypes(seed, TREES, species.unshaded(), season)
     bare = not species.leafy.get(season)
     grown = species.bare() if bare and species.foliage else species
     finest = int(trees[0].hierarchy.level.max())
-    full = sent(trees, grown, finest, turns=ASIDE_DEG)
+    full = sent(trees, grown, finest)
     whole = (full.shapes + full.itself).sum()
     made = []
     for level in range(finest):
-        cut = sent(trees, grown, level, turns=ASIDE_DEG)
+        cut = sent(trees, grown, level)
         made.append(float((whole - cut.itself.sum()) / cut.shapes.sum()))
     return made
 
 
-def sides(species: TreeSpecies, seed: int = 1) -> Float64[np.ndarray, "e t"]:
-    """The share that would be right for the shapes of whole trees in summer, (e, t): toward each
-    elevation and turn, 0° with the sun behind the viewer."""
-    trees = tree_prototypes(seed, TREES, replace(species, lit=(), heights=()), "summer")
-    full, cut = (sent(trees, species, k) for k in (int(trees[0].hierarchy.level.max()), 0))
-    return (full.shapes + full.itself - cut.itself) / cut.shapes
+def sides(species: TreeSpecies, level: int, seed: int = 1) -> Float64[np.ndarray, " t"]:
+    """Share that would be right for the shapes of a level in summer toward each of TURNS_DEG, over
+    that for all sides together, (t,)."""
+    trees = tree_prototypes(seed, TREES, species.unshaded(), "summer")
+    finest = int(trees[0].hierarchy.level.max())
+    full, cut = (sent(trees, species, each, turns=TURNS_DEG, more=MORE) for each in (finest, level))
+    wanted, shown = (full.shapes + full.itself - cut.itself).sum(axis=0), cut.shapes.sum(axis=0)
+    return wanted / shown / ((wanted @ _CIRCLE) / (shown @ _CIRCLE))
 
 
 def print_sides(names: list[str]) -> None:
-    """Print for leafy species the mean share toward each side, and toward each height."""
+    """Print, for leafy species, the table of ``TreeSpecies.sides``."""
     for name in names or [each for each, species in SPECIES.items() if species.leafy]:
-        share = sides(SPECIES[name])
-        for what, at, axis in (("turn", TURNS_DEG, 0), ("elevation", ELEVATIONS_DEG, 1)):
-            pairs = zip(at, share.mean(axis=axis), strict=True)
-            told = ", ".join(f"{deg:g}°: {each:.2f}" for deg, each in pairs)
-            print(f"{name}, summer, by {what}: {told}", flush=True)
+        for level in range(len(SPECIES[name].porous)):
+            found = ", ".join(f"{each:.2f}" for each in sides(SPECIES[name], level))
+            print(f"{name}, level {level}: ({found})", flush=True)
 
 
 def print_shares(names: list[str]) -> None:

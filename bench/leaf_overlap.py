@@ -53,7 +53,7 @@ def shown_as(one: Prototype, atlas: Atlas, level: int, share: float, height: flo
     shown = np.where(h.level[rows] == level, share, 1.0)
     inner, leaf, hidden = blended(whole, h.share[rows], shown)
     rise = np.full(len(rows), np.sin(np.radians(height)))
-    found, table = atlas.sticks_of(rows, Look(inner, leaf, rise, hidden)), atlas.sticks
+    found, table = atlas.sticks_of(rows, Look(inner, leaf, rise, hidden=hidden)), atlas.sticks
     names = ("start", "end", "start_radius", "end_radius", "tint")
     columns = (getattr(table, name)[found.stick] for name in names)
     return thinned(StickTable(np.array((0, len(found.stick))), *columns), found.share)

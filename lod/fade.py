@@ -36,18 +36,21 @@ def looks(cut: Cut, view: View) -> Look:
     parts = cut.parts
     shown = shown_shares(cut, view) if view.fade else np.ones(len(parts))
     inner, leaf, hidden = blended(parts.whole, parts.share, shown)
-    return Look(inner, leaf, rises(parts.position, view), hidden)
+    return Look(inner, leaf, *sides(parts.position, view), hidden)
 
 
-def rises(position: Points, view: View) -> Reals:
-    """Sine of the angle at which the line from each point (n, 3) to the eye rises, (n,)."""
-    eye, found = view.camera.eye, np.empty(len(position))
-    in_runs(
-        lambda first, last: _rises(position[first:last], eye, found[first:last]),
-        len(position),
-        _SHORTEST_RUN,
-    )
-    return found
+def sides(position: Points, view: View) -> tuple[Reals, Reals]:
+    """From which side the eye sees each point (n, 3): sine of the angle at which the line to it
+    rises, and cosine of its angle to the sun on the map (NaN without one, and right above), (n,).
+    """
+    eye, sun = view.camera.eye, (math.nan, math.nan) if view.sun is None else view.sun
+    rise, turn = np.empty((2, len(position)))
+
+    def run(first: int, last: int) -> None:
+        _sides(position[first:last], eye, sun, rise[first:last], turn[first:last])
+
+    in_runs(run, len(position), _SHORTEST_RUN)
+    return rise, turn
 
 
 def shown_shares(cut: Cut, view: View) -> Reals:
@@ -84,11 +87,12 @@ def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade, shown
 
 
 @njit(cache=True, nogil=True)
-def _rises(position, eye, found):  # type: ignore[no-untyped-def]
+def _sides(position, eye, sun, rise, turn):  # type: ignore[no-untyped-def]
     for i in range(len(position)):
         x, y, z = eye[0] - position[i, 0], eye[1] - position[i, 1], eye[2] - position[i, 2]
-        d = math.sqrt(x * x + y * y + z * z)
-        found[i] = z / d if d > 0.0 else 0.0
+        d, level = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
+        rise[i] = z / d if d > 0.0 else 0.0
+        turn[i] = (x * sun[0] + y * sun[1]) / level if level > 0.0 else math.nan
 
 
 @njit(cache=True)

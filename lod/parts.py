@@ -82,27 +82,34 @@ class Look:
     inner  (n,) of the inner appearance
     leaf   (n,) of the leaf appearance
     rise   (n,) sine of the angle at which the line from the part to the eye rises; by default 0
+    turn   (n,) cosine of the angle on the map between that line and the one to the sun: 1 where the
+           sun stands behind the eye; by default NaN, from all sides alike
     hidden (n,) how much of the area of its own parts is hidden; by default all
     """
 
     inner: np.ndarray
     leaf: np.ndarray
     rise: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    turn: np.ndarray = field(default_factory=lambda: np.zeros(0))
     hidden: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if not len(self.rise):
             object.__setattr__(self, "rise", np.zeros(len(self.inner)))
+        if not len(self.turn):
+            object.__setattr__(self, "turn", np.full(len(self.inner), np.nan))
         if not len(self.hidden):
             object.__setattr__(self, "hidden", np.ones(len(self.inner)))
-        freeze(self, inner=np.float64, leaf=np.float64, rise=np.float64, hidden=np.float64)
+        freeze(self, inner=np.float64, leaf=np.float64, rise=np.float64)
+        freeze(self, turn=np.float64, hidden=np.float64)
 
     def __len__(self) -> int:
         return len(self.inner)
 
     def take(self, rows: np.ndarray) -> "Look":
         """Of the parts at ``rows`` (indices or flags)."""
-        return Look(self.inner[rows], self.leaf[rows], self.rise[rows], self.hidden[rows])
+        columns = self.inner, self.leaf, self.rise, self.turn, self.hidden
+        return Look(*(each[rows] for each in columns))
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,6 +24,8 @@ class View:
     time_s            when the frame is taken, for what moves [s]
     sight             air, display and eye; None = clear air and an ideal eye
     exposure          while the shutter is open; None = no time at all, and motion hides nothing
+    sun               unit vector on the map to where the sun stands, for looks that mind it; None =
+                      they look from all sides alike
     """
 
     camera: Camera
@@ -35,6 +37,7 @@ class View:
     time_s: float = 0.0
     sight: Sight | None = None
     exposure: Exposure | None = None
+    sun: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.detail) and self.detail > 0):

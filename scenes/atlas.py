@@ -14,7 +14,7 @@ from lod.parts import Look
 from lod.runs import in_runs
 from lod.thinning import stands_for
 from lod.view import View
-from scenes.heights import Minds, between, place, together, toned
+from scenes.heights import Minds, between, place, place_around, together, tone_aside, toned
 from scenes.rig import RiggedSticks
 from scenes.rig_prototype import RiggedPrototype
 
@@ -109,8 +109,8 @@ class Atlas:
     def sticks_of(self, rows: np.ndarray, look: Look) -> "Displayed":
         """The displayed sticks of these rows."""
         minds, table = self.minds, self.sticks
-        tables = minds.of_stick, minds.share, minds.darker
-        asked = rows, look.inner, look.leaf, look.rise, look.hidden
+        tables = minds.of_stick, minds.share, minds.darker, minds.aside
+        asked = rows, look.inner, look.leaf, look.rise, look.turn, look.hidden
 
         def counted(first: int, last: int) -> tuple[int, int]:
             return first, _count(table.first, *(each[first:last] for each in asked[:3]))
@@ -122,8 +122,9 @@ class Atlas:
         found = Displayed(*(np.empty(total, kind) for kind in kinds))
 
         def told(first: int, last: int) -> None:
-            own, out = (each[first:last] for each in asked), (c[begin[first] :] for c in found)
-            _sticks_of(table.first, table.tint, tables, self.overlap, first, *own, *out)
+            own, out = [each[first:last] for each in asked], [c[begin[first] :] for c in found]
+            known = table.first, table.tint, tables, self.overlap
+            _sticks_of(*known, first, own[0], tuple(own[1:]), tuple(out))
 
         in_runs(told, len(rows), _SHORTEST_RUN)
         return found
@@ -169,17 +170,18 @@ def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _sticks_of(  # type: ignore[no-untyped-def]
-    first, tints, minds, overlap, begin, rows, inner, leaf, rise, hidden, owner, stick, shares, tint
-):
+def _sticks_of(first, tints, minds, overlap, begin, rows, look, found):  # type: ignore[no-untyped-def]
     """Owner, row, share and tint of every stick of blocks 2·row and 2·row + 1, in their order;
     owners are counted from ``begin``."""
-    of_stick, shares_seen, darker = minds
+    inner, leaf, rise, turn, hidden = look
+    owner, stick, shares, tint = found
+    of_stick, shares_seen, darker, aside = minds
     k = 0
     for i in range(len(rows)):
-        aloft = high = 0.0
+        aloft = high = around = 0.0
         if len(shares_seen):
             aloft, high = place(abs(rise[i])), place(max(rise[i], 0.0))
+            around = place_around(turn[i])
         blended = leaf[i]
         if 0.0 < hidden[i] < 1.0:
             blended *= stands_for(hidden[i], overlap[rows[i]]) / hidden[i]
@@ -192,7 +194,8 @@ def _sticks_of(  # type: ignore[no-untyped-def]
                     if c >= 0:
                         shares[k] *= between(shares_seen[c], aloft)
                         # Between two tones some sticks have one and some the other.
-                        tint[k] += int(between(darker[c], high) + row * _GOLDEN % 1.0)
+                        down = between(darker[c], high) + tone_aside(aside[c], around)
+                        tint[k] += int(down + row * _GOLDEN % 1.0)
                     k += 1
 
 

@@ -1,11 +1,14 @@
-"""Shapes that stand for hidden parts mind the height from which they are seen.
+"""Shapes that stand for hidden parts mind the height and the side from which they are seen.
 
 A few smooth shapes cover and shine otherwise than what they stand for: the gaps between a conifer's
 flat boughs open and close with the height of the eye, and the shade beneath them is seen from the
 side and not from above. So what shapes cover, and how bright they are, is right on average over
 heights alone. Where a species says how far they are off, height by height (measured:
 ``bench.leaf_light``), they are thinned (``lod.thinning``) and darkened by as much. Cover is the
-same from below as from above; light from below is taken for that from the side.
+same from below as from above; light from below is taken for that from the side. And who stands
+between a tree and the sun sees less of the shade among its leaves than who looks toward the sun:
+where a species says how much, by the angle between the two on the map, they are darkened by that as
+well.
 """
 
 import math
@@ -25,6 +28,10 @@ from scenes.stick_table import StickTable
 HEIGHTS_DEG = tuple(range(0, 91, 10))
 """Of the eye above the horizon, as a part sees it, at which a species tells its shapes' looks."""
 
+TURNS_DEG = (0, 45, 90, 135, 180)
+"""Between the eye and the sun on the map, as a part sees them, at which a species tells its shapes'
+tones: at 0° the sun stands behind the eye."""
+
 STEP = 0.95
 """From each tone to the next darker one."""
 
@@ -43,26 +50,41 @@ class FromHeights:
         return found
 
 
+FROM_ALL = FromHeights((1.0,) * len(HEIGHTS_DEG))
+"""The same from every height."""
+
+
 @dataclass(frozen=True, eq=False)
 class Minds:
-    """Which sticks mind the height that they are seen from, and how; by default none does.
+    """Which sticks mind from where they are seen, and how; by default none does.
 
     of_stick (k,)  row of the tables below for each stick of a leaf appearance, −1 for none
     share (c, h)   of their area, at HEIGHTS_DEG; darker (c, h)  steps that their tone goes down
+    aside (c, t)   steps that it goes down besides, at TURNS_DEG, and last for all sides alike
     """
 
     of_stick: np.ndarray = field(default_factory=lambda: np.zeros(0))
     share: np.ndarray = field(default_factory=lambda: np.zeros((0, len(HEIGHTS_DEG))))
     darker: np.ndarray = field(default_factory=lambda: np.zeros((0, len(HEIGHTS_DEG))))
+    aside: np.ndarray = field(default_factory=lambda: np.zeros((0, len(TURNS_DEG) + 1)))
 
     def __post_init__(self) -> None:
-        freeze(self, of_stick=np.int64, share=np.float64, darker=np.float64)
+        freeze(self, of_stick=np.int64, share=np.float64, darker=np.float64, aside=np.float64)
 
     @staticmethod
-    def of(of_stick: Ints, looks: Sequence[FromHeights]) -> "Minds":
-        """As a species tells it, level by level; ``of_stick`` gives each stick's level, or −1."""
+    def of(
+        of_stick: Ints, looks: Sequence[FromHeights], sides: Sequence[Sequence[float]] = ()
+    ) -> "Minds":
+        """As a species tells it, level by level; ``of_stick`` gives each stick's level, or −1.
+
+        sides: tones at TURNS_DEG over their mean, likewise; () for the same from all sides
+        """
         share, tone = (np.array([getattr(each, k) for each in looks]) for k in ("share", "tone"))
-        return Minds(of_stick, share, np.log(tone) / math.log(STEP))
+        around = np.ones((len(share), len(TURNS_DEG) + 1))
+        if sides:
+            around[:, :-1] = sides
+        around /= around.max(axis=1, keepdims=True)
+        return Minds(of_stick, share, *(np.log(each) / math.log(STEP) for each in (tone, around)))
 
     def rows(self, sticks: int) -> Ints:
         """``of_stick`` of a table of so many sticks."""
@@ -74,14 +96,16 @@ def together(minds: Sequence[Minds], sticks: Sequence[int]) -> Minds:
     first = np.cumsum([0] + [len(each.share) for each in minds])[:-1]
     rows = [each.rows(count) for each, count in zip(minds, sticks, strict=True)]
     moved = [np.where(row >= 0, row + start, -1) for row, start in zip(rows, first, strict=True)]
-    tables = (np.concatenate([getattr(each, k) for each in minds]) for k in ("share", "darker"))
+    names = ("share", "darker", "aside")
+    tables = (np.concatenate([getattr(each, k) for each in minds]) for k in names)
     return Minds(np.concatenate(moved), *tables)
 
 
 def toned(tint: Ints, tints: np.ndarray, minds: Minds) -> tuple[Ints, Float64[np.ndarray, "t 3"]]:
-    """Tints (k,) of sticks in a longer palette, where all tones of a stick that minds the height
-    follow its own."""
-    steps = np.ceil(minds.darker.max(axis=1, initial=0.0)).astype(np.int64)
+    """Tints (k,) of sticks in a longer palette, where all tones of a stick that minds from where it
+    is seen follow its own."""
+    darkest = [each.max(axis=1, initial=0.0) for each in (minds.darker, minds.aside)]
+    steps = np.ceil(darkest[0] + darkest[1]).astype(np.int64)
     mindful = minds.of_stick >= 0
     pairs, pair = np.unique(
         np.stack((minds.of_stick[mindful], tint[mindful])), axis=1, return_inverse=True
@@ -97,6 +121,21 @@ def toned(tint: Ints, tints: np.ndarray, minds: Minds) -> tuple[Ints, Float64[np
 def place(height):  # type: ignore[no-untyped-def]
     """Where a height, sine of its angle, 0 to 1, is among HEIGHTS_DEG."""
     return math.asin(min(height, 1.0)) / math.radians(HEIGHTS_DEG[1])
+
+
+@njit(cache=True)
+def place_around(turn):  # type: ignore[no-untyped-def]
+    """Where a turn, cosine of its angle, is among TURNS_DEG; −1 where it is NaN, for all sides."""
+    if math.isnan(turn):
+        return -1.0
+    return math.acos(min(max(turn, -1.0), 1.0)) / math.radians(TURNS_DEG[1])
+
+
+@njit(cache=True)
+def tone_aside(table, at):  # type: ignore[no-untyped-def]
+    """An entry of a row of ``Minds.aside`` at a ``place_around``."""
+    sides = len(table) - 1
+    return between(table[:sides], at) if at >= 0.0 else table[sides]
 
 
 @njit(cache=True)
@@ -119,8 +158,8 @@ def thinned(table: StickTable, share: Reals | float) -> StickTable:
 def largest_seen(table: StickTable, minds: Minds) -> Reals:
     """The largest area that the sticks of each part cover from any side, as they look there, (n,)
     [m²]."""
-    mindful = np.zeros(len(table.count), np.bool_)
-    mindful[table.owner[minds.rows(len(table)) >= 0]] = True
+    mindful, thins = np.zeros(len(table.count), np.bool_), (minds.share != 1).any(axis=1)
+    mindful[table.owner[np.append(thins, False)[minds.rows(len(table))]]] = True
     if not mindful.any():
         return largest_area(table)
     largest = np.empty(len(mindful))

@@ -15,7 +15,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points
 from lod.errors import InputError
-from scenes.heights import Minds
+from scenes.heights import FROM_ALL, Minds
 from scenes.prototype import Prototype, assemble
 from scenes.stick_table import StickTable
 from scenes.tree_blobs import joined
@@ -103,13 +103,14 @@ def _prototype(name: str, tree: Grown) -> Prototype:
 
 def _minds(species: TreeSpecies, looks: list[StickTable]) -> Minds | None:
     """The shapes of every level but the last: all that follows the wood that is kept."""
-    if not species.heights:
+    if not (species.heights or species.sides):
         return None
     rows = [np.full(len(look), -1) for look in looks]
     for level, look in enumerate(looks[:-1]):
         kept = np.arange(len(look)) - look.first[look.owner] < species.wood[level]
         rows[level][~kept] = level
-    return Minds.of(np.concatenate(rows), species.heights)
+    heights = species.heights or (FROM_ALL,) * len(species.porous)
+    return Minds.of(np.concatenate(rows), heights, species.sides)
 
 
 def _wholes(tree: Grown, row: list[int]) -> Ints:

@@ -156,6 +156,8 @@ def _of_level(tree: Grown, depth: int, above: StickTable, seen: Seen) -> StickTa
         factor = factor * _in_place(blobs, factor, standing, seen, looks)
     own = _mean_colours(lost, group, len(blobs.part), tree.palette)
     lit = tree.species.lit[depth] if tree.species.lit else 1.0
+    if tree.species.sides:
+        lit *= max(1.0, *tree.species.sides[depth])
     tint = _tints(blobs.table(n, factor), own, lit, standing, seen, tree.palette)
     return joined((wood, blobs.table(n, factor, tint)))
 

@@ -87,6 +87,8 @@ class TreeSpecies:
         () for all of it, as without leaves, where it is 1 within 5 %
     heights: how the leaf appearances of the tree, a limb, … look from heights, measured likewise;
         () for the same from all; ``lit`` is then the share where they are brightest
+    sides: tone of the shapes of the tree, a limb, … by the angle between eye and sun
+        (``scenes.heights.TURNS_DEG``), over that of all sides, ``lit``; measured likewise; () for 1
     overlap: how much of the leaf appearance of the tree, a limb, … and of the parts that it stands
         for lies in one another, half of each shown (``lod.thinning.stands_for``), for trees in
         leaf, and bare; measured (``bench.leaf_overlap``)
@@ -112,14 +114,20 @@ class TreeSpecies:
     clear: int = 4
     lit: tuple[float, ...] = ()
     heights: tuple[FromHeights, ...] = ()
+    sides: tuple[tuple[float, ...], ...] = ()
     overlap: tuple[float, ...] = ()
     overlap_bare: tuple[float, ...] = ()
+
+    def unshaded(self) -> "TreeSpecies":
+        """The same tree, whose leaf appearances look the same from everywhere and are not darker
+        for what shades itself in what they hide."""
+        return replace(self, lit=(), heights=(), sides=())
 
     def bare(self) -> "TreeSpecies":
         """The same tree without its leaves; its looks are then all of wood."""
         keep = (self.wood[0], *(max(1, each) for each in self.wood[1:]))
         more = tuple(each + 1 for each in self.porous)
-        bare = replace(self, foliage=None, porous=more, wood=keep, lit=(), heights=())
+        bare = replace(self.unshaded(), foliage=None, porous=more, wood=keep)
         return replace(bare, clear=8, overlap=self.overlap_bare)
 
 
@@ -159,6 +167,12 @@ BROADLEAF = TreeSpecies(
         "winter": (),
     },
     lit=(0.526, 0.683, 0.778, 0.854),
+    sides=(
+        (1.23, 1.05, 0.89, 0.81, 0.81),
+        (1.09, 1.01, 0.95, 0.92, 0.92),
+        (1.06, 1.0, 0.97, 0.95, 0.95),
+        (1.04, 1.0, 0.98, 0.97, 0.97),
+    ),
     overlap=(0.35, 0.37, 0.44, 0.49),
     overlap_bare=(0.01, -0.35, -1.11),
 )
@@ -189,6 +203,12 @@ BIRCH = TreeSpecies(
     },
     thinnest=0.004,
     lit=(0.653, 0.814, 0.88, 0.949),
+    sides=(
+        (1.03, 0.99, 0.96, 1.03, 1.06),
+        (1.05, 1.01, 0.96, 0.97, 0.97),
+        (1.03, 1.0, 0.99, 0.99, 0.98),
+        (1.02, 1.0, 0.99, 1.0, 1.0),
+    ),
     overlap=(0.49, 0.32, 0.35, 0.45),
     overlap_bare=(-0.13, -0.57, -1.35),
 )
@@ -229,6 +249,11 @@ CONIFER = TreeSpecies(
     clear=1,
     thinnest=0.004,
     lit=(0.672, 0.965, 1.022),
+    sides=(
+        (0.98, 0.94, 0.95, 1.16, 1.39),
+        (1.01, 1.0, 0.98, 1.01, 1.02),
+        (1.01, 1.0, 0.99, 1.01, 1.03),
+    ),
     overlap=(0.13, 0.34, 0.53),
     heights=(
         FromHeights(
@@ -272,6 +297,12 @@ SHRUB = TreeSpecies(
     },
     thinnest=0.003,
     lit=(0.574, 0.77, 0.882, 0.918),
+    sides=(
+        (1.16, 1.04, 0.92, 0.84, 0.83),
+        (1.06, 1.0, 0.96, 0.96, 0.98),
+        (1.05, 1.0, 0.97, 0.96, 0.96),
+        (1.04, 1.01, 0.98, 0.96, 0.96),
+    ),
     overlap=(0.6, 0.27, 0.46, 0.59),
     overlap_bare=(0.02, -0.76, -1.17),
 )

@@ -157,7 +157,7 @@ def plume_of(name: str, table: PlumePreset, seed: int, terrain: Terrain) -> Plum
 
 def view_at(world: World, preset: Preset, frame: int) -> View:
     """The view of a frame, numbered from 1."""
-    settings = preset.view
+    settings, azimuth = preset.view, math.radians(preset.light.sun_azimuth)
     camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
     return View(
         camera=camera,
@@ -169,4 +169,5 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
         time_s=time_of(preset, frame),
         sight=sight_of(preset, camera, max(world.top_m, float(camera.eye[2]))),
         exposure=exposure_at(world, preset, frame),
+        sun=(math.sin(azimuth), math.cos(azimuth)),
     )

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from bench import leaf_light
-from bench.leaf_light import TURNS_DEG, cut_at, sent, shares, sides
+from bench.leaf_light import cut_at, sent, shares, sides
+from scenes.heights import TURNS_DEG
 from scenes.stick_area import mean_outline_areas
 from scenes.tree import tree_prototypes
 from scenes.tree_species import SPECIES
 
-SHRUB = SPECIES["shrub"]
+SHRUB = replace(SPECIES["shrub"], sides=())
+"""As it looks from all sides together."""
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +23,7 @@ def trees():
 
 @pytest.fixture(scope="module")
 def unshaded():
-    return tree_prototypes(1, 3, replace(SHRUB, lit=()))
+    return tree_prototypes(1, 3, SHRUB.unshaded())
 
 
 def shapes(tree, level):
@@ -57,9 +59,17 @@ def test_the_species_say_what_is_measured():
 def test_one_share_for_all_sides_is_too_much_against_the_sun_and_too_little_with_it(monkeypatch):
     """And it lies between them."""
     monkeypatch.setattr(leaf_light, "LINES", 2000)
-    by_turn = sides(SHRUB).mean(axis=0)
+    monkeypatch.setattr(leaf_light, "MORE", 1)
+    by_turn = sides(SHRUB, 0)
     assert by_turn.shape == (len(TURNS_DEG),)
-    assert by_turn[0] > 1.1 * SHRUB.lit[0] > 1.2 * by_turn[-1]
+    assert by_turn[0] > 1.1 > 1.0 > 0.9 > by_turn[-1]
+
+
+@pytest.mark.slow
+def test_the_species_say_how_much_light_is_sent_to_each_side():
+    shrub = SPECIES["shrub"]
+    for level in (0, 3):
+        assert sides(shrub, level) == pytest.approx(np.array(shrub.sides[level]), abs=0.006)
 
 
 def test_a_stand_sends_as_much_at_every_level(trees, monkeypatch):

@@ -21,7 +21,8 @@ def looked_at(parts):
     chance = np.random.default_rng(4)
     inner, leaf = np.round(chance.uniform(0, 1, (2, parts)) * chance.integers(0, 2, (2, parts)), 1)
     hidden = np.where(leaf > 0, chance.uniform(0.1, 1, parts), 0.0)
-    return Look(inner, leaf, chance.uniform(-1, 1, parts), hidden)
+    rise, turn = chance.uniform(-1, 1, (2, parts))
+    return Look(inner, leaf, rise, turn, hidden)
 
 
 @pytest.mark.parametrize("shortest", [1, 50])

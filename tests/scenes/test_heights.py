@@ -11,20 +11,24 @@ from hypothesis import strategies as st
 from bench.leaf_light import from_heights
 from lod.camera import Corner, look
 from lod.errors import InputError
-from lod.fade import rises
+from lod.fade import sides
 from lod.metric import METRICS
 from lod.parts import Look
 from lod.view import View
 from scenes.atlas import Atlas
 from scenes.heights import (
+    FROM_ALL,
     HEIGHTS_DEG,
     STEP,
+    TURNS_DEG,
     FromHeights,
     Minds,
     between,
     place,
+    place_around,
     thinned,
     together,
+    tone_aside,
     toned,
 )
 from scenes.prototype import Prototype
@@ -62,8 +66,53 @@ def test_the_eye_rises_by_the_sine_of_its_angle():
     points = camera.eye - np.array(
         [(3.0, 0.0, 4.0), (0.0, 0.0, 2.0), (1.0, 1.0, 0.0), (0, 0, -1), (0, 0, 0)]
     )
-    found = rises(points, View(camera, METRICS["blake"]))
+    found, turn = sides(points, View(camera, METRICS["blake"]))
     assert found == pytest.approx([0.8, 1.0, 0.0, -1.0, 0.0])
+    assert np.isnan(turn).all(), "nobody said where the sun stands"
+
+
+def test_the_eye_turns_from_the_sun_on_the_map():
+    """With the sun in the east: who looks west, east and north, however steeply, and down."""
+    camera = look(Corner(0, 0), np.array((1.0, 2.0, 30.0)), 0, 0, 60.0, (100, 100))
+    away = np.array([(-5.0, 0, 0), (4.0, 0, -20.0), (0, 3.0, 9.0), (0, 0, -7.0)])
+    _, turn = sides(camera.eye + away, View(camera, METRICS["blake"], sun=(1.0, 0.0)))
+    assert turn[:3] == pytest.approx([1.0, -1.0, 0.0])
+    assert np.isnan(turn[3])
+
+
+@given(st.floats(0, 180))
+def test_between_two_sides_tones_go_evenly_with_the_angle(degrees):
+    tones = (1.3, 1.1, 1.0, 0.8, 0.7)
+    minds = Minds.of(np.array([0]), (FROM_ALL,), (tones,))
+    at = place_around(math.cos(math.radians(degrees)))
+    steps = tone_aside(minds.aside[0], at)
+    expected = np.interp(degrees, TURNS_DEG, np.log(np.array(tones) / 1.3))
+    assert steps * math.log(STEP) == pytest.approx(expected, abs=1e-6)
+
+
+def test_from_all_sides_alike_tones_are_their_mean():
+    minds = Minds.of(np.array([0]), (FROM_ALL,), ((1.3, 1.1, 1.0, 0.8, 0.7),))
+    steps = tone_aside(minds.aside[0], place_around(math.nan))
+    assert STEP**steps == pytest.approx(1 / 1.3)
+    plain = Minds.of(np.array([0]), (FROM_ALL,))
+    assert (plain.aside == 0).all()
+
+
+@pytest.mark.parametrize("degrees", [0.0, 90.0, 150.0, None])
+def test_shapes_are_as_bright_as_the_species_says_toward_each_side(degrees):
+    """Over what they are where all sides are alike."""
+    shrub = tree_prototypes(3, 1, SPECIES["shrub"])[0]
+    atlas = Atlas.of((rigid(shrub),))
+    limbs = np.flatnonzero(shrub.hierarchy.level == 1)
+    one = np.ones(len(limbs))
+    turn = np.nan if degrees is None else math.cos(math.radians(degrees))
+    seen, plain = (
+        atlas.sticks_of(limbs, Look(0 * one, one, 0 * one, each * one)) for each in (turn, np.nan)
+    )
+    ours, mean = (np.log(atlas.tints[each.tint].sum(axis=1)).mean() for each in (seen, plain))
+    wanted = 1.0 if degrees is None else np.interp(degrees, TURNS_DEG, SPECIES["shrub"].sides[1])
+    assert np.exp(ours - mean) == pytest.approx(wanted, rel=0.01)
+    assert np.array_equal(seen.share, plain.share)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 20.0, 60.0, -60.0])
@@ -73,6 +122,7 @@ def test_shapes_are_thinned_and_darkened_as_the_species_says(tree, degrees):
     (first, last), kept = tree.leaf.first[:2], species.wood[0]
     share = np.interp(abs(degrees), HEIGHTS_DEG, species.heights[0].share)
     tone = np.interp(max(degrees, 0), HEIGHTS_DEG, species.heights[0].tone)
+    tone /= max(species.sides[0])
     assert found.share == pytest.approx([1.0] * kept + [share] * (last - first - kept))
     own = tree.tints[tree.leaf.tint[first:last]]
     assert colours[:kept] == pytest.approx(own[:kept])
@@ -93,6 +143,7 @@ def test_between_two_tones_sticks_share_themselves_out(tree):
             for each, sticks in zip((atlas, plain), shown, strict=True)
         )
         tone = np.interp(degrees, HEIGHTS_DEG, SPECIES["conifer"].heights[1].tone)
+        tone /= max(SPECIES["conifer"].sides[1])
         assert np.exp(np.log(ours / own).mean()) == pytest.approx(tone, rel=0.004)
 
 

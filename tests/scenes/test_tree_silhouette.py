@@ -48,7 +48,7 @@ class Plain:
 @lru_cache(maxsize=16)
 def one(name, season):
     heights = tuple(FromHeights(each.share) for each in SPECIES[name].heights)
-    unshaded = replace(SPECIES[name], lit=(), heights=heights)
+    unshaded = replace(SPECIES[name].unshaded(), heights=heights)
     return tree_prototypes(2, 1, unshaded, season)[0]
 
 
