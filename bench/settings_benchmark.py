@@ -50,7 +50,7 @@ class Setting:
 
 def settings() -> tuple[Setting, ...]:
     """What is tried; the first is what is used."""
-    weights = [0.5, 1.0, 2.0, 6.0, 12.0]
+    weights = [1.0, 3.0, 6.0, 24.0, 48.0]
     suns = [
         Setting(f"sun sampled {w:g} to 1 sky", scene=((describe, "SUN_SAMPLING", w),))
         for w in weights
