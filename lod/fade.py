@@ -41,7 +41,7 @@ def looks(cut: Cut, view: View) -> Look:
 
 def sides(position: Points, view: View) -> tuple[Reals, Reals]:
     """From which side the eye sees each point (n, 3): sine of the angle at which the line to it
-    rises, and cosine of its angle to the sun on the map (NaN without one, and right above), (n,).
+    rises, and cosine of its angle to where the sun stands on the map (NaN without one), (n,).
     """
     eye, sun = view.camera.eye, (math.nan, math.nan) if view.sun is None else view.sun
     rise, turn = np.empty((2, len(position)))
@@ -90,9 +90,9 @@ def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade, shown
 def _sides(position, eye, sun, rise, turn):  # type: ignore[no-untyped-def]
     for i in range(len(position)):
         x, y, z = eye[0] - position[i, 0], eye[1] - position[i, 1], eye[2] - position[i, 2]
-        d, level = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
+        d = math.sqrt(x * x + y * y + z * z)
         rise[i] = z / d if d > 0.0 else 0.0
-        turn[i] = (x * sun[0] + y * sun[1]) / level if level > 0.0 else math.nan
+        turn[i] = (x * sun[0] + y * sun[1]) / d if d > 0.0 else math.nan
 
 
 @njit(cache=True)

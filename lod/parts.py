@@ -82,8 +82,8 @@ class Look:
     inner  (n,) of the inner appearance
     leaf   (n,) of the leaf appearance
     rise   (n,) sine of the angle at which the line from the part to the eye rises; by default 0
-    turn   (n,) cosine of the angle on the map between that line and the one to the sun: 1 where the
-           sun stands behind the eye; by default NaN, from all sides alike
+    turn   (n,) cosine of the angle between that line and where the sun stands on the map: 1 where
+           it stands behind the eye, 0 from right above; by default NaN, from all sides alike
     hidden (n,) how much of the area of its own parts is hidden; by default all
     """
 

@@ -178,10 +178,7 @@ def _sticks_of(first, tints, minds, overlap, begin, rows, look, found):  # type:
     of_stick, shares_seen, darker, aside = minds
     k = 0
     for i in range(len(rows)):
-        aloft = high = around = 0.0
-        if len(shares_seen):
-            aloft, high = place(abs(rise[i])), place(max(rise[i], 0.0))
-            around = place_around(turn[i])
+        aloft = high = around = -2.0  # not looked up yet
         blended = leaf[i]
         if 0.0 < hidden[i] < 1.0:
             blended *= stands_for(hidden[i], overlap[rows[i]]) / hidden[i]
@@ -192,6 +189,9 @@ def _sticks_of(first, tints, minds, overlap, begin, rows, look, found):  # type:
                     owner[k], stick[k], shares[k], tint[k] = begin + i, row, share, tints[row]
                     c = of_stick[row]
                     if c >= 0:
+                        if aloft == -2.0:
+                            aloft, high = place(abs(rise[i])), place(max(rise[i], 0.0))
+                            around = place_around(turn[i])
                         shares[k] *= between(shares_seen[c], aloft)
                         # Between two tones some sticks have one and some the other.
                         down = between(darker[c], high) + tone_aside(aside[c], around)

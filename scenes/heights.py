@@ -7,8 +7,7 @@ heights alone. Where a species says how far they are off, height by height (meas
 ``bench.leaf_light``), they are thinned (``lod.thinning``) and darkened by as much. Cover is the
 same from below as from above; light from below is taken for that from the side. And who stands
 between a tree and the sun sees less of the shade among its leaves than who looks toward the sun:
-where a species says how much, by the angle between the two on the map, they are darkened by that as
-well.
+where a species says how much, by the angle between the two, they are darkened by that as well.
 """
 
 import math
@@ -29,8 +28,8 @@ HEIGHTS_DEG = tuple(range(0, 91, 10))
 """Of the eye above the horizon, as a part sees it, at which a species tells its shapes' looks."""
 
 TURNS_DEG = (0, 45, 90, 135, 180)
-"""Between the eye and the sun on the map, as a part sees them, at which a species tells its shapes'
-tones: at 0° the sun stands behind the eye."""
+"""Between the eye and where the sun stands on the map, as a part sees them, at which a species
+tells its shapes' tones: at 0° the sun stands behind the eye."""
 
 STEP = 0.95
 """From each tone to the next darker one."""
