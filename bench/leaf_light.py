@@ -25,7 +25,8 @@ from scenes.stand_light import DRAWS, GROUND, Light, seen_along
 from scenes.stick_table import StickTable
 from scenes.stick_view import visible_areas
 from scenes.tree import tree_prototypes
-from scenes.tree_species import SPECIES, TreeSpecies
+from scenes.tree_kind import TreeSpecies
+from scenes.tree_species import SPECIES
 
 SUN_DEG, TURBIDITY = 40.0, 3.0
 ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)

@@ -14,7 +14,8 @@ from scenes.rig_figure import rigged_people
 from scenes.rig_motion import still
 from scenes.rig_prototype import RiggedPrototype
 from scenes.tree import tree_prototypes
-from scenes.tree_species import BIRCH, BROADLEAF, CONIFER, DEAD_TREE, SHRUB, TreeSpecies
+from scenes.tree_kind import TreeSpecies
+from scenes.tree_species import BIRCH, BROADLEAF, CONIFER, DEAD_TREE, SHRUB
 from scenes.tree_sway import swaying_trees
 from scenes.weather import CALM_SUMMER, Weather
 

@@ -20,8 +20,9 @@ from scenes.prototype import Prototype, assemble
 from scenes.stick_table import StickTable
 from scenes.tree_blobs import joined
 from scenes.tree_growth import grow
+from scenes.tree_kind import TreeSpecies
 from scenes.tree_looks import Grown, leaf_appearances, owned
-from scenes.tree_species import BROADLEAF, TreeSpecies
+from scenes.tree_species import BROADLEAF
 from scenes.weather import SEASONS
 
 _STREAM = 0x7EE

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals
-from scenes.tree_species import BranchLevel, Foliage, TreeSpecies
+from scenes.tree_kind import BranchLevel, Foliage, TreeSpecies
 
 STEEPEST = -0.3
 """How far down a branch may set out, as the z of its direction: what hangs lower finds no light."""

@@ -26,7 +26,7 @@ from scenes.tree_blobs import (
     radius_step,
 )
 from scenes.tree_growth import Branches, Leaves
-from scenes.tree_species import TreeSpecies
+from scenes.tree_kind import TreeSpecies
 
 VIEWS = 12
 """Directions from which the tree as a whole is compared, half of them from below."""

@@ -28,7 +28,7 @@ from scenes.rig_prototype import RiggedPrototype
 from scenes.rig_turns import turns_of
 from scenes.stick_table import StickTable
 from scenes.tree import tree_prototypes
-from scenes.tree_species import TreeSpecies
+from scenes.tree_kind import TreeSpecies
 
 TRUNK_DEG, LIMB_DEG = 0.6, 2.5
 """Most that a joint of the trunk, and a limb, turns about either level axis at GALE_M_S."""
