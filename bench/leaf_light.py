@@ -2,12 +2,12 @@
 
 ``python -m bench.leaf_light [--sides | --heights] [SPECIES…]`` prints the shares by which
 ``scenes.tree_species`` takes colour from the shapes that stand for hidden leaves, level by level:
-what they hide shades itself, and one smooth shape does not. A stand of one species is looked at
-from all sides, every tree cut at one level, in the light of a sun 40° up and its sky
-(``scenes.stand_light``). Paths of light and places of trees are the same at all levels. With
-``--sides`` it prints instead how much more or less would be right toward each side, 0° with the sun
-behind the viewer; with ``--heights`` what the shapes of a level lack from each height, in cover and
-then in light (``scenes.heights``).
+what they hide shades itself, and one smooth shape does not. A stand of one species, of the very
+trees that presets have, is looked at from all sides, every tree cut at one level, in the light of a
+sun 40° up, its sky and the ground (``scenes.stand_light``). Paths of light and places of trees are
+the same at all levels. With ``--sides`` it prints instead how much more or less would be right
+toward each side, 0° with the sun behind the viewer; with ``--heights`` what the shapes of a level
+lack from each height, in cover and then in light (``scenes.heights``).
 """
 
 import sys
@@ -24,16 +24,24 @@ from scenes.stand_field import stand_field
 from scenes.stand_light import DRAWS, GROUND, Light, seen_along
 from scenes.stick_table import StickTable
 from scenes.stick_view import visible_areas
+from scenes.terrain_colour import COVERS
 from scenes.tree import tree_prototypes
 from scenes.tree_kind import TreeSpecies
 from scenes.tree_species import SPECIES
 
 SUN_DEG, TURBIDITY = 40.0, 3.0
 ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)
-TREES, SPACING = 6, 1.0
-"""Different ones in a stand; √ of the area that each has, as a share of its height."""
+TREES, FEW, SPACING = {"broadleaf": 4}, 3, 1.0
+"""Different ones in a stand, as presets have, and no others: a single one is 5 to 9 % brighter or
+darker (one standard deviation) than another. √ of each one's area, as a share of its height."""
 
-LINES, MORE = 4000, 4
+SEED = 0
+"""That trees of all worlds grow from (``scenes.models``)."""
+
+BETWEEN = np.array((COVERS["grassy"].moist, COVERS["grassy"].dry)).mean(axis=0)
+"""Albedo of the ground among the trees."""
+
+LINES, MORE = 12000, 2
 """From each height; and times as many, where each is told by itself."""
 
 LOWEST_DEG, ASIDE_DEG = 4.0, (22.5, 67.5, 112.5, 157.5)
@@ -45,7 +53,7 @@ SIDES_DEG = (51.7, 111.7, 171.7, 231.7, 291.7, 351.7)
 RAYS, ROUNDS = 400, 4
 """Across a tree's height, and steps to the right cover."""
 
-_CIRCLE = np.array((0.125, 0.25, 0.25, 0.25, 0.125))
+_CIRCLE = np.array((0.5, *(1.0,) * (len(TURNS_DEG) - 2), 0.5)) / (len(TURNS_DEG) - 1)
 """Share of the circle that each of TURNS_DEG stands for."""
 
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
@@ -58,6 +66,11 @@ class Sent:
 
     shapes: np.ndarray
     itself: np.ndarray
+
+
+def trees_of(species: TreeSpecies, season: str) -> tuple[Prototype, ...]:
+    """Those that presets have, their shapes in all of their colour."""
+    return tree_prototypes(SEED, TREES.get(species.name, FEW), species.unshaded(), season)
 
 
 def cut_at(tree: Prototype, species: TreeSpecies, level: int) -> tuple[StickTable, np.ndarray]:
@@ -104,17 +117,16 @@ def sent(
         seen = seen_along(stand, colour, light, elevation, draws, row * len(draws))
         met = seen.stick != GROUND
         shapes = met & hides[seen.stick]
-        light_of = seen.sent @ _LUMINANCE
+        light_of = seen.sent @ _LUMINANCE + seen.lifted @ (BETWEEN * _LUMINANCE)
         found[:, row] = light_of[shapes].sum(axis=0), light_of[met & ~shapes].sum(axis=0)
     return Sent(*found)
 
 
-def from_heights(species: TreeSpecies, level: int, seed: int = 1) -> tuple[float, FromHeights]:
+def from_heights(species: TreeSpecies, level: int) -> tuple[float, FromHeights]:
     """Looks of the shapes of a level from each height, and the share of their colour that they keep
     where they are brightest (``TreeSpecies.lit``): for a tree displayed down to the level to cover
     what the whole does, and for a stand to send as much light, in the mean over sides."""
-    plain = species.unshaded()
-    trees = tree_prototypes(seed, TREES, plain, "summer")
+    plain, trees = species.unshaded(), trees_of(species, "summer")
     finest = int(trees[0].hierarchy.level.max())
     share, tone = [], []
     for height in HEIGHTS_DEG:
@@ -150,26 +162,23 @@ def _share_left(
     return share
 
 
-def shares(species: TreeSpecies, season: str, seed: int = 1) -> list[float]:
+def shares(species: TreeSpecies, season: str) -> list[float]:
     """Share of their colour that shapes of each level keep for the stand to send as much as in full
     detail, from trees whose shapes have it all."""
-    trees = tree_prototypes(seed, TREES, species.unshaded(), season)
+    trees = trees_of(species, season)
     bare = not species.leafy.get(season)
     grown = species.bare() if bare and species.foliage else species
     finest = int(trees[0].hierarchy.level.max())
     full = sent(trees, grown, finest)
     whole = (full.shapes + full.itself).sum()
-    made = []
-    for level in range(finest):
-        cut = sent(trees, grown, level)
-        made.append(float((whole - cut.itself.sum()) / cut.shapes.sum()))
-    return made
+    cuts = [sent(trees, grown, level) for level in range(finest)]
+    return [float((whole - cut.itself.sum()) / cut.shapes.sum()) for cut in cuts]
 
 
-def sides(species: TreeSpecies, level: int, seed: int = 1) -> Float64[np.ndarray, " t"]:
+def sides(species: TreeSpecies, level: int) -> Float64[np.ndarray, " t"]:
     """Share that would be right for the shapes of a level in summer toward each of TURNS_DEG, over
     that for all sides together, (t,)."""
-    trees = tree_prototypes(seed, TREES, species.unshaded(), "summer")
+    trees = trees_of(species, "summer")
     finest = int(trees[0].hierarchy.level.max())
     full, cut = (sent(trees, species, each, turns=TURNS_DEG, more=MORE) for each in (finest, level))
     wanted, shown = (full.shapes + full.itself - cut.itself).sum(axis=0), cut.shapes.sum(axis=0)

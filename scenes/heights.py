@@ -27,7 +27,7 @@ from scenes.stick_table import StickTable
 HEIGHTS_DEG = tuple(range(0, 91, 10))
 """Of the eye above the horizon, as a part sees it, at which a species tells its shapes' looks."""
 
-TURNS_DEG = (0, 45, 90, 135, 180)
+TURNS_DEG = (0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0, 157.5, 180.0)
 """Between the eye and where the sun stands on the map, as a part sees them, at which a species
 tells its shapes' tones: at 0° the sun stands behind the eye."""
 

@@ -82,7 +82,7 @@ class TreeSpecies:
     clear: how many of the trunk's 8 sticks, from the foot up, are seen from afar
     lit: share of its colour that a leaf appearance of the tree, a limb, a branch, … has, so that it
         sends as much light as what it hides, which shades itself; measured (``bench.leaf_light``);
-        () for all of it, as without leaves, where it is 1 within 5 %
+        () for all of it; lit_bare: the same without leaves
     heights: how the leaf appearances of the tree, a limb, … look from heights, measured likewise;
         () for the same from all; ``lit`` is then the share where they are brightest
     sides: tone of the shapes of the tree, a limb, … by the angle between eye and sun
@@ -111,6 +111,7 @@ class TreeSpecies:
     thinnest: float = 0.006
     clear: int = 4
     lit: tuple[float, ...] = ()
+    lit_bare: tuple[float, ...] = ()
     heights: tuple[FromHeights, ...] = ()
     sides: tuple[tuple[float, ...], ...] = ()
     overlap: tuple[float, ...] = ()
@@ -119,11 +120,11 @@ class TreeSpecies:
     def unshaded(self) -> "TreeSpecies":
         """The same tree, whose leaf appearances look the same from everywhere and are not darker
         for what shades itself in what they hide."""
-        return replace(self, lit=(), heights=(), sides=())
+        return replace(self, lit=(), lit_bare=(), heights=(), sides=())
 
     def bare(self) -> "TreeSpecies":
         """The same tree without its leaves; its looks are then all of wood."""
         keep = (self.wood[0], *(max(1, each) for each in self.wood[1:]))
         more = tuple(each + 1 for each in self.porous)
         bare = replace(self.unshaded(), foliage=None, porous=more, wood=keep)
-        return replace(bare, clear=8, overlap=self.overlap_bare)
+        return replace(bare, clear=8, lit=self.lit_bare, overlap=self.overlap_bare)

@@ -81,7 +81,7 @@ def test_the_eye_turns_from_the_sun():
 
 @given(st.floats(0, 180))
 def test_between_two_sides_tones_go_evenly_with_the_angle(degrees):
-    tones = (1.3, 1.1, 1.0, 0.8, 0.7)
+    tones = (1.3, 1.2, 1.1, 1.05, 1.0, 0.9, 0.8, 0.75, 0.7)
     minds = Minds.of(np.array([0]), (FROM_ALL,), (tones,))
     at = place_around(math.cos(math.radians(degrees)))
     steps = tone_aside(minds.aside[0], at)
@@ -90,7 +90,7 @@ def test_between_two_sides_tones_go_evenly_with_the_angle(degrees):
 
 
 def test_from_all_sides_alike_tones_are_their_mean():
-    minds = Minds.of(np.array([0]), (FROM_ALL,), ((1.3, 1.1, 1.0, 0.8, 0.7),))
+    minds = Minds.of(np.array([0]), (FROM_ALL,), (tuple(np.linspace(1.3, 0.7, len(TURNS_DEG))),))
     steps = tone_aside(minds.aside[0], place_around(math.nan))
     assert STEP**steps == pytest.approx(1 / 1.3)
     plain = Minds.of(np.array([0]), (FROM_ALL,))
