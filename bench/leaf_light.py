@@ -32,8 +32,8 @@ from scenes.tree_species import SPECIES
 SUN_DEG, TURBIDITY = 40.0, 3.0
 ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)
 TREES, FEW, SPACING = {"broadleaf": 4}, 3, 1.0
-"""Different ones in a stand, as presets have, and no others: a single one is 5 to 9 % brighter or
-darker (one standard deviation) than another. √ of each one's area, as a share of its height."""
+"""Different ones in a stand, as presets have, and no others: broadleaves, six by six, ask for
+shares that differ by 4 % (one standard deviation). √ of each one's area, as a share of its height."""
 
 SEED = 0
 """That trees of all worlds grow from (``scenes.models``)."""
