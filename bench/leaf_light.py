@@ -33,7 +33,7 @@ SUN_DEG, TURBIDITY = 40.0, 3.0
 ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)
 TREES, FEW, SPACING = {"broadleaf": 4}, 3, 1.0
 """Different ones in a stand, as presets have, and no others: broadleaves, six by six, ask for
-shares that differ by 4 % (one standard deviation). √ of each one's area, as a share of its height."""
+shares that differ by 4 % (one standard deviation). √ of each one's area, over its height."""
 
 SEED = 0
 """That trees of all worlds grow from (``scenes.models``)."""
