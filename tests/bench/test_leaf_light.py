@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from bench import leaf_light
-from bench.leaf_light import cut_at, sent, shares, sides
+from bench.leaf_light import cut_at, sent, shares, sides, trees_of
 from scenes.heights import TURNS_DEG
+from scenes.models import made
+from scenes.preset import load_preset
 from scenes.stick_area import mean_outline_areas
 from scenes.tree import tree_prototypes
 from scenes.tree_species import SPECIES
@@ -53,7 +55,19 @@ def test_shapes_are_as_much_darker_as_the_species_says(trees, unshaded, level):
 @pytest.mark.slow
 def test_the_species_say_what_is_measured():
     for name in ("shrub", "birch"):
-        assert shares(SPECIES[name], "summer") == pytest.approx(SPECIES[name].lit, rel=0.03)
+        assert shares(SPECIES[name], "summer") == pytest.approx(SPECIES[name].lit, rel=0.01)
+    dead, birch = SPECIES["dead tree"], SPECIES["birch"]
+    assert shares(dead, "winter") == pytest.approx(dead.lit, rel=0.01)
+    assert shares(birch, "winter") == pytest.approx(birch.lit_bare, rel=0.01)
+
+
+@pytest.mark.parametrize("preset", ["aerial", "forest"])
+@pytest.mark.parametrize("name", ["broadleaf", "birch", "conifer", "shrub"])
+def test_what_is_measured_are_the_trees_that_worlds_have(preset, name):
+    table = load_preset(preset).species[name]
+    theirs = made(table.model, table.prototypes, (1.0,), walks=False)
+    for mine, each in zip(trees_of(SPECIES[name], "summer"), theirs, strict=True):
+        assert np.array_equal(mine.hierarchy.position, each.hierarchy.position)
 
 
 def test_one_share_for_all_sides_is_too_much_against_the_sun_and_too_little_with_it(monkeypatch):
