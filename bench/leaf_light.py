@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from scenes.heights import HEIGHTS_DEG, TURNS_DEG, FromHeights, thinned
+from scenes.models import SEED
 from scenes.prototype import Prototype
 from scenes.sky import sky_of
 from scenes.stand import bare_of, toward
@@ -32,11 +33,8 @@ from scenes.tree_species import SPECIES
 SUN_DEG, TURBIDITY = 40.0, 3.0
 ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)
 TREES, FEW, SPACING = {"broadleaf": 4}, 3, 1.0
-"""Different ones in a stand, as presets have, and no others: broadleaves, six by six, ask for
-shares that differ by 4 % (one standard deviation). √ of each one's area, over its height."""
-
-SEED = 0
-"""That trees of all worlds grow from (``scenes.models``)."""
+"""Different ones in a stand, as presets have, and no others: trees of a kind differ, and few stand
+for all of them. √ of the area that each has, as a share of its height."""
 
 BETWEEN = np.array((COVERS["grassy"].moist, COVERS["grassy"].dry)).mean(axis=0)
 """Albedo of the ground among the trees."""

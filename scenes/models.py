@@ -84,6 +84,10 @@ def standing(prototype: RiggedPrototype) -> RiggedPrototype:
     )
 
 
+SEED = 0
+"""That prototypes of all worlds grow from: worlds of other seeds place the same ones elsewhere."""
+
+
 @lru_cache(maxsize=64)
 def made(
     model: str,
@@ -93,7 +97,7 @@ def made(
     weather: Weather = CALM_SUMMER,
 ) -> tuple[Prototype | RiggedPrototype, ...]:
     """Every prototype of a model in every size, walking or standing."""
-    prototypes = MODELS[model](0, count, weather)
+    prototypes = MODELS[model](SEED, count, weather)
     if not walks:
         prototypes = tuple(standing(p) if isinstance(p, RiggedPrototype) else p for p in prototypes)
     return tuple(p.scaled(size) for p in prototypes for size in sizes)
