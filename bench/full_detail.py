@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.excess_flip import ExcessFlip, over_noise
-from bench.fidelity_equal_error import EQUAL_ERROR, column, equal_error, excesses
-from bench.fidelity_measure import measured, reference_of
-from bench.fidelity_scene import SPECIES
+from bench.experiments.fidelity.equal_error import EQUAL_ERROR, column, equal_error, excesses
+from bench.experiments.fidelity.image_errors import measured, reference_of
+from bench.experiments.fidelity.scene import SPECIES
 from bench.full_scene import Kind, Picture, preset_of
 from bench.records import Point
 from bench.statistics import Estimate

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from bench.experiments.world.claims import added_by_parts, beyond_limit, power_of_worlds, seconds
 from bench.figures import Curve, Figure, curves
 from bench.output import table
 from bench.records import Point
 from bench.rivals import exponent
 from bench.statistics import Estimate, mean
-from bench.world_claims import added_by_parts, beyond_limit, power_of_worlds, seconds
 from lod.arrays import Reals
 
 WORLDS = 4

@@ -22,9 +22,9 @@ import numpy as np
 from jaxtyping import Bool
 from PIL import Image
 
+from bench.experiments.popping.unexplained_change import Walk, walk
 from bench.output import table
 from bench.popping_film import MOST
-from bench.popping_measure import Walk, walk
 from lod.camera import Camera
 from scenes.preset import Preset, load_preset
 from scenes.render.contact_sheet import contact_sheet

@@ -16,9 +16,9 @@ import click
 import numpy as np
 from PIL import Image
 
+from bench.experiments.popping.claims import WAYS
+from bench.experiments.popping.unexplained_change import Walk, walk
 from bench.output import table
-from bench.popping_claims import WAYS
-from bench.popping_measure import Walk, walk
 from scenes.preset import Preset, load_preset
 from scenes.render.variants import choose
 from scenes.world import World, build_world

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bench.claims import Claim
 from bench.experiment import Experiment
-from bench.experiments import EXPERIMENTS
+from bench.experiments.registry import EXPERIMENTS
 from bench.pictures import pictures_of
 from bench.records import Record, read_records
 from bench.report_html import page

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.experiments import EXPERIMENTS
+from bench.experiments.registry import EXPERIMENTS
 from bench.records import Point, Record, read_records
 
 KILLS = 5

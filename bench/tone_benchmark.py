@@ -20,9 +20,9 @@ import click
 import numpy as np
 
 from bench.claims import Claim, claim
-from bench.cover_claims import TOLERANCE
-from bench.cover_experiment import field, pruned_alone
-from bench.cover_scene import LOOKS, Case
+from bench.experiments.cover.claims import TOLERANCE
+from bench.experiments.cover.measure import field, pruned_alone
+from bench.experiments.cover.scene import LOOKS, Case
 from bench.output import table
 from bench.statistics import ratio_of_means
 

@@ -9,7 +9,7 @@ from bench.output import output, table
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(as_json: bool) -> None:
     """Presets, metrics, what other packages bring, and experiments."""
-    from bench.experiments import EXPERIMENTS
+    from bench.experiments.registry import EXPERIMENTS
     from lod.metric import METRICS, Metric
     from scenes.offer import Offer
     from scenes.plugins import METRIC, REPRESENTATION, described

@@ -69,7 +69,7 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
     """Names of experiments, each once. ``all`` is every one, those that are timed first, before
     others have filled memory; they stay here.
     """
-    from bench.experiments import EXPERIMENTS
+    from bench.experiments.registry import EXPERIMENTS
 
     if not experiments:
         raise InputError(
@@ -89,7 +89,7 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
 
 def _check_metric(metric: str, names: Sequence[str]) -> None:
     """Raises InputError for a metric that cannot be had, is ours, or that some do not try."""
-    from bench.experiments import EXPERIMENTS
+    from bench.experiments.registry import EXPERIMENTS
     from lod.metric import METRICS
     from scenes.plugins import metric_named
 
@@ -104,7 +104,7 @@ def _check_metric(metric: str, names: Sequence[str]) -> None:
 
 def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Each) -> list[str]:
     """Run what is not done; of several, one that fails does not end the others. Who failed."""
-    from bench.experiments import EXPERIMENTS
+    from bench.experiments.registry import EXPERIMENTS
     from bench.records import read_record
 
     done = {each.name: path for each in asked if (path := kept.record_of(each))}
@@ -134,7 +134,7 @@ def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Eac
 
 def _run(kept: "Journal", asked: "Asked", spread: Each) -> tuple[Path, tuple["Claim", ...]]:
     """One experiment, its record written and noted."""
-    from bench.experiments import EXPERIMENTS
+    from bench.experiments.registry import EXPERIMENTS
     from bench.journal import Spent
     from bench.records import write_record
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from bench import scaling
+from bench.experiments.scaling import measure as scaling
 from bench.records import write_record
 from bench.report import write_report
 from bench.sampling import Effort

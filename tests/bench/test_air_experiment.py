@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from bench import air_plots
-from bench.air_claims import SKY, judge
-from bench.air_experiment import delta_e
-from bench.air_targets import order
+from bench.experiments.air import plots as air_plots
+from bench.experiments.air.claims import SKY, judge
+from bench.experiments.air.measure import delta_e
+from bench.experiments.air.targets import order
 from bench.provenance import provenance
 from bench.records import Point, Record
 from lod.air import Air, rgb_extinction

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from bench.air_targets import DISTANCES, extinction_seen, look_at, order, visibility_seen
+from bench.experiments.air.targets import (
+    DISTANCES,
+    extinction_seen,
+    look_at,
+    order,
+    visibility_seen,
+)
 from lod.air import Air, rgb_extinction
 from scenes.render import variants
 from scenes.render.frame import Quality

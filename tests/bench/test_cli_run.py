@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from bench import experiments
 from bench.claims import Claim
 from bench.cli import main
-from bench.experiments import EXPERIMENTS
+from bench.experiments import registry as experiments
+from bench.experiments.registry import EXPERIMENTS
 from bench.provenance import provenance
 from bench.records import Record, read_record
 from scenes.render import variants

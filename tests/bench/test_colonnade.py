@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench import colonnade_plots
-from bench.colonnade_claims import judge
-from bench.colonnade_experiment import SHOTS, run
-from bench.colonnade_scene import (
+from bench.experiments.colonnade import plots as colonnade_plots
+from bench.experiments.colonnade.claims import judge
+from bench.experiments.colonnade.measure import SHOTS, run
+from bench.experiments.colonnade.scene import (
     COUNT,
     Shot,
     angular_width,
@@ -35,7 +35,7 @@ def test_images_grow_and_angles_shrink_to_the_side():
 
 def test_solid_angles_of_pixels_add_up_to_that_of_the_picture():
     """Of a rectangle ahead, 4·atan(ab/√(1 + a² + b²)) for half sides a and b."""
-    from bench.colonnade_scene import camera
+    from bench.experiments.colonnade.scene import camera
 
     a, b = camera().tan_half
     whole = 4 * math.atan(a * b / math.sqrt(1 + a * a + b * b))

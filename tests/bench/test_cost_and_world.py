@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench import cost_experiment, world_experiment
-from bench.cost_child import measure
-from bench.cost_claims import STAGES, frame_us
-from bench.cost_claims import judge as judge_cost
-from bench.experiments import EXPERIMENTS
+from bench.experiments.cost import measure as cost_experiment
+from bench.experiments.cost.child import measure
+from bench.experiments.cost.claims import STAGES, frame_us
+from bench.experiments.cost.claims import judge as judge_cost
+from bench.experiments.registry import EXPERIMENTS
+from bench.experiments.world import measure as world_experiment
+from bench.experiments.world.claims import beyond_limit
+from bench.experiments.world.claims import judge as judge_world
 from bench.provenance import provenance
 from bench.records import Point, Record
-from bench.world_claims import beyond_limit
-from bench.world_claims import judge as judge_world
 from scenes.render.variants import choose
 
 

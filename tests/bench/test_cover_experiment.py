@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench import cover_plots
-from bench.cover_claims import bands, judge, room, same_rays, tone
-from bench.cover_experiment import in_bands
-from bench.cover_scene import LOOKS, Case, cases, displayed, preset_of, whole
-from bench.experiments import EXPERIMENTS
+from bench.experiments.cover import plots as cover_plots
+from bench.experiments.cover.claims import bands, judge, room, same_rays, tone
+from bench.experiments.cover.measure import in_bands
+from bench.experiments.cover.scene import LOOKS, Case, cases, displayed, preset_of, whole
+from bench.experiments.registry import EXPERIMENTS
 from bench.provenance import provenance
 from bench.records import Point, Record
 from lod.metric import METRICS

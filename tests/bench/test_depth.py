@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 
-from bench import depth_plots
-from bench.depth_claims import QUADRANTS, judge
-from bench.depth_experiment import EXTENTS_M, RAYS, pierced
+from bench.experiments.depth import plots as depth_plots
+from bench.experiments.depth.claims import QUADRANTS, judge
+from bench.experiments.depth.measure import EXTENTS_M, RAYS, pierced
 from bench.provenance import provenance
 from bench.records import Point, Record
 from lod.parts import Sticks

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bench import fidelity_pictures, fidelity_plots
-from bench.fidelity_claims import judge
-from bench.fidelity_equal_error import equal_error, reached
-from bench.fidelity_measure import BANDS, bias, measured, reference_of
-from bench.fidelity_scene import (
+from bench.experiments.fidelity import pictures as fidelity_pictures
+from bench.experiments.fidelity import plots as fidelity_plots
+from bench.experiments.fidelity.claims import judge
+from bench.experiments.fidelity.equal_error import equal_error, reached
+from bench.experiments.fidelity.image_errors import BANDS, bias, measured, reference_of
+from bench.experiments.fidelity.scene import (
     DETAILS,
     GROUND,
     METRICS_TRIED,
@@ -27,8 +28,8 @@ from bench.fidelity_scene import (
     parts_in,
     reference,
 )
-from bench.fidelity_times import STAGES, TIMED, UNPRUNED, measure_times
-from bench.figure_cases import curves
+from bench.experiments.fidelity.timing import STAGES, TIMED, UNPRUNED, measure_times
+from bench.experiments.figure.cases import curves
 from bench.pictures import NOTE, pictures_of
 from bench.provenance import provenance
 from bench.records import Point, Record

@@ -6,15 +6,32 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bench import figure_experiment
-from bench.experiments import EXPERIMENTS
-from bench.figure_cases import EVERYTHING, METRICS, PERSON, Curve, curves, looked_from, object_of
-from bench.figure_claims import COUNTED, SIZED, Counted, counted, judge, no_smaller, readings, sized
-from bench.figure_experiment import Effort
-from bench.figure_fit import RESAMPLES, exponent, halves, line, rank_correlation
-from bench.figure_measure import approaches, count, displayed_parts, sizes
-from bench.figure_plots import figures, table
-from bench.figure_posing import POINTS_PER_JOINT, Posing, posing
+from bench.experiments.figure import measure as figure_experiment
+from bench.experiments.figure.cases import (
+    EVERYTHING,
+    METRICS,
+    PERSON,
+    Curve,
+    curves,
+    looked_from,
+    object_of,
+)
+from bench.experiments.figure.claims import (
+    COUNTED,
+    SIZED,
+    Counted,
+    counted,
+    judge,
+    no_smaller,
+    readings,
+    sized,
+)
+from bench.experiments.figure.fit import RESAMPLES, exponent, halves, line, rank_correlation
+from bench.experiments.figure.measure import Effort
+from bench.experiments.figure.part_counts import approaches, count, displayed_parts, sizes
+from bench.experiments.figure.plots import figures, table
+from bench.experiments.figure.posing import POINTS_PER_JOINT, Posing, posing
+from bench.experiments.registry import EXPERIMENTS
 from bench.records import Point, read_record, write_record
 from bench.report import write_report
 from bench.statistics import median

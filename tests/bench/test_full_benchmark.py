@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from bench import full_benchmark
 from bench.excess_flip import over_noise
-from bench.fidelity_scene import SPECIES
+from bench.experiments.fidelity.scene import SPECIES
 from bench.full_benchmark import main, written
 from bench.full_detail import detail_of, search
 from bench.full_report import factor, figures, growth, ratios, table_of, words_of

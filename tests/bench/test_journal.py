@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench import experiments, scaling
 from bench import journal as journal_file
 from bench.cli import main
-from bench.experiments import EXPERIMENTS
+from bench.experiments import registry as experiments
+from bench.experiments.registry import EXPERIMENTS
+from bench.experiments.scaling import measure as scaling
 from bench.journal import Asked, Journal, Spent, journal
 from bench.records import Point, Record, read_record, read_records
 from bench.sampling import Effort

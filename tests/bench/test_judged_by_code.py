@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.experiments import EXPERIMENTS
+from bench.experiments.registry import EXPERIMENTS
 from bench.records import read_record
 from bench.report_parts import MARKS
 from lod.errors import InputError

@@ -5,12 +5,14 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from bench import motion_experiment, motion_picture, motion_plots
 from bench.conduct import joined
 from bench.excess_flip import LEAST_PAIRS
-from bench.experiments import EXPERIMENTS
-from bench.motion_claims import judge, kept, one_sided
-from bench.motion_moves import FAST, MOVES, PICTURED, Move
+from bench.experiments.motion import measure as motion_experiment
+from bench.experiments.motion import pictures as motion_picture
+from bench.experiments.motion import plots as motion_plots
+from bench.experiments.motion.claims import judge, kept, one_sided
+from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
+from bench.experiments.registry import EXPERIMENTS
 from bench.records import Point
 from scenes.render.variants import choose
 

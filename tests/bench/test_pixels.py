@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from bench import pixels_plots
-from bench.pixels_claims import judge
-from bench.pixels_experiment import covered, drawn
+from bench.experiments.pixels import plots as pixels_plots
+from bench.experiments.pixels.claims import judge
+from bench.experiments.pixels.measure import covered, drawn
 from bench.provenance import provenance
 from bench.records import Point, Record
 from bench.sight_measure import camera

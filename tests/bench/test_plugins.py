@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench import scaling, scaling_cases
+from bench import scaling_cases
 from bench.cli import main
 from bench.conformance_metric import FORMULA, rabbits
 from bench.conformance_offer import broken_offer_rules
+from bench.experiments.scaling import measure as scaling
 from bench.journal import sources
 from bench.provenance import provenance
 from bench.sampling import Effort

@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from bench import popping_plots
-from bench.popping_claims import SWITCHED, WAYS, judge
-from bench.popping_experiment import QUANTILES, in_one_only
+from bench.experiments.popping import plots as popping_plots
+from bench.experiments.popping.claims import SWITCHED, WAYS, judge
+from bench.experiments.popping.measure import QUANTILES, in_one_only
 from bench.provenance import provenance
 from bench.records import Point, Record
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bench.popping_claims import WAYS
+from bench.experiments.popping.claims import WAYS
+from bench.experiments.popping.silhouettes import LUMINANCE, silhouettes
+from bench.experiments.popping.unexplained_change import Frame, Seen, popped, walk
 from bench.popping_film import MOST, settings_of
-from bench.popping_measure import Frame, Seen, popped, walk
-from bench.popping_picture import LUMINANCE, silhouettes
 from lod.camera import Corner, look
 from lod.fade import looks
 from lod.metric import METRICS

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from bench.experiments.scaling.plots import figures, half_interval, table
 from bench.figures import Curve, Figure, Series, against_law, curves
 from bench.pictures import pictures
 from bench.records import write_record
 from bench.report import write_report
 from bench.report_parts import GLOSSARY, MARKS, answer, four
 from bench.report_plots import numbers, plot
-from bench.scaling_figures import figures, half_interval, table
 from lod.errors import InputError
 
 VOID = {"meta", "link", "br", "wbr", "hr", "img", "input"}

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from bench.experiments.scaling.cases_beyond import BEYOND, beyond_cases, swept_beyond
+from bench.experiments.scaling.claims import judge
+from bench.experiments.scaling.claims_beyond import judge_beyond, over_bare, over_law
+from bench.experiments.scaling.count_field import COLUMNS, chance, count_field, seed_of, stands
+from bench.experiments.scaling.plots_beyond import beyond_figures
+from bench.experiments.scaling.prediction import cleared, clumping, predict
 from bench.provenance import provenance
 from bench.records import Point, Record
-from bench.scaling_beyond import BEYOND, beyond_cases, swept_beyond
-from bench.scaling_beyond_claims import judge_beyond, over_bare, over_law
-from bench.scaling_beyond_figures import beyond_figures
 from bench.scaling_cases import GATHERED, Case
-from bench.scaling_claims import judge
-from bench.scaling_law import cleared, clumping, predict
-from bench.scaling_measure import COLUMNS, chance, count_field, seed_of, stands
 from bench.scaling_scene import KEPT
 
 CASES = [case for case in beyond_cases() if case.sweep != "mixed"]

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from bench import eye_experiment, haze_experiment, sight_measure
-from bench.experiments import EXPERIMENTS
+from bench import sight_measure
+from bench.experiments.eye import measure as eye_experiment
+from bench.experiments.haze import measure as haze_experiment
+from bench.experiments.registry import EXPERIMENTS
 from bench.sight_measure import SIZES, prototypes_with, size_class, total
 from bench.statistics import share
 from lod.contrast import CONTRAST_CLASSES

@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from bench import spectrum_plots
+from bench.experiments.spectrum import plots as spectrum_plots
+from bench.experiments.spectrum.claims import EDGES, judge
+from bench.experiments.spectrum.measure import DETAILS, picture, spectrum
 from bench.provenance import provenance
 from bench.records import Point, Record
-from bench.spectrum_claims import EDGES, judge
-from bench.spectrum_experiment import DETAILS, picture, spectrum
 from scenes.render.variants import choose
 
 OCTAVES = len(EDGES) - 1

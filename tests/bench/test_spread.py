@@ -5,9 +5,9 @@ import pickle
 import pytest
 
 from bench.cli import main
-from bench.experiments import EXPERIMENTS
+from bench.experiments.registry import EXPERIMENTS
+from bench.experiments.scaling.measure import measure
 from bench.sampling import Effort
-from bench.scaling import measure
 from bench.scaling_cases import cases
 from bench.spread import in_turn, spread_over
 

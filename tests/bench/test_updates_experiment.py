@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from bench import updates_experiment, updates_plots
-from bench.experiments import EXPERIMENTS
-from bench.updates_claims import judge, off_px, redrawn
-from bench.updates_experiment import BUDGET, CROWD, MOVES, SPEEDS, THRESHOLDS
+from bench.experiments.registry import EXPERIMENTS
+from bench.experiments.updates import measure as updates_experiment
+from bench.experiments.updates import plots as updates_plots
+from bench.experiments.updates.claims import judge, off_px, redrawn
+from bench.experiments.updates.measure import BUDGET, CROWD, MOVES, SPEEDS, THRESHOLDS
 from lod.schedule import WINDOW
 from scenes.preset import load_preset
 from scenes.world import build_world

@@ -1,0 +1,99 @@
+"""What the air experiment claims, judged from its raw radiances alone (§2.1)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.experiments.air.targets import DISTANCES, extinction_seen, visibility_seen
+from bench.records import Point
+from bench.statistics import Estimate, mean
+from lod.air import Air, rgb_extinction
+
+BAND_EDGES_M = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)
+SKY = 1e10
+"""The band of what meets nothing."""
+
+FEWEST = 30
+"""Pixels a band must hold to be judged."""
+
+TOLERANCE = {"scalar": 0.01, "jit": 0.01, "medium": 0.03}
+_TARGETS = ("black", "grey")
+_SOURCE = "§2.1"
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Every claim that these points decide."""
+    targets = [p for p in points if p.case["what"] == "targets"]
+    bands = [p for p in points if p.case["what"] == "bands" and p.samples["pixels"][0] >= FEWEST]
+    made = [each for point in targets for each in _visibility(point)]
+    for way in dict.fromkeys(p.case["way"] for p in targets):
+        made += _extinction(way, [p for p in targets if p.case["way"] == way])
+    for point in bands:
+        made += _colour(point) if point.case["from"] == SKY else _medium(point) + _colour(point)
+    return tuple(made)
+
+
+def found(point: Point) -> tuple[np.ndarray, np.ndarray]:
+    """β of each band and its standard error, from black and from grey, (2, bands) each."""
+    columns = point.samples
+    target, beyond = (
+        np.stack([np.array(columns[f"{name}_{band}"], np.float64) for band in "rgb"], axis=1)
+        for name in ("target", "beyond")
+    )
+    distance = point.case["visibility"] * np.array(columns["step"]) / DISTANCES
+    fit = extinction_seen(target, beyond, distance, np.array(columns["grey"]) == 1)
+    return fit[:2], fit[2:]
+
+
+def _visibility(point: Point) -> list[Claim]:
+    """V at 550 nm, from black and from grey targets."""
+    way, true, made = point.case["way"], point.case["visibility"], []
+    for name, beta, error in zip(_TARGETS, *found(point), strict=True):
+        seen = visibility_seen(beta, error)
+        share = Estimate(seen.value / true, seen.low / true, seen.high / true, 0.0, 1.0, len(beta))
+        about = f"{name.capitalize()} targets tell the visibility of {true / 1000:g} km."
+        words = about, "V at 550 nm ÷ what it is", _SOURCE
+        made.append(claim(f"{way}/{name}/V_{true / 1000:g}km", words, 1.0, TOLERANCE[way], share))
+    return made
+
+
+def _extinction(way: str, points: Sequence[Point]) -> list[Claim]:
+    """β of each band, over all visibilities and both kinds of target."""
+    shares = np.concatenate(
+        [found(p)[0] / rgb_extinction(Air(p.case["visibility"])) for p in points]
+    )
+    made = []
+    for number, band in enumerate(("red", "green", "blue")):
+        about = f"Contrast falls as exp(−βd) in {band}."
+        words = about, "β ÷ what it is, over targets and visibilities", _SOURCE
+        share = mean(shares[:, number])
+        made.append(claim(f"{way}/beta/{band}", words, 1.0, TOLERANCE[way], share))
+    return made
+
+
+def _medium(point: Point) -> list[Claim]:
+    """The closed forms against the medium."""
+    made, where = [], label(point)
+    medium = np.array(point.samples["medium"], np.float64)
+    for kind, airlight in (("analytic", "the horizon's sky"), ("scattered", "its layer")):
+        about = f"With the airlight of {airlight} the meadow is as bright as the medium's, {where}."
+        words = about, "mean luminance ÷ the medium's", _SOURCE
+        share = mean(np.array(point.samples[kind], np.float64) / medium)
+        name = f"{kind}/meadow/from_{point.case['from']:g}m"
+        made.append(claim(name, words, 1.0, 0.03, share))
+    return made
+
+
+def _colour(point: Point) -> list[Claim]:
+    where = label(point)
+    about = f"RGB haze has the colour of spectral haze, {where}."
+    words = about, "median CIEDE2000 over pixels", _SOURCE
+    share = mean(np.array(point.samples["delta_e"], np.float64) / 1000)
+    name = "sky" if point.case["from"] == SKY else f"from_{point.case['from']:g}m"
+    return [claim(f"spectral/meadow/{name}", words, 2.0, 0.0, share, "at most")]
+
+
+def label(point: Point) -> str:
+    """The band in words."""
+    return "in the sky" if point.case["from"] == SKY else f"from {point.case['from']:g} m"

@@ -1,0 +1,83 @@
+"""What the air experiment shows: contrast against distance, brightness and colour by distance."""
+
+import numpy as np
+
+from bench.experiments.air.claims import SKY, label
+from bench.experiments.air.targets import DISTANCES
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+from bench.statistics import mean
+from lod.air import Air, rgb_extinction
+
+_VISIBILITY_M = 5e3
+"""Of the targets that are drawn."""
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """Contrast of black targets in green; then the meadow against the medium."""
+    return _contrast(record), _brightness(record)
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: the meadow by distance."""
+    heads = (
+        *("meadow at 5 km", "pixels", "analytic ÷ medium", "scattered ÷ medium"),
+        "RGB against spectral, median ΔE₀₀",
+    )
+    return heads, [_row(point) for point in _bands(record)]
+
+
+def _bands(record: Record) -> list[Point]:
+    return [p for p in record.points if p.case["what"] == "bands"]
+
+
+def _row(point: Point) -> tuple[str, ...]:
+    shares = [f"{_share(point, kind):.3f}" for kind in ("analytic", "scattered")]
+    difference = mean(np.array(point.samples["delta_e"], np.float64) / 1000).value
+    return (label(point), str(point.samples["pixels"][0]), *shares, f"{difference:.2f}")
+
+
+def _share(point: Point, kind: str) -> float:
+    medium = np.array(point.samples["medium"], np.float64)
+    return float(np.mean(np.array(point.samples[kind], np.float64) / medium))
+
+
+def _contrast(record: Record) -> Figure:
+    drawn = []
+    for point in record.points:
+        if point.case["what"] != "targets" or point.case["visibility"] != _VISIBILITY_M:
+            continue
+        black = np.array(point.samples["grey"]) == 0
+        step = np.array(point.samples["step"])[black]
+        rows = np.argsort(step)
+        target, beyond = (np.array(point.samples[f"{k}_g"])[black] for k in ("target", "beyond"))
+        contrast = np.abs(target / beyond - 1)[rows]
+        x = step[rows] / DISTANCES
+        law = np.exp(-rgb_extinction(Air(_VISIBILITY_M))[1] * x * _VISIBILITY_M)
+        line = x.tolist(), law.tolist()
+        drawn.append(Curve(point.case["way"], x.tolist(), contrast.tolist(), line=line))
+    words = "; ".join(f"{c.label}: {c.y[-1]:.4f} at V" for c in drawn)
+    caption = (
+        "Contrast in green of black targets against the endless path beside them, V = 5 km. "
+        f"Dashed: exp(−βd). {words}."
+    )
+    axis = "distance ÷ V", "contrast"
+    return curves("contrast", "Contrast in haze", caption, caption, axis, drawn, "linear")
+
+
+def _brightness(record: Record) -> Figure:
+    rows = [p for p in _bands(record) if p.case["from"] != SKY]
+    x = [max(p.case["from"], 25.0) for p in rows]
+    even = x, [1.0] * len(x)
+    drawn = [
+        Curve(k, x, [_share(p, k) for p in rows], line=even) for k in ("analytic", "scattered")
+    ]
+    words = "; ".join(f"{c.label}: from {min(c.y):.3f} to {max(c.y):.3f}" for c in drawn)
+    caption = (
+        "Mean luminance of meadow at V = 5 km by distance, over that of the medium which scatters "
+        f"light; dashed: as bright. {words}. Analytic takes its airlight from the sky model's "
+        "horizon, which a thin layer of air under that sky does not reach; scattered solves that "
+        "layer."
+    )
+    axis = "distance of the band's near end (m)", "luminance ÷ the medium's"
+    return curves("medium", "Closed forms and medium", caption, caption, axis, drawn)

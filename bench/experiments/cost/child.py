@@ -1,0 +1,88 @@
+"""Frames of one preset in a fresh process, every stage timed; run as a module.
+
+Prints one JSON object: of the process (``cold``) and of each frame (``warm``), in microseconds and
+bytes. The first frame is among the cold ones: it compiles.
+"""
+
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lod.air import CLEAR
+from lod.prune import prune
+from lod.view import View
+from scenes.preset import load_preset
+from scenes.render.exr import write_exr
+from scenes.render.frame import FrameInput, Layers
+from scenes.render.memory import peak_rss_bytes
+from scenes.render.render import render_frame
+from scenes.shot import shoot
+from scenes.world import World, build_world, view_at
+
+Row = dict[str, int]
+
+
+def measure(overrides: list[str], variant: str, frames: int) -> dict[str, Any]:
+    """The world, then one frame that compiles and ``frames`` that do not."""
+    preset = load_preset("meadow", overrides)
+    start = time.perf_counter()
+    world = build_world(preset)
+    cold = {"world": _us(time.perf_counter() - start), "world_bytes": peak_rss_bytes()}
+    warm = []
+    for frame in range(1, frames + 2):
+        made = shoot(world, preset, frame, variant)
+        shot_bytes = peak_rss_bytes()
+        layers, row = _timed(made, frame)
+        if frame == 1:
+            bytes_ = {"shoot_bytes": shot_bytes, "render_bytes": peak_rss_bytes()}
+            cold |= {"first_trace": row["trace"], **bytes_}
+        else:
+            warm.append({**row, **_metric(world, view_at(world, preset, frame))})
+            warm[-1]["haze"] = row["trace"] - _clear(made, frame)
+    return {"cold": cold, "warm": warm, "statistics": layers.statistics}
+
+
+def _timed(made: FrameInput, frame: int) -> tuple[Layers, Row]:
+    seen = made.camera, made.visible, made.air, made.light, made.quality
+    layers = render_frame(*seen, frame)
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.perf_counter()
+        write_exr(Path(folder) / "frame.exr", layers, {})
+        write = time.perf_counter() - start
+    stages = {**made.seconds, **layers.seconds, "write": write}
+    return layers, {name: _us(spent) for name, spent in stages.items()}
+
+
+def _clear(made: FrameInput, frame: int) -> int:
+    """The same scene traced without haze."""
+    layers = render_frame(made.camera, made.visible, CLEAR, made.light, made.quality, frame)
+    return _us(layers.seconds["trace"])
+
+
+def _metric(world: World, view: View) -> Row:
+    """The metric alone on as many parts as were examined: three squares, a root, a comparison."""
+    tests = sum(prune(each, view).examined_parts for each in world.representations)
+    x, y, z, D = np.random.default_rng(0).random((4, tests))
+    return {"metric": _us(_best(lambda: np.sqrt(x * x + y * y + z * z) < D)), "tests": tests}
+
+
+def _best(task: Callable[[], object]) -> float:
+    task()
+    start = time.perf_counter()
+    task()
+    return time.perf_counter() - start
+
+
+def _us(seconds: float) -> int:
+    return round(1e6 * seconds)
+
+
+if __name__ == "__main__":
+    variant, frames, *overrides = sys.argv[1:]
+    print(json.dumps(measure(overrides, variant, int(frames))))

@@ -1,0 +1,60 @@
+"""What the cover experiment claims, judged from its raw samples alone."""
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.experiments.cover.scene import LOOKS
+from bench.records import Point
+from bench.statistics import Estimate, ratio_of_means
+
+TOLERANCE = 0.02
+_SOURCE = "§2.4, issue 4"
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Every band of every picture that has the cover."""
+    covered = [point for point in points if point.case["cover"]]
+    return tuple(_band(point, k) for point in covered for k in range(bands(point)))
+
+
+def bands(point: Point) -> int:
+    """How many there are."""
+    return len(LOOKS[point.case["look"]].edges_m) - 1
+
+
+def band_name(point: Point, band: int) -> str:
+    """From where to where."""
+    low, high = LOOKS[point.case["look"]].edges_m[band : band + 2]
+    return f"{low:g} to {high:g} m"
+
+
+def tone(point: Point, band: int) -> Estimate:
+    """Mean luminance of the band, pruned ÷ whole, over fields: each picture by its distances."""
+    return ratio_of_means(*_sums(point, band, "tested", "tested rays", "whole", "whole rays"))
+
+
+def room(point: Point, band: int) -> float:
+    """How much of the picture the band fills, pruned ÷ whole."""
+    pruned, whole = _sums(point, band, "tested rays", "whole rays")
+    return float(pruned.sum() / whole.sum())
+
+
+def same_rays(point: Point, band: int) -> float:
+    """Luminance ratio along rays that have the band in the whole picture, whatever they meet in
+    the other."""
+    pruned, whole = _sums(point, band, "same rays", "whole")
+    return float(pruned.sum() / whole.sum())
+
+
+def _sums(point: Point, band: int, *names: str) -> list[np.ndarray]:
+    return [np.array(point.samples[f"{name} {band}"], np.float64) for name in names]
+
+
+def _band(point: Point, band: int) -> Claim:
+    case = point.case
+    air = "in its own air" if case["air"] == "preset" else "in clear air"
+    where = f"{case['look']} {air}, {band_name(point, band)}"
+    about = f"Pruned to {case['detail']:g} px the land keeps its tone: {where}."
+    words = about, "mean luminance ÷ that of everything there is", _SOURCE
+    name = f"{case['look']}/{case['air']}/tau_{case['detail']:g}/band_{band + 1}"
+    return claim(name, words, 1.0, TOLERANCE, tone(point, band))

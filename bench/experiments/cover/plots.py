@@ -1,0 +1,51 @@
+"""What the cover experiment shows: tone against distance, with cover and without, and a table."""
+
+from bench.experiments.cover.claims import TOLERANCE, band_name, bands, room, same_rays, tone
+from bench.experiments.cover.scene import LOOKS
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+
+_AIR = {"preset": "the preset's air", "clear": "clear air"}
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """One of each look, in clear air: haze hides what it shows."""
+    return tuple(_figure(record, look) for look in LOOKS)
+
+
+def _figure(record: Record, look: str) -> Figure:
+    mine = [p for p in record.points if p.case["look"] == look and p.case["air"] == "clear"]
+    drawn = [_curve(point) for point in mine]
+    words = "; ".join(f"{c.label}: {', '.join(f'{y:.3f}' for y in c.y)}" for c in drawn)
+    about = (
+        f"Mean luminance of {look} in clear air, pruned ÷ everything there is, from band to band "
+        f"of distance ({100 * TOLERANCE:g} % is claimed): {words}."
+    )
+    axis = "distance (m)", "luminance ÷ that of everything"
+    title = f"The tone of the land: {look}"
+    return curves(f"cover-{look}", title, f"{about}", about, axis, drawn)
+
+
+def _curve(point: Point) -> Curve:
+    edges = LOOKS[point.case["look"]].edges_m
+    found = [tone(point, k) for k in range(bands(point))]
+    middle = [(edges[k] * edges[k + 1]) ** 0.5 for k in range(len(found))]
+    cover = "" if point.case["cover"] else ", without cover"
+    y, low, high = ([max(getattr(e, k), 1e-3) for e in found] for k in ("value", "low", "high"))
+    return Curve(f"{point.case['detail']:g} px{cover}", middle, y, low, high)
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: every band of every picture."""
+    heads = ("look", "air", "detail (px)", "cover", "band", "pruned ÷ whole", "95 % interval")
+    more = "room in the picture, pruned ÷ whole", "the same rays, pruned ÷ whole"
+    return (*heads, *more), [_row(p, k) for p in record.points for k in range(bands(p))]
+
+
+def _row(point: Point, band: int) -> tuple[str, ...]:
+    case, found = point.case, tone(point, band)
+    cover = "left on the land" if case["cover"] else "none"
+    case_ = case["look"], _AIR[case["air"]], f"{case['detail']:g}", cover
+    interval = f"{found.low:.3f}-{found.high:.3f}"
+    more = f"{room(point, band):.3f}", f"{same_rays(point, band):.3f}"
+    return *case_, band_name(point, band), f"{found.value:.3f}", interval, *more

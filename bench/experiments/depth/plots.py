@@ -1,0 +1,41 @@
+"""What the depth experiment shows: surfaces pierced against the world's size, and a table."""
+
+from bench.experiments.depth.claims import METRICS_TRIED, QUADRANTS, total
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+from bench.statistics import mean
+
+_LABELS = {"blake": "pruned", "full": "unpruned"}
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """One: pruned and unpruned."""
+    rays = QUADRANTS * record.notes["rays_in_a_quadrant"]
+    drawn = []
+    for metric in METRICS_TRIED:
+        row = [p for p in record.points if p.case["metric"] == metric]
+        found = [mean(total(p) / rays) for p in row]
+        y, low, high = ([max(getattr(e, k), 1e-3) for e in found] for k in ("value", "low", "high"))
+        drawn.append(Curve(_LABELS[metric], [p.case["extent"] for p in row], y, low, high))
+    words = "; ".join(f"{c.label} {c.y[0]:.2f} to {c.y[-1]:.2f}" for c in drawn)
+    told = " ".join(f"{c.about} {c.measured:.3f}: {c.verdict}." for c in record.claims)
+    caption = (
+        f"Surfaces that a level ray pierces, against the side of the world: {words}. The eye is in "
+        f"the middle. {told}"
+    )
+    axis = "side of the world (m)", "surfaces pierced by a ray"
+    title = "Depth complexity"
+    return (curves("depth", title, caption, f"Log-log plot. {caption}", axis, drawn),)
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: means over fields in every quadrant."""
+    heads = ("side (m)", "metric", *(f"quadrant {k + 1}" for k in range(QUADRANTS)), "all")
+    return heads, [_row(point, record.notes["rays_in_a_quadrant"]) for point in record.points]
+
+
+def _row(point: Point, rays: int) -> tuple[str, ...]:
+    quadrants = [sum(point.samples[f"quadrant {k}"]) / rays for k in range(QUADRANTS)]
+    fields = len(total(point))
+    numbers = [each / fields for each in (*quadrants, sum(quadrants) / QUADRANTS)]
+    return f"{point.case['extent']:g}", point.case["metric"], *(f"{v:.3f}" for v in numbers)

@@ -1,0 +1,70 @@
+"""What the eye experiment shows: parts left against pixels per degree, and a table."""
+
+from bench.experiments.eye.claims import VIEWERS, by_species
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+from bench.sight_measure import law_total, total
+
+_AXIS = "pixels per degree of sight", "share of the parts that is left"
+_LABELS = {
+    "blur": "blur alone",
+    "contrast": "contrast alone",
+    "faint": "contrast alone, all of 0.1",
+    "both": "both, all of 0.1",
+}
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """A figure for each species."""
+    return tuple(_figure(record, *each) for each in by_species(record.points).items())
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: every display and contrast."""
+    heads = (
+        *(
+            "species",
+            "pixels per degree",
+            "θ_eff (px)",
+            "contrast",
+            "parts, ideal eye",
+            "predicted",
+        ),
+        *("parts", "predicted", "left (%)", "predicted (%)"),
+    )
+    return heads, [_row(point, viewer) for point in record.points for viewer in VIEWERS]
+
+
+def _row(point: Point, viewer: str) -> tuple[str, ...]:
+    case = point.case
+    numbers = [
+        f"{value:.5g}"
+        for each in ("ideal", viewer)
+        for value in (float(total(point, each).mean()), law_total(point, each))
+    ]
+    left = [f"{100 * share:.2f}" for share in _left(point, viewer)]
+    place = f"{case['pixels_per_degree']:g}", f"{case['blur_px']:.3f}"
+    return case["species"], *place, _LABELS[viewer], *numbers, *left
+
+
+def _left(point: Point, viewer: str) -> tuple[float, float]:
+    """Share of what an ideal eye sees, measured and predicted."""
+    measured_share = float(total(point, viewer).sum() / total(point, "ideal").sum())
+    return measured_share, law_total(point, viewer) / law_total(point, "ideal")
+
+
+def _figure(record: Record, species: str, points: list[Point]) -> Figure:
+    drawn = []
+    for viewer in VIEWERS:
+        x = [point.case["pixels_per_degree"] for point in points]
+        left = [_left(point, viewer) for point in points]
+        lines = x, [law for _, law in left]
+        drawn.append(Curve(_LABELS[viewer], x, [share for share, _ in left], line=lines))
+    caption = (
+        "Parts displayed for an eye before a display, over those displayed for an ideal eye at one "
+        "pixel of detail; clear air, a picture 640 pixels wide. Dashed: predicted."
+    )
+    words = [f"{c.label}: {c.y[0]:.3g} at {c.x[0]:g}, {c.y[-1]:.3g} at {c.x[-1]:g}." for c in drawn]
+    alt = f"Log-log plot of {_AXIS[1]} against {_AXIS[0]}. " + " ".join(words)
+    title = f"What display and eye leave of {species}s"
+    return curves(f"eye-{species}", title, caption, alt, _AXIS, drawn)

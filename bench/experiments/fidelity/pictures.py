@@ -1,0 +1,74 @@
+"""Pictures that show what the fidelity experiment measures: whole, pruned, and where FLIP sees it.
+
+The same cuts at the same eye, MAGNIFIED times as many pixels each way, so that people see what a
+pixel of the measurement stands for. To look at: nothing is measured on them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bench.excess_flip import PIXELS_PER_DEGREE, flip_map
+from bench.experiments.fidelity.scene import VIEWS, Case, displayed, preset_of, reference, view_of
+from bench.pictures import pictures
+from scenes.render.display import encoded, exposure_of
+from scenes.render.frame import Visible
+from scenes.render.render import staged, taken
+from scenes.shot import light_of, quality_of
+from scenes.sight import air_of
+
+MAGNIFIED = 4
+DETAILS = (1.0, 4.0)
+"""τ in pixels of the measurement."""
+
+_SPP, _QUICK_SPP = 64, 9
+_EVERYTHING = "everything"
+
+
+def pictures_of(variant: str, quick: bool, seed: int) -> list[dict[str, Any]]:
+    """For a record's notes: of each view the whole scene, pruned ones, and their FLIP maps."""
+    spp = _QUICK_SPP if quick else _SPP
+    return [_one(view, variant, spp, seed) for view in VIEWS]
+
+
+def _one(view: str, variant: str, spp: int, seed: int) -> dict[str, Any]:
+    whole = _picture(view, reference(view), variant, spp, seed)
+    exposure = exposure_of(whole)
+    shown = {"everything there is": encoded(whole, exposure)}
+    for detail in DETAILS:
+        cut = displayed(Case(view, "blake", detail, _EVERYTHING))
+        shown[f"pruned, τ = {detail:g} px"] = encoded(
+            _picture(view, cut, variant, spp, seed), exposure
+        )
+    first, *others = shown.values()
+    layers = {name: _bytes(picture) for name, picture in shown.items()}
+    for detail, other in zip(DETAILS, others, strict=True):
+        name = f"where it differs, τ = {detail:g} px"
+        layers[name] = _bytes(flip_map(other, first))
+    caption = (
+        f"The {view} view of the measurement, each pixel drawn as {MAGNIFIED} × {MAGNIFIED}: "
+        f"what one pixel of it stands for. The maps are FLIP of these pictures at "
+        f"{PIXELS_PER_DEGREE:g} pixels per degree, dark for no difference and bright for a large "
+        f"one; the noise of {spp} samples a pixel is in them."
+    )
+    alt = f"The {view} view: people and trees on a meadow."
+    return pictures(
+        f"fidelity-{view.replace(' ', '-')}", (f"Look at it: {view}", caption, alt), layers
+    )
+
+
+def _picture(
+    view: str, visible: Sequence[Visible], variant: str, spp: int, seed: int
+) -> np.ndarray:
+    preset = preset_of(view)
+    camera = view_of(Case(view, "blake", 1.0)).camera
+    larger = replace(camera, width=MAGNIFIED * camera.width, height=MAGNIFIED * camera.height)
+    quality = replace(quality_of(preset, variant), spp=spp, seed=seed)
+    stage = staged(larger, visible, air_of(preset), light_of(preset), quality)
+    return taken(stage, quality).rgb.astype(np.float64)
+
+
+def _bytes(picture: np.ndarray) -> np.ndarray:
+    return np.rint(255 * np.clip(picture, 0, 1)).astype(np.uint8)

@@ -1,0 +1,242 @@
+"""What the fidelity experiment shows: error against detail and against parts, and a table."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from bench.excess_flip import ExcessFlip, over_noise
+from bench.experiment import Table
+from bench.experiments.fidelity.claims import by_view, pieces
+from bench.experiments.fidelity.equal_error import (
+    EQUAL_ERROR,
+    Reached,
+    column,
+    curve,
+    equal_error,
+    metrics_of,
+)
+from bench.experiments.fidelity.timing import (
+    SPP,
+    TIMED,
+    UNPRUNED,
+    megabytes,
+    over_unpruned,
+    seconds,
+    timed,
+)
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+from bench.report_parts import four
+from bench.statistics import Estimate, median
+
+FEWEST, ALIKE, MORE = "the fewest", "not told apart from the fewest", "more"
+"""How a metric's parts at equal error stand among those of all."""
+
+_ERROR = "excess FLIP"
+_LEAST = 1e-5
+"""Errors of nothing are drawn here, for the axis is logarithmic."""
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """Of each view: excess FLIP against detail, parts, time and memory."""
+    made = []
+    for view, points in by_view(record.points).items():
+        made += [_figure(view, points, "detail"), _figure(view, points, "parts")]
+        if timed(points):
+            made += [_by_time(view, points), _by_memory(view, points)]
+    return tuple(made)
+
+
+def summary(record: Record) -> Table:
+    """Heads and rows: of every view and metric, τ and parts at equal error."""
+    at = f"τ at excess FLIP {EQUAL_ERROR} (px)"
+    heads = ("view", "metric", at, "parts there", "÷ blake's", "among all metrics")
+    rows: list[tuple[str, ...]] = []
+    for view, points in by_view(record.points).items():
+        found = equal_error(points)
+        words = standing(found)
+        for name, each in found.items():
+            crossing = _crossing(each, found["blake"], curve(points, name))
+            rows.append((view, name, *crossing, words.get(name, "")))
+    return heads, rows
+
+
+def _crossing(each: Reached, ours: Reached, row: Sequence[Point]) -> tuple[str, str, str]:
+    if not each.found:
+        below, above = excess(row[-1]).high < EQUAL_ERROR, excess(row[0]).low > EQUAL_ERROR
+        end, words = (row[-1], ("over", "under")) if below else (row[0], ("under", "over"))
+        if not (below or above):
+            return "not reached in every draw", "", ""
+        detail, parts = end.case["detail"], end.samples["parts"][0]
+        return f"{words[0]} {detail:g}, the last tried", f"{words[1]} {parts}", ""
+    over = _within(each.parts_over(ours), "{:.2f}") if ours.found else ""
+    return _within(each.detail, "{:.2f}"), _within(each.part_count, "{:.0f}"), over
+
+
+def _within(found: Estimate, form: str) -> str:
+    value, low, high = (form.format(v) for v in (found.value, found.low, found.high))
+    return f"{value} ({low} to {high})"
+
+
+def excess(point: Point) -> ExcessFlip:
+    """Excess FLIP of a point with its bounds and floor."""
+    return over_noise(column(point, "flip"), column(point, "flip_floor"))
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: every case."""
+    heads = (
+        *("view", "metric", "τ (px)", "pruned", "parts", "memory (MB)", "a frame's time (s)"),
+        *("÷ unpruned", "excess FLIP", "at most (95 %)", "floor"),
+        *("relMSE without noise", "relMSE", "its floor", "SSIM", "its floor"),
+    )
+    views = by_view(record.points)
+    return heads, [_row(point, views[point.case["view"]]) for point in record.points]
+
+
+def _row(point: Point, view: Sequence[Point]) -> tuple[str, ...]:
+    case, samples = point.case, point.samples
+    place = case["view"], case["metric"], f"{case['detail']:g}", case["pruned"]
+    held = str(samples["parts"][0]), f"{megabytes(point):.0f}"
+    if case["pruned"] == TIMED:
+        over = over_unpruned(view, point)
+        times = _within(median(seconds(point)), "{:.3f}"), _within(over, "{:.3f}") if over else ""
+        return (*place, *held, *times, *[""] * 8)
+    found = excess(point)
+    errors = [f"{column(point, f'relmse{k}').mean():.5f}" for k in ("_bias", "", "_floor")]
+    likeness = [f"{column(point, f'ssim{k}').mean():.4f}" for k in ("", "_floor")]
+    flip = [f"{v:.4f}" for v in (found.excess, found.high, found.floor)]
+    return (*place, *held, "", "", *flip, *errors, *likeness)
+
+
+def _figure(view: str, points: list[Point], against: str) -> Figure:
+    rows = {metric: curve(points, metric) for metric in metrics_of(points)}
+    drawn = [_curve(metric, [(_x(p, against), p) for p in row]) for metric, row in rows.items()]
+    at = "detail threshold τ (px)" if against == "detail" else "parts displayed"
+    caption = (
+        f"Excess FLIP (67 pixels per degree) of the {view} view over the unpruned picture, with "
+        f"its 95 % bounds, against {at}; the noise floor is {_floor(points):.4f}. "
+        f"{_crossings(points)} {_fewest(points)} {_pieces(points)}"
+    )
+    return _drawn(view, points, against, (at, _ERROR), caption, drawn)
+
+
+def _by_time(view: str, points: list[Point]) -> Figure:
+    """Error against a frame's time; the unpruned frame's beside it."""
+
+    def time(point: Point) -> float:
+        return median(seconds(point)).value
+
+    told = "; ".join(
+        f"τ = {p.case['detail']:g} px: {_within(median(seconds(p)), '{:.3f}')} s"
+        for p in timed(points)
+    )
+    caption = (
+        f"Excess FLIP of the {view} view against a frame's time: prune, build and trace with {SPP} "
+        f"samples a pixel, medians of {len(seconds(timed(points)[0]))} rounds in which all metrics "
+        f"and details take turns. By blake: {told}. "
+        + "".join(
+            f"Unpruned: {_within(median(seconds(p)), '{:.3f}')} s. "
+            for p in timed(points, UNPRUNED)
+        )
+        + "The ground is whole in all of them, and most of their time is its own."
+    )
+    axis = "seconds a frame", _ERROR
+    return _drawn(view, points, "time", axis, caption, _against_whole(points, time))
+
+
+def _by_memory(view: str, points: list[Point]) -> Figure:
+    """Error against the memory of a frame; the unpruned frame's beside it."""
+    least = min(megabytes(p) for p in _frames(points))
+    caption = (
+        f"Excess FLIP of the {view} view against the most memory that the process which renders it "
+        f"is foretold to hold, with {SPP} samples a pixel. "
+        + "".join(f"Unpruned: {megabytes(p):.0f} MB. " for p in timed(points, UNPRUNED))
+        + f"Some {least:.0f} MB of it are the program, its picture and the ground, however few "
+        "parts are displayed."
+    )
+    axis, drawn = ("peak memory (MB)", _ERROR), _against_whole(points, megabytes)
+    return _drawn(view, points, "memory", axis, caption, drawn, "linear")
+
+
+def _drawn(
+    view: str,
+    points: Sequence[Point],
+    against: str,
+    axis: tuple[str, str],
+    caption: str,
+    drawn: list[Curve],
+    x_scale: str = "log",
+) -> Figure:
+    """A figure of a view with the noise floor in it."""
+    x = [value for each in drawn for value in each.x]
+    floor = Curve("noise floor", [min(x), max(x)], [_floor(points)] * 2)
+    name = f"fidelity-{view.replace(' ', '-')}-{against}"
+    title, alt = f"Error against {against}, {view}", f"Plot of the error on a log axis. {caption}"
+    return curves(name, title, caption, alt, axis, [*drawn, floor], x_scale)
+
+
+def _against_whole(points: Sequence[Point], x: Callable[[Point], float]) -> list[Curve]:
+    """Each metric's error against what its timed frames cost; a line where the unpruned one is."""
+    drawn = []
+    for metric in metrics_of(points):
+        errors = {p.case["detail"]: p for p in curve(points, metric)}
+        found = [(x(p), errors[p.case["detail"]]) for p in timed(points, metric)]
+        drawn += [_curve(metric, found)] if found else []
+    y = [_floor(points), *(value for each in drawn for value in each.y)]
+    for whole in timed(points, UNPRUNED):
+        drawn.append(Curve("unpruned", [x(whole)] * 2, [min(y), max(y)]))
+    return drawn
+
+
+def _curve(metric: str, found: Sequence[tuple[float, Point]]) -> Curve:
+    """Excess FLIP with its bounds at these places on the horizontal axis."""
+    x, points = zip(*sorted(found, key=lambda each: each[0]), strict=True)
+    errors = [excess(point) for point in points]
+    y, low, high = (
+        [max(getattr(each, k), _LEAST) for each in errors] for k in ("excess", "low", "high")
+    )
+    return Curve(metric, x, y, low, high)
+
+
+def _floor(points: Sequence[Point]) -> float:
+    return excess(next(p for p in points if p.case["pruned"] != TIMED)).floor
+
+
+def _frames(points: Sequence[Point]) -> list[Point]:
+    return [p for p in points if p.case["pruned"] == TIMED]
+
+
+def _x(point: Point, against: str) -> float:
+    return float(point.case["detail"] if against == "detail" else point.samples["parts"][0])
+
+
+def standing(found: Mapping[str, Reached]) -> dict[str, str]:
+    """Of every metric that comes up to the equal error in every draw: FEWEST, or ALIKE, or MORE."""
+    there = {name: each for name, each in found.items() if each.found}
+    if not there:
+        return {}
+    best = min(there.values(), key=lambda each: each.parts[0])
+    words = {k: ALIKE if each.parts_over(best).low <= 1 else MORE for k, each in there.items()}
+    return words | {best.metric: FEWEST}
+
+
+def _fewest(points: Sequence[Point]) -> str:
+    """Which metric of a view displays the fewest parts at equal error, in a sentence."""
+    words = standing(equal_error(points))
+    best, alike = ([k for k, word in words.items() if word == each] for each in (FEWEST, ALIKE))
+    if not best:
+        return "Which metric needs the fewest parts there is not decided: none comes up to it."
+    others = f" (not told apart: {', '.join(alike)})" if alike else ""
+    return f"The fewest parts there are those of {best[0]}{others}."
+
+
+def _crossings(points: list[Point]) -> str:
+    words = []
+    for each in equal_error(points).values():
+        at = f"τ = {each.details[0]:.2g}, {each.parts[0]:.0f} parts"
+        words.append(f"{each.metric}: {at if each.found else 'not in this range'}")
+    return f"It reaches {EQUAL_ERROR} at: " + "; ".join(words) + "."
+
+
+def _pieces(points: list[Point]) -> str:
+    words = [f"{p.case['pruned']} {four(excess(p).excess)}" for p in pieces(points)]
+    return f"At 1 px by blake, pruned alone: {', '.join(words)}."

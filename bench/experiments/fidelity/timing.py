@@ -1,0 +1,87 @@
+"""How long a frame of the fidelity experiment takes as τ grows, against the unpruned one.
+
+Prune, build and trace of every metric and detail take turns, round after round, in one process that
+has made each of them once before: what differs between them is then not when they were timed.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bench.experiments.fidelity.scene import Case, displayed, parts_in, preset_of, view_of
+from bench.records import Point
+from bench.statistics import LEAST_REPEATS, Estimate, median
+from lod.arrays import Reals
+from scenes.render.memory import foretell
+from scenes.render.render import staged, taken
+from scenes.shot import light_of, quality_of
+from scenes.sight import air_of
+
+TIMED = "species, timed"
+"""What such a point says of ``pruned``: species as in the sweeps, under the same whole ground."""
+
+UNPRUNED = "full"
+DETAILS, QUICK_DETAILS = (0.125, 0.5, 1.0, 2.0, 8.0), (1.0,)
+SPP = 16
+STAGES = ("prune", "build", "trace")
+
+
+def measure_times(
+    view: str, metrics: tuple[str, ...], details: tuple[float, ...], variant: str, seed: int
+) -> list[Point]:
+    """A point for each metric and detail, one for all there is: µs of each stage in each round."""
+    cases = [Case(view, metric, detail) for metric in metrics for detail in details]
+    cases.append(Case(view, UNPRUNED, 1.0))
+    rounds = [[_frame(case, variant, seed) for case in cases] for _ in range(LEAST_REPEATS + 1)]
+    return [_point(case, column) for case, column in zip(cases, _columns(rounds[1:]), strict=True)]
+
+
+def seconds(point: Point) -> Reals:
+    """A frame's time in every round, all stages [s]."""
+    return np.sum([point.samples[f"{stage}_us"] for stage in STAGES], axis=0) / 1e6
+
+
+def megabytes(point: Point) -> float:
+    """What the process that renders the frame is foretold to hold at most [MB]."""
+    return float(point.samples["foretold_bytes"][0]) / 1e6
+
+
+def timed(points: Sequence[Point], metric: str = "blake") -> list[Point]:
+    """The timed points of a metric, from the finest detail to the coarsest."""
+    mine = [p for p in points if p.case["pruned"] == TIMED and p.case["metric"] == metric]
+    return sorted(mine, key=lambda p: p.case["detail"])
+
+
+def over_unpruned(points: Sequence[Point], point: Point) -> Estimate | None:
+    """Median of its time ÷ that of the unpruned frame of the same round; None without one."""
+    whole = timed(points, UNPRUNED)
+    return median(seconds(point) / seconds(whole[0])) if whole else None
+
+
+def _frame(case: Case, variant: str, seed: int) -> dict[str, int]:
+    preset = preset_of(case.view)
+    quality = replace(quality_of(preset, variant), spp=SPP, seed=seed)
+    start = time.perf_counter()
+    visible = displayed(case)
+    pruned = time.perf_counter()
+    stage = staged(view_of(case).camera, visible, air_of(preset), light_of(preset), quality)
+    built = time.perf_counter()
+    layers = taken(stage, quality)
+    ends = start, pruned, built, time.perf_counter()
+    took = {f"{k}_us": round(1e6 * t) for k, t in zip(STAGES, np.diff(ends), strict=True)}
+    drawn = layers.statistics["sticks"], layers.statistics["triangles"]
+    needed = foretell(*drawn, preset.render.size, SPP, variant)
+    return took | {"parts": parts_in(visible), "foretold_bytes": needed}
+
+
+def _columns(rounds: list[list[dict[str, int]]]) -> list[list[dict[str, int]]]:
+    return [list(column) for column in zip(*rounds, strict=True)]
+
+
+def _point(case: Case, rows: list[dict[str, int]]) -> Point:
+    samples = {f"{stage}_us": [row[f"{stage}_us"] for row in rows] for stage in STAGES}
+    samples |= {k: [rows[0][k]] for k in ("parts", "foretold_bytes")}
+    named = {"view": case.view, "metric": case.metric, "detail": case.detail, "pruned": TIMED}
+    return Point(named, {}, samples)

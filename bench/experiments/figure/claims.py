@@ -1,0 +1,175 @@
+"""What the figure experiment claims, judged from its raw counts, sizes and times alone (§2.3–4).
+
+The claims are stated alike for every kind. The paper makes the one about distance for its human
+figure alone, and conjectures that the one about size holds for living things of our size only: that
+an insect or a windmill refutes it would bear the paper out.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON, Distances, looked_from
+from bench.experiments.figure.fit import Chosen, Counts, exponent, rank_correlation
+from bench.experiments.figure.posing import POINTS_PER_JOINT, Posing
+from bench.records import Point, Record
+from bench.statistics import Estimate, median
+
+COUNTED, SIZED = "parts against distance", "sizes"
+
+SQUARE_ROOT, NEARLY = -0.5, 0.1
+FEW = 0.05
+"""Parts that are no smaller than their whole may be this share of all, for "generally smaller"."""
+
+
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """One curve as counted: counts (distances, poses) at distances (distances, poses) [m].
+
+    parts: of the object in all; fits: distance from which it fits into the picture [m]
+    """
+
+    kind: str
+    metric: str
+    detail: float
+    parts: int
+    fits: float
+    distances: Distances
+    counts: Counts
+
+    @property
+    def between(self) -> Chosen:
+        """Where more than one part is displayed, and not all."""
+        return (self.counts > 1) & (self.counts < self.parts)
+
+    @property
+    def whole(self) -> Chosen:
+        """Where the object is seen whole: it fits into the picture, and is displayed."""
+        return (self.counts > 0) & (self.distances >= self.fits)
+
+    @property
+    def visible(self) -> Chosen:
+        """Where anything of it is displayed, from as near as the eye comes."""
+        return self.counts > 0
+
+
+def counted(points: Iterable[Point]) -> list[Counted]:
+    """The curves of a record, in the order they come."""
+    curves: dict[tuple[str, str, float], list[Point]] = {}
+    for point in points:
+        if point.case["what"] == COUNTED:
+            key = tuple(point.case[k] for k in ("kind", "metric", "detail"))
+            curves.setdefault(key, []).append(point)
+    return [
+        Counted(
+            *key,
+            parts=rows[0].case["parts"],
+            fits=rows[0].case["fits"],
+            distances=looked_from(
+                np.array([row.case["distance"] for row in rows]), len(rows[0].samples["parts"])
+            ),
+            counts=np.array([row.samples["parts"] for row in rows], np.int64),
+        )
+        for key, rows in curves.items()
+    ]
+
+
+def sized(points: Iterable[Point]) -> dict[str, dict[str, np.ndarray]]:
+    """Level, whole and P_um of every part, by kind."""
+    return {
+        point.case["kind"]: {k: np.array(v, np.int64) for k, v in point.samples.items()}
+        for point in points
+        if point.case["what"] == SIZED
+    }
+
+
+def judge(points: tuple[Point, ...], seed: int, times: dict[str, Posing]) -> tuple[Claim, ...]:
+    """Every claim that these points decide."""
+    rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xB007))))
+    made = [_square_root(curve, *reading, rng) for curve in counted(points)
+            for reading in readings(curve)]  # fmt: skip
+    for kind, table in sized(points).items():
+        made += _falls(kind, table, rng)
+    return (*made, *(_quaternions(task, found) for task, found in times.items()))
+
+
+def judge_record(record: Record) -> tuple[Claim, ...]:
+    """The same from a record, of which the notes hold the times."""
+    tasks = [task for task in POINTS_PER_JOINT if f"{task}_times" in record.notes]
+    times = {task: Posing(**record.notes[f"{task}_times"]) for task in tasks}
+    return judge(record.points, record.provenance.seed, times)
+
+
+Reading = tuple[str, str, Callable[[Counted], Chosen]]
+
+_USUAL: Reading = ("exponent", "where 1 < parts < all", lambda curve: curve.between)
+_OPEN: tuple[Reading, ...] = (
+    ("exponent_whole", "from where all of it is in the picture", lambda curve: curve.whole),
+    ("exponent_visible", "at all distances from without", lambda curve: curve.visible),
+)
+
+
+def readings(curve: Counted) -> tuple[Reading, ...]:
+    """Names of the claim's readings, over which distances in words, and which counts those are.
+
+    For the person also those that the paper's text leaves open: its detail was exaggerated, and
+    "those distances over which the figure was visible" may hold all at which nothing changes.
+    """
+    all_of_them = (_USUAL, *_OPEN)
+    if curve.detail == EXAGGERATED_PX:
+        words = f", detail exaggerated to {EXAGGERATED_PX:g} px"
+        return tuple((f"{n}_exaggerated", about + words, keep) for n, about, keep in all_of_them)
+    return all_of_them if curve.kind == PERSON else all_of_them[:1]
+
+
+def _square_root(
+    curve: Counted,
+    name: str,
+    where: str,
+    keep: Callable[[Counted], Chosen],
+    rng: np.random.Generator,
+) -> Claim:
+    found = exponent(curve.counts, curve.distances, keep(curve), rng)
+    about = f"Parts of the {curve.kind} drop off with the square root of the distance, {where}."
+    words = about, f"exponent of parts against distance, {where}", "§4"
+    return claim(f"{curve.metric}/{curve.kind}/{name}", words, SQUARE_ROOT, NEARLY, found)
+
+
+def _falls(kind: str, table: dict[str, np.ndarray], rng: np.random.Generator) -> list[Claim]:
+    level, whole, size = table["level"], table["whole"], table["P_um"]
+    found = rank_correlation(level, size, _alike(table), rng)
+    about = f"The deeper its level, the smaller a part of the {kind}."
+    words = about, "rank correlation of P with level", "§2.3"
+    rank = claim(f"sizes/{kind}/rank", words, 0, 0, found, "at most")
+    share = no_smaller(whole, size)
+    every = Estimate(share, share, share, 0.0, 1.0, len(whole) - 1)  # counted, not sampled
+    about = f"Parts of the {kind} are generally smaller than their whole."
+    words = about, "share of parts no smaller than their whole", "§2.3"
+    return [rank, claim(f"sizes/{kind}/no_smaller", words, 0, FEW, every, "at most")]
+
+
+def no_smaller(whole: np.ndarray, size: np.ndarray) -> float:
+    """Share of the parts that are no smaller than the whole that owns them."""
+    return float(np.mean(size[1:] >= size[whole[1:]]))
+
+
+def _alike(table: dict[str, np.ndarray]) -> np.ndarray:
+    """Numbers the groups of parts that are alike: of one level and size, in wholes of one size."""
+    size = table["P_um"]
+    keys = np.stack((table["level"], size, size[table["whole"]]), axis=1)
+    return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+
+
+def _quaternions(task: str, times: Posing) -> Claim:
+    ratios = np.array(times.quaternions_ns) / np.array(times.matrices_ns)
+    about = f"{_TASKS[task]} by quaternions costs less than by rotation matrices."
+    words = about, "time by quaternions ÷ time by matrices, on this machine", "§3.3"
+    return claim(f"posing/{PERSON}/{task}", words, 1, 0, median(ratios), "at most")
+
+
+_TASKS = {
+    "composing": "Composing the turns of all joints",
+    "composing_and_placing": "Composing them and placing two points on every joint",
+}

@@ -1,0 +1,57 @@
+"""What posing costs: the joints of a figure composed by quaternions and by matrices (§3.3).
+
+Both are given the turns of all joints in their own form and place the same points. Times are those
+of one thread's processor; the two take turns, so that what else the machine does falls on both.
+"""
+
+import time
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from bench.experiments.figure.cases import PERSON, object_of
+from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
+from scenes.rig_turns import matrices
+
+POINTS_PER_JOINT = {"composing": 0, "composing_and_placing": 2}
+"""The frames of all joints alone, as counting needs them; and both ends of a stick on each."""
+
+
+@dataclass(frozen=True)
+class Posing:
+    """Interleaved repeats of one task, in order: facts of this machine at this hour.
+
+    quaternions_ns, matrices_ns  of each repeat;  poses  in each;  joints, points  of each pose
+    apart_m  the greatest difference between what the two placed
+    """
+
+    quaternions_ns: list[int]
+    matrices_ns: list[int]
+    poses: int
+    joints: int
+    points: int
+    apart_m: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self)
+
+
+def posing(task: str, poses: int, repeats: int, seed: int) -> Posing:
+    """Pose the person both ways, in turns; the first of each, which compiles, is not counted."""
+    rig = object_of(PERSON).rig
+    rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xC057))))
+    turns = rig.random_turns(rng, poses)
+    points = rng.uniform(-0.2, 0.2, (len(rig), POINTS_PER_JOINT[task], 3))
+    both = (placed_by_quaternions, turns), (placed_by_matrices, matrices(turns))
+    first, second = (kernel(rig.parent, rig.offset, form, points) for kernel, form in both)
+    apart = float(np.abs(first - second).max(initial=0.0))
+    times: list[list[int]] = [[], []]
+    for repeat in range(repeats):
+        for k in (0, 1) if repeat % 2 else (1, 0):
+            kernel, form = both[k]
+            start = time.thread_time_ns()
+            kernel(rig.parent, rig.offset, form, points)
+            times[k].append(time.thread_time_ns() - start)
+    return Posing(times[0], times[1], poses, len(rig), points.size // 3, apart)

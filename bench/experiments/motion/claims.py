@@ -1,0 +1,109 @@
+"""What the motion experiment claims, judged from its raw counts alone (§5.2)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.excess_flip import over_noise
+from bench.experiments.fidelity.equal_error import EQUAL_ERROR
+from bench.records import Point
+from bench.statistics import Estimate, share
+
+REDDY = "Reddy 1997"
+_ISSUE = "issue 9"
+PICTURE = "picture"
+"""What the points of rendered pictures have for a world."""
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Every claim that these points decide."""
+    made = []
+    counted = [point for point in points if point.case["world"] != PICTURE]
+    for point in counted:
+        turn, speed = (point.case[k] for k in ("turn", "speed"))
+        if point.case["world"] == "finite":
+            made.append(_reddy(point))
+        elif turn == speed == 0:
+            about = "A camera at rest leaves out nothing more."
+            words = about, "share of the parts that motion leaves out", _ISSUE
+            made.append(claim("rest/parts", words, 0.0, 0.0, left_out(point)))
+        elif is_fast(point):
+            about = (
+                "A fast pan (90°/s, 180° shutter) leaves out at least a tenth of the parts: with "
+                "less, that its picture stays as it is would say nothing."
+            )
+            words = about, "share of the parts that motion keeps", _ISSUE
+            made.append(claim("pan/parts", words, 0.9, 0.0, kept(point), "at most"))
+        elif speed == 1.4:
+            about = "At walking pace motion hides next to nothing."
+            words = about, "share of the parts that motion leaves out", _ISSUE
+            made.append(claim("walk/parts", words, 0.0, 0.01, left_out(point), "at most"))
+    return (*made, *_pictures(points, made))
+
+
+def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
+    """What the blurred pan shows; nothing where motion leaves out too little for it to say much."""
+    if not any(each.name == "pan/parts" and each.verdict == "holds" for each in counted):
+        return []
+    fast = [p for p in points if p.case["world"] == PICTURE and is_fast(p)]
+    pictures = {point.case["cut"]: point for point in fast}
+    made = []
+    if "motion" in pictures:
+        about = "What motion leaves out of a fast pan is not missed in its blurred picture."
+        words = about, "excess FLIP over the picture cut by size and distance, 67 px/°", _ISSUE
+        bound = one_sided(pictures["motion"])
+        made.append(claim("pan/excess", words, EQUAL_ERROR, 0.0, bound, "at most"))
+    if "planted" in pictures:
+        about = "The same test fails a planted cut of the pan, with m doubled."
+        words = about, "0.01 − its excess FLIP", _ISSUE
+        found = one_sided(pictures["planted"])
+        under = replace(
+            found,
+            value=EQUAL_ERROR - found.value,
+            low=EQUAL_ERROR - found.high,
+            high=EQUAL_ERROR - found.low,
+        )
+        made.append(claim("pan/planted", words, 0.0, 0.0, under, "at most"))
+    return made
+
+
+def is_fast(point: Point) -> bool:
+    """Whether it is of the fast pan that the claims are about."""
+    return {"turn": 90.0, "speed": 0.0, "shutter": 180.0}.items() <= point.case.items()
+
+
+def one_sided(point: Point) -> Estimate:
+    """Excess FLIP with its one-sided 95 % bounds (``excess_flip``)."""
+    tested, floor = (_column(point, k) / 1e6 for k in ("flip", "flip_floor"))
+    found = over_noise(tested, floor)
+    error = float((tested - floor).std(ddof=1)) / math.sqrt(found.pairs)
+    return Estimate(found.excess, found.low, found.high, error, 1.0, found.pairs)
+
+
+def kept(point: Point) -> Estimate:
+    """Share of the parts that are left by size and distance that motion keeps."""
+    return share(_column(point, "motion"), _column(point, "spatial"))
+
+
+def left_out(point: Point) -> Estimate:
+    """The rest of them."""
+    spatial = _column(point, "spatial")
+    return share(spatial - _column(point, "motion"), spatial)
+
+
+def _reddy(point: Point) -> Claim:
+    """Of all that is left out of a fast pan, what size and distance had left out already."""
+    everything, spatial, motion = (
+        _column(point, name) for name in ("everything", "spatial", "motion")
+    )
+    about = "Size and distance give about 95 % of any gain, velocity the rest."
+    words = about, "share of the parts left out that size and distance leave out", REDDY
+    found = share(everything - spatial, everything - motion)
+    return claim("finite/size_and_distance", words, 0.95, 0.05, found)
+
+
+def _column(point: Point, name: str) -> np.ndarray:
+    return np.array(point.samples[name], np.float64)

@@ -1,0 +1,94 @@
+"""What motion leaves out, looked for in the blurred picture: excess FLIP.
+
+`meadow` panned or flown through, seen through windows of the frame that is 640 pixels wide: 96 × 54
+pixels about the horizon, where most of the parts are, each of eight pairs of seeds another way. The
+reference is the same blurred frame, cut by size and distance alone: what those cost the picture is
+the experiment ``fidelity``. The planted cut has m doubled.
+"""
+
+import math
+from dataclasses import asdict, replace
+from functools import cache
+
+import numpy as np
+
+from bench.excess_flip import LEAST_PAIRS, mean_flip
+from bench.experiments.motion.moves import Move
+from bench.records import Point
+from scenes.preset import Preset, load_preset
+from scenes.render.display import encoded, exposure_of
+from scenes.render.frame import FrameInput
+from scenes.render.shutter import render_exposed
+from scenes.shot import shoot
+from scenes.world import World, build_world
+
+FRAME = 2
+SIZE, WHOLE_PX, WHOLE_DEG = (96, 54), 640, 60.0
+SPP, SHOWN_SPP, QUICK_SPP = 576, 64, 32
+"""36 in each sub-frame, at which the noise floor is low enough to quote an excess (``FLOOR``); what
+only shows how errors grow has less."""
+
+SUBFRAMES = 16
+
+FPS = 24.0
+
+CUTS = {
+    "spatial": ("view.smear=off",),
+    "motion": (),
+    "planted": ("view.detail=2",),
+}
+"""By size and distance; by motion as well, at the default threshold; and with m doubled."""
+
+
+def preset_of(move: Move, cut: str, heading: float, spp: int) -> Preset:
+    """The window that looks along a heading in the middle of the frame's time."""
+    tangent = math.tan(math.radians(WHOLE_DEG / 2)) * SIZE[0] / WHOLE_PX
+    window = (
+        f"render.size={SIZE[0]}x{SIZE[1]}",
+        f"render.spp={spp}",
+        f"render.subframes={SUBFRAMES}",
+        "render.max_depth=2",
+        f"camera.fov={2 * math.degrees(math.atan(tangent))}",
+        f"camera.heading={heading - move.turn / FPS * (FRAME - 1)}",
+    )
+    return load_preset("meadow", (*window, *move.settings, *CUTS[cut]))
+
+
+def measure(move: Move, pair: int, cuts: tuple[str, ...], how: tuple[str, int, int]) -> list[Point]:
+    """One pair of seeds, one way to look, every cut; how: variant, samples a pixel, first seed."""
+    variant, spp, seed = how
+    heading, world = 360.0 * pair / LEAST_PAIRS - 180.0, _world()
+    spatial, *tested = (
+        shoot(world, preset_of(move, cut, heading, spp), FRAME, variant)
+        for cut in ("spatial", *cuts)
+    )
+    one, two = (seed + 2 * pair + k for k in (0, 1))
+    other = _picture(spatial, two)
+    exposure = exposure_of(other)
+    reference = _shown(other, exposure)
+    floor = mean_flip(_shown(_picture(spatial, one), exposure), reference)
+    points = []
+    for cut, made in zip(cuts, tested, strict=True):
+        flip = mean_flip(_shown(_picture(made, one), exposure), reference)
+        samples = {"flip": [round(1e6 * flip)], "flip_floor": [round(1e6 * floor)]}
+        case = {"world": "picture", **asdict(move), "cut": cut, "spp": spp}
+        points.append(Point(case, {}, samples))
+    return points
+
+
+@cache
+def _world() -> World:
+    """The field of every picture: camera, cut and samples are no part of it."""
+    return build_world(load_preset("meadow"))
+
+
+def _picture(made: FrameInput, seed: int) -> np.ndarray:
+    """Radiance of a blurred picture."""
+    quality = replace(made.quality, seed=seed)
+    lit = made.air, made.light, quality
+    layers = render_exposed(made.instants, *lit, FRAME)
+    return layers.rgb.astype(np.float64)
+
+
+def _shown(radiance: np.ndarray, exposure: float) -> np.ndarray:
+    return encoded(radiance, exposure).astype(np.float32)

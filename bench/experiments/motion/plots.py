@@ -1,0 +1,47 @@
+"""What the motion experiment shows: parts that motion keeps against speed, and a table."""
+
+from bench.experiments.motion.claims import PICTURE, kept, one_sided
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """Pans at one shutter."""
+    pans = [p for p in record.points if _is_pan(p)]
+    found = [kept(point) for point in pans]
+    turns = [point.case["turn"] for point in pans]
+    shares, low, high = ([getattr(e, k) for e in found] for k in ("value", "low", "high"))
+    words = ", ".join(f"{y:.3g} at {x:g}°/s" for x, y in zip(turns, shares, strict=True))
+    caption = f"Parts kept when motion is counted, shutter 180°, 24 frames/s: {words}."
+    axis = "speed of the pan (degrees/s)", "parts kept ÷ by size and distance alone"
+    drawn = [Curve("meadow, 640 px", turns, shares, low, high)]
+    return (curves("motion", "What a pan hides", caption, caption, axis, drawn, "linear"),)
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: every case."""
+    heads = ("world", "pan (°/s)", "ahead (m/s)", "shutter (°)", "by size and distance")
+    rows = [_pictured(p) if p.case["world"] == PICTURE else _row(p) for p in record.points]
+    return (*heads, "by motion as well", "kept", "95 % interval", "excess FLIP"), rows
+
+
+def _row(point: Point) -> tuple[str, ...]:
+    case, found = point.case, kept(point)
+    moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
+    counts = (f"{sum(point.samples[k]) / len(point.samples[k]):.0f}" for k in ("spatial", "motion"))
+    kept_ = f"{found.value:.3f}", f"{found.low:.3f}-{found.high:.3f}"
+    return case["world"], *moves, *counts, *kept_, ""
+
+
+def _pictured(point: Point) -> tuple[str, ...]:
+    """A rendered move: how far the picture cut by motion is from that cut without."""
+    case, found = point.case, one_sided(point)
+    moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
+    floor = sum(point.samples["flip_floor"]) / len(point.samples["flip_floor"]) / 1e6
+    excess = f"{found.value:.4f} ({found.low:.4f}-{found.high:.4f}) over a floor of {floor:.3f}"
+    return f"picture, {case['cut']}", *moves, *[""] * 4, excess
+
+
+def _is_pan(point: Point) -> bool:
+    case = point.case
+    return case["world"] == "endless" and case["speed"] == 0 and case["shutter"] == 180.0

@@ -1,0 +1,157 @@
+"""Does an object ever consist of many more parts than the pixels that it covers? (§4.1)
+
+Displayed objects of a field, each drawn alone, so that nothing hides it: every stick is the hull of
+two discs on the picture plane, looked up at FINENESS² places of each pixel. A pixel is covered when
+any of its places is; ``area`` counts the places themselves.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.conduct import measured, record_of
+from bench.experiment import Progress, silent
+from bench.experiments.pixels.claims import judge
+from bench.provenance import provenance
+from bench.records import Point, Record
+from bench.scaling_scene import FLAT
+from bench.sight_measure import camera, density_of, prototypes_with, scene_hash, seed_of
+from bench.spread import Each, in_turn
+from lod.arrays import Ints
+from lod.fade import looks
+from lod.parts import Sticks
+from lod.prune import prune
+from lod.view import View
+from scenes.field import Species, SpeciesField
+from scenes.plugins import metric_named
+from scenes.stick_table import StickTable
+from scenes.stick_view import first_met
+
+NAME, VERSION = "pixels", 1
+SPECIES = ("figure", "tree")
+METRICS_TRIED = ("blake", "bounded", "solid_angle")
+DETAILS = (1.0, 4.0)
+FINENESS = 4
+"""Places looked up along each side of a pixel."""
+
+WIDTH_PX = 640
+THINNER = 1 / 2
+"""Density over that of the experiments on sight: a thousand objects are enough."""
+
+NEAREST = 2.0
+"""Nearer than so many bounds an object is left out: it is about the eye, not before it."""
+
+_OBJECTS, _QUICK_OBJECTS = 1000, 150
+
+
+@dataclass(frozen=True)
+class Covered:
+    """Of every object: its parts, pixels that it covers, and their area in thousandths."""
+
+    parts: list[int]
+    pixels: list[int]
+    area: list[int]
+
+
+def run(
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: Each = in_turn,
+    metric: str | None = None,
+) -> Record:
+    """Draw objects of every species by every metric, and ``metric``, and judge the claims."""
+    start, most = time.perf_counter(), _QUICK_OBJECTS if quick else _OBJECTS
+    cases = [
+        (f"{species}, {tried}, {detail:g} px", (species, tried, detail, most, seed))
+        for species in SPECIES
+        for tried in (*METRICS_TRIED, *([metric] if metric else []))
+        for detail in DETAILS
+    ]
+    points = measured(progress, each, (measure, cases))
+    return record_of(
+        NAME,
+        VERSION,
+        quick=quick,
+        provenance=provenance(scene_hash([point.case for point in points]), seed),
+        points=points,
+        claims=judge(points),
+        notes={"objects": most},
+        start=start,
+    )
+
+
+def measure(species: str, metric: str, detail: float, most: int, seed: int) -> Point:
+    """What ``drawn`` finds."""
+    found = drawn(species, metric, detail, most, seed)
+    case = {"species": species, "metric": metric, "detail": detail}
+    return Point(case, {}, dict(vars(found)))
+
+
+def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Covered:
+    """Up to ``most`` displayed objects of one field, drawn by lot."""
+    view = View(camera(WIDTH_PX), metric_named(metric), detail, look_around=True)
+    density = THINNER * density_of(species, view.m)
+    kind = Species("pixels", prototypes_with(species, None), density)
+    field = SpeciesField(kind, seed_of(f"pixels {species}", seed, 0), FLAT)
+    cut = prune(field, view)
+    parts, look = cut.parts, looks(cut, view)
+    roots = np.flatnonzero(parts.whole < 0)
+    offset = parts.position[roots] - view.camera.eye
+    roots = roots[np.linalg.norm(offset, axis=1) > NEAREST * parts.bound[roots]]
+    rng = np.random.Generator(np.random.Philox(seed))
+    chosen = np.sort(rng.permutation(parts.object[roots])[:most])
+    rows = np.flatnonzero(np.isin(parts.object, chosen))
+    shape = field.appearance(parts.take(rows), look.take(rows))
+    count = np.bincount(parts.object[rows])[chosen]
+    found = [
+        covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))
+        for mine in _by_object(parts.object[rows][shape.owner], chosen)
+    ]
+    return Covered(count.tolist(), [p for p, _ in found], [round(1000 * a) for _, a in found])
+
+
+def _by_object(owner: np.ndarray, chosen: np.ndarray) -> list[np.ndarray]:
+    """Rows of the sticks of each object; sticks of one object stand together."""
+    order = np.argsort(owner, kind="stable")
+    ends = np.searchsorted(owner[order], [chosen, chosen + 1])
+    return [order[a:b] for a, b in ends.T]
+
+
+def stick_rows(shape: Sticks, rows: Ints) -> tuple[np.ndarray, ...]:
+    """Ends and radii of some sticks."""
+    return tuple(
+        np.asarray(each[rows])
+        for each in (shape.start, shape.end, shape.start_radius, shape.end_radius)
+    )
+
+
+def covered(sticks: tuple[np.ndarray, ...], view: View, phase: Ints) -> tuple[int, float]:
+    """Pixels that sticks cover, seen alone and aimed at, and the area of that [px].
+
+    phase: where the grid of pixels begins, in places looked up, (2,)
+    """
+    start, end, start_radius, end_radius = sticks
+    eye, theta = view.camera.eye, view.camera.pixel_angle
+    towards = (start + end).mean(axis=0) / 2 - eye
+    towards = towards / np.linalg.norm(towards)
+    across = np.cross(towards, (0.0, 0.0, 1.0))
+    across = across / np.linalg.norm(across)
+    axes = np.stack((across, np.cross(across, towards)), axis=1)
+    ends, radii = [], []
+    for place, radius in ((start, start_radius), (end, end_radius)):
+        depth = (place - eye) @ towards
+        flat = (place - eye) @ axes / (depth * theta)[:, None]
+        ends.append(np.column_stack((flat, -depth)))
+        radii.append(radius / (depth * theta))
+    n = len(start)
+    zero = np.zeros(n, np.int64)
+    table = StickTable.of(1, zero, ends[0], ends[1], radii[0], radii[1], zero)
+    seen = first_met(table, np.array((0.0, 0.0, 1.0)), 1 / FINENESS, -1) >= 0
+    padding = [
+        (int(p), int(-(p + side) % FINENESS)) for p, side in zip(phase, seen.shape, strict=True)
+    ]
+    padded = np.pad(seen, padding)
+    blocks = padded.reshape(padded.shape[0] // FINENESS, FINENESS, -1, FINENESS)
+    return int(blocks.any(axis=(1, 3)).sum()), float(seen.sum()) / FINENESS**2

@@ -1,0 +1,169 @@
+"""How much comes and goes from frame to frame, how large is it, and does fading hide it? (§1.2)
+
+Switches of a walk across a field, all round, are counted and predicted: a part switches where its
+disc of radius √(D² − h²) about the eye gains or loses it, so that a step s switches K times the
+area in one of two such discs and not in the other. Then short walks are rendered unpruned, pruned
+with fading and without, and what motion does not explain of each is told (``popping_measure``).
+"""
+
+import hashlib
+import json
+import math
+import time
+
+import numpy as np
+
+from bench.conduct import measured, record_of
+from bench.experiment import Progress, silent
+from bench.experiments.popping.claims import SWITCHED, WAYS, judge
+from bench.experiments.popping.unexplained_change import seen_of, walk
+from bench.provenance import provenance
+from bench.records import Point, Record
+from bench.scaling_cases import EYE_HEIGHT_M
+from bench.scaling_scene import FLAT
+from bench.sight_measure import density_of, prototypes_with, scene_hash, seed_of
+from bench.spread import Each, in_turn
+from lod.arrays import Reals
+from lod.camera import Corner, look
+from lod.law import chained_limits
+from lod.metric import METRICS
+from lod.prune import Cut, prune
+from lod.view import View, distance
+from scenes.field import Species, SpeciesField
+from scenes.preset import load_preset
+from scenes.prototype import Prototype
+from scenes.render.variants import choose
+from scenes.world import build_world
+
+NAME, VERSION = "popping", 2
+SPECIES = ("figure", "tree")
+WIDTH_PX, STEP_M, FRAMES = 640, 2.0, 8
+DENSER = {"figure": 0.25, "tree": 1.0}
+"""Density over that of the experiments on sight."""
+
+SIZED = 8
+"""Fields of which the size and distance of every switch are kept."""
+
+_FIELDS, _QUICK_FIELDS = 100, 24
+_WALKS, _QUICK_WALKS = 6, 2
+_RENDERED = 5
+QUANTILES = (0.99, 0.999, 0.9999)
+
+WALK = (
+    "render.size=128x72",
+    "render.spp=36",
+    "world.extent=120.0",
+    "species.tree.density=0.002",
+    "species.figure.density=0.003",
+    "species.tree.prototypes=2",
+    "species.figure.prototypes=2",
+    "species.tree.sizes=[0.6]",
+    "camera.speed=2.8",
+    "view.haze_aware=false",
+    "view.detail=4.0",
+    "terrain.reach=300.0",
+    "terrain.amplitude=1.0",
+    "terrain.wavelength=256.0",
+)
+
+
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
+    """Count the switches of every species, render the walks, and judge the claims."""
+    start, variant = time.perf_counter(), choose()
+    fields, walks = (_QUICK_FIELDS, _QUICK_WALKS) if quick else (_FIELDS, _WALKS)
+    switched = [(f"switches of {name}s", (name, fields, seed)) for name in SPECIES]
+    walked = [(f"walks, {way}", (way, walks, variant, seed)) for way in WAYS]
+    points = measured(progress, each, (_switches, switched), (_walks, walked))
+    return record_of(
+        NAME,
+        VERSION,
+        quick=quick,
+        provenance=provenance(_scene_hash([p.case for p in points]), seed, variant=variant),
+        points=points,
+        claims=judge(points),
+        notes={"fields": fields, "walks": walks},
+        start=start,
+    )
+
+
+def view_at_step(step: int) -> View:
+    """All round, ``step`` steps along the walk."""
+    eye = np.array((0.0, step * STEP_M, EYE_HEIGHT_M))
+    camera = look(Corner(0, 0), eye, 0.0, 0.0, 60.0, (WIDTH_PX, 360))
+    return View(camera, METRICS["blake"], look_around=True)
+
+
+def _switches(species: str, fields: int, seed: int) -> Point:
+    """Every field's switches; and of each switch its size and its distance, in thousandths."""
+    prototypes, m = prototypes_with(species, None), view_at_step(0).m
+    density = DENSER[species] * density_of(species, m)
+    counts, sizes, distances = [], [], []
+    for index in range(fields):
+        own = seed_of(f"popping {species}", seed, index)
+        field = SpeciesField(Species("popping", prototypes, density), own, FLAT)
+        P = np.concatenate([tree.P for tree in field.troupe.atlas.hierarchies])
+        count, before = 0, None
+        for step in range(FRAMES + 1):
+            view = view_at_step(step)
+            after = prune(field, view), view
+            if before is not None:
+                for here, there in ((before, after), (after, before)):
+                    rows = only_in(here[0], there[0])
+                    d = distance(here[1], here[0].parts.position[rows])
+                    count += len(rows)
+                    if index >= SIZED:
+                        continue
+                    sizes += np.rint(1000 * P[here[0].part[rows]] / (d * m)).astype(int).tolist()
+                    distances += np.rint(1000 * d).astype(int).tolist()
+            before = after
+        counts.append(count)
+    samples = {"switches": counts, "size_mpx": sizes, "distance_mm": distances}
+    case = {"what": "switches", "species": species}
+    return Point(case, {"switches": FRAMES * expected_switches(prototypes, density, m)}, samples)
+
+
+def only_in(here: Cut, there: Cut) -> np.ndarray:
+    """Rows of the parts that are displayed here and not there."""
+    one, other = (seen_of(cut, np.ones(len(cut))).key for cut in (here, there))
+    _, first = np.unique(np.concatenate((other, one)), axis=0, return_index=True)
+    return np.asarray(first[first >= len(other)] - len(other))
+
+
+def expected_switches(prototypes: tuple[Prototype, ...], density: float, m: float) -> float:
+    """Mean number of parts that a step switches, by the law alone (§4.1)."""
+    total = 0.0
+    for tree in (each.hierarchy for each in prototypes):
+        height = EYE_HEIGHT_M - tree.position[:, 2]
+        squared = chained_limits(tree, METRICS["blake"], m) ** 2 - height**2
+        total += float(in_one_only(np.sqrt(np.maximum(squared, 0.0)), STEP_M).sum())
+    return total * density / len(prototypes)
+
+
+def in_one_only(radius: Reals, step: float) -> Reals:
+    """Area in one of two equal discs and not in the other, ``step`` between them, (n,) [m²]."""
+    share = np.clip(step / np.maximum(2 * radius, 1e-300), 0.0, 1.0)
+    lens = 2 * radius**2 * (np.arccos(share) - share * np.sqrt(1 - share**2))
+    return 2 * (math.pi * radius**2 - lens)
+
+
+def _walks(way: str, walks: int, variant: str, seed: int) -> Point:
+    """Parts popped between frames, and the largest changes that motion does not explain."""
+    settings = WAYS[way]
+    samples: dict[str, list[int]] = {}
+    for number in range(walks):
+        heading = f"camera.heading={360.0 * number / walks - 170.0}"
+        preset = load_preset("meadow", (*WALK, *settings, heading, f"seed={seed + 6}"))
+        found = walk(build_world(preset), (preset,), range(1, _RENDERED + 1), variant)
+        samples.setdefault("popped", []).extend(found.popped.tolist())
+        for share, value in zip(QUANTILES, np.quantile(found.unexplained, QUANTILES), strict=True):
+            samples.setdefault(f"unexplained {share:g}", []).append(round(1e6 * float(value)))
+        same = np.quantile(found.switched, QUANTILES[-1])
+        samples.setdefault(SWITCHED, []).append(round(1e6 * float(same)))
+    return Point({"what": "walk", "way": way}, {}, samples)
+
+
+def _scene_hash(cases: list[dict[str, object]]) -> str:
+    words = json.dumps([WALK, WAYS, STEP_M, FRAMES, DENSER, scene_hash(cases)], sort_keys=True)
+    return hashlib.sha256(words.encode()).hexdigest()

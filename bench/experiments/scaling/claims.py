@@ -1,0 +1,179 @@
+"""What the scaling experiment claims, judged from its raw points alone (§4.1)."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.experiments.scaling.claims_beyond import judge_beyond
+from bench.records import Point
+from bench.scaling_cases import EYE_HEIGHT_M, SWEEPS, Case
+from bench.statistics import Estimate, ratio, slope
+
+FAR = 20.0
+"""Slopes against m are claimed where the limit distance exceeds this many eye heights."""
+
+_LAW = "§4.1"
+_PREFACTOR = "§4.1, prefactor"
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Fields of some points, one row each: what was counted, swept, predicted, and its noise."""
+
+    counts: np.ndarray
+    swept: np.ndarray
+    predicted: np.ndarray
+    dispersion: np.ndarray
+
+    def against_sweep(self) -> Estimate:
+        """Exponent against what was swept."""
+        return slope(self.counts, self.swept, self.dispersion)
+
+    def against_prediction(self) -> Estimate:
+        """Exponent against the law's own prediction."""
+        return slope(self.counts, self.predicted, self.dispersion)
+
+    def over_prediction(self) -> Estimate:
+        """Measured ÷ predicted."""
+        return ratio(self.counts, self.predicted, self.dispersion)
+
+
+def case_of(point: Point) -> Case:
+    """The point's case."""
+    return Case(**point.case)
+
+
+def swept(point: Point) -> float:
+    """The quantity of the law that the point's sweep varies."""
+    case = case_of(point)
+    match case.sweep:
+        case "density":
+            return case.density
+        case "size":
+            return point.predicted["P_plus_R"]
+        case "world":
+            return float(case.extent or np.inf)
+    return case.m
+
+
+def rows(points: Iterable[Point], what: str, examined: bool = False) -> Rows:
+    """All fields of the points; ``what`` is objects or parts."""
+    column = f"{what}_examined" if examined else what
+    counts, values = [], []
+    for point in points:
+        mean = point.predicted[what]
+        row = swept(point), mean, point.predicted[f"{what}_variance"] / mean
+        counts.append(np.array(point.samples[column], np.float64))
+        values.append(np.tile(row, (len(counts[-1]), 1)))
+    return Rows(np.concatenate(counts), *np.concatenate(values).T)
+
+
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Every claim that these points can decide."""
+    claims: list[Claim] = []
+    for (species, metric), chosen in by_kind(points).items():
+        name = f"{metric}/{species}"
+        if metric == "blake":
+            claims += _powers(name, chosen)
+        claims += _prefactors(name, chosen)
+        claims += _search(name, chosen)
+    return (*claims, *judge_beyond(points))
+
+
+def noise_of(points: Sequence[Point]) -> dict[str, float]:
+    """Variance measured ÷ variance that the law predicts, of fields about their own prediction."""
+    return {
+        f"{metric}/{species}/{what}": round(rows(chosen, what).over_prediction().scale, 4)
+        for (species, metric), chosen in by_kind(points).items()
+        for what in ("objects", "parts")
+    }
+
+
+def by_kind(points: Iterable[Point]) -> dict[tuple[str, str], list[Point]]:
+    """Points of SWEEPS by species and metric, in the order they come."""
+    kinds: dict[tuple[str, str], list[Point]] = {}
+    for point in (point for point in points if point.case["sweep"] in SWEEPS):
+        kinds.setdefault((point.case["species"], point.case["metric"]), []).append(point)
+    return kinds
+
+
+def _powers(name: str, points: list[Point]) -> list[Claim]:
+    """The exponents of K(P+R)²/m², and that the world's size is none of them."""
+    made = []
+    for sweep, (about, quantity, exponent, tolerance, keep) in _POWERS.items():
+        chosen = [p for p in points if p.case["sweep"] == sweep and keep(p)]
+        if len({swept(p) for p in chosen}) > 1:
+            found = rows(chosen, "objects").against_sweep()
+            words = about, f"exponent against {quantity}", _LAW
+            label = f"{name}/objects/slope_{sweep}"
+            made.append(claim(label, words, exponent, tolerance, found))
+    return made
+
+
+def _prefactors(name: str, points: list[Point]) -> list[Claim]:
+    """Counts against their own prediction: the exponent and the prefactor, everywhere."""
+    made = []
+    for what in ("objects", "parts"):
+        data = rows(points, what)
+        about = f"The {what} displayed grow just as predicted, over all sweeps together."
+        words = about, "exponent against the prediction", _PREFACTOR
+        found = data.against_prediction()
+        made.append(claim(f"{name}/{what}/slope_prediction", words, 1, 0.02, found))
+        about = f"The number of {what} displayed is the number predicted, with nothing fitted."
+        words = about, "measured ÷ predicted", _PREFACTOR
+        made.append(claim(f"{name}/{what}/ratio", words, 1, 0.02, data.over_prediction()))
+    return made
+
+
+def _search(name: str, points: list[Point]) -> list[Claim]:
+    """What has to be looked at: never more than in proportion, whatever the world."""
+    world = [p for p in points if p.case["sweep"] == "world" and beyond(p)]
+    endless = [p for p in points if p.case["extent"] is None]
+    made = []
+    if len(world) > 1:
+        about = "A larger world has no more objects to examine, once it is larger than the limit."
+        found = rows(world, "objects", examined=True).against_sweep()
+        words = about, "exponent against L", _LAW
+        made.append(claim(f"{name}/objects_examined/slope_world", words, 0, 0.005, found))
+    for what in ("objects", "parts"):
+        about = f"The {what} examined grow no faster than the {what} displayed."
+        words = about, f"exponent against {what} displayed", _LAW
+        found = rows(endless, what, examined=True).against_prediction()
+        label = f"{name}/{what}_examined/slope_prediction"
+        made.append(claim(label, words, 1, 0.02, found, relation="at most"))
+    return made
+
+
+Keep = Callable[[Point], bool]
+
+
+def _any(_: Point) -> bool:
+    return True
+
+
+def _far(point: Point) -> bool:
+    return point.predicted["nearest_limit"] > FAR * EYE_HEIGHT_M
+
+
+def beyond(point: Point) -> bool:
+    """Whether the world reaches beyond the limit distance on all sides."""
+    return float(point.case["extent"] or np.inf) > 2 * point.predicted["farthest_limit"]
+
+
+Power = tuple[str, str, float, float, Keep]
+
+_POWERS: dict[str, Power] = {
+    "density": ("Twice as many objects per area: twice as many displayed.", "K", 1, 0.02, _any),
+    "size": ("Objects twice as large: four times as many displayed.", "P + R", 2, 0.02, _far),
+    "detail": ("Detail twice as coarse: a quarter as many displayed.", "m", -2, 0.02, _far),
+    "resolution": ("A picture half as wide in pixels: a quarter displayed.", "m", -2, 0.02, _far),
+    "magnification": ("A view twice as magnified: four times displayed.", "m", -2, 0.02, _far),
+    "world": (
+        "A larger world displays no more objects, once it is larger than the limit.",
+        *("L", 0, 0.005),
+        beyond,
+    ),
+}
+"""Per sweep: the claim in words, against what, the exponent, how near, and which points count."""

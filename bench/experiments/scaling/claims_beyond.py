@@ -1,0 +1,77 @@
+"""What is claimed of mixed species, hills, uneven K, near things, high eyes and haze (§4.1).
+
+The law that knows of a case must hold in it. The bare law is tried at the mildest and the hardest
+of each sweep: where the knowing law itself is further from it than it may be, it is foreseen to
+break, and that it does refutes nothing.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.claims import Claim, claim
+from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
+from bench.records import Point
+from bench.scaling_cases import Case
+from bench.statistics import Estimate, ratio
+
+_KNOWS = "§4.1, with what the case adds"
+_BARE = "§4.1, bare"
+_WITHIN = 0.02
+
+_WORDS = {
+    "mixed": "several species at once",
+    "hills": "hilly ground",
+    "patches": "objects in patches",
+    "slope": "a density that grows one way",
+    "clearing": "an eye in a clearing",
+    "near": "limits near the eye",
+    "height": "a high eye",
+    "haze": "haze",
+}
+
+
+def judge_beyond(points: Sequence[Point]) -> list[Claim]:
+    """Of every sweep: does the law know it, and does the bare one, mildest and hardest?"""
+    made: list[Claim] = []
+    for sweep, words in _WORDS.items():
+        chosen = [p for p in points if p.case["sweep"] == sweep]
+        made += [_known(sweep, words, chosen, what) for what in ("objects", "parts") if chosen]
+        ends = (chosen[0], chosen[-1]) if len(chosen) > 1 else ()
+        made += [_bare(sweep, words, point) for point in ends]
+    return made
+
+
+def over_law(points: Sequence[Point], what: str) -> Estimate:
+    """Measured ÷ predicted over all fields of some points, each with its own dispersion."""
+    counts = [np.array(p.samples[what], np.float64) for p in points]
+    means = [p.predicted[what] for p in points]
+    noise = [p.predicted[f"{what}_variance"] / p.predicted[what] for p in points]
+    lengths = [len(each) for each in counts]
+    return ratio(np.concatenate(counts), np.repeat(means, lengths), np.repeat(noise, lengths))
+
+
+def over_bare(point: Point) -> Estimate:
+    """Objects measured ÷ those of the bare law, of one point."""
+    found, share = (
+        over_law([point], "objects"),
+        point.predicted["objects"] / point.predicted["bare"],
+    )
+    low, value, high = (share * v for v in (found.low, found.value, found.high))
+    return Estimate(value, low, high, share * found.standard_error, found.scale, found.rows)
+
+
+def _known(sweep: str, words: str, points: Sequence[Point], what: str) -> Claim:
+    about = f"With {words} the law that knows of it gives the number of {what}, nothing fitted."
+    said = about, "measured ÷ predicted", _KNOWS
+    return claim(f"beyond/{sweep}/{what}_ratio", said, 1, _WITHIN, over_law(points, what))
+
+
+def _bare(sweep: str, words: str, point: Point) -> Claim:
+    question, at = BEYOND[sweep], swept_beyond(Case(**point.case))
+    about = f"With {words} the bare πK((P + R)/m)² still holds: {question.axis} at {at:.3g}."
+    said = about, "objects measured ÷ bare law", _BARE
+    foretold = point.predicted["objects"] / point.predicted["bare"]
+    found, foreseen = over_bare(point), abs(foretold - 1) > _WITHIN
+    name = f"beyond/{sweep}/bare_at_{at:.3g}"
+    return claim(name, said, 1, _WITHIN, found, foreseen=foreseen)

@@ -1,0 +1,174 @@
+"""What the scaling experiment shows: its points as series, figures and tables."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from scipy import stats
+
+from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
+from bench.experiments.scaling.claims import by_kind, case_of, noise_of, swept
+from bench.experiments.scaling.count_field import COLUMNS
+from bench.experiments.scaling.plots_beyond import beyond_figures, half_beyond
+from bench.figures import Figure, Series, against_law, examined_over_displayed
+from bench.records import Point, Record
+from bench.report_parts import claimed, measured
+from bench.statistics import CONFIDENCE
+
+_AXES = {
+    "density": "K, objects per m²",
+    "size": "P + R of the whole object (m)",
+    "detail": "m (rad), by detail threshold",
+    "resolution": "m (rad), by picture width",
+    "magnification": "m (rad), by field of view",
+    "world": "L, side of the world (m)",
+}
+_TITLES = {
+    "density": "More objects per area",
+    "size": "Larger objects",
+    "detail": "Coarser detail, by threshold",
+    "resolution": "Coarser detail, by resolution",
+    "magnification": "Coarser detail, by field of view",
+    "world": "A larger world",
+}
+_PER_FIELD = "mean number per field"
+
+Noise = dict[str, float]
+"""Of every metric, species and count: variance measured over that which the law predicts."""
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """Every sweep of the default metric, then every metric against its own prediction."""
+    kinds, noise = by_kind(record.points), noise_of(record.points)
+    made = [
+        _sweep_figure(record, species, sweep, noise)
+        for species, metric in kinds
+        if metric == "blake"
+        for sweep in _AXES
+        if _chosen(record, species, metric, sweep)
+    ]
+    made += beyond_figures(record)
+    made += [_law_figure(record, what, noise) for what in ("objects", "parts")]
+    made += [_search_figure(record, what) for what in ("objects", "parts")]
+    return tuple(made)
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: every point with what was predicted, measured and examined."""
+    heads = (
+        *("species", "metric", "sweep", "swept", "fields", "objects predicted", "measured", "±"),
+        *("ratio", "parts predicted", "measured", "±", "ratio"),
+        *("objects examined ÷ displayed", "parts examined ÷ displayed"),
+    )
+    noise = noise_of(record.points)
+    return heads, [_row(point, noise) for point in record.points]
+
+
+def _row(point: Point, noise: Noise) -> tuple[str, ...]:
+    case, count = case_of(point), len(point.samples[COLUMNS[0]])
+    beyond = case.sweep in BEYOND
+    value = swept_beyond(case) if beyond else swept(point)
+    cells = [case.species, case.metric, case.sweep, f"{value:.4g}", str(count)]
+    for what in ("objects", "parts"):
+        predicted, measured = point.predicted[what], mean(point, what)
+        half = half_beyond(point, what) if beyond else half_interval(point, what, noise)
+        cells += [f"{predicted:.5g}", f"{measured:.5g}", f"{half:.2g}"]
+        cells.append(f"{measured / predicted:.4f}")
+    for what in ("objects", "parts"):
+        cells.append(f"{mean(point, what + '_examined') / mean(point, what):.3f}")
+    return tuple(cells)
+
+
+def mean(point: Point, column: str) -> float:
+    """Mean count of a field."""
+    return float(np.mean(point.samples[column]))
+
+
+def half_interval(point: Point, what: str, noise: Noise) -> float:
+    """Half the 95 % interval of the mean.
+
+    The variance is the law's, times what all fields of the species and metric together say of it
+    (``noise``): a point of a few large fields could not say by itself.
+    """
+    scale = noise[f"{point.case['metric']}/{point.case['species']}/{what}"]
+    variance = scale * point.predicted[f"{what}_variance"] / len(point.samples[what])
+    return float(stats.norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance))
+
+
+def _sweep_figure(record: Record, species: str, sweep: str, noise: Noise) -> Figure:
+    points = _chosen(record, species, "blake", sweep)
+    series = [
+        _series(f"{what} displayed", points, what, swept, noise) for what in ("objects", "parts")
+    ]
+    mark = None
+    if sweep == "world":
+        mark = 2 * max(p.predicted["farthest_limit"] for p in points), "L = 2D"
+    return against_law(
+        name=f"{species}-{sweep}",
+        title=f"{_TITLES[sweep]} ({species}s)",
+        caption=_caption(record, f"blake/{species}/objects/slope_{sweep}"),
+        axis=(_AXES[sweep], _PER_FIELD),
+        series=series,
+        mark=mark,
+    )
+
+
+def _caption(record: Record, name: str) -> str:
+    return " ".join(
+        f"{c.about} Objects' {c.quantity}: {measured(c)}, claimed {claimed(c)}: {c.verdict}."
+        for c in record.claims
+        if c.name == name
+    )
+
+
+def _law_figure(record: Record, what: str, noise: Noise) -> Figure:
+    def predicted(point: Point) -> float:
+        return point.predicted[what]
+
+    series = [
+        _series(f"{metric}, {species}", points, what, predicted, noise)
+        for (species, metric), points in by_kind(record.points).items()
+    ]
+    title = f"All sweeps, against the prediction: {what}"
+    caption = (
+        f"Every point of every sweep, as predicted and as measured, {what} per field. The shaded "
+        f"band is ± 2 %. Nothing is fitted: the line is the law with its prefactor."
+    )
+    axis = f"{what} predicted per field", f"{what} measured per field"
+    return against_law(f"law-{what}", title, caption, axis, series)
+
+
+def _search_figure(record: Record, what: str) -> Figure:
+    series = []
+    for (species, metric), points in by_kind(record.points).items():
+        endless = sorted(
+            (p for p in points if p.case["extent"] is None), key=lambda p: mean(p, what)
+        )
+        displayed = [mean(p, what) for p in endless]
+        examined = [mean(p, f"{what}_examined") for p in endless]
+        halves = [0.0] * len(endless)
+        series.append(Series(f"{metric}, {species}", displayed, displayed, examined, halves))
+    title = f"Examined for each one displayed: {what}"
+    caption = (
+        f"How many {what} had to be tested for each one displayed, in endless worlds: it does not "
+        f"grow with the field, so that searching costs no more than in proportion."
+    )
+    axis = f"{what} displayed per field", f"{what} examined ÷ displayed"
+    return examined_over_displayed(f"examined-{what}", title, caption, axis, series)
+
+
+def _series(
+    label: str, points: Iterable[Point], what: str, along: Callable[[Point], float], noise: Noise
+) -> Series:
+    points = sorted(points, key=along)
+    return Series(
+        label,
+        [along(p) for p in points],
+        [p.predicted[what] for p in points],
+        [mean(p, what) for p in points],
+        [half_interval(p, what, noise) for p in points],
+    )
+
+
+def _chosen(record: Record, species: str, metric: str, sweep: str) -> list[Point]:
+    wanted = {"species": species, "metric": metric, "sweep": sweep}
+    return [p for p in record.points if wanted.items() <= p.case.items()]

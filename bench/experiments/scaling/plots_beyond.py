@@ -1,0 +1,60 @@
+"""What is shown of the cases beyond even, flat, clear ground: counts, and both laws."""
+
+from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
+from bench.experiments.scaling.claims_beyond import over_bare, over_law
+from bench.figures import Figure, Series, against_law
+from bench.records import Point, Record
+from bench.scaling_cases import Case
+from bench.statistics import Estimate
+
+
+def beyond_figures(record: Record) -> tuple[Figure, ...]:
+    """A figure for each sweep."""
+    chosen = {sweep: [p for p in record.points if p.case["sweep"] == sweep] for sweep in BEYOND}
+    return tuple(_figure(sweep, points) for sweep, points in chosen.items() if points)
+
+
+def half_beyond(point: Point, what: str) -> float:
+    """Half the 95 % interval of the mean of a point."""
+    found = over_law([point], what)
+    return (found.high - found.low) / 2 * point.predicted[what]
+
+
+def _figure(sweep: str, points: list[Point]) -> Figure:
+    question = BEYOND[sweep]
+    points = sorted(points, key=lambda p: swept_beyond(Case(**p.case)))
+    series = [_known(points, what) for what in ("objects", "parts")]
+    series.append(_bare(points))
+    words = [f"{_at(p)}: {over_bare(p).value:.4f}" for p in points]
+    caption = (
+        f"Mean number per field, and the law that knows of it. The third series is the bare law's "
+        f"πK((P + R)/m)² for the same objects: measured ÷ bare by {question.axis} is "
+        f"{', '.join(words)}."
+    )
+    axis = question.axis, "mean number per field"
+    return against_law(f"beyond-{sweep}", question.title, caption, axis, series)
+
+
+def _at(point: Point) -> str:
+    """Where it stands on the axis, to three digits."""
+    return f"{float(f'{swept_beyond(Case(**point.case)):.3g}'):g}"
+
+
+def _known(points: list[Point], what: str) -> Series:
+    found = [over_law([p], what) for p in points]
+    predicted = [p.predicted[what] for p in points]
+    return _series(f"{what} displayed", points, predicted, found)
+
+
+def _bare(points: list[Point]) -> Series:
+    found = [over_bare(p) for p in points]
+    return _series("objects, by the bare law", points, [p.predicted["bare"] for p in points], found)
+
+
+def _series(
+    label: str, points: list[Point], predicted: list[float], found: list[Estimate]
+) -> Series:
+    half = [(f.high - f.low) / 2 * p for f, p in zip(found, predicted, strict=True)]
+    measured = [f.value * p for f, p in zip(found, predicted, strict=True)]
+    x = [swept_beyond(Case(**p.case)) for p in points]
+    return Series(label, x, predicted, measured, half)

@@ -1,0 +1,135 @@
+"""Is pruning a low-pass filter? (§2.1, §2.2)
+
+Radial power spectra of a whole picture, of pruned ones, and of their difference, against the
+cut-off that m predicts: a feature of τ pixels is half a period, so pruning at τ should take the
+frequencies above 1/(2τ) cycles a pixel, and no others. Pictures are of albedo alone, all sampled at
+the same places: there is no noise in them.
+"""
+
+import hashlib
+import json
+import time
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float64
+
+from bench.conduct import joined, measured, record_of
+from bench.experiment import Progress, silent
+from bench.experiments.spectrum.claims import EDGES, judge
+from bench.provenance import provenance
+from bench.records import Point, Record
+from bench.spread import Each, in_turn
+from lod.air import CLEAR
+from lod.arrays import Reals
+from lod.fade import looks
+from lod.metric import METRICS
+from lod.prune import prune
+from scenes.preset import Preset, load_preset
+from scenes.render.frame import Light, Quality, Visible
+from scenes.render.render import render_frame
+from scenes.render.variants import choose
+from scenes.shot import short_ids
+from scenes.world import World, build_world, view_at
+
+NAME, VERSION = "spectrum", 1
+DETAILS = (2.0, 4.0, 8.0, 16.0)
+_DIRECTIONS, _QUICK_DIRECTIONS = 8, 3
+_SPP = 36
+SCENE = (
+    "world.extent=200",
+    "terrain.amplitude=0",
+    "terrain.reach=256",
+    "terrain.finest=1",
+    "species.figure.density=0.006",
+    "species.figure.prototypes=4",
+    "species.tree.density=0.001",
+    "species.tree.prototypes=2",
+    "air.visibility=clear",
+    "camera.pitch=0",
+    "render.size=192x96",
+)
+_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+
+Picture = Float64[np.ndarray, "h w"]
+
+
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
+    """Render every direction whole and pruned, and judge the claims; quick has fewer directions."""
+    start, variant = time.perf_counter(), choose()
+    count = _QUICK_DIRECTIONS if quick else _DIRECTIONS
+    headings = [360.0 * number / count - 180.0 for number in range(count)]
+    cases = [(f"towards {heading:g}°", (heading, variant, seed)) for heading in headings]
+    points = joined(measured(progress, each, (measure, cases)))
+    return record_of(
+        NAME,
+        VERSION,
+        quick=quick,
+        provenance=provenance(_scene_hash(count), seed, variant=variant),
+        points=points,
+        claims=judge(points),
+        notes={"directions": count},
+        start=start,
+    )
+
+
+def measure(heading: float, variant: str, seed: int) -> list[Point]:
+    """A point for each detail: the powers of every octave, in 10⁻¹²."""
+    whole, points = picture(heading, None, variant, seed), []
+    for detail in DETAILS:
+        pruned = picture(heading, detail, variant, seed)
+        samples = {}
+        for name, each in (("whole", whole), ("pruned", pruned), ("lost", whole - pruned)):
+            for k, power in enumerate(spectrum(each)):
+                samples[f"{name} {k}"] = [round(1e12 * float(power))]
+        points.append(Point({"detail": detail}, {"cutoff": 1 / (2 * detail)}, samples))
+    return points
+
+
+def spectrum(picture: Picture) -> Reals:
+    """Power of a picture in every octave between EDGES [cycles a pixel], (octaves,).
+
+    About its mean and through a Hann window, whose own mean square is taken out: the sum over all
+    frequencies is the variance of the picture (Parseval).
+    """
+    height, width = picture.shape
+    window = np.outer(np.hanning(height), np.hanning(width))
+    mean = float((picture * window).sum() / window.sum())
+    power = np.abs(np.fft.fft2((picture - mean) * window)) ** 2
+    power /= (window**2).mean() * picture.size**2
+    along = np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width)[None]
+    band = np.digitize(np.hypot(*along), EDGES) - 1
+    return np.bincount(np.clip(band, 0, None).ravel(), power.ravel(), len(EDGES))[: len(EDGES) - 1]
+
+
+def picture(heading: float, detail: float | None, variant: str, seed: int) -> Picture:
+    """Albedo as luminance, towards a heading, pruned at a detail or, at None, whole."""
+    preset, world = _preset(heading), _world(seed)
+    view = view_at(world, preset, 1)
+    metric = METRICS["full" if detail is None else "blake"]
+    view, visible = replace(view, metric=metric, detail=detail or 1.0), []
+    for each in world.representations:
+        cut = prune(each, view)
+        shape = each.appearance(cut.parts, looks(cut, view))
+        visible.append(Visible(each.name, short_ids(cut), shape))
+    quality = Quality(variant, _SPP, 0, max_depth=1)
+    light = Light(preset.light.sun_azimuth, preset.light.sun_elevation)
+    layers = render_frame(view.camera, visible, CLEAR, light, quality)
+    return np.asarray(layers.albedo.astype(np.float64) @ _LUMINANCE)
+
+
+def _preset(heading: float) -> Preset:
+    return load_preset("meadow", (*SCENE, f"camera.heading={heading}"))
+
+
+@lru_cache(maxsize=1)
+def _world(seed: int) -> World:
+    return build_world(_preset(0.0).model_copy(update={"seed": seed}))
+
+
+def _scene_hash(count: int) -> str:
+    words = [_preset(0.0).model_dump(mode="json"), DETAILS, EDGES, _SPP, count]
+    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,210 @@
+"""How often must parts be drawn again, how far off are those that are kept, and what is won? (§2)
+
+A crowd of walkers among trees in the wind, from a camera that stands, walks, turns and flies. Of
+every field one frame is scheduled by each rule, from the window of frames before it that it depends
+on (``lod.schedule``). Then a small frame is rendered with a schedule and without, turn by turn.
+"""
+
+import hashlib
+import json
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.conduct import joined, measured, record_of
+from bench.experiment import Progress, silent
+from bench.experiments.updates.claims import judge
+from bench.provenance import provenance
+from bench.records import Point, Record
+from bench.spread import Each, in_turn
+from lod.fade import looks
+from lod.prune import prune
+from lod.schedule import (
+    WINDOW,
+    Posed,
+    all_drawn,
+    frames_before,
+    most_urgent,
+    off_px,
+    past,
+    replayed,
+)
+from scenes.preset import Preset, load_preset
+from scenes.render.render import render_frame
+from scenes.render.variants import choose
+from scenes.shot import Shown, posed_in, scheduled, shoot
+from scenes.world import World, build_world, time_of, view_at
+
+NAME, VERSION = "updates", 2
+FRAME = WINDOW + 8
+FIELDS, QUICK_FIELDS = 8, 3
+ROUNDS, QUICK_ROUNDS = 6, 3
+THRESHOLDS = (0.25, 0.5, 1.0)
+BUDGET = 0.1
+"""Share of the parts that the rule of a budget draws anew."""
+
+SPEEDS = (0.0, *(2.0**k for k in range(-6, 4)))
+"""Edges of the classes of own speed on the image [px a frame]."""
+
+CROWD = (
+    "render.size=320x180",
+    "wind.speed=6",
+    "species.figure.density=0.01",
+    "species.figure.prototypes=4",
+    "species.figure.sizes=[1.0]",
+    "species.tree.density=0.0003",
+    "species.tree.prototypes=2",
+    "species.tree.sizes=[1.0]",
+)
+MOVES = {
+    "rest": (),
+    "walk-through": ("camera.speed=1.4",),
+    "pan": ("camera.turn=90",),
+    "fly-over": ("camera.speed=20", "camera.height=30", "camera.pitch=-20"),
+}
+TIMED = ("render.size=160x90", "render.spp=16", "render.max_depth=3")
+TIMED_PX = 0.5
+
+
+def run(
+    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+) -> Record:
+    """Schedule every field, time frames here, and judge the claims."""
+    start, variant = time.perf_counter(), choose()
+    seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
+    cases = [(f"field {each_seed}", (each_seed,)) for each_seed in seeds]
+    rounds = QUICK_ROUNDS if quick else ROUNDS
+    points = (
+        *joined(measured(progress, each, (measure, cases))),
+        timed(rounds, variant, seed),
+    )
+    return record_of(
+        NAME,
+        VERSION,
+        quick=quick,
+        provenance=provenance(_scene_hash(), seed, variant=variant),
+        points=points,
+        claims=judge(points),
+        notes={"fields": len(seeds), "rounds": rounds},
+        start=start,
+    )
+
+
+def measure(seed: int) -> list[Point]:
+    """One frame of a field by every rule, of every camera."""
+    presets = {
+        move: load_preset("crowd", (*CROWD, *settings, f"seed={seed}"))
+        for move, settings in MOVES.items()
+    }
+    world = build_world(presets["rest"])  # cameras are no part of it
+    return [
+        Point(
+            {"what": "schedule", "move": move},
+            {},
+            {name: [value] for name, value in counted(world, preset).items()},
+        )
+        for move, preset in presets.items()
+    ]
+
+
+def counted(world: World, preset: Preset) -> dict[str, int]:
+    """Parts that could move, those drawn anew and the farthest that another is off [px/1000], by
+    every rule; and by their speed.
+    """
+    shown, numbers = movers(world, preset, FRAME), frames_before(FRAME)
+    made = [posed_in(world, preset, numbers, each) for each in shown]
+    frames = [_together(each) for each in zip(*made, strict=True)]
+    last, parts = frames[-1], len(frames[-1].due)
+    rules = {f"{t:g} px": past(t) for t in THRESHOLDS}
+    rules["budget"] = most_urgent(round(BUDGET * parts))
+    states = dict(zip(rules, replayed(iter(frames), list(rules.values())), strict=True))
+    (before,) = replayed(iter(frames[-2:-1]), [past(0.0)])
+    kind = np.searchsorted(SPEEDS, off_px(before, last), "right") - 1
+    found = {"parts": parts}
+    for name, state in states.items():
+        found[f"redrawn {name}"] = int(state.anew.sum())
+        found[f"off {name}"] = math.ceil(1000 * float(state.off.max(initial=0)))
+    for k, low in enumerate(SPEEDS):
+        found[f"parts from {low:g}"] = int((kind == k).sum())
+        for name, state in states.items():
+            found[f"redrawn {name} from {low:g}"] = int(state.anew[kind == k].sum())
+    return found
+
+
+def movers(world: World, preset: Preset, frame: int) -> list[Shown]:
+    """What a frame displays of everything whose parts may be kept."""
+    view, found = view_at(world, preset, frame), []
+    for each in world.representations:
+        cut = prune(each, view)
+        shown = Shown(each, cut, looks(cut, view), view)
+        if scheduled(shown, time_of(preset, frame + 1)):
+            found.append(shown)
+    return found
+
+
+def _together(several: Sequence[Posed]) -> Posed:
+    """One moment of several representations as one: a budget is for all of them."""
+    first = np.cumsum([0] + [len(each.due) for each in several])[:-1]
+    owners = [each.owner + row for each, row in zip(several, first.tolist(), strict=True)]
+    return Posed(
+        start=np.concatenate([each.start for each in several]),
+        end=np.concatenate([each.end for each in several]),
+        owner=np.concatenate(owners),
+        due=np.concatenate([each.due for each in several]),
+        eye=several[0].eye,
+        theta=several[0].theta,
+    )
+
+
+def timed(rounds: int, variant: str, seed: int) -> Point:
+    """CPU time of a rendered frame, all drawn and scheduled, one after the other, and of posing
+    what it could keep [µs].
+    """
+    ways = {"all": 0.0, "scheduled": TIMED_PX}
+    presets = {
+        name: load_preset("crowd", (*CROWD, *TIMED, f"seed={seed}", f"view.update_threshold={t}"))
+        for name, t in ways.items()
+    }
+    world, samples = build_world(presets["all"]), dict[str, list[int]]()
+    for number in range(rounds + 1):
+        for name, preset in presets.items():
+            found = _stages(world, preset, FRAME + number, variant)
+            for stage, seconds in found.items() if number else ():  # the first is compiled
+                samples.setdefault(f"{name}{stage}", []).append(round(1e6 * seconds))
+    return Point({"what": "time", "move": "rest"}, {}, samples)
+
+
+def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str, float]:
+    """CPU time of a frame, of that before rendering, and of what alone could be saved and spent:
+    posing what could be kept, and comparing it with how it was drawn, once [s].
+    """
+    clock = [time.process_time()]
+    made = shoot(world, preset, frame, variant)
+    clock.append(time.process_time())
+    render_frame(made.camera, made.visible, made.air, made.light, made.quality, frame)
+    clock.append(time.process_time())
+    shown = movers(world, preset, frame)
+    drawn = [all_drawn(each) for each in _posed(world, preset, frame - 1, shown)]
+    clock.append(time.process_time())
+    now = _posed(world, preset, frame, shown)
+    clock.append(time.process_time())
+    for before, after in zip(drawn, now, strict=True):
+        off_px(before, after)
+    clock.append(time.process_time())
+    shot, rendered, _, posed, decided = np.diff(clock).tolist()
+    stages = {"before rendering": shot, "posing": posed, "deciding": decided}
+    return {"": shot + rendered, **{f", {name}": each for name, each in stages.items()}}
+
+
+def _posed(world: World, preset: Preset, frame: int, shown: Sequence[Shown]) -> list[Posed]:
+    """What is shown of each, as it stands in a frame."""
+    return [each for one in shown for each in posed_in(world, preset, (frame,), one)]
+
+
+def _scene_hash() -> str:
+    """SHA-256 of the preset and of every case."""
+    preset = load_preset("crowd", CROWD).model_dump(mode="json")
+    words = [preset, MOVES, TIMED, TIMED_PX, FRAME, THRESHOLDS, BUDGET, SPEEDS]
+    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,65 @@
+"""What the updates experiment shows: updates a second against own speed, and a table."""
+
+import numpy as np
+
+from bench.excess_flip import PIXELS_PER_DEGREE
+from bench.experiments.updates.claims import JUDGED_PX, off_px, redrawn
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+from lod.window import critical_hz
+
+FPS = 24.0
+FINEST_CPD = PIXELS_PER_DEGREE / 2
+"""The finest that a display of so many pixels a degree can show."""
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """How often parts of each class of speed are drawn anew, at rest, and what the eye asks for."""
+    point = next(p for p in record.points if p.case.get("move") == "rest" and "parts" in p.samples)
+    lows = [float(name.split()[-1]) for name in point.samples if name.startswith("parts from")]
+    lows = [low for low in lows if low > 0 and any(point.samples[f"parts from {low:g}"])]
+    speeds = [low * 2**0.5 for low in lows]  # the middle of a class that ends at twice its start
+    drawn, words = [], []
+    for threshold in JUDGED_PX:
+        rates = [FPS * _share(point, threshold, low) for low in lows]
+        drawn.append(Curve(f"{threshold:g} px", speeds, rates))
+        words.append(f"at {threshold:g} px {rates[0]:.2g} to {rates[-1]:.3g} updates a second")
+    degrees = np.array(speeds) * FPS / PIXELS_PER_DEGREE
+    eye = critical_hz(degrees, FINEST_CPD).tolist()
+    drawn.append(Curve("ω_l + r·u_l (Watson & Ahumada)", speeds, eye))
+    span = f"own speeds of {speeds[0]:.2g} to {speeds[-1]:.2g} pixels a frame"
+    caption = (
+        f"How often parts are drawn anew, 24 frames/s, by threshold; {span}: {'; '.join(words)}. "
+        f"The eye asks for {eye[0]:.0f} to {eye[-1]:.0f} (ω_l + r·u_l, Watson & Ahumada 1983, "
+        f"at 67 pixels a degree)."
+    )
+    axis = "own speed on the image (pixels a frame)", "updates a second"
+    return (curves("updates", "When parts are drawn again", caption, caption, axis, drawn),)
+
+
+def _share(point: Point, threshold: float, low: float) -> float:
+    anew = sum(point.samples[f"redrawn {threshold:g} px from {low:g}"])
+    return anew / sum(point.samples[f"parts from {low:g}"])
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: every camera by every rule; then the time of a frame."""
+    heads = "camera", "rule", "parts", "drawn anew", "95 % interval", "farthest off (px)"
+    rows = [row for p in record.points if p.case["what"] == "schedule" for row in _rows(p)]
+    return heads, [*rows, *(_timed(p) for p in record.points if p.case["what"] == "time")]
+
+
+def _rows(point: Point) -> list[tuple[str, ...]]:
+    made: list[tuple[str, ...]] = []
+    for rule in (*(f"{t:g} px" for t in JUDGED_PX), "budget"):
+        found, parts = redrawn(point, rule), sum(point.samples["parts"])
+        interval = f"{found.low:.3f}-{found.high:.3f}"
+        share = f"{found.value:.3f}"
+        row = point.case["move"], rule, str(parts), share, interval, f"{off_px(point, rule):.3f}"
+        made.append(row)
+    return made
+
+
+def _timed(point: Point) -> tuple[str, ...]:
+    whole, kept = (np.mean(point.samples[name]) / 1e6 for name in ("all", "scheduled"))
+    return "time of a frame", f"all {whole:.2f} s", "", f"scheduled {kept:.2f} s", "", ""

@@ -1,0 +1,91 @@
+"""What the world experiment shows: time and parts against the number of objects, and a table."""
+
+import numpy as np
+
+from bench.experiments.world.claims import added_by_parts, beyond_limit, seconds
+from bench.figures import Curve, Figure, curves
+from bench.records import Point, Record
+from bench.rivals import Rivals, rivals
+from bench.statistics import median
+
+_LABELS = {"blake": "pruned", "full": "unpruned"}
+
+
+def figures(record: Record) -> tuple[Figure, ...]:
+    """Time, then parts."""
+    return _time(record), _parts(record)
+
+
+def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and rows: every world."""
+    heads = ("pruned", "objects in the world", "side (m)", "limit (m)", "objects", "parts")
+    return (*heads, "scene (MB)", "scene's hash", "s (95 %)"), [_row(p) for p in record.points]
+
+
+def _row(point: Point) -> tuple[str, ...]:
+    case, found = point.case, median(seconds(point))
+    counts = f"{point.samples['objects'][0]:,}", f"{point.samples['parts'][0]:,}"
+    return (
+        *(_LABELS[case["metric"]], f"{case['objects']:.0e}", f"{case['side_m']:.4g}"),
+        *(f"{case['limit_m']:.4g}" if case["limit_m"] else "none", *counts),
+        *(f"{point.samples['bytes'][0] / 1e6:.1f}", case["scene"]),
+        f"{found.value:.4f} ({found.low:.4f} to {found.high:.4f})",
+    )
+
+
+def _of(record: Record, metric: str) -> list[Point]:
+    return [p for p in record.points if p.case["metric"] == metric]
+
+
+def _time(record: Record) -> Figure:
+    drawn = []
+    for metric, label in _LABELS.items():
+        points = _of(record, metric)
+        found = [median(seconds(p)) for p in points]
+        bands = [f.low for f in found], [f.high for f in found]
+        x = [float(p.case["objects"]) for p in points]
+        drawn.append(Curve(label, x, [f.value for f in found], *bands, line=_line(metric, points)))
+    same = len({p.case["scene"] for p in beyond_limit(record.points)})
+    caption = (
+        "From prune to plain scene, seconds of one core: medians with their 95 % intervals. Of the "
+        f"worlds larger than the limit distance, {len(beyond_limit(record.points))} give {same} "
+        f"scene{'s' if same > 1 else ''}, compared bit for bit. {_words(drawn)} Dashed: no growth "
+        f"once the world is larger than the limit; unpruned, what parts add to the smallest "
+        f"world, of which {_rivals(_of(record, 'full')).words}, x being the parts added."
+    )
+    axis = "objects in the world", "seconds for a frame"
+    return curves("time", "A frame in ever larger worlds", caption, caption, axis, drawn)
+
+
+def _line(metric: str, points: list[Point]) -> tuple[list[float], list[float]]:
+    """What was fitted, at the points: a constant beyond the limit; parts added, unpruned."""
+    if metric != "full":
+        beyond = beyond_limit(tuple(points))
+        middle = float(np.median(np.concatenate([seconds(p) for p in beyond])))
+        return [float(p.case["objects"]) for p in beyond], [middle] * len(beyond)
+    parts = np.array([float(p.samples["parts"][0]) for p in points[1:]])
+    first = float(np.median(seconds(points[0])))
+    fitted = first + _rivals(points).line(parts - points[0].samples["parts"][0])
+    return [float(p.case["objects"]) for p in points[1:]], fitted.tolist()
+
+
+def _rivals(points: list[Point]) -> Rivals:
+    return rivals(*added_by_parts(points))
+
+
+def _parts(record: Record) -> Figure:
+    drawn = []
+    for metric, label in _LABELS.items():
+        points = _of(record, metric)
+        y = [float(np.maximum(p.samples["parts"][0], 1)) for p in points]
+        drawn.append(Curve(label, [float(p.case["objects"]) for p in points], y))
+    caption = f"Parts displayed from the same eye. {_words(drawn)}"
+    axis = "objects in the world", "parts displayed"
+    return curves("parts", "Parts in ever larger worlds", caption, caption, axis, drawn)
+
+
+def _words(drawn: list[Curve]) -> str:
+    return " ".join(
+        f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.0e} objects, {c.y[-1]:.3g} at {c.x[-1]:.0e}."
+        for c in drawn
+    )
