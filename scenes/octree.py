@@ -30,7 +30,7 @@ SUNK = 1.7
 
 OVERLAP = 0.95
 """Of a cell's ball and those of its own cells (``lod.thinning``): one lies in the others. Measured
-(``bench.leaf_overlap``)."""
+(``bench.calibrate.leaf_overlap``)."""
 
 _JITTER = 0.3
 """How far the finest balls stand from their places along the surface, in sides of their cells: on

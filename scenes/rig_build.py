@@ -28,7 +28,7 @@ MEAN = "mean"
 
 WHOLE_OVERLAP, LIMB_OVERLAP = 0.62, 0.97
 """Of the leaf appearance and the parts of a body, and of any part of it (``lod.thinning``): a limb
-lies right in its own parts. Measured (``bench.leaf_overlap``)."""
+lies right in its own parts. Measured (``bench.calibrate.leaf_overlap``)."""
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def falling() -> Reals:
 def sky_of(elevation_deg: float, turbidity: float) -> Sky:
     """The sky with the sun that high, at the table's edge beyond it: Mitsuba's ``sunsky`` (Hosek &
     Wilkie, "An analytic model for full spectral sky-dome radiance", SIGGRAPH 2012), as ``python -m
-    bench.sky_table`` averages it."""
+    bench.calibrate.sky_table`` averages it."""
     at = np.clip(turbidity, *_ends(TURBIDITIES)), np.clip(elevation_deg, *_ends(ELEVATIONS_DEG))
     return Sky(interpn((TURBIDITIES, ELEVATIONS_DEG), _table(), at)[0])
 

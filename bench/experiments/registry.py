@@ -3,7 +3,7 @@
 import importlib
 from typing import Any
 
-from bench.experiment import Experiment
+from bench.runner.experiment import Experiment
 
 
 def _later(module: str, name: str) -> Any:

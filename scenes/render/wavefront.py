@@ -13,7 +13,7 @@ import numpy as np
 from scenes.render.plugin import loaded
 
 SAMPLER = "multijitter"
-"""None tried has less noise for the time (``python -m bench.settings_benchmark``)."""
+"""None tried has less noise for the time (``python -m bench.studies.render_settings``)."""
 
 
 def rays(camera: Any, size: tuple[int, int], pixels: slice, spp: int, seed: int) -> tuple[Any, Any]:

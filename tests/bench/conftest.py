@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from bench.experiments.scaling import measure as scaling
-from bench.records import write_record
-from bench.report import write_report
-from bench.sampling import Effort
-from bench.scaling_cases import Case
+from bench.fields.cases import Case
+from bench.records.records import write_record
+from bench.report.write import write_report
+from bench.statistics.sample_size import Effort
 
 
 @pytest.fixture(scope="session")

@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from bench.cli import main
-from bench.frame_flags import frame_numbers, frame_pattern
-from bench.view_flags import preset_of
+from bench.cli.frame_flags import frame_numbers, frame_pattern
+from bench.cli.main import main
+from bench.cli.view_flags import preset_of
 from lod.errors import InputError
 from scenes.preset import load_preset, preset_from, preset_names
 from scenes.render.manifest import load_manifest, settings_hash

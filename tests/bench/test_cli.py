@@ -11,8 +11,8 @@ from pathlib import Path
 import click
 import pytest
 
-from bench import cli
-from bench.output import output, table
+from bench.cli import main as cli
+from bench.cli.output import output, table
 from lod.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -28,7 +28,7 @@ def leave(arguments: list[str]) -> int:
 def lodbench(*arguments: str) -> subprocess.CompletedProcess[str]:
     """The program in a process of its own."""
     return subprocess.run(
-        [sys.executable, "-m", "bench.cli", *arguments],
+        [sys.executable, "-m", "bench.cli.main", *arguments],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -83,7 +83,7 @@ def test_what_goes_wrong_is_one_line_and_a_code(
 
 LATE = """
 import os, signal
-from bench import cli
+from bench.cli import main as cli
 
 class Last:
     def __del__(self, kill=os.kill, number=signal.SIGINT):
@@ -144,8 +144,8 @@ def test_list_names_presets_metrics_and_experiments(capfd: pytest.CaptureFixture
 def test_mistakes_are_found_before_anything_heavy_is_imported() -> None:
     heavy = {"mitsuba", "OpenEXR", "numba", "scipy", "statsmodels", "matplotlib", "colour"}
     code = (
-        "import sys, bench.cli\n"
-        "try: bench.cli.main(['render', 'meadow', '-o', 'out/a.####.exr', '--spp', '0'])\n"
+        "import sys, bench.cli.main\n"
+        "try: bench.cli.main.main(['render', 'meadow', '-o', 'out/a.####.exr', '--spp', '0'])\n"
         "except SystemExit as left: print(left.code, *sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
@@ -183,7 +183,7 @@ def test_json_has_no_nan(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_reader_that_stops_reading_is_no_drama() -> None:
-    command = f"'{sys.executable}' -m bench.cli list | true; exit ${{PIPESTATUS[0]}}"
+    command = f"'{sys.executable}' -m bench.cli.main list | true; exit ${{PIPESTATUS[0]}}"
     done = subprocess.run(["bash", "-c", command], cwd=ROOT, capture_output=True, text=True)
     assert done.stderr == ""
     assert done.returncode in (0, 1)

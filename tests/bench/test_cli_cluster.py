@@ -10,7 +10,7 @@ import cloudpickle
 import numpy as np
 import pytest
 
-from bench.cli import main
+from bench.cli.main import main
 from scenes.render import cluster_frames
 from scenes.render.cluster_frames import frame_task
 from scenes.render.disk import partial_path

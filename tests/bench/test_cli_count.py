@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from bench.cli import main
+from bench.cli.main import main
 
 ADULTS = '{model="figure", density=0.01, prototypes=1}'
 CHILDREN = '{model="figure", density=0.02, prototypes=1, sizes=[0.5]}'

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli import main
-from bench.commands.frames import without
+from bench.cli.commands.frames import without
+from bench.cli.main import main
 from scenes.preset import load_preset
 from scenes.render.one_frame import render_one, settings_of
 from scenes.render.sequence import open_job, render_sequence

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from bench.cli import main
-from bench.commands.render import preview_stem
+from bench.cli.commands.render import preview_stem
+from bench.cli.main import main
 
 TINY = """
 [camera]

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from bench.claims import Claim
-from bench.cli import main
+from bench.cli.main import main
 from bench.experiments import registry as experiments
 from bench.experiments.registry import EXPERIMENTS
-from bench.provenance import provenance
-from bench.records import Record, read_record
+from bench.records.claims import Claim
+from bench.records.provenance import provenance
+from bench.records.records import Record, read_record
 from scenes.render import variants
 
 HELD = Claim("slope", "slope of objects", "an exponent", "§4.1", 1.0, 0.02, 1.001, 0.99, 1.01)

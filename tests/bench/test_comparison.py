@@ -7,14 +7,14 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from bench.claims import Claim
-from bench.cli import main
-from bench.comparison import compare, compare_paths
-from bench.provenance import provenance
-from bench.records import Point, Record, write_record
+from bench.cli.main import main
+from bench.records.claims import Claim
+from bench.records.compare_runs import compare, compare_paths
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record, write_record
 from lod.errors import InputError
 
-SCHEMA = json.loads(Path("bench/record.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads(Path("bench/records/record.schema.json").read_text(encoding="utf-8"))
 RESULTS = Path("results/reference")
 HELD = Claim("a", "about", "a ratio", "§4.1", 1.0, 0.02, 1.0, 0.99, 1.01)
 NEAR = replace(HELD, measured=1.002, low=0.992, high=1.012)

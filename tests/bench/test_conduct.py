@@ -3,10 +3,10 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.conduct import joined, measured, record_of
-from bench.provenance import provenance
-from bench.records import Point
-from bench.spread import in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point
+from bench.runner.dask_cases import in_turn
+from bench.runner.run_cases import joined, measured, record_of
 
 
 def double(number, copies):

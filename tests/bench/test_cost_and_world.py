@@ -13,8 +13,8 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.world import measure as world_experiment
 from bench.experiments.world.claims import beyond_limit
 from bench.experiments.world.claims import judge as judge_world
-from bench.provenance import provenance
-from bench.records import Point, Record
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
 from scenes.render.variants import choose
 
 

@@ -11,8 +11,8 @@ from bench.experiments.cover.claims import bands, judge, room, same_rays, tone
 from bench.experiments.cover.measure import in_bands
 from bench.experiments.cover.scene import LOOKS, Case, cases, displayed, preset_of, whole
 from bench.experiments.registry import EXPERIMENTS
-from bench.provenance import provenance
-from bench.records import Point, Record
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import in_view

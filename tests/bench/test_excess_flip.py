@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from bench.excess_flip import FLOOR, ExcessFlip, excess_flip, flip_map, mean_flip, over_noise
+from bench.statistics.excess_flip import (
+    FLOOR,
+    ExcessFlip,
+    excess_flip,
+    flip_map,
+    mean_flip,
+    over_noise,
+)
 from lod.errors import InputError
 
 HEIGHT, WIDTH = 24, 40

@@ -30,9 +30,9 @@ from bench.experiments.fidelity.scene import (
 )
 from bench.experiments.fidelity.timing import STAGES, TIMED, UNPRUNED, measure_times
 from bench.experiments.figure.cases import curves
-from bench.pictures import NOTE, pictures_of
-from bench.provenance import provenance
-from bench.records import Point, Record
+from bench.records.embedded_pictures import NOTE, pictures_of
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
 from scenes.render.frame import Layers
 from scenes.render.variants import choose
 

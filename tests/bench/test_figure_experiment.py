@@ -32,9 +32,9 @@ from bench.experiments.figure.part_counts import approaches, count, displayed_pa
 from bench.experiments.figure.plots import figures, table
 from bench.experiments.figure.posing import POINTS_PER_JOINT, Posing, posing
 from bench.experiments.registry import EXPERIMENTS
-from bench.records import Point, read_record, write_record
-from bench.report import write_report
-from bench.statistics import median
+from bench.records.records import Point, read_record, write_record
+from bench.report.write import write_report
+from bench.statistics.estimates import median
 from lod.camera import Corner, look
 from lod.errors import InputError
 from lod.parts import Parts, Sticks

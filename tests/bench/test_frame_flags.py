@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.frame_flags import frame_numbers, frame_path, frame_pattern, make_folder, memory_size
+from bench.cli.frame_flags import frame_numbers, frame_path, frame_pattern, make_folder, memory_size
 from lod.errors import InputError
 
 

@@ -9,15 +9,15 @@ import psutil
 import pytest
 from click.testing import CliRunner
 
-from bench import full_benchmark
-from bench.excess_flip import over_noise
 from bench.experiments.fidelity.scene import SPECIES
-from bench.full_benchmark import main, written
-from bench.full_detail import detail_of, search
-from bench.full_report import factor, figures, growth, ratios, table_of, words_of
-from bench.full_scene import KINDS, QUICK, Picture, limit_of, preset_of
-from bench.full_turns import FILLED, Runner, TooLarge, largest, started
-from bench.records import Point
+from bench.records.records import Point
+from bench.statistics.excess_flip import over_noise
+from bench.studies.full import benchmark as full_benchmark
+from bench.studies.full.benchmark import main, written
+from bench.studies.full.equal_error_detail import detail_of, search
+from bench.studies.full.report import factor, figures, growth, ratios, table_of, words_of
+from bench.studies.full.timed_frames import FILLED, Runner, TooLarge, largest, started
+from bench.studies.full.worlds import KINDS, QUICK, Picture, limit_of, preset_of
 from lod.errors import InputError
 
 PAIRS = 8

@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from bench import gallery
+from bench.studies import gallery
 
 
 def test_a_page_of_what_was_rendered(tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bench.excess_flip import FLOOR, LEAST_PAIRS, excess_flip, mean_flip
+from bench.statistics.excess_flip import FLOOR, LEAST_PAIRS, excess_flip, mean_flip
 from lod.air import CLEAR
 from lod.prune import prune
 from scenes.preset import load_preset

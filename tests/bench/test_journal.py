@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench import journal as journal_file
-from bench.cli import main
+from bench.cli.main import main
+from bench.cli.time_left import Took, in_words, plan, seconds_left
 from bench.experiments import registry as experiments
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import measure as scaling
-from bench.journal import Asked, Journal, Spent, journal
-from bench.records import Point, Record, read_record, read_records
-from bench.sampling import Effort
-from bench.scaling_cases import Case
-from bench.spread import in_turn
-from bench.time_left import Took, in_words, plan, seconds_left
+from bench.fields.cases import Case
+from bench.records.records import Point, Record, read_record, read_records
+from bench.runner import journal as journal_file
+from bench.runner.dask_cases import in_turn
+from bench.runner.journal import Asked, Journal, Spent, journal
+from bench.statistics.sample_size import Effort
 
 BASE = Case("density", "figure", "blake", density=0.01, detail=20.0)
 GRID = tuple(replace(BASE, density=0.01 * k) for k in range(1, 9))

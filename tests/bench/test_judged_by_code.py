@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from bench.experiments.registry import EXPERIMENTS
-from bench.records import read_record
-from bench.report_parts import MARKS
+from bench.records.records import read_record
+from bench.report.words import MARKS
 from lod.errors import InputError
 
 PLACE = Path(__file__).parents[2] / "results" / "reference"

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench import leaf_light
-from bench.leaf_light import cut_at, sent, shares, sides, trees_of
+from bench.calibrate import leaf_light
+from bench.calibrate.leaf_light import cut_at, sent, shares, sides, trees_of
 from scenes.heights import TURNS_DEG
 from scenes.models import made
 from scenes.preset import load_preset

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench import leaf_overlap
-from bench.leaf_overlap import between, cover, lapped, objects_of, overlap_of
+from bench.calibrate import leaf_overlap
+from bench.calibrate.leaf_overlap import between, cover, lapped, objects_of, overlap_of
 from scenes.models import MODELS
 from scenes.tree import tree_prototypes
 from scenes.tree_species import SPECIES

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bench import motion_clips
 from bench.experiments.popping import unexplained_change as popping_measure
 from bench.experiments.popping.unexplained_change import Walk, frames_of, popped
-from bench.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
+from bench.studies import motion_clips
+from bench.studies.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
 from lod.camera import Corner, look
 from scenes.preset import load_preset
 from scenes.render.exr import read_exr

@@ -5,15 +5,15 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from bench.conduct import joined
-from bench.excess_flip import LEAST_PAIRS
 from bench.experiments.motion import measure as motion_experiment
 from bench.experiments.motion import pictures as motion_picture
 from bench.experiments.motion import plots as motion_plots
 from bench.experiments.motion.claims import judge, kept, one_sided
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.experiments.registry import EXPERIMENTS
-from bench.records import Point
+from bench.records.records import Point
+from bench.runner.run_cases import joined
+from bench.statistics.excess_flip import LEAST_PAIRS
 from scenes.render.variants import choose
 
 

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench.occlusion_benchmark import seen_of, without
+from bench.studies.occlusion import seen_of, without
 from lod.fade import looks
 from lod.prune import prune
 from lod.view import in_view

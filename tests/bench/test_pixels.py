@@ -9,10 +9,10 @@ import pytest
 from bench.experiments.pixels import plots as pixels_plots
 from bench.experiments.pixels.claims import judge
 from bench.experiments.pixels.measure import covered, drawn
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.sight_measure import camera
-from bench.statistics import quantile
+from bench.fields.part_sizes import camera
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.statistics.estimates import quantile
 from lod.metric import METRICS
 from lod.view import View
 

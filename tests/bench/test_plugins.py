@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench import scaling_cases
-from bench.cli import main
-from bench.conformance_metric import FORMULA, rabbits
-from bench.conformance_offer import broken_offer_rules
+from bench.cli.main import main
+from bench.conformance.metric_rules import FORMULA, rabbits
+from bench.conformance.plugin_rules import broken_offer_rules
 from bench.experiments.scaling import measure as scaling
-from bench.journal import sources
-from bench.provenance import provenance
-from bench.sampling import Effort
-from bench.scaling_cases import metric_cases
+from bench.fields import cases as scaling_cases
+from bench.fields.cases import metric_cases
+from bench.records.provenance import provenance
+from bench.runner.journal import sources
+from bench.statistics.sample_size import Effort
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.prune import prune
@@ -193,7 +193,10 @@ def test_records_and_journals_know_who_was_there():
 def test_a_frame_is_rendered_with_theirs(tmp_path):
     variant = choose("scalar_rgb")
     paths = os.pathsep.join([str(ROOT), str(PLACE)])
-    program, out = (sys.executable, "-P", "-m", "bench.cli"), ("-o", "f.####.exr", "--spp", "1")
+    program, out = (
+        (sys.executable, "-P", "-m", "bench.cli.main"),
+        ("-o", "f.####.exr", "--spp", "1"),
+    )
     done = subprocess.run(
         [*program, "render", "meadow", *SMALL, *RAIL, *HALFWAY, *out, "--variant", variant],
         env={**trusting(variant), "PYTHONPATH": paths},

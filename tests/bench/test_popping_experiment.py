@@ -9,8 +9,8 @@ import pytest
 from bench.experiments.popping import plots as popping_plots
 from bench.experiments.popping.claims import SWITCHED, WAYS, judge
 from bench.experiments.popping.measure import QUANTILES, in_one_only
-from bench.provenance import provenance
-from bench.records import Point, Record
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
 
 
 def test_area_in_one_disc_only():

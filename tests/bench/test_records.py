@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from bench.claims import Claim, claim, claim_from
-from bench.provenance import provenance
-from bench.records import Point, Record, pool, read_record, read_records, write_record
-from bench.statistics import Estimate
+from bench.records.claims import Claim, claim, claim_from
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record, pool, read_record, read_records, write_record
+from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
 

@@ -14,12 +14,12 @@ import pytest
 from PIL import Image
 
 from bench.experiments.scaling.plots import figures, half_interval, table
-from bench.figures import Curve, Figure, Series, against_law, curves
-from bench.pictures import pictures
-from bench.records import write_record
-from bench.report import write_report
-from bench.report_parts import GLOSSARY, MARKS, answer, four
-from bench.report_plots import numbers, plot
+from bench.plots.plot import Curve, Figure, Series, against_law, curves
+from bench.records.embedded_pictures import pictures
+from bench.records.records import write_record
+from bench.report.plotly_specs import numbers, plot
+from bench.report.words import GLOSSARY, MARKS, answer, four
+from bench.report.write import write_report
 from lod.errors import InputError
 
 VOID = {"meta", "link", "br", "wbr", "hr", "img", "input"}

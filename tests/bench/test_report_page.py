@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.pictures import pictures
-from bench.records import write_record
-from bench.report import write_report
+from bench.records.embedded_pictures import pictures
+from bench.records.records import write_record
+from bench.report.write import write_report
 
 CHROMIUM = shutil.which("chromium")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")

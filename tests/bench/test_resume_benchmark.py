@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.resume_benchmark import KILLS, aside, killed_and_whole, spans_between
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.studies.resume import KILLS, aside, killed_and_whole, spans_between
 
 
 def a_record(name, samples, seconds=1.0):

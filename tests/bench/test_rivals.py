@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bench.figures import Curve, curves
-from bench.report_plots import plot
-from bench.rivals import EVEN, exponent, rivals
+from bench.plots.plot import Curve, curves
+from bench.report.plotly_specs import plot
+from bench.statistics.power_law import EVEN, exponent, rivals
 from lod.errors import InputError
 
 X = np.geomspace(1.0, 1000.0, 24)

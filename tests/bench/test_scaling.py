@@ -16,10 +16,10 @@ from bench.experiments.scaling import measure as scaling
 from bench.experiments.scaling.claims import FAR, beyond, judge, noise_of, swept
 from bench.experiments.scaling.count_field import COLUMNS, count_field, scene_hash, seed_of
 from bench.experiments.scaling.prediction import disc_in_square, predict, shown_areas
-from bench.records import Point, read_record, write_record
-from bench.sampling import Effort, sample, worst_error
-from bench.scaling_cases import EYE_HEIGHT_M, SWEEPS, Case, cases
-from bench.scaling_scene import prototypes_of, view_of
+from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case, cases
+from bench.fields.scene import prototypes_of, view_of
+from bench.records.records import Point, read_record, write_record
+from bench.statistics.sample_size import Effort, sample, worst_error
 from lod.law import chained_limits
 from lod.metric import METRICS
 

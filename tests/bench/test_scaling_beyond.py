@@ -12,10 +12,10 @@ from bench.experiments.scaling.claims_beyond import judge_beyond, over_bare, ove
 from bench.experiments.scaling.count_field import COLUMNS, chance, count_field, seed_of, stands
 from bench.experiments.scaling.plots_beyond import beyond_figures
 from bench.experiments.scaling.prediction import cleared, clumping, predict
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.scaling_cases import GATHERED, Case
-from bench.scaling_scene import KEPT
+from bench.fields.cases import GATHERED, Case
+from bench.fields.scene import KEPT
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
 
 CASES = [case for case in beyond_cases() if case.sweep != "mixed"]
 

@@ -1,4 +1,4 @@
-"""What nights do to renderers, a few times each; bench/sequence_benchmark.py does more."""
+"""What nights do to renderers, a few times each; bench/studies/sequence_faults.py does more."""
 
 import os
 import subprocess
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bench.memory_benchmark import SCENES, foretold, growth, rendered
-from bench.program_run import Place
-from bench.sequence_benchmark import damage, full_disk, interrupts, kills, repeats
+from bench.studies.memory import SCENES, foretold, growth, rendered
+from bench.studies.program_run import Place
+from bench.studies.sequence_faults import damage, full_disk, interrupts, kills, repeats
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, works
 
 pytestmark = pytest.mark.slow

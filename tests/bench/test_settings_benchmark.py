@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.settings_benchmark import DARK, SPP, changed, noise, settings
+from bench.studies.render_settings import DARK, SPP, changed, noise, settings
 from scenes.render import variants, wavefront
 from scenes.render.plugin import loaded
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from bench import sight_measure
 from bench.experiments.eye import measure as eye_experiment
 from bench.experiments.haze import measure as haze_experiment
 from bench.experiments.registry import EXPERIMENTS
-from bench.sight_measure import SIZES, prototypes_with, size_class, total
-from bench.statistics import share
+from bench.fields import part_sizes as sight_measure
+from bench.fields.part_sizes import SIZES, prototypes_with, size_class, total
+from bench.statistics.estimates import share
 from lod.contrast import CONTRAST_CLASSES
 from lod.errors import InputError
 

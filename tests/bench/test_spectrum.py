@@ -8,8 +8,8 @@ import pytest
 from bench.experiments.spectrum import plots as spectrum_plots
 from bench.experiments.spectrum.claims import EDGES, judge
 from bench.experiments.spectrum.measure import DETAILS, picture, spectrum
-from bench.provenance import provenance
-from bench.records import Point, Record
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
 from scenes.render.variants import choose
 
 OCTAVES = len(EDGES) - 1

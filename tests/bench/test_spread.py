@@ -4,12 +4,12 @@ import pickle
 
 import pytest
 
-from bench.cli import main
+from bench.cli.main import main
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling.measure import measure
-from bench.sampling import Effort
-from bench.scaling_cases import cases
-from bench.spread import in_turn, spread_over
+from bench.fields.cases import cases
+from bench.runner.dask_cases import in_turn, spread_over
+from bench.statistics.sample_size import Effort
 
 EFFORT = Effort(target=0.5, least=2, most=2)
 

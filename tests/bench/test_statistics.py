@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bench.sampling import Effort, sample
-from bench.statistics import fields_needed, ratio, ratio_of_means, slope, standard_error
+from bench.statistics.estimates import fields_needed, ratio, ratio_of_means, slope, standard_error
+from bench.statistics.sample_size import Effort, sample
 from lod.errors import InputError
 
 

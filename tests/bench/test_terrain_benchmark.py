@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bench.terrain_benchmark import main, skyline, slice_of
+from bench.studies.terrain_skyline import main, skyline, slice_of
 from lod.camera import Corner, look
 from lod.metric import METRICS
 from lod.parts import Triangles
@@ -23,8 +23,8 @@ def test_the_skyline_of_a_gable_is_its_outline():
 
 
 def test_it_says_how_true_the_ground_is(monkeypatch):
-    monkeypatch.setattr("bench.terrain_benchmark.SIZES", ("64x36",))
-    monkeypatch.setattr("bench.terrain_benchmark.PRESETS", ("meadow",))
+    monkeypatch.setattr("bench.studies.terrain_skyline.SIZES", ("64x36",))
+    monkeypatch.setattr("bench.studies.terrain_skyline.PRESETS", ("meadow",))
     said = CliRunner().invoke(main, ["--quick"])
     assert said.exit_code == 0, said.output
     assert "meadow" in said.output and "100.00%" in said.output

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bench import tone_benchmark
-from bench.tone_benchmark import COLUMNS, bands_of, judged, kept, main, write
+from bench.studies import tone as tone_benchmark
+from bench.studies.tone import COLUMNS, bands_of, judged, kept, main, write
 
 
 def planted(ratio: float, fields: int = 200) -> dict:

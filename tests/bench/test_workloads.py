@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from bench import workloads
-from bench.cli import main
-from bench.workloads import Workload, counted, workload_named
+from bench.cli.main import main
+from bench.count import workloads
+from bench.count.workloads import Workload, counted, workload_named
 from lod.errors import InputError
 from scenes.preset import preset_names
 

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from bench.conformance import RULES, Subject, broken_rules
+from bench.conformance.rules import RULES, Subject, broken_rules
 from lod.camera import Corner, look
 from lod.errors import InputError
 from lod.message import change
@@ -203,6 +203,6 @@ def test_the_suite_notices_a_walk_of_its_own_making():
 
 
 def test_what_cannot_be_held_whole_is_refused(monkeypatch):
-    monkeypatch.setattr("bench.conformance.MOST_PARTS", 100)
+    monkeypatch.setattr("bench.conformance.rules.MOST_PARTS", 100)
     with pytest.raises(InputError, match="at most 100 parts"):
         broken_rules(SUBJECTS["flat terrain"]())

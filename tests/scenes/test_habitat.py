@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.counting import count
+from bench.count.count_frame import count
 from lod.camera import Corner, look
 from lod.metric import METRICS
 from lod.prune import prune, prune_by_level

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.leaf_light import from_heights
+from bench.calibrate.leaf_light import from_heights
 from lod.camera import Corner, look
 from lod.errors import InputError
 from lod.fade import sides

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.sky_table import cells
+from bench.calibrate.sky_table import cells
 from scenes.render import variants
 from scenes.sky import ELEVATIONS_DEG, RISES, TURBIDITIES, TURNS, Sky, falling, sky_of
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.claims import Claim, claim
 from bench.experiments.air.targets import DISTANCES, extinction_seen, visibility_seen
-from bench.records import Point
-from bench.statistics import Estimate, mean
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import Estimate, mean
 from lod.air import Air, rgb_extinction
 
 BAND_EDGES_M = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)

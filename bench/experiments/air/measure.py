@@ -13,13 +13,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench.conduct import joined, measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.air.claims import BAND_EDGES_M, SKY, judge
 from bench.experiments.air.targets import look_at, order
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import joined, measured, record_of
 from scenes.preset import load_preset
 from scenes.render.display import exposure_of
 from scenes.render.frame import SKY_Z, FrameInput, Layers, Quality

@@ -4,9 +4,9 @@ import numpy as np
 
 from bench.experiments.air.claims import SKY, label
 from bench.experiments.air.targets import DISTANCES
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
-from bench.statistics import mean
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
+from bench.statistics.estimates import mean
 from lod.air import Air, rgb_extinction
 
 _VISIBILITY_M = 5e3

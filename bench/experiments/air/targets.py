@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.optimize import brentq
 
-from bench.statistics import Estimate
+from bench.statistics.estimates import Estimate
 from lod.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, look
 from lod.parts import Parts, Triangles

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from bench.claims import Claim, claim
 from bench.experiments.colonnade.scene import COUNT, image_width, places
-from bench.records import Point
-from bench.statistics import CONFIDENCE, Estimate
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import CONFIDENCE, Estimate
 
 BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)
 """Metric and detail of the two cuts that are compared: they display about as many parts."""

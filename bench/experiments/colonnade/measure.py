@@ -11,8 +11,6 @@ import time
 
 import numpy as np
 
-from bench.conduct import joined, measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.colonnade.claims import judge
 from bench.experiments.colonnade.scene import (
     COUNT,
@@ -26,9 +24,11 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import joined, measured, record_of
 from scenes.column import column
 from scenes.render.frame import Quality
 from scenes.render.variants import choose

@@ -4,8 +4,8 @@ import numpy as np
 
 from bench.experiments.colonnade.claims import MIDDLE, columns
 from bench.experiments.colonnade.scene import image_width
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
 
 _AXIS = "place of the column, to the right of the axis (m)"
 _LEAST = 1e-4

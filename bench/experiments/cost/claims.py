@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.statistics import LEAST_REPEATS, median
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import LEAST_REPEATS, median
 
 STAGES = {
     "prune": "examine and prune",

@@ -13,11 +13,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from bench.conduct import record_of
-from bench.experiment import Progress, silent
 from bench.experiments.cost.claims import judge
-from bench.provenance import provenance
-from bench.records import Point, Record
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import record_of
 from scenes.preset import load_preset
 from scenes.render.variants import choose, trusting
 

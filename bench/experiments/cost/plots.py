@@ -3,8 +3,8 @@
 import numpy as np
 
 from bench.experiments.cost.claims import STAGES, frame_us
-from bench.figures import Curve, Figure, curves
-from bench.records import Record
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Record
 
 
 def figures(record: Record) -> tuple[Figure, ...]:

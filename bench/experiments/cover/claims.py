@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from bench.claims import Claim, claim
 from bench.experiments.cover.scene import LOOKS
-from bench.records import Point
-from bench.statistics import Estimate, ratio_of_means
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import Estimate, ratio_of_means
 
 TOLERANCE = 0.02
 _SOURCE = "§2.4, issue 4"

@@ -16,8 +16,6 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from bench.conduct import joined, measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.cover.claims import judge
 from bench.experiments.cover.scene import (
     AIRS,
@@ -29,9 +27,11 @@ from bench.experiments.cover.scene import (
     preset_of,
     whole,
 )
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import joined, measured, record_of
 from scenes.preset import Preset
 from scenes.render.frame import Layers, Quality
 from scenes.render.render import render_frame, restaged, staged, taken

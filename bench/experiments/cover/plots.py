@@ -2,8 +2,8 @@
 
 from bench.experiments.cover.claims import TOLERANCE, band_name, bands, room, same_rays, tone
 from bench.experiments.cover.scene import LOOKS
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
 
 _AIR = {"preset": "the preset's air", "clear": "clear air"}
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.statistics import paired_ratio, slope
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import paired_ratio, slope
 from lod.arrays import Reals
 
 QUADRANTS = 4

@@ -12,14 +12,14 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from bench.conduct import measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.depth.claims import QUADRANTS, judge
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.scaling_scene import FLAT
-from bench.sight_measure import camera, prototypes_with, scene_hash, seed_of
-from bench.spread import Each, in_turn
+from bench.fields.part_sizes import camera, prototypes_with, scene_hash, seed_of
+from bench.fields.scene import FLAT
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import measured, record_of
 from lod.arrays import Ints
 from lod.fade import looks
 from lod.metric import METRICS

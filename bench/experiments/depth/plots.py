@@ -1,9 +1,9 @@
 """What the depth experiment shows: surfaces pierced against the world's size, and a table."""
 
 from bench.experiments.depth.claims import METRICS_TRIED, QUADRANTS, total
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
-from bench.statistics import mean
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
+from bench.statistics.estimates import mean
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 

@@ -4,10 +4,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.sight_measure import law_total, total
-from bench.statistics import share
+from bench.fields.part_sizes import law_total, total
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import share
 
 JUDGED_AT = 67.0
 """Pixels per degree of the display whose shares are claimed."""

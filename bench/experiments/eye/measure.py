@@ -7,12 +7,8 @@ fineness (Barten's sensitivity, the eye's blur in it). Each is taken alone, then
 
 import time
 
-from bench.conduct import measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.eye.claims import judge
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.sight_measure import (
+from bench.fields.part_sizes import (
     COARSE_M,
     DENSITY,
     SIZES,
@@ -25,7 +21,11 @@ from bench.sight_measure import (
     seed_of,
     view_through,
 )
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import measured, record_of
 from lod.cascade import Widths, widths_seen
 from lod.eye import Display
 from lod.sight import STANDARD_EYE, Sight

@@ -1,9 +1,9 @@
 """What the eye experiment shows: parts left against pixels per degree, and a table."""
 
 from bench.experiments.eye.claims import VIEWERS, by_species
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
-from bench.sight_measure import law_total, total
+from bench.fields.part_sizes import law_total, total
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
 
 _AXIS = "pixels per degree of sight", "share of the parts that is left"
 _LABELS = {

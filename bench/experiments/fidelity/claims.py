@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 
-from bench.claims import Claim, claim
-from bench.excess_flip import FLOOR
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR, column, equal_error, excesses
 from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.fidelity.scene import GROUND, PIECES, PIECES_DETAIL, SPECIES
 from bench.experiments.fidelity.timing import over_unpruned, timed
-from bench.records import Point
-from bench.statistics import mean
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import mean
+from bench.statistics.excess_flip import FLOOR
 
 JUDGED_AT_PX = 1.0
 FEWEST_PIXELS = 30

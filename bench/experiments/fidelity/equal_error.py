@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from bench.experiments.fidelity.scene import SPECIES
-from bench.records import Point
-from bench.statistics import CONFIDENCE, Estimate
+from bench.records.records import Point
+from bench.statistics.estimates import CONFIDENCE, Estimate
 from lod.arrays import Reals
 
 EQUAL_ERROR = 0.01

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64
 
-from bench.excess_flip import mean_flip
+from bench.statistics.excess_flip import mean_flip
 from scenes.render.display import encoded, exposure_of
 from scenes.render.frame import SKY_Z, Layers
 

@@ -13,9 +13,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench import conduct
-from bench.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
-from bench.experiment import Progress, silent
 from bench.experiments.fidelity import timing as fidelity_times
 from bench.experiments.fidelity.claims import judge
 from bench.experiments.fidelity.image_errors import BAND_EDGES_M, Reference, measured, reference_of
@@ -34,10 +31,13 @@ from bench.experiments.fidelity.scene import (
     tried,
     view_of,
 )
-from bench.pictures import NOTE
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.spread import Each, in_turn
+from bench.records.embedded_pictures import NOTE
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner import run_cases as conduct
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.statistics.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
 from scenes.render.frame import Layers, Visible
 from scenes.render.memory import foretell
 from scenes.render.render import staged, taken

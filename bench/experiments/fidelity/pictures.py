@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.excess_flip import PIXELS_PER_DEGREE, flip_map
 from bench.experiments.fidelity.scene import VIEWS, Case, displayed, preset_of, reference, view_of
-from bench.pictures import pictures
+from bench.records.embedded_pictures import pictures
+from bench.statistics.excess_flip import PIXELS_PER_DEGREE, flip_map
 from scenes.render.display import encoded, exposure_of
 from scenes.render.frame import Visible
 from scenes.render.render import staged, taken

@@ -2,8 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from bench.excess_flip import ExcessFlip, over_noise
-from bench.experiment import Table
 from bench.experiments.fidelity.claims import by_view, pieces
 from bench.experiments.fidelity.equal_error import (
     EQUAL_ERROR,
@@ -22,10 +20,12 @@ from bench.experiments.fidelity.timing import (
     seconds,
     timed,
 )
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
-from bench.report_parts import four
-from bench.statistics import Estimate, median
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
+from bench.report.words import four
+from bench.runner.experiment import Table
+from bench.statistics.estimates import Estimate, median
+from bench.statistics.excess_flip import ExcessFlip, over_noise
 
 FEWEST, ALIKE, MORE = "the fewest", "not told apart from the fewest", "more"
 """How a metric's parts at equal error stand among those of all."""

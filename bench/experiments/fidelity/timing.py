@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from bench.experiments.fidelity.scene import Case, displayed, parts_in, preset_of, view_of
-from bench.records import Point
-from bench.statistics import LEAST_REPEATS, Estimate, median
+from bench.records.records import Point
+from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
 from lod.arrays import Reals
 from scenes.render.memory import foretell
 from scenes.render.render import staged, taken

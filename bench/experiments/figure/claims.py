@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.claims import Claim, claim
 from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON, Distances, looked_from
 from bench.experiments.figure.fit import Chosen, Counts, exponent, rank_correlation
 from bench.experiments.figure.posing import POINTS_PER_JOINT, Posing
-from bench.records import Point, Record
-from bench.statistics import Estimate, median
+from bench.records.claims import Claim, claim
+from bench.records.records import Point, Record
+from bench.statistics.estimates import Estimate, median
 
 COUNTED, SIZED = "parts against distance", "sizes"
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from bench.experiments.figure.cases import Distances
-from bench.statistics import CONFIDENCE, Estimate
+from bench.statistics.estimates import CONFIDENCE, Estimate
 from lod.arrays import Ints, Reals
 from lod.errors import InputError
 

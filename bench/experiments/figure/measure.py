@@ -3,16 +3,16 @@
 import time
 from dataclasses import dataclass
 
-from bench.conduct import measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.figure.cases import EVERYTHING, Curve, curves, object_of
 from bench.experiments.figure.claims import COUNTED, SIZED, judge
 from bench.experiments.figure.fit import RESAMPLES
 from bench.experiments.figure.part_counts import count, scene_hash, sizes
 from bench.experiments.figure.posing import POINTS_PER_JOINT, posing
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import measured, record_of
 
 NAME, VERSION = "figure", 1
 

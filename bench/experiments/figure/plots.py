@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from bench.claims import Claim
 from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON
 from bench.experiments.figure.claims import Counted, counted, no_smaller, readings, sized
 from bench.experiments.figure.fit import halves, line
 from bench.experiments.figure.part_counts import UM_PER_M
-from bench.figures import Curve, Figure, curves
-from bench.records import Record
-from bench.report_parts import four, measured
-from bench.rivals import LEAST_ROWS, rivals
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.claims import Claim
+from bench.records.records import Record
+from bench.report.words import four, measured
+from bench.statistics.power_law import LEAST_ROWS, rivals
 
 _BAND = 5, 95
 """Percentiles of the poses that the band reaches to."""

@@ -4,10 +4,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.sight_measure import BOUNDS_M, SIZES, law_total, total
-from bench.statistics import share
+from bench.fields.part_sizes import BOUNDS_M, SIZES, law_total, total
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import share
 
 BIG = SIZES[len(BOUNDS_M) - 1 :]
 """Over 1 m."""

@@ -7,12 +7,8 @@ ln(C₀·max S)/β, some 1.7 V, and only what is large would have been displayed
 import time
 from dataclasses import replace
 
-from bench.conduct import measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.haze.claims import judge
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.sight_measure import (
+from bench.fields.part_sizes import (
     SIZES,
     Seen,
     camera,
@@ -24,7 +20,11 @@ from bench.sight_measure import (
     seed_of,
     view_through,
 )
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import measured, record_of
 from lod.air import Air, least_extinction
 from lod.cascade import Widths, widths_seen
 from lod.sight import STANDARD_DISPLAY, STANDARD_EYE, Sight

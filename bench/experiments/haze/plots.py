@@ -3,9 +3,9 @@
 import numpy as np
 
 from bench.experiments.haze.claims import Kind, by_kind
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
-from bench.sight_measure import SIZES, law_total, total
+from bench.fields.part_sizes import SIZES, law_total, total
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
 
 _AXIS = "visibility V (m)", "share of the parts that is left"
 _VIEWERS = {"nobody": "no eye", "eye": "an eye at 67 pixels per degree"}

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.excess_flip import over_noise
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.records import Point
-from bench.statistics import Estimate, share
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import Estimate, share
+from bench.statistics.excess_flip import over_noise
 
 REDDY = "Reddy 1997"
 _ISSUE = "issue 9"

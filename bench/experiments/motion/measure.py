@@ -10,15 +10,15 @@ import json
 import time
 from dataclasses import asdict
 
-from bench.conduct import joined, measured, record_of
-from bench.excess_flip import LEAST_PAIRS
-from bench.experiment import Progress, silent
 from bench.experiments.motion import pictures as motion_picture
 from bench.experiments.motion.claims import judge
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import joined, measured, record_of
+from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.prune import prune
 from scenes.preset import load_preset
 from scenes.render.variants import choose

@@ -12,9 +12,9 @@ from functools import cache
 
 import numpy as np
 
-from bench.excess_flip import LEAST_PAIRS, mean_flip
 from bench.experiments.motion.moves import Move
-from bench.records import Point
+from bench.records.records import Point
+from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
 from scenes.preset import Preset, load_preset
 from scenes.render.display import encoded, exposure_of
 from scenes.render.frame import FrameInput

@@ -1,8 +1,8 @@
 """What the motion experiment shows: parts that motion keeps against speed, and a table."""
 
 from bench.experiments.motion.claims import PICTURE, kept, one_sided
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
 
 
 def figures(record: Record) -> tuple[Figure, ...]:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.statistics import quantile
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import quantile
 from lod.arrays import Reals
 
 MOST, SHARE = 4.0, 0.95

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.conduct import measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.pixels.claims import judge
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.scaling_scene import FLAT
-from bench.sight_measure import camera, density_of, prototypes_with, scene_hash, seed_of
-from bench.spread import Each, in_turn
+from bench.fields.part_sizes import camera, density_of, prototypes_with, scene_hash, seed_of
+from bench.fields.scene import FLAT
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import measured, record_of
 from lod.arrays import Ints
 from lod.fade import looks
 from lod.parts import Sticks

@@ -3,8 +3,8 @@
 import numpy as np
 
 from bench.experiments.pixels.claims import MOST, ratios
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
 
 _SHARES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 _AXIS = "parts ÷ pixels covered", "share of the objects that have more"

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.statistics import mean, paired_ratio, quantile, ratio
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import mean, paired_ratio, quantile, ratio
 
 WAYS = {
     "unpruned": ("view.metric=full",),

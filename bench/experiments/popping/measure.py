@@ -13,16 +13,16 @@ import time
 
 import numpy as np
 
-from bench.conduct import measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.popping.claims import SWITCHED, WAYS, judge
 from bench.experiments.popping.unexplained_change import seen_of, walk
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.scaling_cases import EYE_HEIGHT_M
-from bench.scaling_scene import FLAT
-from bench.sight_measure import density_of, prototypes_with, scene_hash, seed_of
-from bench.spread import Each, in_turn
+from bench.fields.cases import EYE_HEIGHT_M
+from bench.fields.part_sizes import density_of, prototypes_with, scene_hash, seed_of
+from bench.fields.scene import FLAT
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import measured, record_of
 from lod.arrays import Reals
 from lod.camera import Corner, look
 from lod.law import chained_limits

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
 
 _SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99)
 

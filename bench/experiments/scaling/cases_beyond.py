@@ -7,7 +7,7 @@ predicts every case.
 
 from dataclasses import dataclass, replace
 
-from bench.scaling_cases import Case
+from bench.fields.cases import Case
 
 _M = 0.0045
 """The detail angle of all sweeps but those of detail [rad]: the middle of the others' sweeps."""

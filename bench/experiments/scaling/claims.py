@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.claims import Claim, claim
 from bench.experiments.scaling.claims_beyond import judge_beyond
-from bench.records import Point
-from bench.scaling_cases import EYE_HEIGHT_M, SWEEPS, Case
-from bench.statistics import Estimate, ratio, slope
+from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import Estimate, ratio, slope
 
 FAR = 20.0
 """Slopes against m are claimed where the limit distance exceeds this many eye heights."""

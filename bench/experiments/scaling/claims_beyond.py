@@ -9,11 +9,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.claims import Claim, claim
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
-from bench.records import Point
-from bench.scaling_cases import Case
-from bench.statistics import Estimate, ratio
+from bench.fields.cases import Case
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import Estimate, ratio
 
 _KNOWS = "§4.1, with what the case adds"
 _BARE = "§4.1, bare"

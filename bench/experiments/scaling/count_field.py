@@ -5,9 +5,9 @@ import json
 
 import numpy as np
 
-from bench.sampling import Row
-from bench.scaling_cases import Case
-from bench.scaling_scene import KEPT, ground_of, prototypes_of, view_of
+from bench.fields.cases import Case
+from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
+from bench.statistics.sample_size import Row
 from lod.prune import Cut, prune
 from scenes.field import Species, SpeciesField
 

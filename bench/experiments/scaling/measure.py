@@ -2,19 +2,19 @@
 
 import time
 
-from bench.conduct import measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.scaling.cases_beyond import beyond_cases
 from bench.experiments.scaling.claims import judge, noise_of
 from bench.experiments.scaling.count_field import COLUMNS, count_field, scene_hash, seed_of
 from bench.experiments.scaling.prediction import predict
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.sampling import Effort, sample, worst_error
-from bench.scaling_cases import Case, metric_cases
-from bench.scaling_cases import cases as even_cases
-from bench.spread import Each, in_turn
-from bench.statistics import fields_needed
+from bench.fields.cases import Case, metric_cases
+from bench.fields.cases import cases as even_cases
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import measured, record_of
+from bench.statistics.estimates import fields_needed
+from bench.statistics.sample_size import Effort, sample, worst_error
 
 NAME, VERSION = "scaling", 2
 

@@ -9,10 +9,10 @@ from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims import by_kind, case_of, noise_of, swept
 from bench.experiments.scaling.count_field import COLUMNS
 from bench.experiments.scaling.plots_beyond import beyond_figures, half_beyond
-from bench.figures import Figure, Series, against_law, examined_over_displayed
-from bench.records import Point, Record
-from bench.report_parts import claimed, measured
-from bench.statistics import CONFIDENCE
+from bench.plots.plot import Figure, Series, against_law, examined_over_displayed
+from bench.records.records import Point, Record
+from bench.report.words import claimed, measured
+from bench.statistics.estimates import CONFIDENCE
 
 _AXES = {
     "density": "K, objects per m²",

@@ -2,10 +2,10 @@
 
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims_beyond import over_bare, over_law
-from bench.figures import Figure, Series, against_law
-from bench.records import Point, Record
-from bench.scaling_cases import Case
-from bench.statistics import Estimate
+from bench.fields.cases import Case
+from bench.plots.plot import Figure, Series, against_law
+from bench.records.records import Point, Record
+from bench.statistics.estimates import Estimate
 
 
 def beyond_figures(record: Record) -> tuple[Figure, ...]:

@@ -4,8 +4,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from bench.scaling_cases import Case
-from bench.scaling_scene import KEPT, ground_of, prototypes_of, view_of
+from bench.fields.cases import Case
+from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from lod.arrays import Reals
 from lod.hierarchy import Hierarchy
 from lod.law import chained_limits, disc_areas, expected, variance

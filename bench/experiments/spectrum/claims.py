@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.statistics import paired_ratio, share
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import paired_ratio, share
 from lod.arrays import Reals
 
 EDGES = tuple(2.0**k for k in range(-6, 0))

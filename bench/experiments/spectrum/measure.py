@@ -15,12 +15,12 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from bench.conduct import joined, measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.spectrum.claims import EDGES, judge
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import joined, measured, record_of
 from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.fade import looks

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 
 from bench.experiments.spectrum.claims import EDGES, octaves
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
 
 _MIDDLES = [float(np.sqrt(a * b)) for a, b in pairwise(EDGES)]
 _NAMES = {"whole": "unpruned", "pruned": "pruned", "lost": "difference"}

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.statistics import Estimate, paired_ratio, share
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import Estimate, paired_ratio, share
 
 _PAPER, _ISSUE = "§2", "issue 9"
 JUDGED_PX = (0.25, 0.5, 1.0)

@@ -13,12 +13,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.conduct import joined, measured, record_of
-from bench.experiment import Progress, silent
 from bench.experiments.updates.claims import judge
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.spread import Each, in_turn
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.dask_cases import Each, in_turn
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import joined, measured, record_of
 from lod.fade import looks
 from lod.prune import prune
 from lod.schedule import (

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from bench.excess_flip import PIXELS_PER_DEGREE
 from bench.experiments.updates.claims import JUDGED_PX, off_px, redrawn
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
+from bench.statistics.excess_flip import PIXELS_PER_DEGREE
 from lod.window import critical_hz
 
 FPS = 24.0

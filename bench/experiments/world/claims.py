@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.claims import Claim, claim
-from bench.records import Point
-from bench.rivals import exponent
-from bench.statistics import Estimate, median
+from bench.records.claims import Claim, claim
+from bench.records.records import Point
+from bench.statistics.estimates import Estimate, median
+from bench.statistics.power_law import exponent
 
 _LAW = "§4.1"
 _CLEAR = 2.5

@@ -11,13 +11,13 @@ import math
 import time
 from typing import Any
 
-from bench.conduct import record_of
-from bench.experiment import Progress, silent
 from bench.experiments.world.claims import judge
-from bench.posing_benchmark import interleaved
-from bench.provenance import provenance
-from bench.records import Point, Record
-from bench.speed_benchmark import described, digest, scene, size_of
+from bench.records.provenance import provenance
+from bench.records.records import Point, Record
+from bench.runner.experiment import Progress, silent
+from bench.runner.run_cases import record_of
+from bench.studies.posing import interleaved
+from bench.studies.speed import described, digest, scene, size_of
 from lod.law_ground import reach_of
 from lod.prune import prune
 from scenes.preset import load_preset

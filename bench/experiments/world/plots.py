@@ -3,10 +3,10 @@
 import numpy as np
 
 from bench.experiments.world.claims import added_by_parts, beyond_limit, seconds
-from bench.figures import Curve, Figure, curves
-from bench.records import Point, Record
-from bench.rivals import Rivals, rivals
-from bench.statistics import median
+from bench.plots.plot import Curve, Figure, curves
+from bench.records.records import Point, Record
+from bench.statistics.estimates import median
+from bench.statistics.power_law import Rivals, rivals
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 

@@ -7,7 +7,7 @@ HEAVY = ("mitsuba", "drjit", "numba", "OpenEXR", "scipy", "colour")
 
 CODE = f"""
 import sys
-import bench.commands.render, bench.frame_progress
+import bench.cli.commands.render, bench.cli.frame_progress
 import scenes.render.sequence, scenes.render.worker, scenes.render.variants
 print(*[name for name in {HEAVY} if name in sys.modules])
 """

@@ -1,0 +1,1 @@
+"""What measures constants of the scenes."""

@@ -1,0 +1,54 @@
+"""`lodbench compare`: what changed between two runs, and what cannot be compared."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.cli.output import Output, output, table
+
+if TYPE_CHECKING:
+    from bench.records.claims import Claim
+    from bench.records.compare_runs import Comparison
+
+
+@click.command("compare")
+@click.argument("before", metavar="A")
+@click.argument("after", metavar="B")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object per experiment on stdout.")
+def command(before: str, after: str, as_json: bool) -> None:
+    """Hold two records, or two folders of them, against each other."""
+    from bench.records.compare_runs import compare_paths
+
+    with output(as_json) as out:
+        for each in compare_paths(Path(before), Path(after)):
+            out.record(each.as_json())
+            _say(out, each)
+
+
+def _say(out: Output, found: "Comparison") -> None:
+    same = "the same samples" if found.same_samples else "other samples"
+    out.say(f"{found.experiment}: {found.before} → {found.after}, {same}")
+    for key, (one, other) in found.origin.items():
+        out.say(f"  {key}: {_differing(one, other)}")
+    changed = [each for each in found.differences if each.change != "same"]
+    rows: list[tuple[Any, ...]] = [
+        (each.change, each.name, _told(each.before), _told(each.after)) for each in changed
+    ]
+    kept = len(found.differences) - len(changed)
+    out.say(f"  {kept} of {len(found.differences)} claims are the same to the last digit")
+    if rows:
+        out.say(table([("", "claim", "before", "after"), *rows]))
+
+
+def _told(claim: "Claim | None") -> str:
+    if claim is None:
+        return "–"
+    return f"{claim.measured:.4g} ({claim.low:.4g} to {claim.high:.4g}) {claim.verdict}"
+
+
+def _differing(one: Any, other: Any) -> str:
+    if isinstance(one, dict) and isinstance(other, dict):
+        names = sorted(k for k in {*one, *other} if one.get(k) != other.get(k))
+        return ", ".join(f"{name} {one.get(name)} → {other.get(name)}" for name in names)
+    return f"{one} → {other}"

@@ -1,0 +1,114 @@
+"""`lodbench count`: prune one frame and hold it against the law; no renderer is needed."""
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.cli.output import Output, output, table
+from bench.cli.view_flags import preset_of, view_flags
+from lod.errors import InputError
+from scenes.render.memory import peak_rss_bytes
+
+if TYPE_CHECKING:
+    from bench.count.count_frame import Counts, SpeciesCount
+    from bench.count.workloads import Workload
+    from scenes.preset import Preset
+
+
+@click.command("count")
+@view_flags
+@click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
+    """Objects and parts of one frame: examined, displayed, predicted.
+
+    PRESET may be a workload, as meadow@1: its counts must then be the golden ones.
+    """
+    workload = _workload(preset)
+    chosen = preset_of(workload.preset if workload else preset, **flags)
+    if workload:
+        _check_as_it_is(workload, chosen, frame)
+    from bench.count.count_frame import Stopwatch, count
+    from scenes.budget import within_budget
+    from scenes.world import build_world, view_at
+
+    watch = Stopwatch()
+    with output(as_json) as out:
+        with watch.stage("build"):
+            chosen = within_budget(chosen, (frame,))
+            world = build_world(chosen)
+            view = view_at(world, chosen, frame)
+        counts = count(world, view)
+        seconds = watch.seconds | counts.seconds
+        wrong = workload.differing(counts) if workload else []
+        told = {"name": workload.name, "golden": not wrong} if workload else None
+        out.record(as_data(counts, seconds) | ({"workload": told} if told else {}))
+        _say(out, counts, seconds)
+    if workload and wrong:
+        raise click.ClickException(f"{workload.name}: {', '.join(wrong)}: another workload")
+
+
+def _workload(preset: str) -> "Workload | None":
+    """What a name with a version stands for; what that needs is imported only for one."""
+    if "@" not in preset:
+        return None
+    from bench.count.workloads import workload_named
+
+    return workload_named(preset)
+
+
+def _check_as_it_is(workload: "Workload", chosen: "Preset", frame: int) -> None:
+    from scenes.preset import load_preset
+
+    if frame != 1 or chosen != load_preset(workload.preset):
+        rule, cure = "a workload is counted as it is, frame 1", f"ask for {workload.preset}"
+        raise InputError("PRESET", workload.name, rule, cure)
+
+
+def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
+    """What --json prints, by the names of the contract."""
+    return {
+        "objects": vars(counts.objects),
+        "parts": vars(counts.parts),
+        "terrain": {
+            "tiles": counts.terrain_tiles,
+            "triangles": counts.terrain_triangles,
+            "predicted": None,  # the law is about objects; the ground has no Poisson prediction
+        },
+        "by_species": {name: _species(each) for name, each in counts.by_species.items()},
+        "others": {
+            name: {"objects": vars(objects), "parts": vars(parts)}
+            for name, (objects, parts) in counts.others.items()
+        },
+        "by_level": list(counts.by_level),
+        "detail": counts.detail,
+        "m": counts.m,
+        "seconds": seconds,
+        "peak_rss_bytes": peak_rss_bytes(),
+    }
+
+
+def _species(each: "SpeciesCount") -> dict[str, Any]:
+    return {
+        "objects": vars(each.objects),
+        "parts": vars(each.parts),
+        "by_level": list(each.by_level),
+        "predicted_by_level": each.predicted_by_level,
+    }
+
+
+def _say(out: Output, counts: "Counts", seconds: dict[str, float]) -> None:
+    rows: list[tuple[object, ...]] = [("", "examined", "displayed", "predicted", "±")]
+    tallies = {"objects": counts.objects, "parts": counts.parts}
+    for name, each in counts.by_species.items():
+        tallies |= {f"{name}: objects": each.objects, f"{name}: parts": each.parts}
+    for name, (objects, parts) in counts.others.items():
+        tallies |= {f"{name}: objects": objects, f"{name}: parts": parts}
+    rows += [(name, *vars(tally).values()) for name, tally in tallies.items()]
+    out.say(table(rows))
+    levels: list[tuple[object, ...]] = [("parts by level", *range(len(counts.by_level)))]
+    levels.append(("", *counts.by_level))
+    out.say(f"\n{table(levels)}")
+    ground = f"{counts.terrain_tiles:,} tiles, {counts.terrain_triangles:,} triangles"
+    took = ", ".join(f"{stage} {spent:.2f} s" for stage, spent in seconds.items())
+    out.say(f"\n  terrain: {ground}\n  τ = {counts.detail:g} px, m = {counts.m:.6g} rad\n  {took}")

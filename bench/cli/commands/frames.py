@@ -1,0 +1,59 @@
+"""`lodbench frames`: a sequence as one command a frame, for farms that run commands."""
+
+import shlex
+from collections.abc import Iterator, Sequence
+
+import click
+
+from bench.cli.frame_flags import frame_numbers, frame_pattern, memory_size
+from bench.cli.view_flags import FILE_KEYS, QUALITY_KEYS, VIEW_KEYS, preset_of
+from lod.errors import InputError
+
+_NOT_FOR_ONE = ("cluster", "preview")
+
+
+@click.command("frames", context_settings={"ignore_unknown_options": True})
+@click.option("--print-commands", is_flag=True, required=True, help="One line for each frame.")
+@click.argument("words", metavar="PRESET -o OUT/NAME.####.exr …", nargs=-1, type=click.UNPROCESSED)
+def command(print_commands: bool, words: tuple[str, ...]) -> None:
+    """Print the render commands of single frames: every flag of `render`, the variant settled.
+
+    They may run at once and anywhere, in this folder: the manifest has one writer at a time.
+    """
+    from bench.cli.commands.render import command as render
+    from bench.cli.commands.render import fitted
+    from scenes.budget import within_budget
+    from scenes.render.variants import choose
+
+    flags = render.make_context("lodbench render", list(words)).params
+    for name in _NOT_FOR_ONE:
+        if flags.pop(name):
+            raise InputError(f"--{name}", "given", "not for single frames", "leave it out")
+    frame_pattern(flags["pattern"])
+    numbers = frame_numbers(flags["frames"])
+    keys = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
+    told = {name: value for name, value in flags.items() if name in keys}
+    chosen = preset_of(flags["preset"], flags["settings"], flags["density"], **told)
+    variant = choose(chosen.render.variant, chosen.render.spectral)
+    kept = [*without(words, "--frames"), "--variant", variant]
+    if flags["fit"]:
+        most = flags["max_memory"]
+        chosen = fitted(chosen, None if most is None else memory_size(most))
+    if flags["max_parts"] is not None or flags["fit"]:
+        # One detail for all: a frame by itself would choose its own.
+        detail = within_budget(chosen, numbers).view.detail
+        kept = [word for word in kept if word != "--fit"]
+        for flag in ("--max-parts", "--detail"):
+            kept = list(without(kept, flag))
+        kept += ["--detail", repr(detail)]
+    for number in numbers:
+        click.echo(shlex.join(["lodbench", "render", *kept, "--frames", str(number)]))
+
+
+def without(words: Sequence[str], flag: str) -> Iterator[str]:
+    """The words of a command line but for a flag and its value."""
+    skip = False
+    for word in words:
+        if not skip and word != flag and not word.startswith(f"{flag}="):
+            yield word
+        skip = not skip and word == flag

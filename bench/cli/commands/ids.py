@@ -1,0 +1,50 @@
+"""`lodbench ids`: who the objects of a frame are."""
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from bench.cli.output import output, table
+from lod.errors import InputError
+
+if TYPE_CHECKING:
+    from scenes.identity import Identity
+
+
+@click.command("ids")
+@click.argument("path", metavar="OUT/NAME.0001.exr")
+@click.option("--object", "objects", type=int, multiple=True, help="Only these ids of objects.")
+@click.option("--json", "as_json", is_flag=True, help="A JSON object for each on stdout.")
+def command(path: str, objects: tuple[int, ...], as_json: bool) -> None:
+    """Species, cell, number and 128-bit key of a frame's objects, worked out from its manifest."""
+    found = list(_identities(Path(path)))
+    if strangers := sorted(set(objects) - {each.object for each in found}):
+        raise InputError("--object", strangers[0], f"an id.object that {path} displays")
+    chosen = [each for each in found if not objects or each.object in objects]
+    with output(as_json) as out:
+        for each in chosen:
+            out.record(asdict(each))
+        rows = [(e.object, e.of, _cell(e), e.index, e.key or "–") for e in chosen]
+        out.say(table([("object", "of", "cell", "index", "key"), *rows]))
+
+
+def _cell(each: "Identity") -> str:
+    return "–" if each.cell is None else f"{each.cell[0]},{each.cell[1]}"
+
+
+def _identities(path: Path) -> Iterable["Identity"]:
+    from scenes.identity import identities
+    from scenes.render.manifest import load_manifest
+    from scenes.render.one_frame import preset_in
+    from scenes.world import build_world
+
+    manifest = load_manifest(path.parent)
+    entry = manifest.frames.get(path.name)
+    if entry is None:
+        rule = "a frame that the manifest of its folder knows"
+        raise InputError("FRAME", str(path), rule, "see `lodbench verify`")
+    preset = preset_in(manifest.settings[entry["settings"]])
+    return identities(build_world(preset), preset, entry["frame"])

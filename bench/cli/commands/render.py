@@ -1,0 +1,168 @@
+"""`lodbench render`: frames of a preset as an EXR sequence."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.cli.frame_flags import (
+    check_targets,
+    frame_numbers,
+    frame_path,
+    frame_pattern,
+    make_folder,
+    memory_size,
+)
+from bench.cli.frame_progress import frame_progress
+from bench.cli.output import Output, output
+from bench.cli.rendering import Rendering
+from bench.cli.view_flags import file_flags, preset_of, view_flags
+from lod.errors import InputError
+from scenes.preset import Preset
+from scenes.render.display import Look
+
+if TYPE_CHECKING:
+    from scenes.render.sequence import Job
+
+
+@click.command("render")
+@view_flags
+@click.option("-o", "pattern", required=True, metavar="OUT/NAME.####.exr", help="Frames to write.")
+@click.option("--frames", default="1", metavar="LIST", help="1-24 or 1,5,9.", show_default=True)
+@click.option("--spp", metavar="N", help="Samples per pixel.")
+@click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
+@click.option("--haze", metavar="NAME", help="analytic, scattered or medium.")
+@click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
+@click.option("--update-threshold", metavar="PX", help="Keep what has moved less; 0 = nothing.")
+@file_flags
+@click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
+@click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear.")
+@click.option("--view", default="colour", metavar="NAME", help="Of previews: colour or level.")
+@click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Of previews.")
+@click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
+@click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
+@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
+@click.option("--max-memory", metavar="SIZE", help="Refuse frames that need more, as 4GB.")
+@click.option("--fit", is_flag=True, help="Choose τ so that frames fill --max-memory instead.")
+@click.option(
+    "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
+)
+@click.option("--json", "as_json", is_flag=True, help="A JSON object per frame on stdout.")
+def command(
+    preset: str,
+    pattern: str,
+    frames: str,
+    preview: bool,
+    tone: str,
+    view: str,
+    exposure: float,
+    resume: bool,
+    overwrite: bool,
+    threads: int,
+    max_memory: str | None,
+    fit: bool,
+    cluster: str | None,
+    as_json: bool,
+    **flags: Any,
+) -> None:
+    """Prune, render and write frames: colour, depth, normals, albedo and ids."""
+    frame_pattern(pattern)
+    numbers = frame_numbers(frames)
+    if resume and overwrite:
+        raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
+    most_bytes = None if max_memory is None else memory_size(max_memory)
+    look = Look(tone, exposure, view)
+    chosen = fitted(preset_of(preset, **flags), most_bytes) if fit else preset_of(preset, **flags)
+    check_targets([frame_path(pattern, number) for number in numbers])
+    from scenes.budget import within_budget
+    from scenes.render.one_frame import settings_of
+    from scenes.render.sequence import open_job
+    from scenes.render.variants import choose
+
+    chosen = within_budget(chosen, numbers)
+    settings = settings_of(chosen, choose(chosen.render.variant, chosen.render.spectral))
+    make_folder(Path(pattern).parent)
+    with output(as_json) as out:
+        begin = partial(open_job, pattern, numbers, settings, overwrite)
+        records = _render(out, begin, Rendering(threads, most_bytes, cluster, out.note))
+        done = [Path(record["path"]) for record in records if "error" not in record]
+        failed = [record for record in records if "error" in record]
+        pictures = _preview(out, chosen, pattern, done, look) if preview and done else []
+        end = {"done": len(done), "failed": len(failed), "failures": failed}
+        out.record({**end, "previews": pictures})
+    if failed:
+        raise click.ClickException(_failures(failed, len(numbers)))
+
+
+def _render(out: Output, begin: Callable[[], "Job"], render: Rendering) -> list[dict[str, Any]]:
+    """A line for each finished frame; what ends the sequence before its end is counted, too."""
+    records: list[dict[str, Any]] = []
+    try:
+        job = begin()
+        with frame_progress(len(job.paths)) as progress:
+            for record in render(job, progress):
+                records.append(record)
+                progress.aside()
+                if "error" not in record:
+                    out.record(record)
+                    out.say(_line(record))
+                else:
+                    out.note(f"lodbench: {record['path']}: {record['error']}")
+                progress.finished(record)
+    except BaseException:
+        failures = [record for record in records if "error" in record]
+        done = len(records) - len(failures)
+        out.record({"done": done, "failed": len(failures) + 1, "failures": failures})
+        raise
+    return records
+
+
+def _failures(failed: Sequence[dict[str, Any]], frames: int) -> str:
+    """How many, and which with why of the first three."""
+    first = "; ".join(f"frame {each['frame']}: {each['error']}" for each in failed[:3])
+    return f"{len(failed)} of {frames} frames failed: {first}"
+
+
+def _line(record: dict[str, Any]) -> str:
+    took = "kept" if record["kept"] else f"{sum(record['seconds'].values()):.1f} s"
+    return f"{record['path']}  {record['sha256'][:16]}  {took}"
+
+
+def _preview(
+    out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: Look
+) -> list[str]:
+    """One frame as it is; of more, a contact sheet and a film. The paths of what was made."""
+    from scenes.render.contact_sheet import contact_sheet, preview
+    from scenes.render.movie import movie
+
+    stem = preview_stem(pattern)
+    still = stem.with_name(f"{stem.name}.png")
+    many = len(paths) > 1
+    pictures = [contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)]
+    try:
+        target = stem.with_name(f"{stem.name}.mp4")
+        film = movie(paths, target, preset.camera.fps, look) if many else None
+        pictures += [film] if film else []
+    except OSError as error:
+        out.note(f"lodbench: no mp4: {error.strerror}")
+    for picture in pictures:
+        out.say(str(picture))
+    return [str(picture) for picture in pictures]
+
+
+def fitted(preset: Preset, most_bytes: int | None) -> Preset:
+    """The preset that asks for the detail with which its frames fill so much memory."""
+    if most_bytes is None:
+        raise InputError("--fit", "alone", "it fills a budget", "add --max-memory 4GB")
+    view = preset.view.model_copy(update={"max_memory": most_bytes})
+    return preset.model_copy(update={"view": view})
+
+
+def preview_stem(pattern: str) -> Path:
+    """out/name.####.exr → out/name, and out/sheet where the name is all number."""
+    path = Path(pattern)
+    return path.with_name(
+        path.name.removesuffix(".exr").replace("####", "").strip("._-") or "sheet"
+    )

@@ -1,0 +1,21 @@
+"""`lodbench report`: the records of a folder as one page that opens offline."""
+
+from pathlib import Path
+
+import click
+
+from bench.cli.output import output
+
+
+@click.command("report")
+@click.argument("folder", metavar="DIR")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(folder: str, as_json: bool) -> None:
+    """Write DIR/report.html and DIR/report.md from the records in DIR."""
+    from bench.report.write import write_report
+
+    with output(as_json) as out:
+        written = write_report(Path(folder))
+        out.record({"written": written})
+        for path in written:
+            out.say(str(path))

@@ -1,0 +1,166 @@
+"""`lodbench run`: measure, write the record, say what held."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.cli.frame_flags import make_folder
+from bench.cli.output import Output, output, table
+from bench.cli.progress import progress_bar
+from bench.cli.time_left import Took, plan
+from bench.runner.dask_cases import Each, spread_over
+from lod.errors import InputError
+from scenes.preset_errors import nearest_name
+from scenes.preset_values import LARGEST_SEED
+
+if TYPE_CHECKING:
+    from bench.records.claims import Claim
+    from bench.runner.journal import Asked, Journal
+
+ALL = "all"
+
+
+@click.command("run")
+@click.argument("experiments", metavar="EXPERIMENT...|all", nargs=-1)
+@click.option("--quick", is_flag=True, help="Fewer points and fields: minutes instead of hours.")
+@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
+@click.option("-o", "folder", required=True, metavar="DIR", help="Folder for the records.")
+@click.option("--again", is_flag=True, help="Measure anew what is done already.")
+@click.option("--metric", metavar="NAME", help="An installed metric, to be tried beside ours.")
+@click.option(
+    "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object per experiment on stdout.")
+def command(
+    experiments: tuple[str, ...],
+    quick: bool,
+    seed: int,
+    folder: str,
+    again: bool,
+    metric: str | None,
+    cluster: str | None,
+    as_json: bool,
+) -> None:
+    """Run experiments; each writes one record (JSON) and says which claims held.
+
+    The same command again goes on where it was stopped.
+    """
+    from bench.runner.journal import Asked, journal
+
+    names = _chosen(experiments, cluster)
+    if metric is not None:
+        _check_metric(metric, names)
+    kept = journal(make_folder(folder))
+    asked = [Asked(name, quick, seed, metric) for name in names]
+    if again:
+        for each in asked:
+            kept.forget(each)
+    with output(as_json) as out, spread_over(cluster, out.note) as spread:
+        failed = _run_all(out, kept, asked, spread)
+    if failed:
+        raise click.ClickException(f"{len(failed)} of {len(names)} failed: {', '.join(failed)}")
+
+
+def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...]:
+    """Names of experiments, each once. ``all`` is every one, those that are timed first, before
+    others have filled memory; they stay here.
+    """
+    from bench.experiments.registry import EXPERIMENTS
+
+    if not experiments:
+        raise InputError(
+            "EXPERIMENT", experiments, "at least one, or all", f"try {next(iter(EXPERIMENTS))}"
+        )
+    if ALL in experiments:
+        return tuple(sorted(EXPERIMENTS, key=lambda name: not EXPERIMENTS[name].timed))
+    for name in experiments:
+        if name not in EXPERIMENTS:
+            cure = nearest_name(name, (*EXPERIMENTS, ALL))
+            raise InputError("EXPERIMENT", name, "no experiment of that name", cure)
+        if cluster is not None and EXPERIMENTS[name].timed:
+            able = ", ".join(n for n, each in EXPERIMENTS.items() if not each.timed)
+            raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")
+    return tuple(dict.fromkeys(experiments))
+
+
+def _check_metric(metric: str, names: Sequence[str]) -> None:
+    """Raises InputError for a metric that cannot be had, is ours, or that some do not try."""
+    from bench.experiments.registry import EXPERIMENTS
+    from lod.metric import METRICS
+    from scenes.plugins import metric_named
+
+    metric_named(metric)
+    if metric in METRICS:
+        raise InputError("--metric", metric, "one of another package", "ours are tried anyhow")
+    able = [name for name, each in EXPERIMENTS.items() if each.tries]
+    if others := [name for name in names if name not in able]:
+        rule = f"experiments that try metrics: {', '.join(able)}"
+        raise InputError("--metric", ", ".join(others), rule, f"run {able[0]}")
+
+
+def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Each) -> list[str]:
+    """Run what is not done; of several, one that fails does not end the others. Who failed."""
+    from bench.experiments.registry import EXPERIMENTS
+    from bench.records.records import read_record
+
+    done = {each.name: path for each in asked if (path := kept.record_of(each))}
+    for name, path in done.items():
+        out.note(f"lodbench: {name} is done already (--again measures anew)")
+        _tell(out, name, path, read_record(path).claims, True)
+    left = [each for each in asked if each.name not in done]
+    takes_s = {each.name: EXPERIMENTS[each.name].takes_s[not each.quick] for each in left}
+    took: list[Took] = []
+    failed: list[str] = []
+    for number, each in enumerate(left):
+        expected = plan([one.name for one in left[number:]], takes_s, took)
+        out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
+        start = time.perf_counter()
+        try:
+            path, claims = _run(kept, each, spread)
+        except Exception as error:
+            if len(asked) == 1:
+                raise
+            out.note(f"lodbench: {each.name} failed: {type(error).__name__}: {error}")
+            failed.append(each.name)
+            continue
+        took.append(Took(takes_s[each.name], time.perf_counter() - start))
+        _tell(out, each.name, path, claims, False)
+    return failed
+
+
+def _run(kept: "Journal", asked: "Asked", spread: Each) -> tuple[Path, tuple["Claim", ...]]:
+    """One experiment, its record written and noted."""
+    from bench.experiments.registry import EXPERIMENTS
+    from bench.records.records import write_record
+    from bench.runner.journal import Spent
+
+    chosen, before, start = EXPERIMENTS[asked.name], kept.spent(asked), Spent.so_far()
+    with progress_bar("point") as progress:
+        more: dict[str, Any] = {} if chosen.timed else {"each": kept.keeping(asked, spread)}
+        if asked.metric is not None:
+            more["metric"] = asked.metric
+        record = chosen.run(asked.quick, progress, asked.seed, **more)
+    took = before + (Spent.so_far() - start)
+    record = replace(record, notes=record.notes | took.as_json())
+    path = write_record(record, kept.folder)
+    kept.finished(asked, path)
+    return path, record.claims
+
+
+def _tell(out: Output, name: str, path: Path, claims: tuple["Claim", ...], kept: bool) -> None:
+    data = [each.as_json() for each in claims]
+    out.record({"experiment": name, "record": str(path), "kept": kept, "claims": data})
+    rows: list[tuple[Any, ...]] = [
+        ("", "claim", "measured", "95 % interval", "predicted", "source")
+    ]
+    for each in claims:
+        interval = f"{each.low:.4g} to {each.high:.4g}"
+        predicted = (
+            f"{'≤ ' if each.relation == 'at most' else ''}{each.predicted:g} ± {each.tolerance:g}"
+        )
+        rows.append((each.verdict, each.name, each.measured, interval, predicted, each.source))
+    out.say(f"{name}: {path}\n{table(rows)}")

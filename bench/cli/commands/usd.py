@@ -1,0 +1,35 @@
+"""`lodbench usd`: what is displayed in one frame, for other programs."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bench.cli.frame_flags import LAST_FRAME, make_folder
+from bench.cli.output import output
+from bench.cli.view_flags import preset_of, view_flags
+
+
+@click.command("usd")
+@view_flags
+@click.option("-o", "path", required=True, metavar="OUT.usdc", help="A .usda, .usdc or .usd file.")
+@click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(preset: str, path: str, frame: int, as_json: bool, **flags: Any) -> None:
+    """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
+    from scenes.budget import within_budget
+    from scenes.render.usd import check_usd, write_usd
+    from scenes.render.variants import SCALAR_VARIANT
+    from scenes.shot import shoot
+    from scenes.world import build_world
+
+    check_usd(path)
+    chosen = within_budget(preset_of(preset, **flags), (frame,))
+    make_folder(Path(path).parent)
+    with output(as_json) as out:
+        made = shoot(build_world(chosen), chosen, frame, SCALAR_VARIANT)
+        notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
+        notes["lod:air"] = chosen.air.model_dump_json()
+        counts = write_usd(path, made, notes)
+        out.record({"frame": frame, "path": path, **counts})
+        out.say(f"{path}  {counts['sticks']:,} sticks, {counts['triangles']:,} triangles")

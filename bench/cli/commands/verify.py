@@ -1,0 +1,94 @@
+"""`lodbench verify`: every frame of a folder against its manifest."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from bench.cli.frame_progress import frame_progress
+from bench.cli.output import Output, output
+from bench.cli.progress import progress_bar
+from bench.cli.rendering import Rendering
+from lod.errors import InputError
+
+if TYPE_CHECKING:
+    from scenes.render.manifest import Manifest
+    from scenes.render.verify import Checked
+
+
+@click.command("verify")
+@click.argument("folder", metavar="DIR")
+@click.option("--repair", is_flag=True, help="Render again what is wrong; remove partial files.")
+@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
+@click.option(
+    "--cluster", metavar="N|ADDRESS|FILE", help="Workers that repair: as many here, or Dask's."
+)
+@click.option("--json", "as_json", is_flag=True, help="A JSON object for each wrong file.")
+def command(folder: str, repair: bool, threads: int, cluster: str | None, as_json: bool) -> None:
+    """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
+    from scenes.render.verify import manifest_of
+
+    if cluster is not None and not repair:
+        rule = "workers only repair; looking is done here"
+        raise InputError("--cluster", cluster, rule, "add --repair, or leave it out")
+    manifest = manifest_of(Path(folder))
+    with output(as_json) as out:
+        wrong = _look(out, manifest)
+        render = Rendering(threads, None, cluster, out.note)
+        left = _repair(out, manifest, wrong, render) if repair and wrong else wrong
+        counts = {"frames": len(manifest.frames), "wrong": len(wrong)}
+        out.record({**counts, "repaired": len(wrong) - len(left)})
+        out.say(_summary(len(manifest.frames), wrong, left))
+    if left:
+        raise click.ClickException(_verdict(left, repair))
+
+
+def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
+    """What is wrong, said as it is found."""
+    from scenes.render.verify import check_folder
+
+    wrong = []
+    with progress_bar("file") as progress:
+        for number, checked in enumerate(check_folder(manifest)):
+            progress(number, len(manifest.frames), checked.path.name)
+            if checked.wrong:
+                wrong.append(checked)
+                _tell(out, checked)
+    return wrong
+
+
+def _repair(
+    out: Output, manifest: "Manifest", wrong: list["Checked"], render: Rendering
+) -> list["Checked"]:
+    """What is wrong still."""
+    from scenes.render.verify import repairs
+
+    left = []
+    with frame_progress(sum(found.frame is not None for found in wrong)) as progress:
+        for after in repairs(manifest, wrong, lambda job: render(job, progress)):
+            progress.aside()
+            if after.wrong:
+                left.append(after)
+                _tell(out, after)
+            else:
+                what = "removed" if after.frame is None else "rendered again"
+                out.record({"frame": after.frame, "path": str(after.path), "repaired": what})
+                out.say(f"{after.path}: {what}")
+    return left
+
+
+def _tell(out: Output, checked: "Checked") -> None:
+    data = {"frame": checked.frame, "path": str(checked.path), "wrong": list(checked.wrong)}
+    out.record(data)
+    out.say(f"{checked.path}: {'; '.join(checked.wrong)}")
+
+
+def _summary(frames: int, wrong: list["Checked"], left: list["Checked"]) -> str:
+    bad = sum(each.frame is not None for each in left)
+    mended = f", {len(wrong) - len(left)} repaired" if len(left) < len(wrong) else ""
+    return f"{frames} frames: {frames - bad} right, {bad} wrong{mended}"
+
+
+def _verdict(left: list["Checked"], repaired: bool) -> str:
+    cure = "" if repaired else "; --repair renders frames again and removes partial files"
+    return f"{len(left)} files are wrong, first {left[0].path}: {left[0].wrong[0]}{cure}"

@@ -1,0 +1,123 @@
+"""The program: finds the command, and turns whatever goes wrong into one line and an exit code."""
+
+import atexit
+import importlib
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from importlib import metadata
+from typing import Any, NoReturn
+
+import click
+
+from lod.errors import InputError
+
+COMMANDS = (
+    *("doctor", "list", "count", "render", "verify", "run", "report", "compare", "frames", "usd"),
+    *("ids", "check"),
+)
+OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+TRACEBACK = "LODBENCH_TRACEBACK"
+
+
+class Commands(click.Group):
+    """A group that imports a command's module when it is asked for, so that mistakes are fast."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The commands, in the order in which they are first needed."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of that name, None for an unknown one."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"bench.cli.commands.{cmd_name}").command
+        return command
+
+
+def _version() -> str:
+    try:
+        return metadata.version("lodbench")
+    except metadata.PackageNotFoundError:
+        return "unknown (not installed)"
+
+
+@click.group(cls=Commands, invoke_without_command=True)
+@click.version_option(_version(), prog_name="lodbench")
+@click.pass_context
+def program(ctx: click.Context) -> None:
+    """How does the cost of a natural scene grow, when detail is what the viewer can resolve?"""
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run one command and leave with its code: 0 ok, 1 failed, 2 bad input, 130 interrupted."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    code, before = OK, _second_interrupt_ends()
+    try:
+        with program.make_context("lodbench", words) as context:
+            program.invoke(context)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        code = FAILED  # nobody reads on
+    except BaseException as error:
+        if os.environ.get(TRACEBACK) and not isinstance(error, click.exceptions.Exit):
+            raise
+        code, line = _verdict(error)
+        if line:
+            click.echo(f"lodbench: {line}", err=True)
+    if code == INTERRUPTED:
+        # While the interpreter ends there is no handler any more: another Ctrl-C would kill it.
+        atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    else:
+        signal.signal(signal.SIGINT, before)
+    sys.exit(code)
+
+
+def _second_interrupt_ends() -> Any:
+    """Have the first Ctrl-C wind the command up, and another end it there and then.
+
+    Gives what Ctrl-C did before.
+    """
+
+    def first(number: int, frame: object) -> NoReturn:
+        signal.signal(signal.SIGINT, lambda number, frame: os._exit(INTERRUPTED))
+        raise KeyboardInterrupt
+
+    return signal.signal(signal.SIGINT, first)
+
+
+def _verdict(error: BaseException) -> tuple[int, str]:
+    """Exit code, and the one line that says why."""
+    match error:
+        case click.exceptions.Exit():
+            return error.exit_code, ""
+        case KeyboardInterrupt() | click.Abort():
+            return INTERRUPTED, "interrupted"
+        case InputError():
+            return BAD_INPUT, f"error: {_one_line(str(error))}"
+        case click.UsageError():
+            return BAD_INPUT, f"error: {_one_line(error.format_message())}{_help(error)}"
+        case click.ClickException():
+            return FAILED, f"error: {_one_line(error.format_message())}"
+        case MemoryError():
+            return FAILED, "error: out of memory: ask for less detail, density or size"
+        case OSError():
+            return FAILED, f"error: {_one_line(str(error))}"
+    name = type(error).__name__
+    return FAILED, f"error: {name}: {_one_line(str(error))} ({TRACEBACK}=1 shows where)"
+
+
+def _one_line(text: str, longest: int = 600) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= longest else line[: longest - 1] + "…"
+
+
+def _help(error: click.UsageError) -> str:
+    return f" (see `{error.ctx.command_path} --help`)" if error.ctx else ""
+
+
+if __name__ == "__main__":
+    main()

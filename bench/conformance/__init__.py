@@ -1,0 +1,1 @@
+"""Rules that every representation and metric keeps."""

@@ -1,0 +1,84 @@
+"""The rules that every metric keeps: of its own formula, and of the cuts that it makes (§2.4)."""
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from bench.conformance.rows import few
+from bench.conformance.rules import Rule, Subject, agrees_with_brute_force, limits_never_grow
+from bench.conformance.rules import same_seed_same_bytes as same_bytes
+from lod.camera import Corner, look
+from lod.metric import Metric
+from scenes.field import Species, SpeciesField
+from scenes.models import made
+from scenes.plugins import metric_named
+from scenes.terrain import Terrain
+
+_GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
+_EXTENT_M, _DENSITY = 6.0, 0.1
+_ANGLES = (1e-5, 1e-3, 0.1)
+_PARTS = 400
+
+
+def broken_metric_rules(name: str) -> dict[str, list[str]]:
+    """What a metric breaks, rule by rule; nothing under the rules that it keeps."""
+    metric = metric_named(name)
+    formula = {rule.__name__: list(rule(metric)) for rule in FORMULA}
+    subject = rabbits(name)
+    return formula | {rule.__name__: list(rule(subject)) for rule in CUTS}
+
+
+def answers_with_distances(metric: Metric) -> Iterator[str]:
+    """A limit for every part: a number, not below 0, and finite where the metric says so."""
+    P, R = _parts()
+    for m in _ANGLES:
+        D = np.asarray(metric.limit(P, R, m))
+        if D.shape != P.shape or D.dtype.kind != "f":
+            yield f"m = {m:g}: {D.dtype} of shape {D.shape} for parts of shape {P.shape}"
+            continue
+        yield from few(f"m = {m:g}: a limit below 0, or no number", ~(D >= 0))
+        if metric.finite:
+            yield from few(f"m = {m:g}: an infinite limit of a finite metric", np.isinf(D))
+
+
+def knows_one_part_at_a_time(metric: Metric) -> Iterator[str]:
+    """A part's limit does not depend on what else is asked, nor on when."""
+    P, R = _parts()
+    for m in _ANGLES:
+        D, again = metric.limit(P, R, m), metric.limit(P, R, m)
+        alone = np.concatenate([metric.limit(P[k : k + 1], R[k : k + 1], m) for k in range(_PARTS)])
+        yield from few(f"m = {m:g}: another limit when asked again", D != again)
+        yield from few(f"m = {m:g}: another limit when asked alone", D != alone)
+
+
+def finer_detail_takes_nothing_away(metric: Metric) -> Iterator[str]:
+    """A smaller m never lowers a limit, and neither does a larger part."""
+    P, R = _parts()
+    for m in _ANGLES:
+        D = metric.limit(P, R, m)
+        yield from few(f"m = {m:g}: less far in finer detail", metric.limit(P, R, m / 2) < D)
+        yield from few(f"m = {m:g}: less far for a larger P", metric.limit(2 * P, R, m) < D)
+
+
+FORMULA = (answers_with_distances, knows_one_part_at_a_time, finer_detail_takes_nothing_away)
+CUTS: tuple[Rule, ...] = (limits_never_grow, agrees_with_brute_force, same_bytes)
+
+
+def _parts() -> tuple[np.ndarray, np.ndarray]:
+    """Parts of 0.1 mm to 100 m, without reach or with some; nobody may write to them."""
+    rng = np.random.default_rng(4)
+    P, R = 10.0 ** rng.uniform(-4, 2, (2, _PARTS))
+    R[::5] = 0.0
+    for column in (P, R):
+        column.setflags(write=False)
+    return P, R
+
+
+def rabbits(metric: str) -> Subject:
+    """A few rabbits in a small window of rolling ground."""
+    kind = Species("rabbit", made("rabbit", 1, (0.8, 1.0), False), _DENSITY)
+    make = partial(SpeciesField, kind, 1, _GROUND, _EXTENT_M)
+    eye = np.array((0.0, -1.2 * _EXTENT_M, 0.5))
+    camera = look(Corner(0, 0), eye, -8.0, -4.0, 65.0, (90, 50))
+    return Subject(make, camera, 0.3, (metric,))

@@ -1,0 +1,30 @@
+"""The rules of every representation, for those that other packages offer."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from bench.conformance.rows import few
+from bench.conformance.rules import RULES, Subject, everything
+from scenes.offer import offer_named, standing_of
+from scenes.terrain import Terrain
+
+_GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
+_SEED = 5
+
+
+def broken_offer_rules(kind: str) -> dict[str, list[str]]:
+    """What the offer's representation breaks, rule by rule, with its default options."""
+    offer = offer_named(kind)
+    make = partial(standing_of, kind, kind, _SEED, _GROUND, {})
+    subject = Subject(make, offer.camera, offer.detail)
+    made = {name: list(rule(subject)) for name, rule in RULES.items()}
+    return made | {under_its_top.__name__: list(under_its_top(subject))}
+
+
+def under_its_top(subject: Subject) -> Iterator[str]:
+    """Nothing reaches above ``top_m`` over the highest ground."""
+    it, view = subject.make(), subject.view()
+    parts = everything(it, view)
+    wholes = parts.take(parts.whole < 0)
+    highest = _GROUND.bounds()[1] + it.top_m  # type: ignore[attr-defined]
+    yield from few("a whole above top_m", wholes.centre[:, 2] + wholes.bound > highest + 1e-9)

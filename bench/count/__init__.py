@@ -1,0 +1,1 @@
+"""Counts of frames that are pruned and not rendered."""

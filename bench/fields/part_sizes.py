@@ -1,0 +1,132 @@
+"""Parts of each size in one field, as displayed and as predicted: for the experiments on sight.
+
+Flat ground, an eye 1.6 m up that looks all round, a picture 60° wide. Fields are the denser the
+coarser the detail, so that all hold about as many objects: K·m² is the same.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from bench.fields.cases import EYE_HEIGHT_M
+from bench.fields.scene import FLAT, prototypes_of
+from bench.records.records import Point
+from lod.arrays import Reals
+from lod.camera import Camera, Corner, look
+from lod.contrast import CONTRAST_CLASSES
+from lod.law import chained_limits, disc_areas
+from lod.metric import METRICS
+from lod.prune import prune
+from lod.sight import Sight
+from lod.view import View, distance
+from scenes.field import Species, SpeciesField
+from scenes.prototype import Prototype
+
+BOUNDS_M = (0.1, 0.3, 1.0, 3.0)
+SIZES = ("under 0.1 m", "0.1 to 0.3 m", "0.3 to 1 m", "1 to 3 m", "over 3 m")
+"""Classes of P, the first below the first bound."""
+
+DENSITY = {"figure": 2e-3, "tree": 1e-5}
+"""K of each species [1/m²] at COARSE_M: thousands of objects in a field."""
+
+COARSE_M = 2 * math.tan(math.radians(30)) / 640
+"""m of one pixel of 640 across 60° [rad]."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What one field displays: parts of each size, and how many are nearer than some distances."""
+
+    by_size: tuple[int, ...]
+    nearer: tuple[int, ...]
+
+
+def camera(width: int) -> Camera:
+    """The camera of every field, a picture so many pixels wide."""
+    eye = np.array((0.0, 0.0, EYE_HEIGHT_M))
+    return look(Corner(0, 0), eye, 0.0, 0.0, 60.0, (width, 360))
+
+
+def view_through(sight: Sight, width: int) -> View:
+    """All round through that air, display and eye, at a detail threshold of 1."""
+    return View(camera(width), METRICS["blake"], look_around=True, sight=sight)
+
+
+def density_of(species: str, m: float) -> float:
+    """K of fields that are measured at a detail angle m [1/m²]."""
+    return DENSITY[species] * (m / COARSE_M) ** 2
+
+
+def count_sizes(
+    prototypes: tuple[Prototype, ...],
+    density: float,
+    view: View,
+    seed: int,
+    near_m: Sequence[float] = (),
+) -> Seen:
+    """The real field and the real pruner; ``near_m`` are the distances that count as near [m]."""
+    field = SpeciesField(Species("sight", prototypes, density), seed, FLAT)
+    parts = prune(field, view).parts
+    size = np.concatenate([tree.P for tree in field.troupe.atlas.hierarchies])[parts.part]
+    far = distance(view, parts.position)
+    nearer = tuple(int(np.count_nonzero(far < near)) for near in near_m)
+    return Seen(tuple(np.bincount(size_class(size), minlength=len(SIZES)).tolist()), nearer)
+
+
+def predicted_sizes(prototypes: tuple[Prototype, ...], density: float, view: View) -> Reals:
+    """Expected number of parts of each size, (sizes,): the law, without the pruner (§4.1)."""
+    total = np.zeros(len(SIZES))
+    for tree in (each.hierarchy for each in prototypes):
+        limits = chained_limits(tree, view.metric, view.m, view.sight)
+        areas = disc_areas(limits, EYE_HEIGHT_M - tree.position[:, 2])
+        total += np.bincount(size_class(tree.P), areas, len(SIZES))
+    return total * density / len(prototypes)
+
+
+def total(point: Point, seen: str, sizes: Sequence[str] = SIZES) -> Reals:
+    """Parts of these sizes counted in every field, (fields,); ``seen``: in which air, by whom."""
+    columns = np.array([point.samples[f"{seen}, {size}"] for size in sizes], np.float64)
+    return np.asarray(columns.sum(axis=0))
+
+
+def law_total(point: Point, seen: str, sizes: Sequence[str] = SIZES) -> float:
+    """The same, predicted."""
+    return sum(point.predicted[f"{seen}, {size}"] for size in sizes)
+
+
+def size_class(P: Reals) -> np.ndarray:
+    """Which of SIZES each priority falls in, (n,)."""
+    return np.searchsorted(BOUNDS_M, P, side="right")
+
+
+@lru_cache(maxsize=16)
+def prototypes_with(species: str, contrast: float | None) -> tuple[Prototype, ...]:
+    """Its prototypes, every part of that class of contrast; None = each of its own."""
+    usual = prototypes_of(species, 1.0)
+    if contrast is None:
+        return usual
+    row = CONTRAST_CLASSES.index(contrast)
+    trees = [replace(p.hierarchy, contrast=np.full(len(p.hierarchy), row)) for p in usual]
+    return tuple(replace(p, hierarchy=tree) for p, tree in zip(usual, trees, strict=True))
+
+
+def seed_of(what: str, seed: int, index: int) -> int:
+    """A field's own seed, in 63 bits."""
+    text = json.dumps(["sight", what, seed, index])
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1
+
+
+def scene_hash(cases: list[dict[str, object]]) -> str:
+    """SHA-256 of every case, and of the hierarchies and contrast classes of both species."""
+    digest = hashlib.sha256(json.dumps([cases, DENSITY, BOUNDS_M], sort_keys=True).encode())
+    for species in sorted(DENSITY):
+        for prototype in prototypes_of(species, 1.0):
+            tree = prototype.hierarchy
+            for name in ("whole", "position", "P", "R", "B", "separation", "contrast"):
+                digest.update(np.ascontiguousarray(getattr(tree, name)).tobytes())
+    return digest.hexdigest()

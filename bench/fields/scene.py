@@ -1,0 +1,57 @@
+"""What a case of the scaling experiment looks at: objects, ground and view (DESIGN §1)."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from bench.fields.cases import Case
+from lod.air import Air, least_extinction
+from lod.camera import Corner, look
+from lod.cascade import Widths
+from lod.sight import Sight
+from lod.view import View
+from scenes.boulder import boulder_prototypes
+from scenes.figure import figure_prototypes
+from scenes.plugins import metric_named
+from scenes.prototype import Prototype
+from scenes.terrain import Terrain
+from scenes.tree import tree_prototypes
+
+FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)
+
+
+KEPT = {"evenly": 1.0, "patches": 0.25, "slope": 0.5, "clearing": 1.0}
+"""Share of an even field that is left, patch by patch, or at the eye; of a clearing at its edge."""
+
+HILLS_M = 512.0
+"""The longest wave of hilly ground."""
+
+_STANDING = {
+    "figure": lambda: figure_prototypes(0, 4),
+    "tree": lambda: tree_prototypes(0, 2),
+    "boulder": lambda: boulder_prototypes(0, 2),
+}
+"""The prototypes of each species, all equally likely; nothing moves."""
+
+
+@lru_cache(maxsize=64)
+def prototypes_of(species: str, size: float) -> tuple[Prototype, ...]:
+    """The species' prototypes, ``size`` times as large."""
+    return tuple(each.scaled(size) for each in _STANDING[species]())
+
+
+def ground_of(case: Case) -> Terrain:
+    """Flat, or the same hills for all fields of a case."""
+    return replace(FLAT, amplitude=case.hills, wavelength=HILLS_M, hurst=0.8)
+
+
+def view_of(case: Case) -> View:
+    """From the middle of the world, all round."""
+    ground = float(ground_of(case).height(Corner(0, 0), np.zeros((1, 2)))[0])
+    eye = np.array((0.0, 0.0, ground + case.eye_height))
+    camera = look(Corner(0, 0), eye, 0.0, 0.0, case.fov, (case.width, 1))
+    sight = None
+    if case.visibility is not None:
+        sight = Sight(Widths(camera.pixel_angle), least_extinction(Air(case.visibility)))
+    return View(camera, metric_named(case.metric), case.detail, look_around=True, sight=sight)

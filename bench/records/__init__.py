@@ -1,0 +1,1 @@
+"""Records of measurements, their claims and provenance."""

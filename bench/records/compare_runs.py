@@ -1,0 +1,127 @@
+"""What changed between two runs: claim by claim, and whether the samples are the same.
+
+Two records may meet where they ask the same of the same scene on the same kind of machine; commit,
+packages and seed may differ, for that is what is compared. Everything else is refused.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from bench.records.claims import Claim
+from bench.records.records import Record, read_record, read_records
+from lod.errors import InputError
+
+Change = Literal["same", "within the intervals", "moved", "verdict", "new", "gone"]
+
+_SAME = ("scene", "variant", "threads", "cpu", "cores")
+"""What two records must share; an experiment's version and whether it was quick, too."""
+
+_MAY_DIFFER = ("commit", "packages", "platform", "python", "seed")
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One claim in both runs, or in one."""
+
+    name: str
+    change: Change
+    before: Claim | None
+    after: Claim | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        sides = {"before": self.before, "after": self.after}
+        told = {side: claim.as_json() if claim else None for side, claim in sides.items()}
+        return {"name": self.name, "change": self.change, **told}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two records of one experiment. ``origin``: what else differs, as (before, after)."""
+
+    experiment: str
+    before: str
+    after: str
+    same_samples: bool
+    origin: dict[str, tuple[Any, Any]]
+    differences: tuple[Difference, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {**vars(self), "differences": [each.as_json() for each in self.differences]}
+
+
+def compare(before: Record, after: Record) -> Comparison:
+    """Raises InputError for records that cannot be compared."""
+    for key in ("experiment", "version", "quick"):
+        _must_share(key, getattr(before, key), getattr(after, key))
+    for key in _SAME:
+        _must_share(key, getattr(before.provenance, key), getattr(after.provenance, key))
+    origin = {
+        key: pair
+        for key in _MAY_DIFFER
+        if len(set(map(str, pair := _pair(key, before, after)))) > 1
+    }
+    return Comparison(
+        before.experiment,
+        before.name,
+        after.name,
+        before.samples_sha256 == after.samples_sha256,
+        origin,
+        tuple(_differences(before.claims, after.claims)),
+    )
+
+
+def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
+    """Two records, or the newest of every experiment that two folders share."""
+    if before.is_dir() != after.is_dir():
+        raise InputError("A B", f"{before} {after}", "two records or two folders")
+    if not before.is_dir():
+        return (compare(read_record(before), read_record(after)),)
+    first, second = _newest(before), _newest(after)
+    shared = [key for key in first if key in second]
+    if not shared:
+        raise InputError("A B", f"{before} {after}", "records of one experiment in both", "run it")
+    return tuple(compare(first[key], second[key]) for key in shared)
+
+
+def _newest(folder: Path) -> dict[tuple[str, bool], Record]:
+    newest: dict[tuple[str, bool], Record] = {}
+    for record in read_records(folder):
+        newest.setdefault((record.experiment, record.quick), record)
+    return newest
+
+
+def _pair(key: str, before: Record, after: Record) -> tuple[Any, Any]:
+    return getattr(before.provenance, key), getattr(after.provenance, key)
+
+
+def _must_share(key: str, before: object, after: object) -> None:
+    if before != after:
+        arrived = f"{_short(before)} and {_short(after)}"
+        cure = "runs of the same workload on the same kind of machine can be compared"
+        raise InputError(f"{key} of the two records", arrived, "the same in both", cure)
+
+
+def _short(value: object) -> str:
+    return str(value)[:40]
+
+
+def _differences(before: Iterable[Claim], after: Iterable[Claim]) -> Iterable[Difference]:
+    first, second = ({claim.name: claim for claim in claims} for claims in (before, after))
+    for name in dict.fromkeys((*first, *second)):
+        one, other = first.get(name), second.get(name)
+        yield Difference(name, _change(one, other), one, other)
+
+
+def _change(before: Claim | None, after: Claim | None) -> Change:
+    if before is None or after is None:
+        return "new" if before is None else "gone"
+    if before.verdict != after.verdict:
+        return "verdict"
+    if before == after:
+        return "same"
+    apart = before.high < after.low or after.high < before.low
+    return "moved" if apart else "within the intervals"

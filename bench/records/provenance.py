@@ -1,0 +1,94 @@
+"""Where a measurement comes from: everything that two rows must share before they may meet."""
+
+import os
+import platform
+import subprocess
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from scenes.plugins import packages
+
+_PACKAGES = ("lodbench", "numpy", "scipy", "numba", "statsmodels", "mitsuba", "drjit")
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What made the numbers.
+
+    scene     SHA-256 of all that was measured: cases, settings, prototypes
+    seed      the seed from which every field's own seed is derived
+    variant   the renderer's variant; None where nothing was rendered
+    threads   worker threads of the measurement
+    cpu, cores, platform, python   the machine
+    packages  name → version; those that bring metrics or representations, too
+    commit    of the source, with ``+changes`` where files differ from it; None outside a checkout
+    """
+
+    scene: str
+    seed: int
+    variant: str | None
+    threads: int
+    cpu: str
+    cores: int
+    platform: str
+    python: str
+    packages: dict[str, str]
+    commit: str | None
+
+
+def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = None) -> Provenance:
+    """The provenance of a measurement made here and now."""
+    return Provenance(
+        scene=scene,
+        seed=seed,
+        variant=variant,
+        threads=threads,
+        cpu=_cpu_model(),
+        cores=os.cpu_count() or 1,
+        platform=platform.platform(),
+        python=platform.python_version(),
+        packages=_versions(),
+        commit=_commit(_ROOT),
+    )
+
+
+def _cpu_model() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found | packages()
+
+
+def _commit(root: Path) -> str | None:
+    """The checkout's commit; an installed copy inside someone else's checkout has none."""
+    if not (root / ".git").exists():
+        return None
+    head = _git(root, "rev-parse", "HEAD")
+    if not head:
+        return None
+    changes = _git(root, "status", "--porcelain", "--untracked-files=no")
+    return head if changes == "" else f"{head}+changes"
+
+
+def _git(root: Path, *words: str) -> str | None:
+    try:
+        done = subprocess.run(
+            ("git", "-C", str(root), *words), capture_output=True, text=True, timeout=20, check=True
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()

@@ -1,0 +1,175 @@
+"""A record: what one run of an experiment measured, raw, immutable, with its provenance.
+
+The file is JSON, ``experiment-<first 16 of the SHA-256>.json``. The SHA-256 is that of the content
+as canonical JSON (sorted keys, no blanks), stands in the file, and is checked on every reading.
+"""
+
+import hashlib
+import json
+import os
+import re
+import tempfile
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from bench.records.claims import Claim, claim_from
+from bench.records.provenance import Provenance
+from lod.errors import InputError
+
+FORMAT = "lodbench-record"
+FORMAT_VERSION = 2
+"""2: claims may be foreseen to break, and notes tell processor seconds. Older ones are read."""
+
+_IN_NAME = 16
+
+
+@dataclass(frozen=True)
+class Point:
+    """One case, what was predicted for it, and every field's raw counts, column by column."""
+
+    case: dict[str, Any]
+    predicted: dict[str, float]
+    samples: dict[str, list[int]]
+
+
+@dataclass(frozen=True)
+class Record:
+    """What one run measured. ``notes``: how it was run (targets, caps, seconds), never judged."""
+
+    experiment: str
+    version: int
+    quick: bool
+    made: str
+    provenance: Provenance
+    points: tuple[Point, ...]
+    claims: tuple[Claim, ...]
+    notes: dict[str, Any]
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """Everything, as plain data."""
+        data = {f.name: getattr(self, f.name) for f in fields(self)}
+        data["provenance"] = asdict(self.provenance)
+        data["points"] = [dict(vars(point)) for point in self.points]  # not copied: they are large
+        data["claims"] = [claim.as_json() for claim in self.claims]
+        return data
+
+    @cached_property
+    def sha256(self) -> str:
+        """Of the whole content."""
+        return _hash(self.content)
+
+    @cached_property
+    def samples_sha256(self) -> str:
+        """Of cases, predictions and counts alone: the same for the same seed, whoever runs it."""
+        return _hash(self.content["points"])
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return f"{self.experiment}-{self.sha256[:_IN_NAME]}.json"
+
+
+def write_record(record: Record, folder: Path) -> Path:
+    """Write it whole or not at all, read it back, and give its path."""
+    path = Path(folder) / record.name
+    body = {"format": FORMAT, "format_version": FORMAT_VERSION, "sha256": record.sha256}
+    text = _text(body | {"content": record.content})
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _replace(path, text)
+    except OSError as error:
+        raise InputError(
+            "-o", str(folder), f"a folder that can be written ({error.strerror})"
+        ) from None
+    if read_record(path) != record:
+        raise InputError(
+            "record", str(path), "what was written reads back the same", "free the disk"
+        )
+    return path
+
+
+def read_record(path: Path) -> Record:
+    """A record, verified. Raises InputError for one that is damaged, edited or too new."""
+    try:
+        body = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError("record", str(path), f"a readable JSON file ({error})") from None
+    if not isinstance(body, dict) or body.get("format") != FORMAT:
+        raise InputError("record", str(path), f"its format is {FORMAT}", "give a record's path")
+    if body.get("format_version") not in range(1, FORMAT_VERSION + 1):
+        arrived = body.get("format_version")
+        raise InputError(
+            f"record {path}", arrived, f"format version 1 to {FORMAT_VERSION}", "run it again"
+        )
+    sha256 = _hash(body.get("content"))
+    if body.get("sha256") != sha256 or sha256[:_IN_NAME] not in Path(path).name:
+        raise InputError(
+            "record", str(path), "its content has the SHA-256 it names", "run it again"
+        )
+    return _record(body["content"])
+
+
+def read_records(folder: Path) -> tuple[Record, ...]:
+    """Every record of a folder, by experiment, the newest first."""
+    paths = sorted(p for p in Path(folder).glob("*-*.json") if _NAMED.fullmatch(p.name))
+    newest_first = sorted((read_record(path) for path in paths), key=lambda r: r.made, reverse=True)
+    return tuple(sorted(newest_first, key=lambda r: r.experiment))
+
+
+def pool(records: Iterable[Record]) -> tuple[Point, ...]:
+    """All points of runs of one experiment, refused unless they share their whole provenance."""
+    records = tuple(records)
+    for other in records[1:]:
+        for key, first, second in _identities(records[0], other):
+            if first != second:
+                raise InputError(f"{key} of records", (first, second), "the same, to be pooled")
+    if len({record.sha256 for record in records}) < len(records):
+        raise InputError("records", len(records), "no record twice")
+    return tuple(point for record in records for point in record.points)
+
+
+_NAMED = re.compile(rf"[a-z_]+-[0-9a-f]{{{_IN_NAME}}}\.json")
+
+
+def _identities(one: Record, other: Record) -> Iterable[tuple[str, Any, Any]]:
+    for key in ("experiment", "version", "quick"):
+        yield key, getattr(one, key), getattr(other, key)
+    for field in fields(Provenance):
+        yield field.name, getattr(one.provenance, field.name), getattr(other.provenance, field.name)
+
+
+def _record(content: dict[str, Any]) -> Record:
+    data = dict(content)
+    data["provenance"] = Provenance(**data["provenance"])
+    data["points"] = tuple(Point(**point) for point in data["points"])
+    data["claims"] = tuple(claim_from(claim) for claim in data["claims"])
+    return Record(**data)
+
+
+def _hash(content: Any) -> str:
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def _text(body: dict[str, Any]) -> str:
+    """Readable JSON, each list of numbers on one line."""
+    text = json.dumps(body, indent=1, allow_nan=False)
+    return re.sub(r"\[\n[-+.e\d,\s]*\]", lambda found: "".join(found[0].split()), text) + "\n"
+
+
+def _replace(path: Path, text: str) -> None:
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise

@@ -1,0 +1,238 @@
+"""The report as one HTML page: no request, everything inside, readable without its script."""
+
+import json
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+from bench.plots.plot import Figure
+from bench.records.claims import Claim
+from bench.records.embedded_pictures import Pictures
+from bench.report.plotly_specs import numbers, plot
+from bench.report.words import (
+    CLAIM_HEADS,
+    GLOSSARY,
+    MARKS,
+    Section,
+    answer,
+    groups,
+    provenance_rows,
+    repeat,
+    verdict,
+    words,
+)
+
+_TEMPLATE = Path(__file__).with_name("template.html")
+_SOME = 4
+"""Claims that do not hold, at the head of the page; more of them are folded away."""
+
+_SCRIPT = Path(__file__).with_name("page.js")
+
+
+def page(sections: Sequence[Section]) -> str:
+    """The whole page."""
+    template = Template(_TEMPLATE.read_text(encoding="utf-8"))
+    return template.substitute(
+        contents="\n".join(
+            f'<li><a href="#{s.anchor}">{escape(s.title)}</a></li>' for s in sections
+        ),
+        answers="\n".join(_answer(s) for s in sections),
+        sections="\n".join(_section(s) for s in sections),
+        glossary="\n".join(f"<dt>{escape(w)}</dt><dd>{escape(t)}</dd>" for w, t in GLOSSARY),
+        records=_records(sections),
+        summary="\n".join(map(_summary, sections)),
+        plotly=_scripted((files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")),
+        script=_scripted(_SCRIPT.read_text(encoding="utf-8")),
+    )
+
+
+def _scripted(text: str) -> str:
+    """Text that can stand in a script element."""
+    return text.replace("</", "<\\/")
+
+
+def _summary(section: Section) -> str:
+    """A row of the summary: how many claims of each verdict."""
+    counts = "".join(f"<td>{sum(c.verdict == each for c in section.claims)}</td>" for each in MARKS)
+    kind = "quick" if section.record.quick else "full"
+    return (
+        f'<tr><th scope="row"><a href="#{section.anchor}">{escape(section.record.experiment)}</a>'
+        f"</th>{counts}<td>{kind}</td><td>{_origin(section)}</td></tr>"
+    )
+
+
+def _origin(section: Section) -> str:
+    """The record, by its hash, and where all that is known of it stands."""
+    short = section.record.sha256[:8]
+    return f'<a class="origin" href="#{section.anchor}-record">record {short}</a>'
+
+
+def _answer(section: Section) -> str:
+    quick = '<span class="quick">quick run: fewer samples</span>' if section.record.quick else ""
+    return (
+        f'<div class="answer"><p class="question">{escape(section.question)}</p>'
+        f"<p><strong>{escape(answer(section.claims))}</strong> {quick} {_origin(section)}</p>"
+        f"{_open(section)}</div>"
+    )
+
+
+def _open(section: Section) -> str:
+    """The claims that do not hold, by name."""
+    rows = [
+        f'<li><span class="{c.verdict}">{verdict(c)}</span>: {escape(c.about)} {_name(c.name)}</li>'
+        for c in section.claims
+        if c.verdict not in ("holds", "breaks")
+    ]
+    listed = f'<ul class="open">{"".join(rows)}</ul>' if rows else ""
+    if len(rows) <= _SOME:
+        return listed
+    return f"<details><summary>The {len(rows)} claims that do not hold</summary>{listed}</details>"
+
+
+def _section(section: Section) -> str:
+    origin = _origin(section)
+    tables = [_claims(title, c, origin) for title, c in groups(section.claims).items()]
+    figures = "\n".join(_figure(section, figure) for figure in section.figures)
+    pictures = "\n".join(_pictures(section, each) for each in section.pictures)
+    limits = "\n".join(f"<li>{_code(limit)}</li>" for limit in section.limits)
+    return f"""
+<section id="{section.anchor}" aria-labelledby="{section.anchor}-title">
+<h2 id="{section.anchor}-title">{escape(section.title)}</h2>
+{_in_short(section)}
+{"".join(tables[:1])}
+<div class="figures">{figures}</div>
+{pictures}
+{"".join(tables[1:])}
+<h3>What this does not say</h3><ul>{limits}</ul>
+<details><summary>Every point, as numbers</summary><p>From {origin}.</p>
+{_table(*section.table, label=f"Every point of {section.title}")}</details>
+</section>"""
+
+
+def _in_short(section: Section) -> str:
+    """The summary of the record, where it has one."""
+    heads, rows = section.summary
+    if not rows:
+        return ""
+    return f"<h3>In short</h3>{_table(heads, rows, f'In short: {section.title}')}"
+
+
+def _claims(title: str, claims: Sequence[Claim], origin: str) -> str:
+    """One row a claim; on a narrow screen the style makes a card of each, labelled cell by cell."""
+    rows = "\n".join(_claim(claim) for claim in claims)
+    heads = _heads(CLAIM_HEADS).replace("<tr>", '<tr role="row">', 1)
+    heads = heads.replace("<th ", '<th role="columnheader" ')
+    return (
+        f'<table class="claims" role="table"><caption>{escape(title)}</caption>'
+        f'<thead role="rowgroup">{heads}</thead><tbody role="rowgroup">{rows}</tbody></table>'
+        f"<p>From {origin}.</p>"
+    )
+
+
+def _claim(claim: Claim) -> str:
+    cells = [
+        f'<td role="cell" class="{claim.verdict}"><span aria-hidden="true">'
+        f"{MARKS[claim.verdict]}</span> {verdict(claim)}</td>"
+    ]
+    for head, cell in zip(CLAIM_HEADS[1:], words(claim), strict=True):
+        text = _name(cell) if head == "name" else escape(cell)
+        cells.append(f'<td role="cell" data-head="{head}">{text}</td>')
+    return f'<tr role="row">{"".join(cells)}</tr>'
+
+
+def _name(name: str) -> str:
+    """A claim's name, that may break after a stroke or an underscore."""
+    return f"<code>{escape(name).replace('/', '/<wbr>').replace('_', '_<wbr>')}</code>"
+
+
+def _figure(section: Section, figure: Figure) -> str:
+    """The still picture; the plot that takes its place where scripts run; and the numbers."""
+    name, drawn = f"{section.anchor}-{figure.name}", plot(figure)
+    svg = figure.svg.replace("<svg", f'<svg role="img" aria-label="{escape(figure.alt)}"', 1)
+    # Several records may show the same figure: ids stay unique on the page.
+    svg = svg.replace(f"{figure.name}-", f"{name}-")
+    body = f'<figure id="{name}-figure"><h3>{escape(figure.title)}</h3>{svg}'
+    if drawn is not None:
+        body = body.replace("<figure", '<figure class="interactive"', 1) + _plot(figure, drawn)
+    return f"{body}<figcaption>{escape(figure.caption)} {_origin(section)}</figcaption></figure>"
+
+
+def _plot(figure: Figure, drawn: dict[str, object]) -> str:
+    data = _scripted(json.dumps(drawn, ensure_ascii=False, allow_nan=False))
+    label = f"{figure.alt} Arrow keys go from point to point."
+    return (
+        f'<div class="plot" role="group" tabindex="0" aria-label="{escape(label)}" hidden>'
+        f'<div aria-hidden="true"></div></div>'
+        f'<script type="application/json">{data}</script>'
+        f"<details><summary>Numbers of this figure</summary>"
+        f"{_table(*numbers(figure), label=f'Numbers of: {figure.title}')}</details>"
+    )
+
+
+def _pictures(section: Section, pictures: Pictures) -> str:
+    """Two of the pictures over each other, and a slider between them."""
+    name = f"{section.anchor}-{pictures.name}"
+    images = [f"data:image/webp;base64,{data}" for _, data in pictures.layers]
+    labels = [label for label, _ in pictures.layers]
+    selects = "".join(
+        f'<label>{side} <select autocomplete="off">'
+        + "".join(
+            f'<option data-src="{image}" data-alt="{escape(f"{label}. {pictures.alt}")}"'
+            f"{' selected' if number == chosen else ''}>{escape(label)}</option>"
+            for number, (label, image) in enumerate(zip(labels, images, strict=True))
+        )
+        + "</select></label>"
+        for side, chosen in (("left", 0), ("right", 1))
+    )
+    shown = "".join(
+        f'<img src="{images[number]}" alt="{escape(f"{labels[number]}. {pictures.alt}")}">'
+        for number in (1, 0)
+    )
+    return (
+        f'<figure class="pictures" id="{name}-pictures"><h3>{escape(pictures.title)}</h3>'
+        f'<div class="pair">{shown}</div><div class="controls">{selects}<label>divide at '
+        f'<input type="range" min="0" max="100" value="50" autocomplete="off"></label></div>'
+        f"<figcaption>{escape(pictures.caption)} {_origin(section)}</figcaption></figure>"
+    )
+
+
+def _records(sections: Sequence[Section]) -> str:
+    return "\n".join(
+        f'<h3 id="{s.anchor}-record">{escape(s.title)}</h3>{_facts(s)}'
+        f"<p>Repeat it: <code>{escape(repeat(s))}</code>. The same seed gives the same samples, "
+        f"and so the same SHA-256 of samples.</p>"
+        for s in sections
+    )
+
+
+def _facts(section: Section) -> str:
+    table = _table(("what", "value"), provenance_rows(section), f"Provenance of {section.title}")
+    return table.replace("<table>", '<table class="facts">', 1)
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]], label: str) -> str:
+    body = "\n".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+    )
+    return _framed(label, _heads(heads) + body)
+
+
+def _framed(label: str, rows: str, caption: str = "") -> str:
+    """A table that scrolls in its own frame where the screen is narrow, by keyboard too."""
+    caption = f"<caption>{escape(caption)}</caption>" if caption else ""
+    return (
+        f'<div class="wide" role="region" tabindex="0" aria-label="{escape(label)}">'
+        f"<table>{caption}{rows}</table></div>"
+    )
+
+
+def _heads(heads: Sequence[str]) -> str:
+    return "<tr>" + "".join(f'<th scope="col">{escape(h)}</th>' for h in heads) + "</tr>"
+
+
+def _code(text: str) -> str:
+    """Text with `code` marked up."""
+    pieces = escape(text).split("`")
+    return "".join(f"<code>{p}</code>" if i % 2 else p for i, p in enumerate(pieces))

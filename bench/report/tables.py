@@ -1,0 +1,56 @@
+"""The report's numbers for programs: every claim and every point, each with its record's hash."""
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Sequence
+
+from bench.report.words import Section
+
+TABLES = "tables"
+"""Folder of the points, a file a record."""
+
+_CLAIM = (
+    *("name", "verdict", "predicted", "tolerance", "relation", "measured", "low", "high"),
+    *("quantity", "source", "about"),
+)
+
+
+def claims_csv(sections: Sequence[Section]) -> str:
+    """One row a claim."""
+    heads = "experiment", "quick", "record_sha256", *_CLAIM
+    rows = (
+        (s.record.experiment, s.record.quick, s.record.sha256, *(c.as_json()[k] for k in _CLAIM))
+        for s in sections
+        for c in s.claims
+    )
+    return _csv(heads, rows)
+
+
+def claims_json(sections: Sequence[Section]) -> str:
+    """One object a record."""
+    data = [
+        {
+            "experiment": s.record.experiment,
+            "quick": s.record.quick,
+            "record_sha256": s.record.sha256,
+            "claims": [claim.as_json() for claim in s.claims],
+        }
+        for s in sections
+    ]
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def points_csv(section: Section) -> str:
+    """The record's table, as it is on the page."""
+    heads, rows = section.table
+    sha256 = section.record.sha256
+    return _csv(("record_sha256", *heads), ((sha256, *row) for row in rows))
+
+
+def _csv(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(heads)
+    writer.writerows(rows)
+    return stream.getvalue()

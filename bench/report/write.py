@@ -1,0 +1,106 @@
+"""The report of a folder of records: one page that opens offline, Markdown, CSV and JSON."""
+
+import base64
+import os
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+
+from bench.experiments.registry import EXPERIMENTS
+from bench.records.claims import Claim
+from bench.records.embedded_pictures import pictures_of
+from bench.records.records import Record, read_records
+from bench.report.html import page
+from bench.report.markdown import FIGURES, document, picture_path
+from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
+from bench.report.words import Section
+from bench.runner.experiment import Experiment
+from lod.errors import InputError
+
+
+def write_report(folder: Path) -> tuple[Path, Path]:
+    """Write report.html, report.md and the figures beside it; give the paths of the two.
+
+    Raises InputError for a folder without records, or one that cannot be written.
+    """
+    folder = Path(folder)
+    records = read_records(folder)
+    if not records:
+        cure = f"make one with `lodbench run scaling -o {folder}`"
+        raise InputError("DIR", str(folder), "a folder with at least one record", cure)
+    sections = _sections(sorted(records, key=_place))
+    html, markdown = folder / "report.html", folder / "report.md"
+    files: dict[Path, str | bytes] = {html: page(sections), markdown: document(sections)}
+    files |= {folder / name: text for name, text in _beside(sections).items()}
+    try:
+        for path, content in files.items():
+            _write(path, content)
+    except OSError as error:
+        raise InputError("DIR", str(folder), f"a folder to write into ({error.strerror})") from None
+    return html, markdown
+
+
+def _beside(sections: list[Section]) -> dict[str, str | bytes]:
+    """What stands beside the page: figures, pictures and numbers, by their names."""
+    files: dict[str, str | bytes] = {
+        "claims.csv": claims_csv(sections),
+        "claims.json": claims_json(sections),
+    }
+    for section in sections:
+        files[f"{TABLES}/{section.anchor}.csv"] = points_csv(section)
+        for figure in section.figures:
+            files[f"{FIGURES}/{section.anchor}-{figure.name}.svg"] = figure.svg
+        for each in section.pictures:
+            for number, (_, data) in enumerate(each.layers):
+                files[picture_path(section, each, number)] = base64.b64decode(data)
+    return files
+
+
+def _place(record: Record) -> int:
+    """Experiments in the order in which `lodbench list` has them, others after them."""
+    names = list(EXPERIMENTS)
+    return names.index(record.experiment) if record.experiment in names else len(names)
+
+
+def _sections(records: Sequence[Record]) -> list[Section]:
+    """Of every record, as many at once as there are processors: drawing is what takes the time.
+
+    Forked where that can be had, so that nothing is imported twice.
+    """
+    workers = min(len(records), os.cpu_count() or 1)
+    if workers == 1 or not hasattr(os, "fork"):
+        return [_section(record) for record in records]
+    with ProcessPoolExecutor(workers, get_context("fork")) as pool:
+        return list(pool.map(_section, records))
+
+
+def _section(record: Record) -> Section:
+    experiment = EXPERIMENTS.get(record.experiment)
+    if experiment is None:
+        shown = pictures_of(record)
+        return Section(record, record.experiment, record.claims, (), ((), []), pictures=shown)
+    judged = replace(record, claims=_judged(experiment, record))
+    return Section(
+        record,
+        experiment.question,
+        judged.claims,
+        experiment.figures(judged),
+        experiment.table(judged),
+        experiment.limits,
+        pictures_of(record),
+        experiment.summary(judged) if experiment.summary and record.points else ((), []),
+    )
+
+
+def _judged(experiment: Experiment, record: Record) -> tuple[Claim, ...]:
+    """The claims judged from the samples; those in a record that has none."""
+    return experiment.judge(record) if record.points else record.claims
+
+
+def _write(path: Path, content: str | bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.part")
+    temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+    os.replace(temporary, path)

@@ -1,0 +1,179 @@
+"""What of a run is done already, so that the same command goes on where it was stopped.
+
+In DIR/.journal, one small file for each measured case and each finished record, named for all that
+made it: sources, packages, machine, experiment, seed and the case itself. Nothing that was made by
+other sources or another machine can be taken for it.
+"""
+
+import hashlib
+import importlib.util
+import json
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from bench.records.provenance import provenance
+from bench.records.records import Point, read_record
+from bench.runner.dask_cases import Each
+from lod.errors import InputError
+from scenes.plugins import modules
+
+JOURNAL = ".journal"
+_ROOT = Path(__file__).resolve().parents[2]
+_ROOMS = ("lod", "scenes", "bench")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One experiment as it was asked for; ``metric``: another to be tried beside its own."""
+
+    name: str
+    quick: bool
+    seed: int
+    metric: str | None = None
+
+
+@dataclass(frozen=True)
+class Spent:
+    """Time by the clock, and of all cores of this machine with the processes started here [s]."""
+
+    seconds: float
+    processor_seconds: float
+
+    @classmethod
+    def so_far(cls) -> "Spent":
+        """Up to now, from a start of no meaning."""
+        return cls(time.perf_counter(), math.fsum(os.times()[:4]))
+
+    def __sub__(self, other: "Spent") -> "Spent":
+        return Spent(self.seconds - other.seconds, self.processor_seconds - other.processor_seconds)
+
+    def __add__(self, other: "Spent") -> "Spent":
+        return Spent(self.seconds + other.seconds, self.processor_seconds + other.processor_seconds)
+
+    def as_json(self) -> dict[str, float]:
+        """In tenths, as a record notes it."""
+        return {name: round(value, 1) for name, value in asdict(self).items()}
+
+
+@dataclass(frozen=True)
+class Journal:
+    """What is done in the folder, for these sources on this machine (``maker``)."""
+
+    folder: Path
+    maker: str
+
+    def record_of(self, asked: Asked) -> Path | None:
+        """The finished record, where there is one that still verifies."""
+        found = _read(self._path("record", asked))
+        if found is None:
+            return None
+        path = self.folder / str(found)
+        try:
+            read_record(path)
+        except InputError:
+            return None
+        return path
+
+    def finished(self, asked: Asked, record: Path) -> None:
+        """Note a record; its cases need not be kept any longer."""
+        _write(self._path("record", asked), record.name)
+        for path in self._cases(asked).glob("*.json"):
+            path.unlink()
+
+    def forget(self, asked: Asked) -> None:
+        """As if it had never been asked for; records stay."""
+        self._path("record", asked).unlink(missing_ok=True)
+        for path in self._cases(asked).glob("*.json"):
+            path.unlink()
+
+    def spent(self, asked: Asked) -> "Spent":
+        """What its kept cases took when they were measured."""
+        found = [_read(path) for path in self._cases(asked).glob("*.json")]
+        return Spent(*(math.fsum(each[k.name] for each in found if each) for k in fields(Spent)))
+
+    def keeping(self, asked: Asked, each: Each) -> Each:
+        """As ``each``, but what was measured before is not measured again, and is kept."""
+
+        def kept(
+            function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
+        ) -> Iterator[Point | list[Point]]:
+            folder = self._cases(asked)
+            paths = [folder / f"{_sha256(function.__qualname__, case)}.json" for case in cases]
+            done = [_read(path) for path in paths]
+            left = [case for case, data in zip(cases, done, strict=True) if data is None]
+            measured = each(function, left)
+            for path, data in zip(paths, done, strict=True):
+                if data is None:
+                    start = Spent.so_far()
+                    result = next(measured)
+                    took = asdict(Spent.so_far() - start)
+                    _write(path, {"result": _as_json(result), **took})
+                    yield result
+                else:
+                    yield _from_json(data["result"])
+
+        return kept
+
+    def _path(self, what: str, asked: Asked) -> Path:
+        return self.folder / JOURNAL / f"{what}-{asked.name}-{_sha256(self.maker, asked)[:16]}.json"
+
+    def _cases(self, asked: Asked) -> Path:
+        return self._path("cases", asked).with_suffix("")
+
+
+def journal(folder: Path) -> Journal:
+    """The journal of a folder, for the sources and the machine that are here."""
+    here = asdict(provenance("", 0)) | {"commit": None}
+    return Journal(Path(folder), _sha256(here, sources()))
+
+
+@lru_cache(maxsize=1)
+def sources() -> str:
+    """SHA-256 of every file that could change a number, of the program and of what adds to it."""
+    digest = hashlib.sha256()
+    for folder in (*(_ROOT / room for room in _ROOMS), *map(_source, modules())):
+        for path in sorted(folder.rglob("*")) if folder.is_dir() else [folder]:
+            if path.suffix in (".py", ".toml"):
+                name = path.relative_to(folder.parent)
+                digest.update(f"{name}\n".encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def _source(module: str) -> Path:
+    """The folder of a package, or the file of a module; a path that is not there for none."""
+    found = importlib.util.find_spec(module)
+    origin = Path(found.origin if found and found.origin else module)
+    return origin.parent if origin.name == "__init__.py" else origin
+
+
+def _sha256(*words: object) -> str:
+    return hashlib.sha256(repr(words).encode()).hexdigest()
+
+
+def _as_json(result: Point | list[Point]) -> Any:
+    return vars(result) if isinstance(result, Point) else [vars(point) for point in result]
+
+
+def _from_json(data: Any) -> Point | list[Point]:
+    return Point(**data) if isinstance(data, dict) else [Point(**point) for point in data]
+
+
+def _read(path: Path) -> Any:
+    """What is in a file; None where there is none, or half of one."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
+def _write(path: Path, data: Any) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_suffix(f".{os.getpid()}.part")
+    temporary.write_text(json.dumps(data, allow_nan=False), encoding="utf-8")
+    os.replace(temporary, path)

@@ -1,0 +1,1 @@
+"""Pruned and whole frames beside one another."""

@@ -1,0 +1,105 @@
+"""At which detail a pruned frame is so far from the whole one: excess FLIP of 0.01.
+
+As ``lodbench run fidelity`` has it: pairs of seeds, the noise floor taken off, straight lines
+between details; here of whole frames as they are rendered, far cover, fading and all.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.experiments.fidelity.equal_error import EQUAL_ERROR, column, equal_error, excesses
+from bench.experiments.fidelity.image_errors import measured, reference_of
+from bench.experiments.fidelity.scene import SPECIES
+from bench.records.records import Point
+from bench.statistics.estimates import Estimate
+from bench.statistics.excess_flip import ExcessFlip, over_noise
+from bench.studies.full.worlds import Kind, Picture, preset_of
+from lod.errors import InputError
+from scenes.budget import parts_displayed
+from scenes.preset import Preset
+from scenes.render.frame import Layers
+from scenes.render.render import staged, taken
+from scenes.shot import shoot
+from scenes.world import World, build_world, view_at
+
+FINEST_PX, COARSEST_PX = 1 / 16, 32.0
+_METRIC = "blake"
+
+
+@dataclass(frozen=True)
+class Searcher:
+    """Whole pictures of one world, and how pruned ones are measured against them."""
+
+    kind: Kind
+    objects: float
+    picture: Picture
+    pairs: int
+    variant: str
+
+    def measure(self) -> Callable[[float], Point]:
+        """Renders the whole pictures, and gives what measures a detail against them."""
+        world = build_world(self._preset(1.0))
+        seeds = range(2 * self.pairs)
+        whole = pictures(world, self._preset(None), self.variant, seeds)
+        reference = reference_of(whole[0::2], whole[1::2])
+
+        def at(detail: float) -> Point:
+            preset = self._preset(detail)
+            tested = pictures(world, preset, self.variant, seeds[0::2])
+            errors = measured([each.rgb.astype(np.float64) for each in tested], reference)
+            parts = parts_displayed(world, view_at(world, preset, 1))
+            case = {"metric": _METRIC, "detail": detail, "pruned": SPECIES}
+            return Point(case, {}, {**errors, "parts": [parts]})
+
+        return at
+
+    def _preset(self, detail: float | None) -> Preset:
+        return preset_of(self.kind, self.objects, self.picture, detail)
+
+
+def pictures(world: World, preset: Preset, variant: str, seeds: Sequence[int]) -> list[Layers]:
+    """The first frame, once with each seed of the sampler."""
+    made = shoot(world, preset, 1, variant)
+    stage = staged(made.camera, made.visible, made.air, made.light, made.quality)
+    return [taken(stage, replace(made.quality, seed=each)) for each in seeds]
+
+
+def search(at: Callable[[float], Point], start: float, halvings: int) -> list[Point]:
+    """Details about the one of equal error: one is wholly below it, one wholly above, pair by pair,
+    and the gap where it lies is halved so often. Raises InputError where there is none.
+    """
+    points = [at(start)]
+    while (wider := _wider(points)) is not None:
+        if not FINEST_PX <= wider <= COARSEST_PX:
+            rule = f"an excess FLIP of {EQUAL_ERROR} from {FINEST_PX} to {COARSEST_PX:g} px"
+            raise InputError("detail", wider, rule, "more samples, or give --detail")
+        points.append(at(wider))
+    for _ in range(halvings):
+        value = detail_of(points).value
+        details = sorted(point.case["detail"] for point in points)
+        above = next(number for number, each in enumerate(details) if each > value)
+        points.append(at(math.sqrt(details[above - 1] * details[above])))
+    return points
+
+
+def _wider(points: list[Point]) -> float | None:
+    """The detail to try next, until the error lies between what was tried."""
+    ordered = sorted(points, key=lambda point: point.case["detail"])
+    if excesses(ordered[0]).max() > EQUAL_ERROR:
+        return float(ordered[0].case["detail"] / 2)
+    if excesses(ordered[-1]).min() <= EQUAL_ERROR:
+        return float(ordered[-1].case["detail"] * 2)
+    return None
+
+
+def detail_of(points: list[Point]) -> Estimate:
+    """τ [px] of equal error."""
+    return equal_error(points)[_METRIC].detail
+
+
+def excess_of(point: Point) -> ExcessFlip:
+    """What a detail leaves, over the noise, with the floor."""
+    return over_noise(column(point, "flip"), column(point, "flip_floor"))

@@ -1,0 +1,78 @@
+"""A picture of every preset, and the same by detail level: ``python -m bench.studies.gallery``.
+
+Frames are rendered into a scratch folder; what stays are two PNGs for each preset and a page.
+"""
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+from PIL import Image
+
+from scenes.preset import preset_names
+
+FRAMES = {"campfire": 30, "fly_in": 40}
+"""The frame of each preset that shows most; 1 where it is not said."""
+
+
+def rendered(name: str, size: str, spp: int, folder: Path) -> Path:
+    """One frame as EXR."""
+    frame = FRAMES.get(name, 1)
+    flags = f"--frames {frame} --size {size} --spp {spp} --denoise --overwrite".split()
+    target = folder / name / f"{name}.####.exr"
+    subprocess.run(
+        [sys.executable, "-m", "bench.cli.main", "render", name, "-o", str(target), *flags],
+        check=True,
+    )
+    return target.with_name(f"{name}.{frame:04d}.exr")
+
+
+def pictured(frame: Path, name: str, folder: Path) -> None:
+    """Both pictures of a frame, the denoised one of its light."""
+    from scenes.render.contact_sheet import preview
+    from scenes.render.display import USUAL, Look, display
+    from scenes.render.exr import read_exr
+
+    layers = read_exr(frame)[0]
+    light = layers.rgb if layers.denoised is None else layers.denoised
+    picture = Image.fromarray(display(light, USUAL.exposure_of(light), USUAL.tone))
+    picture.save(folder / f"{name}.png", optimize=True)
+    preview(frame, folder / f"{name}_level.png", Look(view="level"))
+
+
+def page(presets: Sequence[tuple[str, str]]) -> str:
+    """The gallery as Markdown, from names and what they show."""
+    head = (
+        "# What there is to see\n\nEvery preset, and beside it the same frame by detail level"
+        " (`--view level`): dark is coarse, light is fine. Made by `python -m bench.studies.gallery`, 16"
+        " samples a pixel, denoised. [Clips](motion.md) of what motion hides lie beside.\n"
+    )
+    rows = [
+        f"\n## {name}\n\n{about}\n\n![{name}]({name}.png) ![{name} by level]({name}_level.png)\n"
+        for name, about in presets
+    ]
+    return head + "".join(rows)
+
+
+@click.command()
+@click.argument("names", nargs=-1)
+@click.option("-o", "folder", default="results/gallery", metavar="DIR", show_default=True)
+@click.option("--size", default="640x360", metavar="WxH", show_default=True)
+@click.option("--spp", default=16, show_default=True)
+def main(names: tuple[str, ...], folder: str, size: str, spp: int) -> None:
+    """Render the presets of these NAMES, or all, and write the page of all that have pictures."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        for name, _ in preset_names():
+            if name in names or not names:
+                pictured(rendered(name, size, spp, Path(scratch)), name, target)
+    done = [each for each in preset_names() if (target / f"{each[0]}_level.png").exists()]
+    (target / "README.md").write_text(page(done), "utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,107 @@
+"""What a frame needs in memory against what is foretold: ``python -m bench.studies.memory``.
+
+Each scene is rendered in a fresh process, whose most memory is measured; and 200 small frames in
+one process show whether it grows. Bytes are facts of one system; the model was fitted to these.
+"""
+
+import json
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from bench.cli.output import table
+from scenes.preset import load_preset
+from scenes.render.memory import Beside, foretell
+from scenes.render.one_frame import Record, settings_of
+from scenes.render.worker import Worker
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A preset with settings over it, in one variant."""
+
+    preset: str
+    variant: str
+    settings: tuple[str, ...]
+
+
+_SMALL, _LARGE = 'render.size="320x180"', 'render.size="1280x720"'
+_LLVM, _SCALAR, _SPECTRAL = "llvm_ad_rgb", "scalar_rgb", "llvm_ad_spectral"
+_MIDDLE = 'render.size="640x360"'
+SCENES = (
+    Scene("meadow", _LLVM, ('render.size="64x36"', "render.spp=1", "species={}")),
+    Scene("zoo", _LLVM, (_LARGE, "render.spp=16")),
+    Scene("meadow", _LLVM, (_LARGE, "render.spp=1", "view.detail=2")),
+    Scene("crowd", _LLVM, (_SMALL, "render.spp=16", "view.detail=0.4")),
+    Scene("crowd", _LLVM, (_SMALL, "render.spp=4", "view.detail=2")),
+    Scene("zoo", _LLVM, (_SMALL, "render.spp=4")),
+    Scene("fly_in", _LLVM, ('render.size="1920x1080"', "render.spp=1")),
+    Scene("meadow", _SCALAR, (_SMALL, "render.spp=1", "species={}", "view.detail=0.25")),
+    Scene("meadow", _SCALAR, (_SMALL, "render.spp=1", "view.detail=0.5")),
+    Scene("crowd", _SCALAR, ('render.size="640x360"', "render.spp=4", "view.detail=2")),
+    Scene("meadow", _LLVM, (_MIDDLE, 'render.haze="medium"')),
+    Scene("meadow", _LLVM, (_MIDDLE, 'render.haze="scattered"')),
+    Scene("meadow", _SPECTRAL, (_MIDDLE, "render.spectral=true")),
+    Scene("crowd", _LLVM, (_MIDDLE, "output.motion=true")),
+    Scene("meadow", _LLVM, (_LARGE, "render.spp=2", "view.detail=4", "output.denoise=true")),
+    Scene("crowd", _LLVM, (_MIDDLE, "view.shutter=180")),
+)
+"""Sixteen scenes that differ in everything that the model knows, and in what it need not know."""
+
+GROWTH = Scene("meadow", _LLVM, ('render.size="16x9"', "render.spp=1", "view.detail=8"))
+FRAMES = 200
+
+
+def rendered(scene: Scene, frames: int = 1) -> Iterator[Record]:
+    """Records of frames that one fresh process renders, each with its peak_rss_bytes."""
+    preset = load_preset(scene.preset, scene.settings)
+    settings = settings_of(preset, scene.variant)
+    with tempfile.TemporaryDirectory() as folder, Worker() as worker:
+        for frame in range(1, frames + 1):
+            target = Path(folder) / f"{frame}.exr"
+            yield worker(settings, frame, target)
+            target.unlink()
+
+
+def foretold(scene: Scene, record: Record) -> int:
+    """What the model says of a frame with these numbers of sticks and triangles."""
+    preset = load_preset(scene.preset, scene.settings)
+    counts = record["statistics"]["sticks"], record["statistics"]["triangles"]
+    output, open_shutter = preset.output, preset.view.shutter > 0
+    beside = Beside(output.motion, output.denoise, open_shutter)
+    return foretell(*counts, preset.render.size, preset.render.spp, scene.variant, beside)
+
+
+def growth(frames: int = FRAMES) -> tuple[int, int]:
+    """The most memory after a tenth of the frames, when all is compiled, and after all."""
+    peaks = [record["peak_rss_bytes"] for record in rendered(GROWTH, frames)]
+    return peaks[frames // 10], peaks[-1]
+
+
+@click.command()
+@click.option("-o", "path", metavar="FILE", help="Write the numbers there, as JSON.")
+def main(path: str | None) -> None:
+    """Measure, print, and write where asked."""
+    rows: list[tuple[object, ...]] = []
+    for scene in SCENES:
+        (record,) = rendered(scene)
+        said, was = foretold(scene, record), record["peak_rss_bytes"]
+        counts = record["statistics"]["sticks"], record["statistics"]["triangles"]
+        name = " ".join((scene.preset, *scene.settings))
+        rows.append((name, scene.variant, *counts, said / 1e6, was / 1e6, said / was))
+        click.echo(table(rows[-1:]))
+    before, after = growth()
+    heads = ("scene", "variant", "sticks", "triangles", "foretold MB", "measured MB", "ratio")
+    click.echo(table([heads, *rows]))
+    click.echo(f"{FRAMES} frames in one process: {before / 1e6:.0f} → {after / 1e6:.0f} MB")
+    if path:
+        body = {"scenes": [dict(zip(heads, row, strict=True)) for row in rows]}
+        text = json.dumps({**body, "growth_bytes": [before, after]}, indent=1)
+        Path(path).write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

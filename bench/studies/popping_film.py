@@ -1,0 +1,112 @@
+"""A walk through the forest, frame by frame: ``python -m bench.studies.popping_film DIR [--frames 120]``.
+
+The walk is measured unpruned, fading and clipped, in a wood small enough to be held whole, and so
+coarsely that branches which come and go are several pixels large. DIR keeps what is measured, pair
+by pair; the same command goes on where it was stopped. Then it prints, and writes a sheet of
+stills, how many parts popped and the quantiles of what motion does not explain
+(``popping_measure``): with samples of its own in every frame, where fading is to stay within 1.1
+times the unpruned walk and clipping does not; and with the same samples, where the unpruned walk
+has nothing but rounding.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+
+import click
+import numpy as np
+from PIL import Image
+
+from bench.cli.output import table
+from bench.experiments.popping.claims import WAYS
+from bench.experiments.popping.unexplained_change import Walk, walk
+from scenes.preset import Preset, load_preset
+from scenes.render.variants import choose
+from scenes.world import World, build_world
+
+WOOD = ("world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false")
+QUANTILES = (0.99, 0.999, 0.9999)
+MOST = 1.1
+"""What fading may leave, times what the unpruned walk has."""
+
+_STILLS = 5
+
+
+def settings_of(way: str, size: str, spp: int, detail: float) -> tuple[str, ...]:
+    """Of the preset ``forest``."""
+    picture = f"render.size={size}", f"render.spp={spp}", f"view.detail={detail}"
+    return (*WOOD, *picture, *WAYS[way])
+
+
+def pair(folder: Path, way: str, first: int, settings: tuple[str, ...]) -> None:
+    """Measure a frame and the next, unless that is done."""
+    path = folder / f"{way}.{first:04d}.npz"
+    if path.exists():
+        return
+    preset, world = _wood(settings)
+    found = walk(world, (preset,), (first, first + 1), choose())
+    temporary = path.with_suffix(".part")
+    with temporary.open("wb") as stream:
+        np.savez(stream, **{name: getattr(found, name) for name in Walk.__dataclass_fields__})
+    temporary.replace(path)
+
+
+@lru_cache(maxsize=len(WAYS))
+def _wood(settings: tuple[str, ...]) -> tuple[Preset, World]:
+    preset = load_preset("forest", settings)
+    return preset, build_world(preset)
+
+
+def measured(folder: Path, way: str) -> Walk:
+    """All that is there of a way."""
+    pieces = [np.load(path) for path in sorted(folder.glob(f"{way}.*.npz"))]
+    names = Walk.__dataclass_fields__
+    return Walk(**{name: np.concatenate([each[name] for each in pieces]) for name in names})
+
+
+def rows_of(walks: dict[str, Walk]) -> list[tuple[object, ...]]:
+    """The table."""
+    shares = [f"{q:.2%}" for q in QUANTILES]
+    rows: list[tuple[object, ...]] = [
+        ("way", "pairs", "popped", *shares, "÷ unpruned", "verdict", *(f"same {s}" for s in shares))
+    ]
+    whole = np.quantile(walks["unpruned"].unexplained, QUANTILES[-1])
+    for way, found in walks.items():
+        changes, same = (np.quantile(v, QUANTILES) for v in (found.unexplained, found.switched))
+        ratio = changes[-1] / whole
+        verdict = "within" if ratio <= MOST else "beyond"
+        counts = f"{found.popped.min()} to {found.popped.max()}"
+        cells = [f"{v:.4f}" for v in (*changes, ratio)], [f"{v:.4f}" for v in same]
+        rows.append((way, len(found.popped), counts, *cells[0], f"{verdict} {MOST}", *cells[1]))
+    return rows
+
+
+def sheet(walks: dict[str, Walk]) -> Image.Image:
+    """Stills of every way, and under each what switched since the frame before."""
+    rows = []
+    for found in walks.values():
+        chosen = np.linspace(0, len(found.picture) - 1, _STILLS).astype(int)
+        rows += [np.hstack(found.picture[chosen]), np.hstack(found.switched[chosen])]
+    grey = np.clip(np.vstack(rows), 0.0, 1.0) ** (1 / 2.2)
+    return Image.fromarray(np.rint(255 * grey).astype(np.uint8))
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
+@click.option("--frames", default=120, show_default=True)
+@click.option("--every", default=1, help="Only each so many-th pair of frames.", show_default=True)
+@click.option("--size", default="160x90", metavar="WxH", show_default=True)
+@click.option("--spp", default=36, show_default=True)
+@click.option("--detail", default=6.0, help="τ in pixels.", show_default=True)
+def main(folder: Path, frames: int, every: int, size: str, spp: int, detail: float) -> None:
+    """Measure the walk in DIR, and print the table."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for first in range(1, frames, every):
+        for way in WAYS:
+            pair(folder, way, first, settings_of(way, size, spp, detail))
+    walks = {way: measured(folder, way) for way in WAYS}
+    click.echo(table(rows_of(walks)))
+    sheet(walks).save(folder / "sheet.png")
+
+
+if __name__ == "__main__":
+    main()

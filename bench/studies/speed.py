@@ -1,0 +1,260 @@
+"""How near the limit of the machine a frame is made: ``python -m bench.studies.speed [--quick]``.
+
+On one core, in the processor's seconds of one thread: part tests a second, objects turned away,
+sticks posed and emitted; against the floor of bytes that must move over the memory's measured
+bandwidth. Turned away one by one are objects that were drawn, beyond limits a thirtieth of the
+view's; with their cells, all objects of the square of cells that was searched. Both bear the time
+of everything: of all cells, and of the few objects that are kept. One core against two is by the
+clock. Then a frame from prune to plain scene in ever larger worlds around the same eye, and a
+million sticks from cut to ready scene. Repeats take turns; medians with their 95 % interval. Times
+of compiling, or loading what is compiled, stand apart.
+"""
+
+import hashlib
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import click
+import numba
+import numpy as np
+import psutil
+
+from bench.cli.output import table
+from bench.statistics.estimates import Estimate, median
+from bench.studies.posing import interleaved
+from lod.comparison import vantage_of
+from lod.fade import looks
+from lod.prune import prune
+from lod.view import View
+from scenes.field import SpeciesField
+from scenes.preset import Preset, load_preset
+from scenes.render.describe import describe
+from scenes.render.frame import Quality, Visible
+from scenes.shot import light_of, short_ids
+from scenes.sight import air_of
+from scenes.slots import limits_of
+from scenes.walk import walk
+from scenes.world import World, build_world, view_at
+
+WORLDS = (1e4, 1e6, 1e9, 1e12, 1e15)
+"""Objects in the window of the species that the world is named for."""
+
+_OUT_BYTES, _BODY_BYTES = 12, 56
+"""What a walk must write for each displayed part, and read of each object."""
+
+_FAR = 30.0
+"""Times the detail at which hardly anything of the cells of a view is displayed."""
+
+Rows = list[tuple[Any, ...]]
+
+
+def scene(name: str, size: str, *settings: str) -> tuple[World, Preset, View]:
+    """A preset's world and its first view."""
+    preset = load_preset(name, [f"render.size={size}", *settings])
+    world = build_world(preset)
+    return world, preset, view_at(world, preset, 1)
+
+
+def bandwidth(repeats: int) -> float:
+    """Bytes a second that one core moves from memory to memory: a copy reads and writes."""
+    source = np.ones(2**25)
+    target = np.zeros_like(source)
+    (seconds,) = interleaved([lambda: np.copyto(target, source)], repeats)
+    return 2 * source.nbytes / float(np.median(seconds))
+
+
+def rate(count: int, seconds: Sequence[float]) -> str:
+    """Millions a second, with the interval of the median."""
+    found = median(count / np.array(seconds) / 1e6)
+    return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f})"
+
+
+def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float) -> Rows:
+    """One species: part tests, objects turned away, sticks emitted."""
+    cut = prune(field, view)
+    bodies, look = cut.parts.state.bodies, looks(cut, view)
+    slots, atlas, cast = field.troupe.slots, field.troupe.atlas, field.troupe.cast
+    limits = limits_of(slots, atlas, view, 0.0)
+    still = np.zeros(len(bodies))
+    coarse = View(view.camera, view.metric, view.detail * _FAR, view.offscreen_detail)
+    beyond, vantage, corner = field.near(coarse), vantage_of(view), view.camera.corner
+
+    def turn_away() -> tuple[Any, int]:
+        return field.cells.near(*field._cells_near(view), corner, vantage, beyond)
+
+    kept, away, searched = len(turn_away()[0]), turn_away()[1], objects_searched(field, view)
+    tests = walk(cast, slots, limits, bodies, still, view).examined
+    sticks = len(field.appearance(cut.parts, look))
+    tasks: list[Callable[[], Any]] = [
+        lambda: walk(cast, slots, limits, bodies, still, view),
+        turn_away,
+        lambda: field.appearance(cut.parts, look),
+        lambda: looks(cut, view),
+    ]
+    test_s, away_s, emit_s, look_s = interleaved(tasks, repeats)
+    floor = (len(cut) * _OUT_BYTES + len(bodies) * _BODY_BYTES) / speed
+    one, any_way = (median(np.array(away_s) * 1e9 / n) for n in (away, searched))
+    return [
+        (f"{name}: part tests", f"{tests:,}", f"{rate(tests, test_s)} M/s"),
+        (f"{name}: time ÷ floor", "", f"{np.median(test_s) / floor:.1f}"),
+        (f"{name}: turned away one by one ({kept:,} kept)", f"{away:,}", f"{in_ns(one)} each"),
+        (f"{name}: and with their cells", f"{searched:,}", f"{in_ns(any_way)} each"),
+        (f"{name}: sticks posed and emitted", f"{sticks:,}", f"{rate(sticks, emit_s)} M/s"),
+        (f"{name}: parts blended", f"{len(cut):,}", f"{rate(len(cut), look_s)} M/s"),
+    ]
+
+
+def objects_searched(field: SpeciesField, view: View) -> int:
+    """Objects of all cells of the square that a search goes through, in the window."""
+    x0, x1, y0, y1 = field.search(view)[0]
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)))
+    many = 1 << 16
+    runs = ((x[at : at + many], y[at : at + many]) for at in range(0, len(x), many))
+    return sum(len(field.cells.draw(*run)) for run in runs)
+
+
+def in_ns(found: Estimate) -> str:
+    """Nanoseconds with their interval."""
+    return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f}) ns"
+
+
+def threads(name: str, field: SpeciesField, view: View, repeats: int) -> Rows:
+    """A species' walk on one core and on two, in seconds of the clock, taking turns."""
+    spent: dict[int, list[float]] = {1: [], 2: []}
+    for _ in range(repeats):
+        for count, seconds in spent.items():
+            numba.set_num_threads(count)
+            start = time.perf_counter()
+            field.walk(view)
+            seconds.append(time.perf_counter() - start)
+    numba.set_num_threads(1)
+    found = median(np.array(spent[1]) / np.array(spent[2]))
+    among = f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})"
+    return [(f"{name}: prune on two cores, times as fast", "", among)]
+
+
+def described(world: World, preset: Preset, view: View) -> dict[str, Any]:
+    """A frame from prune to plain scene."""
+    visible = []
+    for each in world.representations:
+        cut = prune(each, view)
+        visible.append(
+            Visible(each.name, short_ids(cut), each.appearance(cut.parts, looks(cut, view)))
+        )
+    return describe(view.camera, visible, light_of(preset), preset.render.max_depth)
+
+
+def digest(scene: dict[str, Any]) -> str:
+    """Hash of everything in a plain scene that determines the picture."""
+    sha = hashlib.sha256()
+    for name, shape in sorted(scene["shapes"].items()):
+        sha.update(name.encode())
+        for key in ("control_points", "segment_indices", "albedo", "vertices", "faces", "colours"):
+            sha.update(np.ascontiguousarray(shape.get(key, ())).tobytes())
+        sha.update(scene["ids"][scene["owners"][name]].tobytes())
+    return sha.hexdigest()[:16]
+
+
+def size_of(scene: dict[str, Any]) -> int:
+    """Bytes of the arrays of a plain scene."""
+    arrays = [a for s in scene["shapes"].values() for a in s.values()]
+    arrays += [scene["ids"], *scene["owners"].values()]
+    return sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
+
+
+def worlds(name: str, species: str, size: str, repeats: int) -> Rows:
+    """The same eye in ever larger worlds: time, bytes and hash of the plain scene."""
+    cases, made = [], []
+    for objects in WORLDS:
+        density = load_preset(name).species[species].density
+        side = min(math.sqrt(objects / density), 1e15)
+        world, preset, view = scene(name, size, f"world.extent={side!r}")
+        cases.append(lambda w=world, p=preset, v=view: described(w, p, v))
+        made.append(described(world, preset, view))
+    seconds = interleaved(cases, repeats)
+    last = np.array(seconds[-1])
+    rows: Rows = [("objects in the window", "scene MB", "hash", "s", "÷ the largest world's")]
+    for objects, each, spent in zip(WORLDS, made, seconds, strict=True):
+        ratio = median(np.array(spent) / last)
+        among = f"{ratio.value:.3f} ({ratio.low:.3f} to {ratio.high:.3f})"
+        megabytes = f"{size_of(each) / 1e6:.1f}"
+        rows.append((f"{objects:.0e}", megabytes, digest(each), f"{np.median(spent):.3f}", among))
+    return rows
+
+
+def ready(variant: str, size: str, repeats: int) -> Rows:
+    """From a cut to a ready scene, as frames are built: wall seconds and memory for a million
+    sticks, on all cores; a smaller scene before it loads and compiles what there is. Memory is what
+    the first of the repeats takes.
+    """
+    from scenes.render.render import described as plain
+    from scenes.render.render import stage_of
+    from scenes.render.variants import choose
+
+    process, quality = psutil.Process(), Quality(choose(variant))
+    for one, times in (("64x36", 1), (size, repeats)):
+        world, preset, view = scene("crowd", one)
+        field, light, air = world.fields[0], light_of(preset), air_of(preset)
+        cut = prune(field, view)
+        spent, grown = [], 0
+        for _ in range(times):
+            before, start = process.memory_info().rss, time.perf_counter()
+            shape = field.appearance(cut.parts, looks(cut, view))
+            seen = (Visible(field.name, cut, shape),)
+            held = stage_of(plain(view.camera, seen, air, light, quality), air, quality).built
+            spent.append(time.perf_counter() - start)
+            grown = grown or process.memory_info().rss - before
+            primitives = sum(map(len, held.owners))
+            del held, seen
+    share, found = 1e6 / len(shape), median(np.array(spent))
+    among = f"{found.value * share:.2f} ({found.low * share:.2f} to {found.high * share:.2f}) s"
+    what = f"cut to ready scene ({primitives:,} primitives), for 1 M sticks"
+    return [(what, f"{len(shape):,}", f"{among}, {grown * share / 1e6:.0f} MB")]
+
+
+@click.command()
+@click.option("--quick", is_flag=True, help="Small pictures, eight repeats.")
+@click.option("--variant", default="auto", show_default=True, help="For the ready scene.")
+@click.option("--ready", "only_ready", is_flag=True, help="Only from cut to ready scene.")
+@click.option("--worlds", "only_worlds", is_flag=True, help="Only one frame in larger worlds.")
+def main(quick: bool, variant: str, only_ready: bool, only_worlds: bool) -> None:
+    """Measure and print."""
+    if only_worlds:
+        numba.set_num_threads(1)
+        in_worlds(quick)
+        return
+    size, repeats = ("320x180", 8) if quick else ("1280x720", 11)
+    last: Rows = [("all cores", "sticks", ""), *ready(variant, size, repeats)]
+    if only_ready:
+        click.echo(table(last))
+        return
+    numba.set_num_threads(1)
+    start = time.perf_counter()
+    meadow, crowd = scene("meadow", size), scene("crowd", size)
+    described(*scene("meadow", "64x36"))
+    described(*scene("crowd", "64x36"))
+    click.echo(f"worlds made, walks compiled or loaded: {time.perf_counter() - start:.1f} s")
+    speed = bandwidth(repeats)
+    rows: Rows = [("on one core", "how many", "median (95 %)")]
+    rows.append(("memory moved by a copy", "", f"{speed / 1e9:.1f} GB/s"))
+    for name, (world, _, view), number in (("trees", meadow, 1), ("figures", crowd, 0)):
+        rows += walks(name, world.fields[number], view, repeats, speed)
+        rows += threads(name, world.fields[number], view, repeats)
+    click.echo(table(rows))
+    in_worlds(quick)
+    click.echo("")
+    click.echo(table(last))
+
+
+def in_worlds(quick: bool) -> None:
+    """Measure and print one frame in larger and larger worlds."""
+    size, repeats = ("160x90", 8) if quick else ("320x180", 41)
+    for name, species in (("crowd", "figure"), ("forest", "broadleaf")):
+        click.echo(f"\nOne frame of {name}, from prune to plain scene")
+        click.echo(table(worlds(name, species, size, repeats)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,160 @@
+"""The land's tone at twelve pixels, from very many fields: ``python -m bench.studies.tone DIR``.
+
+``lodbench run cover`` looks at as many fields as ``run all`` has time for, and at twelve pixels
+they differ by more than the claim of 2 %. Here are others, in the preset's own air and with the far
+cover alone: each whole and pruned, band by band, from the experiment's own code. Every field is in
+DIR/fields.csv as soon as it is measured, so a run that was stopped goes on, and more fields are
+added to what is there. With ``--again`` the pruned pictures are measured anew, beside the whole
+ones that DIR holds: of how things are pruned those mind what is out of view alone, whose light is
+less than 0.1 % of a band. Nothing is timed: processes share the cores.
+"""
+
+import csv
+import multiprocessing
+import os
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+import click
+import numpy as np
+
+from bench.cli.output import table
+from bench.experiments.cover.claims import TOLERANCE
+from bench.experiments.cover.measure import field, pruned_alone
+from bench.experiments.cover.scene import LOOKS, Case
+from bench.records.claims import Claim, claim
+from bench.statistics.estimates import ratio_of_means
+
+DETAIL, FIRST_SEED = 12.0, 1000
+FIELDS = {"aerial": 200, "forest": 500}
+"""They leave intervals of 0.3 to 1 % each way; none is a field of ``lodbench run cover``."""
+
+TESTED = ("tested", "tested rays")
+SUMS = (*TESTED, "whole", "whole rays")
+COLUMNS = ("look", "seed", "band", *SUMS)
+
+Key = tuple[str, int]
+Bands = list[list[int]]
+"""Of each band, SUMS."""
+
+
+def measured(look: str, seed: int, whole: Bands | None) -> Bands:
+    """One field, pruned and whole; or pruned alone, where ``whole`` pictures are known."""
+    case = Case(look, "preset", DETAIL, cover=True)
+    if whole is None:
+        found = field(look, seed, (case,))[case]
+    else:
+        known = dict(zip(SUMS, map(list, zip(*whole, strict=True)), strict=True))
+        alone = pruned_alone(look, seed, case)
+        found = {**known, **{name: alone[name] for name in TESTED}}
+    return [list(row) for row in zip(*(found[name] for name in SUMS), strict=True)]
+
+
+def kept(path: Path) -> dict[Key, Bands]:
+    """Fields that a file holds in full; none where there is no file."""
+    found: dict[Key, Bands] = {}
+    if path.exists():
+        with path.open(newline="") as file:
+            for row in csv.DictReader(file):
+                bands = found.setdefault((row["look"], int(row["seed"])), [])
+                bands.append([int(row[name]) for name in SUMS])
+    return {key: bands for key, bands in found.items() if len(bands) == bands_of(key[0])}
+
+
+def bands_of(look: str) -> int:
+    """How many bands of distance a look has."""
+    return len(LOOKS[look].edges_m) - 1
+
+
+def write(path: Path, fields: dict[Key, Bands]) -> None:
+    """All fields, in their order, in place of what the file held."""
+    beside = path.with_suffix(".new")
+    with beside.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(COLUMNS)
+        for (look, seed), bands in sorted(fields.items()):
+            rows.writerows([look, seed, k, *sums] for k, sums in enumerate(bands))
+    beside.replace(path)
+
+
+def judged(fields: dict[Key, Bands], look: str) -> list[Claim]:
+    """The claim of every band of a look, from all its fields."""
+    sums = np.array([bands for key, bands in sorted(fields.items()) if key[0] == look], np.float64)
+    edges = LOOKS[look].edges_m
+    words = "The land keeps its tone.", "mean luminance ÷ that of everything", "§2.4, issue 4"
+    return [
+        claim(
+            f"{look}, {edges[k]:g} to {edges[k + 1]:g} m",
+            words,
+            1.0,
+            TOLERANCE,
+            ratio_of_means(*sums[:, k].T),
+        )
+        for k in range(bands_of(look))
+    ]
+
+
+def _each(
+    missing: list[Key], wholes: dict[Key, Bands], processes: int
+) -> Iterator[tuple[Key, Bands]]:
+    """Fields as they are measured, by as many processes of one thread each; where ``wholes`` are
+    known those are taken."""
+    spawned = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, spawned, initializer=_alone) as pool:
+        tasks = {pool.submit(measured, *key, wholes.get(key)): key for key in missing}
+        for task in as_completed(tasks):
+            yield tasks[task], task.result()
+
+
+def _alone() -> None:
+    """One thread for everything in this process."""
+    import drjit
+    import numba
+
+    from scenes.render.variants import choose, use
+
+    use(choose())
+    drjit.set_thread_count(1)
+    numba.set_num_threads(1)
+
+
+@click.command()
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+@click.option("--fields", type=click.IntRange(2), help="Of each look.  [default: 200 and 500]")
+@click.option(
+    "--processes",
+    type=click.IntRange(1),
+    default=os.cpu_count(),
+    show_default="one for each core",
+)
+@click.option("--again", is_flag=True, help="Pruned pictures anew, of all that FOLDER holds.")
+def main(folder: Path, fields: int | None, processes: int, again: bool) -> None:
+    """Measure what FOLDER does not hold yet, and judge all that it holds."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "fields.csv"
+    wholes = kept(path) if again else {}
+    # What is measured anew takes the place of the old when all of it is there.
+    target = folder / "again.csv" if again else path
+    found = kept(target)
+    shares = {look: fields or FIELDS[look] for look in LOOKS}
+    wanted = [(look, FIRST_SEED + k) for look, count in shares.items() for k in range(count)]
+    # Both looks grow together, so that a run that is stopped has some of each.
+    wanted.sort(key=lambda key: (key[1] - FIRST_SEED) / shares[key[0]])
+    missing = [key for key in sorted(wholes) or wanted if key not in found]
+    with click.progressbar(_each(missing, wholes, processes), len(missing), "fields") as arriving:
+        for key, bands in arriving:
+            found[key] = bands
+            write(target, found)
+    target.replace(path)
+    rows: list[tuple[object, ...]] = [("band", "fields", "pruned ÷ whole", "within 2 %")]
+    for look in LOOKS:
+        count = sum(key[0] == look for key in found)
+        for each in judged(found, look):
+            interval = f"{each.measured:.3f} ({each.low:.3f} to {each.high:.3f})"
+            rows.append((each.name, count, interval, each.verdict))
+    click.echo(table(rows))
+
+
+if __name__ == "__main__":
+    main()
