@@ -12,7 +12,7 @@ from scipy.stats import poisson
 from lod.arrays import freeze
 from lod.camera import Corner
 from lod.comparison import Vantage, into_view, sees, slack
-from scenes.random import philox, unit, word_of
+from scenes.noise.philox import philox, unit, word_of
 
 _MEAN_PER_CELL = 2.0
 """Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""

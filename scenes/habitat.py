@@ -12,7 +12,7 @@ import numpy as np
 
 from lod.arrays import Reals
 from lod.camera import Corner
-from scenes.relief import Relief
+from scenes.terrain.relief import Relief
 
 WAVES_M = 16.0
 """Shortest waves of the slope that roots mind [m]."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lod.arrays import Ints
-from scenes.figure_tables import Joint, Part, Rod, Vector
+from scenes.models.people.skeleton import Joint, Part, Rod, Vector
 from scenes.rig import Rig, RiggedSticks
 from scenes.rig_leaves import Colour, chosen, grouped, inner, leaves, under
 from scenes.rig_motion import still

@@ -15,14 +15,14 @@ from lod.schedule import Drawn, Posed, due_in, frames_before, kept_of, past, rep
 from lod.smear import eye_from
 from lod.view import View
 from scenes.camera_path import camera_at
-from scenes.canopy import canopy_of
+from scenes.far_cover.turbid_canopy import canopy_of
 from scenes.field import SpeciesField
 from scenes.field_after import Hold, cut_after
 from scenes.preset import Preset
 from scenes.render.frame import Extras, FileForm, FrameInput, Instant, Light, Quality, Visible
 from scenes.render.shutter import offsets
 from scenes.sight import air_of
-from scenes.terrain import Terrain
+from scenes.terrain.terrain import Terrain
 from scenes.terrain_after import Boxes, ground_after
 from scenes.world import World, time_of, view_at
 

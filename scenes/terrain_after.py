@@ -16,9 +16,9 @@ from lod.camera import Corner
 from lod.parts import Look, Parts, Triangles
 from lod.prune import Cut, prune_by_level
 from lod.view import View
-from scenes.terrain import Terrain, TileGrid
-from scenes.terrain_known import Shelf
-from scenes.terrain_patches import Squares
+from scenes.terrain.point_cache import Shelf
+from scenes.terrain.quadtree import Squares
+from scenes.terrain.terrain import Terrain, TileGrid
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,23 +9,23 @@ from lod.parts import Representation
 from lod.view import View
 from lod.window import blurred_s
 from scenes.camera_path import camera_at
-from scenes.dust import Dust
-from scenes.dust_soil import Soil
-from scenes.far_cover import FarCover
+from scenes.dust.dust import Dust
+from scenes.dust.soil import Soil
+from scenes.far_cover.far_cover import FarCover
+from scenes.far_cover.sky import sky_of
 from scenes.field import Species, SpeciesField
 from scenes.habitat import Habitat
-from scenes.models import made
+from scenes.models.catalogue import made
+from scenes.models.trees.weather import Weather
 from scenes.offer import Standing, standing_of
-from scenes.particle_kinds import KINDS
-from scenes.particles import Plume
+from scenes.particles.kinds import KINDS
+from scenes.particles.plume import Plume
 from scenes.placed import Placed
 from scenes.plugins import metric_named
 from scenes.preset import PlacedPreset, PlumePreset, Preset, SpeciesPreset
 from scenes.render.frame import Light
 from scenes.sight import sight_of
-from scenes.sky import sky_of
-from scenes.terrain import Terrain
-from scenes.weather import Weather
+from scenes.terrain.terrain import Terrain
 
 
 @dataclass(frozen=True, eq=False)

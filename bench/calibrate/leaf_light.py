@@ -1,10 +1,10 @@
 """How much light the leaf appearances of trees send, over what the tree in full detail sends.
 
 ``python -m bench.calibrate.leaf_light [--sides | --heights] [SPECIES…]`` prints the shares by which
-``scenes.tree_species`` takes colour from the shapes that stand for hidden leaves, level by level:
+``scenes.models.trees.species_tables`` takes colour from the shapes that stand for hidden leaves, level by level:
 what they hide shades itself, and one smooth shape does not. A stand of one species, of the very
 trees that presets have, is looked at from all sides, every tree cut at one level, in the light of a
-sun 40° up, its sky and the ground (``scenes.stand_light``). Paths of light and places of trees are
+sun 40° up, its sky and the ground (``scenes.far_cover.stand_paths``). Paths of light and places of trees are
 the same at all levels. With ``--sides`` it prints instead how much more or less would be right
 toward each side, 0° with the sun behind the viewer; with ``--heights`` what the shapes of a level
 lack from each height, in cover and then in light (``scenes.heights``).
@@ -16,19 +16,19 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from scenes.far_cover.sky import sky_of
+from scenes.far_cover.stand_appearance import bare_of, toward
+from scenes.far_cover.stand_paths import DRAWS, GROUND, Light, seen_along
+from scenes.far_cover.stand_rays import stand_field
 from scenes.heights import HEIGHTS_DEG, TURNS_DEG, FromHeights, thinned
-from scenes.models import SEED
+from scenes.models.catalogue import SEED
+from scenes.models.trees.species import TreeSpecies
+from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.tree import tree_prototypes
 from scenes.prototype import Prototype
-from scenes.sky import sky_of
-from scenes.stand import bare_of, toward
-from scenes.stand_field import stand_field
-from scenes.stand_light import DRAWS, GROUND, Light, seen_along
 from scenes.stick_table import StickTable
 from scenes.stick_view import visible_areas
-from scenes.terrain_colour import COVERS
-from scenes.tree import tree_prototypes
-from scenes.tree_kind import TreeSpecies
-from scenes.tree_species import SPECIES
+from scenes.terrain.colour import COVERS
 
 SUN_DEG, TURBIDITY = 40.0, 3.0
 ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)

@@ -1,4 +1,4 @@
-"""Where the light of the sky comes from: ``python -m bench.calibrate.sky_table`` writes ``scenes/sky.csv``.
+"""Where the light of the sky comes from: ``python -m bench.calibrate.sky_table`` writes ``scenes/far_cover/sky.csv``.
 
 Mitsuba's ``sunsky`` by turbidity, elevation of the sun and cells of directions, the mean over the
 solid angle of each, in red, green and blue, over what white level ground sends in the light of sun
@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
+from scenes.far_cover.sky import ELEVATIONS_DEG, RISES, TURBIDITIES, TURNS, falling
 from scenes.render.airlight import sky_radiance
 from scenes.render.emitters import sun_irradiance
 from scenes.render.variants import SCALAR_VARIANT, use
-from scenes.sky import ELEVATIONS_DEG, RISES, TURBIDITIES, TURNS, falling
 
 FINER = 12
 """Directions along each side of a cell."""

@@ -11,9 +11,9 @@ from bench.conformance.rules import same_seed_same_bytes as same_bytes
 from lod.camera import Corner, look
 from lod.metric import Metric
 from scenes.field import Species, SpeciesField
-from scenes.models import made
+from scenes.models.catalogue import made
 from scenes.plugins import metric_named
-from scenes.terrain import Terrain
+from scenes.terrain.terrain import Terrain
 
 _GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
 _EXTENT_M, _DENSITY = 6.0, 0.1

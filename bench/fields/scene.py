@@ -11,12 +11,12 @@ from lod.camera import Corner, look
 from lod.cascade import Widths
 from lod.sight import Sight
 from lod.view import View
-from scenes.boulder import boulder_prototypes
-from scenes.figure import figure_prototypes
+from scenes.models.boulder import boulder_prototypes
+from scenes.models.people.figure import figure_prototypes
+from scenes.models.trees.tree import tree_prototypes
 from scenes.plugins import metric_named
 from scenes.prototype import Prototype
-from scenes.terrain import Terrain
-from scenes.tree import tree_prototypes
+from scenes.terrain.terrain import Terrain
 
 FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)
 

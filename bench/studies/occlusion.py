@@ -25,7 +25,7 @@ from scenes.render.frame import FrameInput, Quality, Visible
 from scenes.render.render import Stage, staged, taken
 from scenes.render.variants import choose
 from scenes.shot import shoot
-from scenes.terrain_horizon import horizon
+from scenes.terrain.horizon import horizon
 from scenes.world import World, build_world, view_at
 
 

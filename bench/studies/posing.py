@@ -30,11 +30,11 @@ from lod.parts import Look
 from lod.prune import Cut, prune
 from lod.view import View
 from scenes.field import Species, SpeciesField
-from scenes.models import people
+from scenes.models.catalogue import people
 from scenes.plugins import metric_named
 from scenes.preset import load_preset
 from scenes.rig_pose import pose_sticks
-from scenes.terrain import Terrain
+from scenes.terrain.terrain import Terrain
 from scenes.world import build_world, view_at
 
 DENSITY = 0.025

@@ -22,7 +22,7 @@ from lod.parts import Representation
 from lod.prune import prune
 from scenes.field import SpeciesField
 from scenes.field_after import Hold, cut_after
-from scenes.terrain import Terrain
+from scenes.terrain.terrain import Terrain
 from scenes.terrain_after import Boxes, ground_after
 from scenes.world import view_at
 

@@ -25,7 +25,7 @@ from lod.prune import prune
 from lod.view import View
 from scenes.camera_path import camera_at
 from scenes.preset import load_preset
-from scenes.terrain import Terrain
+from scenes.terrain.terrain import Terrain
 
 SIZES = ("320x180", "640x360", "1280x720")
 PRESETS = ("meadow", "mountain")

@@ -21,7 +21,7 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
-from scenes.column import column
+from scenes.models.column import column
 from scenes.render.frame import Quality
 from scenes.render.variants import choose
 

@@ -5,9 +5,9 @@ import pytest
 
 from bench.calibrate import leaf_overlap
 from bench.calibrate.leaf_overlap import between, cover, lapped, objects_of, overlap_of
-from scenes.models import MODELS
-from scenes.tree import tree_prototypes
-from scenes.tree_species import SPECIES
+from scenes.models.catalogue import MODELS
+from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.tree import tree_prototypes
 
 CONIFER = tree_prototypes(7, 1, SPECIES["conifer"])
 """Not one of those that overlaps are measured on."""

@@ -14,13 +14,13 @@ from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
-from scenes.boulder import boulder_prototypes
+from scenes.models.boulder import boulder_prototypes
 from scenes.placed import Placed
 from scenes.preset import load_preset
 from scenes.render.frame import Light, Quality
 from scenes.render.variants import choose
 from scenes.shot import Shown
-from scenes.terrain import Terrain
+from scenes.terrain.terrain import Terrain
 from scenes.world import build_world
 
 SIZE = (32, 18)

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.animals import KINDS, animal, kind_named, parts_of_kind
 from scenes.gait_measure import cycle, lowest, slide
+from scenes.models.animals.catalogue import KINDS, animal, kind_named, parts_of_kind
+from scenes.models.people.people import rigged_people
 from scenes.rig_cast import Cast
-from scenes.rig_figure import rigged_people
 from scenes.rig_pose import pose_points
 from scenes.rig_stand import bodies_on
 from scenes.rig_turns import degrees_of, matrices

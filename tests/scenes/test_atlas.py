@@ -7,9 +7,9 @@ import pytest
 
 from lod.parts import Look
 from scenes.atlas import Atlas
+from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.tree import tree_prototypes
 from scenes.rig_prototype import rigid
-from scenes.tree import tree_prototypes
-from scenes.tree_species import SPECIES
 
 
 @pytest.fixture(scope="module")

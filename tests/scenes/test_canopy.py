@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from lod.canopy import BARE
-from scenes.canopy import canopy_of, outlines_between
+from scenes.far_cover.stand_appearance import bare_of
+from scenes.far_cover.turbid_canopy import canopy_of, outlines_between
 from scenes.field import Species
-from scenes.models import made
-from scenes.stand import bare_of
+from scenes.models.catalogue import made
+from scenes.models.trees.weather import Weather
 from scenes.stick_table import StickTable
-from scenes.weather import Weather
 
 
 def post(low, high, radius, x=0.0):

@@ -11,19 +11,19 @@ from lod.camera import Corner, look
 from lod.errors import InputError
 from lod.message import change
 from lod.quaternion import Quaternion
-from scenes.animals import animal
-from scenes.boulder import boulder_prototypes
-from scenes.dust import Dust
-from scenes.dust_soil import Soil
+from scenes.dust.dust import Dust
+from scenes.dust.soil import Soil
 from scenes.field import Species, SpeciesField
-from scenes.models import MODELS, made
-from scenes.particle_kinds import KINDS
-from scenes.particles import Plume
+from scenes.models.animals.catalogue import animal
+from scenes.models.boulder import boulder_prototypes
+from scenes.models.catalogue import MODELS, made
+from scenes.models.people.people import rigged_people
+from scenes.models.trees.weather import Weather
+from scenes.particles.kinds import KINDS
+from scenes.particles.plume import Plume
 from scenes.placed import Placed
 from scenes.rig_actor import actor_of, in_pose_of
-from scenes.rig_figure import rigged_people
-from scenes.terrain import Terrain
-from scenes.weather import Weather
+from scenes.terrain.terrain import Terrain
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
 TREES = ("tree", "birch", "conifer", "shrub", "dead_tree")

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.far_cover import FarCover
+from scenes.far_cover.far_cover import FarCover
+from scenes.far_cover.sky import RISES, TURNS, Sky, sky_of
+from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, stand_of
 from scenes.field import Species
 from scenes.habitat import Habitat
 from scenes.preset import load_preset
 from scenes.prototype import assemble
-from scenes.relief import Relief
-from scenes.sky import RISES, TURNS, Sky, sky_of
-from scenes.stand import DEPRESSIONS_DEG, stand_of
 from scenes.stick_table import StickTable
+from scenes.terrain.relief import Relief
 from scenes.world import build_world, view_at
 
 GREY = 0.2
@@ -35,7 +35,7 @@ def ball(z=3.0, r=1.0, tint=GREY):
 def test_a_thin_stand_of_balls_is_lit_as_lambert_says(sky, direct, from_ground, monkeypatch):
     """From overhead under an overhead sun the mean cosine over the disc is 2/3; of an even sky the
     ball sees (1 + cos)/2, and of the ground, which the sky lights, the rest."""
-    monkeypatch.setattr("scenes.stand.LINES", 50_000)
+    monkeypatch.setattr("scenes.far_cover.stand_appearance.LINES", 50_000)
     stand = stand_of((((ball(9.0),), 0.004),), 90.0, Sky(np.full((RISES, TURNS, 3), sky)))
     assert stand.area[0] == pytest.approx(np.full(len(DEPRESSIONS_DEG), np.pi), rel=0.02)
     few = pytest.approx(GREY * direct, rel=0.1)

@@ -23,8 +23,8 @@ from lod.sight import Sight
 from lod.view import View
 from scenes.cells import PoissonCells
 from scenes.field import Species, SpeciesField
+from scenes.noise.philox import word_of
 from scenes.prototype import Prototype, StickTable
-from scenes.random import word_of
 
 
 @dataclass(frozen=True)

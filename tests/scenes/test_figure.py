@@ -5,10 +5,10 @@ import pytest
 
 from lod.errors import InputError
 from lod.metric import METRICS, limit_distances
-from scenes.figure import figure_prototypes
-from scenes.figure_tables import SIDE_JOINTS, TRUNK_JOINTS
+from scenes.models.people.figure import figure_prototypes
+from scenes.models.people.people import human
+from scenes.models.people.skeleton import SIDE_JOINTS, TRUNK_JOINTS
 from scenes.rig_build import part_names
-from scenes.rig_figure import human
 from scenes.stick_area import mean_area
 from scenes.stick_table import StickTable
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lod.prune import prune
-from scenes.figure_tables import FINGERS
+from scenes.models.people.people import human
+from scenes.models.people.skeleton import FINGERS
 from scenes.preset import load_preset
 from scenes.rig_build import part_names
-from scenes.rig_figure import human
 from scenes.world import build_world, view_at
 
 FRAMES = range(1, 49)

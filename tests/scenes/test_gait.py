@@ -4,14 +4,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.animals import animal
 from scenes.gait import motion_of
 from scenes.gait_feet import contacts_of
 from scenes.gait_measure import cycle, lowest, slide
-from scenes.gait_people import style, walk, walkers
+from scenes.models.animals.catalogue import animal
+from scenes.models.people.people import rigged_people
+from scenes.models.people.walking import style, walk, walkers
 from scenes.patrol import SHORTEST, least_radius, paces, patrol, slip
 from scenes.rig_cast import Cast
-from scenes.rig_figure import rigged_people
 from scenes.rig_motion import slerp, still
 from scenes.rig_pose import pose_points
 from scenes.rig_stand import bodies_on

@@ -8,13 +8,13 @@ from lod.camera import Corner, look
 from lod.metric import METRICS
 from lod.prune import prune, prune_by_level
 from lod.view import View
-from scenes.boulder import boulder_prototypes
-from scenes.far_cover import FarCover
+from scenes.far_cover.far_cover import FarCover
+from scenes.far_cover.sky import sky_of
 from scenes.field import Species, SpeciesField
 from scenes.habitat import Habitat
+from scenes.models.boulder import boulder_prototypes
 from scenes.preset import load_preset
-from scenes.sky import sky_of
-from scenes.terrain import Terrain
+from scenes.terrain.terrain import Terrain
 from scenes.world import World, habitat_of
 
 GROUND = Terrain(3, 20.0, 256.0, 0.9, reach=500.0)

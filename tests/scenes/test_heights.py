@@ -16,6 +16,7 @@ from lod.metric import METRICS
 from lod.parts import Look
 from lod.view import View
 from scenes.atlas import Atlas
+from scenes.far_cover.stand_appearance import bare_of
 from scenes.heights import (
     FROM_ALL,
     HEIGHTS_DEG,
@@ -31,13 +32,12 @@ from scenes.heights import (
     tone_aside,
     toned,
 )
+from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.tree import tree_prototypes
 from scenes.prototype import Prototype
 from scenes.rig_prototype import rigid
-from scenes.stand import bare_of
 from scenes.stick_area import directions, largest_area, mean_outline_areas
 from scenes.stick_raster import areas_of_parts
-from scenes.tree import tree_prototypes
-from scenes.tree_species import SPECIES
 
 SLOPE = tuple(np.linspace(0.4, 1.0, len(HEIGHTS_DEG)).tolist())
 

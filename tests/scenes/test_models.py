@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.animals import KINDS
-from scenes.models import MODELS, made, standing
+from scenes.models.animals.catalogue import KINDS
+from scenes.models.catalogue import MODELS, made, standing
 from scenes.prototype import Prototype
 from scenes.rig_prototype import RiggedPrototype
 

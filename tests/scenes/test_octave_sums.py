@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lod.camera import Corner
-from scenes.octave_sums import SoFar
-from scenes.relief import Relief
-from scenes.terrain_colour import COVERS, ground_colours
-from scenes.terrain_known import rows_among
+from scenes.noise.partial_sums import SoFar
+from scenes.terrain.colour import COVERS, ground_colours
+from scenes.terrain.point_cache import rows_among
+from scenes.terrain.relief import Relief
 
 HOME = Corner(3, -2)
 SHORTEST = st.sampled_from([0.0, 0.2, 0.25, 0.3, 3.0, 4.0, 5.0, 7.9, 8.0, 300.0, 5000.0])

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.boulder import SIDE_M, TINTS, boulder, boulder_prototypes
-from scenes.octree import Solid, octree_prototype
+from scenes.models.boulder import SIDE_M, TINTS, boulder, boulder_prototypes
+from scenes.models.octree import Solid, octree_prototype
 from scenes.stick_area import directions, mean_area
 from scenes.stick_table import StickTable
 

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.contrast import CONTRAST_CLASSES, NEVER_LOST
-from scenes.models import MODELS
+from scenes.models.catalogue import MODELS
+from scenes.models.trees.weather import CALM_SUMMER
 from scenes.part_contrast import (
     GROUND,
     GROUND_CONTRAST,
@@ -19,7 +20,6 @@ from scenes.part_contrast import (
     part_contrast,
 )
 from scenes.stick_table import StickTable
-from scenes.weather import CALM_SUMMER
 
 
 def test_a_dark_thing_stands_out_most_against_the_sky_and_a_white_one_against_shade():

@@ -11,8 +11,8 @@ from lod.metric import METRICS
 from lod.parts import Look, Triangles
 from lod.prune import prune
 from lod.view import View
-from scenes.particle_kinds import FLAMES, KINDS, SMOKE, STAND_INS
-from scenes.particles import Plume
+from scenes.particles.kinds import FLAMES, KINDS, SMOKE, STAND_INS
+from scenes.particles.plume import Plume
 from scenes.stick_area import directions, mean_area
 from scenes.stick_table import StickTable
 

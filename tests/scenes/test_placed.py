@@ -13,10 +13,10 @@ from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
-from scenes.animals import animal
-from scenes.models import people, standing
+from scenes.models.animals.catalogue import animal
+from scenes.models.catalogue import people, standing
+from scenes.models.trees.tree import tree_prototypes
 from scenes.placed import Placed
-from scenes.tree import tree_prototypes
 
 
 class Ground:

@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.figure import figure_prototypes
+from scenes.models.people.figure import figure_prototypes
+from scenes.models.trees.tree import tree_prototypes
 from scenes.prototype import Prototype, assemble
 from scenes.stick_area import directions, largest_area
 from scenes.stick_raster import areas_of_parts
 from scenes.stick_table import StickTable
-from scenes.tree import tree_prototypes
 
 
 def sticks(parts, rows):

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.random import Philox
 
-from scenes.random import philox, unit, word_of
+from scenes.noise.philox import philox, unit, word_of
 
 WORDS = st.integers(0, 2**64 - 1)
 

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
-from scenes import relief as relief_file
-from scenes.lattice_noise import (
+from scenes.noise.lattice import (
     BOUND,
     RIDGED_MEAN,
     RIDGED_RMS,
@@ -22,8 +21,9 @@ from scenes.lattice_noise import (
     unit_noise,
     unit_rms,
 )
-from scenes.relief import SHORTEST_M, Relief, upward
-from scenes.terrain_noise import octave_values, octaves_at, twin_values
+from scenes.noise.octaves import octave_values, octaves_at, twin_values
+from scenes.terrain import relief as relief_file
+from scenes.terrain.relief import SHORTEST_M, Relief, upward
 
 HOME = Corner(0, 0)
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home

@@ -10,13 +10,13 @@ from scipy.spatial.transform import Rotation
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
 from lod.errors import InputError
 from lod.quaternion_arrays import products, rotated
-from scenes.figure import figure_prototypes
 from scenes.gait import KEYS
-from scenes.gait_people import walkers
+from scenes.models.people.figure import figure_prototypes
+from scenes.models.people.people import child_sizes, human, rigged_people
+from scenes.models.people.walking import walkers
 from scenes.rig import Rig, RiggedSticks
 from scenes.rig_build import part_names
 from scenes.rig_cast import Cast
-from scenes.rig_figure import child_sizes, human, rigged_people
 from scenes.rig_pose import pose_points, pose_sticks
 from scenes.rig_reach import farthest
 from scenes.rig_stand import bodies_on

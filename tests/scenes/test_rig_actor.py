@@ -5,11 +5,11 @@ import pytest
 
 from lod.message import Refusal, ask, change
 from lod.quaternion import Quaternion, rotation
-from scenes.animals import animal
 from scenes.gait_measure import finest
+from scenes.models.animals.catalogue import animal
+from scenes.models.people.people import rigged_people
 from scenes.rig_actor import actor_of, in_pose_of, rig_of
 from scenes.rig_cast import Cast
-from scenes.rig_figure import rigged_people
 from scenes.rig_pose import pose_sticks
 from scenes.rig_stand import bodies_on
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.calibrate.sky_table import cells
+from scenes.far_cover.sky import ELEVATIONS_DEG, RISES, TURBIDITIES, TURNS, Sky, falling, sky_of
 from scenes.render import variants
-from scenes.sky import ELEVATIONS_DEG, RISES, TURBIDITIES, TURNS, Sky, falling, sky_of
 
 
 def test_an_even_sky_sends_its_radiance_to_level_ground():

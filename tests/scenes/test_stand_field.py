@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from scenes.lattice_noise import lattice_bits
-from scenes.random import unit
-from scenes.stand_field import meet_stand, stand_field
+from scenes.far_cover.stand_rays import meet_stand, stand_field
+from scenes.noise.lattice import lattice_bits
+from scenes.noise.philox import unit
 from scenes.stick_grid import NOTHING, first_met, grids_of
 from scenes.stick_table import StickTable
 

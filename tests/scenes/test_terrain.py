@@ -20,9 +20,9 @@ from lod.prune import Cut, prune
 from lod.sight import Sight
 from lod.view import View, distance
 from scenes.part_contrast import GROUND_CONTRAST
-from scenes.terrain import SAMPLES, Terrain, samples_of, unpacked
-from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh
-from scenes.terrain_patches import SIDES, Patches, balanced, morton, uncovered_quarters
+from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
+from scenes.terrain.quadtree import SIDES, Patches, balanced, morton, uncovered_quarters
+from scenes.terrain.terrain import SAMPLES, Terrain, samples_of, unpacked
 
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
 HILLS = Terrain(seed=3, amplitude=30.0, wavelength=2048.0, hurst=0.95, reach=3000.0)

@@ -13,8 +13,8 @@ from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
 from scenes.preset import load_preset
-from scenes.relief import Relief
-from scenes.terrain import Terrain
+from scenes.terrain.relief import Relief
+from scenes.terrain.terrain import Terrain
 from scenes.terrain_after import ground_after
 
 PARTS = ("position", "centre", "bound", "limit", "level", "object", "part", "whole", "share")

@@ -5,8 +5,8 @@ import pytest
 
 from lod.camera import Corner
 from lod.errors import InputError
-from scenes.terrain import Terrain
-from scenes.terrain_colour import COVERS, SNOW, ground_colours
+from scenes.terrain.colour import COVERS, SNOW, ground_colours
+from scenes.terrain.terrain import Terrain
 
 
 def albedo(cover, rise, slope, n=4000):

@@ -8,8 +8,8 @@ from lod.metric import METRICS
 from lod.parts import Parts
 from lod.prune import displayed, prune
 from lod.view import View
-from scenes.terrain import Terrain, unpacked
-from scenes.terrain_horizon import horizon
+from scenes.terrain.horizon import horizon
+from scenes.terrain.terrain import Terrain, unpacked
 
 RIDGES = Terrain(2, 190.0, 4096.0, 0.95, reach=20_000.0, finest=0.5, ridged=True)
 HILLS = Terrain(seed=3, amplitude=120.0, wavelength=2048.0, hurst=0.9, reach=10_000.0)

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.arrays import Points, Reals
-from scenes import terrain_look
-from scenes.relief import upward
-from scenes.terrain import Terrain
-from scenes.terrain_look import LEAST_FACING, LEVEL_FACING, SHOWN_PX, toward_eye
+from scenes.terrain import surface as terrain_look
+from scenes.terrain.relief import upward
+from scenes.terrain.surface import LEAST_FACING, LEVEL_FACING, SHOWN_PX, toward_eye
+from scenes.terrain.terrain import Terrain
 from tests.scenes.test_terrain import HILLS, made, view_of
 
 RIDGES = Terrain(9, 190.0, 4096.0, 0.95, reach=6000.0, ridged=True)

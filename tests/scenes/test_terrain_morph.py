@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from lod.fade import looks
 from lod.prune import prune
 from lod.view import distance
-from scenes.terrain_mesh import MOST_COARSER, QUADS, lattice_mesh
-from scenes.terrain_morph import blended, forebears_of, level_of, lineage
-from scenes.terrain_patches import Patches, balanced
+from scenes.terrain.geomorph import blended, forebears_of, level_of, lineage
+from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
+from scenes.terrain.quadtree import Patches, balanced
 from tests.scenes.test_terrain import (
     HILLS,
     ROUGH,

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
+from scenes.models.trees.species_tables import BROADLEAF, CONIFER, DEAD_TREE, SPECIES
+from scenes.models.trees.tree import grown, tree_prototypes
+from scenes.models.trees.weather import SEASONS
 from scenes.stick_area import mean_area, mean_outline_areas
-from scenes.tree import grown, tree_prototypes
-from scenes.tree_species import BROADLEAF, CONIFER, DEAD_TREE, SPECIES
-from scenes.weather import SEASONS
 
 COLUMNS = ("start", "end", "start_radius", "end_radius", "tint")
 HEIGHTS = {

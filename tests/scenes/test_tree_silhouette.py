@@ -21,13 +21,13 @@ from lod.metric import METRICS, limit_distances
 from lod.prune import prune
 from lod.view import View
 from scenes.heights import FromHeights, shares_from, thinned
+from scenes.models.trees.leaf_appearance import upright
+from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.tree import tree_prototypes
 from scenes.placed import Placed
 from scenes.stick_area import directions
 from scenes.stick_table import StickTable
 from scenes.stick_view import first_met, visible_areas
-from scenes.tree import tree_prototypes
-from scenes.tree_looks import upright
-from scenes.tree_species import SPECIES
 
 TREES = [(name, "summer") for name in SPECIES] + [("broadleaf", "winter"), ("birch", "winter")]
 TREES += [("shrub", "winter"), ("broadleaf", "autumn")]

@@ -12,15 +12,15 @@ from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
 from scenes.field import Species, SpeciesField
-from scenes.models import made
+from scenes.models.catalogue import made
+from scenes.models.trees.species_tables import BROADLEAF, SPECIES
+from scenes.models.trees.sway import swaying_trees
+from scenes.models.trees.tree import tree_prototypes
+from scenes.models.trees.weather import Weather
 from scenes.placed import Placed
 from scenes.prototype import Prototype
 from scenes.rig_prototype import RiggedPrototype
 from scenes.rig_turns import turns_of
-from scenes.tree import tree_prototypes
-from scenes.tree_species import BROADLEAF, SPECIES
-from scenes.tree_sway import swaying_trees
-from scenes.weather import Weather
 
 KINDS = list(SPECIES)
 

@@ -15,15 +15,15 @@ from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
-from scenes.animals import animal
 from scenes.cells import PoissonCells
 from scenes.field import Species, SpeciesField
 from scenes.gait_feet import contacts_of
 from scenes.gait_measure import cycle, finest, lowest
-from scenes.models import people, standing
+from scenes.models.animals.catalogue import animal
+from scenes.models.catalogue import people, standing
+from scenes.noise.philox import word_of
 from scenes.patrol import SHORTEST
 from scenes.preset import load_preset
-from scenes.random import word_of
 from scenes.rig_cast import Cast
 from scenes.rig_heed import PLACE, PRINTS, SOLES
 from scenes.rig_pose import pose_points

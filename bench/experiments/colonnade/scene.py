@@ -17,13 +17,13 @@ from lod.fade import looks
 from lod.parts import Representation
 from lod.prune import prune
 from lod.view import View
-from scenes.column import HEIGHT_M, RADIUS_M, column
+from scenes.models.column import HEIGHT_M, RADIUS_M, column
 from scenes.placed import Placed
 from scenes.plugins import metric_named
 from scenes.render.frame import Light, Quality, Visible
 from scenes.render.render import render_frame
 from scenes.shot import short_ids
-from scenes.terrain import Terrain
+from scenes.terrain.terrain import Terrain
 
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0
 FOV_DEG, SIZE_PX, EYE_M = 132.0, (960, 216), 2.6

@@ -17,9 +17,9 @@ from jaxtyping import Float64
 from lod.arrays import Reals
 from lod.camera import Corner, look
 from lod.view import View
-from scenes.animals import KINDS, animal
+from scenes.models.animals.catalogue import KINDS, animal
+from scenes.models.people.people import rigged_people
 from scenes.plugins import metric_named
-from scenes.rig_figure import rigged_people
 from scenes.rig_prototype import RiggedPrototype
 
 PERSON = "person"

@@ -1,0 +1,1 @@
+"""Dust that feet and wind raise."""

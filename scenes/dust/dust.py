@@ -1,0 +1,215 @@
+"""Dust behind those who walk, as a particle system: a trail, its puffs, their wisps and grains.
+
+After W. T. Reeves, "Particle systems: a technique for modeling a class of fuzzy objects", SIGGRAPH
+'83 Proceedings, p. 359. Each footfall of a field's walkers throws up one puff, where and when the
+foot strikes (``dust_steps``); it stays in the world while the walker goes on, and does what
+``dust_growth`` says. Walkers have always walked, so that every frame follows from seed and time
+alone.
+
+Level 0 is the trail of one walker, level 1 its puffs, level 2 their wisps, level 3 grains. What
+stands for n hidden grains is one or a few larger ones, as many times larger in area as they are
+fewer: as porous, and the same cover. Inner appearances are nothing. Sizes are the largest that a
+puff ever has at the walker's longest stride:
+
+    P  √ of the largest cross-sections of the leaf appearance, added up
+    R  of a grain its radius; of a wisp, a puff and a trail how far anything of it can be from its
+       middle. That of a trail is where the walker was half a puff's life ago
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints, Points, Reals
+from lod.comparison import vantage_of
+from lod.hierarchy import Hierarchy
+from lod.parts import Look, Parts, Sticks
+from lod.view import View, reach
+from scenes.cells import Near
+from scenes.dust import growth
+from scenes.dust.appearance import Scene, drawn, grains_in, puffs_of, wisps_in
+from scenes.dust.footfalls import Legs, Walks, fastest, keys
+from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, WISPS, WISPS_EACH
+from scenes.dust.puffs import Air, trails
+from scenes.dust.soil import Soil
+from scenes.field import SpeciesField
+from scenes.field_search import cells_near_view, search
+from scenes.noise.philox import word_of
+from scenes.particles.shapes import balls
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What a frame's parts are parts of: walkers, when they are looked at, and the limit distances
+    of each prototype's levels in view and out of it, (2, v, 4) [m].
+    """
+
+    walks: Walks
+    time_s: float
+    limits: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Dust:
+    """A Representation: the dust that the walkers of a field throw up.
+
+    wind_m_s: speed of the wind at the height of crowns [m/s]
+    """
+
+    walkers: SpeciesField
+    soil: Soil
+    wind_m_s: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """That of the species, and .dust: no species is called so."""
+        return f"{self.walkers.name}.dust"
+
+    @cached_property
+    def legs(self) -> Legs:
+        """Those of all prototypes."""
+        return Legs.of([prototype.motion for prototype in self.walkers.troupe.rigged])
+
+    @cached_property
+    def air(self) -> Air:
+        """What carries it, and what it lies on."""
+        chance = np.uint64(self.walkers.seed), word_of(self.name)
+        return Air(self.walkers.ground, growth.near_ground(self.wind_m_s), *chance)
+
+    @cached_property
+    def hierarchies(self) -> tuple[Hierarchy, ...]:
+        """Of each prototype one row for each level: what all its parts have in common."""
+        far = (fastest(self.legs) + self.air.wind_m_s) * LIFE_S / 2 + self.legs.reach
+        far += growth.WAKE * self.legs.stride + growth.STIR_M_S * LIFE_S
+        puffs = self.legs.walks.sum(axis=1) * self.legs.slots(LIFE_S)
+        sizes = (column.tolist() for column in (self.legs.stride, far, puffs))
+        return tuple(_hierarchy(*each) for each in zip(*sizes, strict=True))
+
+    @property
+    def top_m(self) -> float:
+        """Height above the ground under it that nothing of it is above [m]."""
+        tilted = growth.STEEPEST * growth.OLD * (1 + growth.WISP)
+        return float(self.legs.stride.max()) * (2 * growth.HIGH + tilted + growth.GRAIN)
+
+    def roots(self, view: View) -> Parts:
+        """The trails of walkers of which something could be displayed."""
+        corner, field = view.camera.corner, self.walkers
+        limits = self._limits(view)
+        near = self._near(view, limits)
+        inside, outside, bound = (float(a.max()) for a in (*limits[:, :, 0], near.bound))
+        sizes = inside, outside, bound, near.lean, near.low, near.high
+        cells = cells_near_view(view, search(field.cells, field.extent, view, *sizes))
+        draws, _ = field.cells.near(*cells, corner, vantage_of(view), near)
+        draws = draws.take(field.grown(corner, draws))
+        variant, pace, rounds = field.rounds(draws)
+        key = keys(draws.cell_x, draws.cell_y, draws.index, self.air.seed, self.air.word)
+        walks = Walks(corner, field.homes(corner, draws), variant, pace, rounds, key)
+        row = np.arange(len(walks))
+        at = trails(self.air, walks, row, view.time_s)
+        at[:, 2] += growth.HIGH / 2 * self.legs.stride[variant]
+        moment = Moment(walks, view.time_s, limits)
+        return self._parts(moment, 0 * row, at, row, 0 * row, 0 * row - 1, np.ones(len(row)))
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The live puffs of trails, the wisps of puffs, the grains of wisps."""
+        moment = replace(parts.state, time_s=view.time_s)
+        found = [
+            each(self._scene(moment), parts, np.flatnonzero(parts.level == level))
+            for level, each in enumerate((puffs_of, wisps_in, grains_in))
+        ]
+        whole, part, place, share = (np.concatenate(column) for column in zip(*found, strict=True))
+        order = np.argsort(whole, kind="stable")
+        whole = whole[order]
+        level, who = parts.level[whole] + 1, parts.object[whole]
+        return self._parts(moment, level, place[order], who, part[order], whole, share[order])
+
+    def appearance(self, parts: Parts, look: Look) -> Sticks:
+        """Balls: leaf appearances alone, as much as each shows."""
+        moment = parts.state
+        owner, place, area, struck = drawn(self._scene(moment), parts, look.leaf > 0)
+        stride = self.legs.stride[moment.walks.variant[parts.object[owner]]]
+        radius = growth.GRAIN * stride * np.sqrt(area * look.leaf[owner])
+        tint = self.soil.tint(moment.walks.corner, struck)
+        return balls(place, radius, tint, self.soil.tints, owner)
+
+    def later(self, parts: Parts, view: View, time_s: float) -> Parts:
+        """The same parts as they look at another time; what is gone by then is but a spark."""
+        return replace(parts, state=replace(parts.state, time_s=time_s))
+
+    def _scene(self, moment: Moment) -> Scene:
+        return Scene(self.air, moment.walks, self.legs, moment.time_s)
+
+    def _limits(self, view: View) -> Float64[np.ndarray, "2 v 4"]:
+        """Limit distances of the levels of each prototype, in view and out of it; 0 of those that
+        do not walk.
+        """
+        limits = np.stack([np.stack(view.limits(each)) for each in self.hierarchies], axis=1)
+        limits[:, ~self.legs.walks.any(axis=1)] = 0.0
+        return limits
+
+    def _near(self, view: View, limits: Float64[np.ndarray, "2 v 4"]) -> Near:
+        """Where trails can be displayed at all, prototype by prototype."""
+        field, bound = self.walkers, np.array([each.B[0] for each in self.hierarchies])
+        pairs = zip(limits[0, :, 0].tolist(), bound.tolist(), strict=True)
+        farthest = np.array([reach(view, limit, radius) for limit, radius in pairs])
+        lean = field.species.patrol_m + self.air.wind_m_s * LIFE_S / 2
+        low, high = field.ground.bounds()
+        high += growth.HIGH / 2 * float(self.legs.stride.max())
+        window = math.inf if field.extent is None else field.extent / 2
+        return Near(farthest, limits[1, :, 0], bound, lean, low, high, window)
+
+    def _parts(
+        self,
+        moment: Moment,
+        level: Ints,
+        position: Points,
+        object_: Ints,
+        part: Ints,
+        whole: Ints,
+        share: Reals,
+    ) -> Parts:
+        variant = moment.walks.variant[object_]
+        bound = np.array([each.B for each in self.hierarchies])
+        return Parts(
+            position=position,
+            centre=position,
+            bound=bound[variant, level],
+            limit=moment.limits[0, variant, level],
+            limit_offscreen=moment.limits[1, variant, level],
+            level=level,
+            object=object_,
+            part=part,
+            whole=whole,
+            share=share,
+            state=moment,
+        )
+
+
+def _hierarchy(stride: float, far: float, puffs: int) -> Hierarchy:
+    """The levels of a trail whose puffs are at most so ``far`` from its middle, in plan [m], and of
+    which at most so many are alive; of what has no stride, any.
+    """
+    stride = stride or 1.0
+    radius, height, wisp = growth.OLD, growth.HIGH, growth.WISP
+    tilted = growth.STEEPEST * radius
+    in_wisp = wisp * math.hypot(radius, tilted + height)
+    in_puff = math.hypot(radius, tilted + height / 2)
+    far = math.hypot(far, growth.STEEPEST * far + height * stride / 2)
+    separation = np.array([0.0, far, in_puff * stride, in_wisp * stride])
+    balls = growth.GRAIN * stride * np.sqrt([WISPS * GRAINS, WISPS_EACH * GRAINS, GRAINS_EACH, 1])
+    B = balls.copy()
+    for level in (2, 1, 0):
+        B[level] = separation[level + 1] + max(balls[level], B[level + 1])
+    count = np.array([max(puffs, 1) * WISPS * GRAINS, WISPS * GRAINS, GRAINS, 1])
+    return Hierarchy(
+        whole=np.arange(-1, 3),
+        level=np.arange(4),
+        position=np.zeros((4, 3)),
+        P=growth.GRAIN * stride * np.sqrt(np.pi * count),
+        R=B,
+        B=B * (1 + 1e-9) + 1e-9,
+        separation=separation,
+    )

@@ -1,0 +1,163 @@
+"""Where and when feet strike the ground: the footfalls of walkers, before now and after.
+
+Footfall k of a leg is when its walker's phase, counted on through all cycles, comes to k + strike.
+The walker was then where its round had it (``patrol``), and the foot over the print that
+``rig_feet`` gives it as it lands.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import Ints, Reals
+from lod.camera import Corner
+from scenes.noise.philox import philox, unit
+from scenes.patrol import Rounds
+from scenes.rig_feet import print_and_swing
+from scenes.rig_motion import Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Legs:
+    """The legs of prototypes, (v, l) each; those that a prototype lacks do not ``walk``.
+
+    walks   whether feet strike the ground on a way; strike: phase at which each does
+    ahead, aside   where the middle of its sole is by then, from the body; of ``ahead`` what grows
+            with the stride is ``stance`` [m]
+    stride, period   (v,) of each prototype [m, s]
+    """
+
+    walks: np.ndarray
+    strike: np.ndarray
+    ahead: np.ndarray
+    stance: np.ndarray
+    aside: np.ndarray
+    stride: np.ndarray
+    period: np.ndarray
+
+    @staticmethod
+    def of(motions: Sequence[Motion]) -> "Legs":
+        """Those of the prototypes that move so."""
+        most = max(len(motion.feet) for motion in motions)
+        columns = np.zeros((5, len(motions), max(most, 1)))
+        for row, motion in enumerate(motions):
+            feet, n = motion.feet, len(motion.feet)
+            landed = [print_and_swing(0.0, duty)[0] for duty in feet.duty.tolist()]
+            sole = feet.home + feet.sole.mean(axis=1)
+            columns[0, row, :n] = motion.stride > 0
+            columns[1, row, :n] = feet.strike
+            columns[2, row, :n], columns[4, row, :n] = sole.T
+            columns[3, row, :n] = motion.stride * np.array(landed)
+        sizes = (np.array([getattr(m, k) for m in motions]) for k in ("stride", "period"))
+        return Legs(columns[0] > 0, *columns[1:], *sizes)
+
+    @property
+    def reach(self) -> Reals:
+        """Farthest of each prototype's soles from the body as they strike, (v,) [m]."""
+        longest = np.abs(self.ahead) + np.abs(self.stance)
+        return np.where(self.walks, np.hypot(longest, self.aside), 0.0).max(axis=1)
+
+    def slots(self, life_s: float) -> int:
+        """So many footfalls of a leg in a row that one at least has been longer than a life ago."""
+        walking = self.period[self.walks.any(axis=1)]
+        return 1 if not len(walking) else math.ceil(life_s / float(walking.min())) + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Walks:
+    """Walkers on their rounds, (n,) each, in a frame that counts from a corner.
+
+    home (n, 2) [m]; pace: stride as a share of the prototype's; key: whatever tells walkers apart
+    """
+
+    corner: Corner
+    home: np.ndarray
+    variant: np.ndarray
+    pace: np.ndarray
+    rounds: Rounds
+    key: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.variant)
+
+
+class Footfalls(NamedTuple):
+    """Footfalls of walkers: owner, leg, and number of the cycle, (m,) each."""
+
+    owner: np.ndarray
+    leg: np.ndarray
+    number: np.ndarray
+
+    def take(self, rows: np.ndarray) -> "Footfalls":
+        """Those at ``rows``."""
+        return Footfalls(*(each[rows] for each in self))
+
+
+class Struck(NamedTuple):
+    """When each footfall was (m,) [s], where the middle of its sole (m, 2) [m], and the heading of
+    the walker, (m, 2).
+    """
+
+    time_s: np.ndarray
+    xy: np.ndarray
+    heading: np.ndarray
+
+
+def footfalls(walks: Walks, legs: Legs, owner: Ints, slots: int, time_s: float) -> Footfalls:
+    """The last ``slots`` footfalls of every leg of these walkers; those of a walker in an order in
+    which each keeps its place until it is the oldest and the next one takes it.
+    """
+    most = legs.strike.shape[1]
+    who = np.repeat(owner, most * slots)
+    leg = np.tile(np.repeat(np.arange(most), slots), len(owner))
+    slot = np.tile(np.arange(slots), len(owner) * most)
+    cycles = walks.rounds.phase + time_s / walks.rounds.period
+    newest = np.floor(cycles[who] - legs.strike[walks.variant[who], leg]).astype(np.int64)
+    return Footfalls(who, leg, newest - np.mod(newest - slot, slots))
+
+
+def struck(walks: Walks, legs: Legs, of: Footfalls) -> Struck:
+    """When and where these footfalls are."""
+    variant, rounds = walks.variant[of.owner], walks.rounds.take(of.owner)
+    where = variant, of.leg
+    time_s = (of.number + legs.strike[where] - rounds.phase) * rounds.period
+    body = rounds.at(time_s)
+    ahead = legs.ahead[where] + walks.pace[of.owner] * legs.stance[where]
+    aside = legs.aside[where]
+    x = body.cos * ahead - body.sin * aside
+    y = body.sin * ahead + body.cos * aside
+    at = walks.home[of.owner] + body.offset + np.stack((x, y), axis=1)
+    return Struck(time_s, at, np.stack((body.cos, body.sin), axis=1))
+
+
+def fastest(legs: Legs) -> Reals:
+    """Speed of each prototype at its longest stride, (v,) [m/s]: who takes shorter ones is slower,
+    as ``patrol.paces`` has it.
+    """
+    return legs.stride / legs.period
+
+
+@njit(cache=True)
+def keys(cell_x, cell_y, index, seed, word):  # type: ignore[no-untyped-def]
+    """A number for each object of a field, (n,) int64."""
+    found = np.empty(len(index), np.int64)
+    for i in range(len(index)):
+        x, y, block = np.uint64(cell_x[i]), np.uint64(cell_y[i]), np.uint64(index[i])
+        found[i] = np.int64(philox(x, y, block, np.uint64(0), seed, word)[0])
+    return found
+
+
+@njit(cache=True)
+def chances(key, footfall, number, seed, word):  # type: ignore[no-untyped-def]
+    """Four numbers in [0, 1) for each number of a walker's footfall, (m,) int64 each, (m, 4)."""
+    u = np.empty((len(key), 4))
+    for i in range(len(key)):
+        who, which, block = np.uint64(key[i]), np.uint64(footfall[i]), np.uint64(number[i])
+        words = philox(who, which, block, np.uint64(1), seed, word)
+        for k in range(4):
+            u[i, k] = unit(words[k])
+    return u

@@ -1,0 +1,147 @@
+"""Puffs of dust where they are at a time, their wisps and grains: places and areas.
+
+Footfalls, wisps and grains are rows of arrays; ``row`` says which puff a wisp or grain is of.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints, Points, Reals
+from lod.camera import Corner
+from scenes.dust import growth
+from scenes.dust.footfalls import Footfalls, Legs, Walks, chances, struck
+from scenes.dust.growth import LIFE_S, WISP, WISPS, Lift
+from scenes.dust.ids import footfall
+from scenes.field import Ground
+from scenes.particles.shapes import in_ball
+
+_BLOWS_TO = np.array((np.sin(np.radians(60.0)), np.cos(np.radians(60.0))))
+"""Where the wind blows to, as it takes plumes by default: 60° clockwise from north."""
+
+
+@dataclass(frozen=True, eq=False)
+class Air:
+    """What dust is in: the wind [m/s], the ground below it; and the seed and word of chance."""
+
+    ground: Ground
+    wind_m_s: float
+    seed: np.uint64
+    word: np.uint64
+
+
+class Puffs(NamedTuple):
+    """Puffs at some time, (m,) each.
+
+    base (m, 3) middle, on the ground; slope (m, 2) of that; radius, height [m]
+    age     time from the footfall, of those that are not yet 0 [s]
+    area    of its wisps beside the full one, but for what has settled
+    struck  (m, 2) where the foot struck [m]
+    key, footfall   what tells its walker from all others, and it from all of that one's
+    """
+
+    base: np.ndarray
+    slope: np.ndarray
+    radius: np.ndarray
+    height: np.ndarray
+    age: np.ndarray
+    area: np.ndarray
+    struck: np.ndarray
+    key: np.ndarray
+    footfall: np.ndarray
+
+    @property
+    def mean_area(self) -> Reals:
+        """Mean area of their wisps beside full ones, by law and not by chance, (m,)."""
+        return growth.mean_area(self.height, self.age, self.area)
+
+    @property
+    def origin(self) -> Points:
+        """What d is measured to: half-way up, (m, 3) [m]."""
+        up = np.zeros((len(self.base), 3))
+        up[:, 2] = self.height / 2
+        return self.base + up
+
+
+def puffs_at(air: Air, walks: Walks, legs: Legs, falls: Footfalls, time_s: float) -> Puffs:
+    """The puffs of these footfalls at a time, before they are thrown up and after they are gone,
+    too.
+    """
+    fell = struck(walks, legs, falls)
+    age = np.clip(time_s - fell.time_s, 0.0, LIFE_S)
+    dome = growth.domes(age, legs.stride[walks.variant[falls.owner]])
+    key, number = walks.key[falls.owner], footfall(legs, falls)
+    u = chances(key, number, 0 * key, air.seed, air.word)
+    turn = 2 * np.pi * u[:, 0]
+    stir = growth.STIR_M_S * u[:, 1, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)
+    blown = (stir + air.wind_m_s * _BLOWS_TO) * age[:, None]
+    xy = fell.xy + dome.wake[:, None] * fell.heading + blown
+    height, slope = _lie(air.ground, walks.corner, xy, dome.radius)
+    trail = trails(air, walks, falls.owner, time_s)
+    climb = growth.STEEPEST * np.linalg.norm(xy - trail[:, :2], axis=1)
+    height = np.clip(height, trail[:, 2] - climb, trail[:, 2] + climb)
+    area = dome.area * (growth.FAINTEST + (1 - growth.FAINTEST) * u[:, 2])
+    base, size = np.column_stack((xy, height)), (dome.radius, dome.height)
+    return Puffs(base, slope, *size, age, area, fell.xy, key, number)
+
+
+def trails(air: Air, walks: Walks, owner: Ints, time_s: float) -> Points:
+    """Ground in the middle of walkers' trails, (m, 3) [m]: where each was half a life ago, and as
+    far down the wind as the dust of then is.
+    """
+    body = walks.rounds.take(owner).at(time_s - LIFE_S / 2)
+    xy = walks.home[owner] + body.offset + air.wind_m_s * LIFE_S / 2 * _BLOWS_TO
+    return np.column_stack((xy, air.ground.height(walks.corner, xy)))
+
+
+def _lie(
+    ground: Ground, corner: Corner, xy: Float64[np.ndarray, "m 2"], radius: Reals
+) -> tuple[Reals, Float64[np.ndarray, "m 2"]]:
+    """Height and slopes of the ground below puffs, by four points of its edge."""
+    sides = np.array(((1, 0), (-1, 0), (0, 1), (0, -1)), np.float64)
+    edge = (xy + sides[:, None] * radius[:, None]).reshape(-1, 2)
+    east, west, north, south = ground.height(corner, edge).reshape(4, -1)
+    slope = np.stack((east - west, north - south), axis=1) / (2 * radius[:, None])
+    steep = np.linalg.norm(slope, axis=1)
+    slope = slope * (growth.STEEPEST / np.maximum(steep, growth.STEEPEST))[:, None]
+    return (east + west + north + south) / 4, slope
+
+
+def wisps_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints) -> tuple[Points, Reals]:
+    """Where wisps are, (m, 3) [m], and the area of each beside the full one."""
+    lift, flat = _lifted(air, puffs, row, wisp)
+    return _raised(puffs, row, flat, lift.up), lift.area
+
+
+def grains_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints, grain: Ints) -> tuple[Points, Reals]:
+    """Where grains are, (m, 3) [m], and the area of each beside a full one."""
+    lift, flat = _lifted(air, puffs, row, wisp)
+    at = in_ball(_chances(air, puffs, row, 1 + WISPS + wisp * growth.GRAINS + grain))
+    flat += WISP * puffs.radius[row, None] * at[:, :2]
+    up = lift.up + WISP * puffs.height[row] * lift.squash * at[:, 2]
+    return _raised(puffs, row, flat, up), lift.area
+
+
+def _lifted(
+    air: Air, puffs: Puffs, row: Ints, wisp: Ints
+) -> tuple[Lift, Float64[np.ndarray, "m 2"]]:
+    """Wisps above the ground, and aside of the middle of their puffs."""
+    u = _chances(air, puffs, row, 1 + wisp)
+    lift = growth.lift(puffs.height[row], puffs.age[row], puffs.area[row], u[:, 2], u[:, 3])
+    return lift, growth.aside(puffs.radius[row], u[:, 0], u[:, 1])
+
+
+def _raised(puffs: Puffs, row: Ints, flat: Float64[np.ndarray, "m 2"], up: Reals) -> Points:
+    """Places so far aside of the middle of puffs, and so high above the ground there."""
+    at = puffs.base[row].copy()
+    at[:, :2] += flat
+    at[:, 2] += (puffs.slope[row] * flat).sum(axis=1) + up
+    return at
+
+
+def _chances(air: Air, puffs: Puffs, row: Ints, number: Ints) -> Float64[np.ndarray, "m 4"]:
+    who = puffs.key[row], puffs.footfall[row]
+    found: Float64[np.ndarray, "m 4"] = chances(*who, number, air.seed, air.word)
+    return found

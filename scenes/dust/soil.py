@@ -1,0 +1,63 @@
+"""What dust looks like: the ground that it comes from, raised and thin.
+
+A layer of grains that scatter a share w of what they meet, evenly to all sides, sends back
+ρ = (1 − γ)/(1 + γ) of the light, γ = √(1 − w): the diffusive reflectance of B. Hapke,
+"Bidirectional reflectance spectroscopy 1. Theory", J. Geophys. Res. 86:3039 (1981). Turned round,
+the colour ρ of the ground gives w of one grain: brighter and paler, as raised dust is. What is
+drawn stands for a wad of many finer grains, which shade each other, though less than in a deep
+layer: it has the geometric mean of both.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints
+from lod.camera import Corner
+from scenes.terrain.colour import COVERS, SNOW, ground_colours
+from scenes.terrain.relief import Relief
+
+SHADES = 8
+"""Colours of dust between that of hollows and that of ridges."""
+
+_ACROSS_M = 0.25
+"""Patches of the ground's colour that are smaller do not tell in a puff [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Soil:
+    """The ground's own shape and what lies on it."""
+
+    relief: Relief
+    cover: str
+
+    @cached_property
+    def ground(self) -> Float64[np.ndarray, "t 3"]:
+        """Colours of the ground that are told apart: moist to dry, steep, and snow."""
+        cover = COVERS[self.cover]
+        share = np.linspace(0, 1, SHADES)[:, None]
+        between = np.array(cover.moist) * (1 - share) + np.array(cover.dry) * share
+        others = [cover.steep] + [SNOW] * (cover.snow_line is not None)
+        return np.concatenate((between, others))
+
+    @property
+    def tints(self) -> Float64[np.ndarray, "t 3"]:
+        """Colours of the dust of each of them."""
+        return np.sqrt(self.ground * self.grain)
+
+    @property
+    def grain(self) -> Float64[np.ndarray, "t 3"]:
+        """What single grains of each of them scatter of the light that they meet."""
+        return 1 - ((1 - self.ground) / (1 + self.ground)) ** 2
+
+    def tint(self, corner: Corner, xy: Float64[np.ndarray, "m 2"]) -> Ints:
+        """Which of them lies at points [m] from a corner, (m,)."""
+        relief, size = self.relief, np.full(len(xy), _ACROSS_M)
+        rise = relief.height(corner, xy) / (relief.amplitude or 1.0)
+        slope = np.hypot(*relief.slopes(corner, xy, 2 * size).T)
+        cover = COVERS[self.cover]
+        colour = ground_colours(relief.seed, corner, xy, rise, slope, size, cover)
+        away = colour[:, None] - self.ground
+        return np.asarray((away**2).sum(axis=2).argmin(axis=1))

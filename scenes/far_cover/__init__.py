@@ -1,0 +1,1 @@
+"""The aggregate cover of what is not displayed one by one."""

@@ -1,0 +1,232 @@
+"""What lies beyond the limit, left on the land: the ground takes its colour, shade and height."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float64
+from numba import njit
+
+from lod.arrays import Points, Reals
+from lod.cover import (
+    LEAST_LIGHT,
+    cover_depths,
+    covered_share,
+    irradiance_on,
+    kinds_met,
+    missing_share,
+)
+from lod.hierarchy import Hierarchy
+from lod.smear import smears
+from lod.view import View, distance
+from scenes.far_cover.sky import Sky
+from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, TURNS_DEG, Stand, stand_of
+from scenes.field import Species
+
+Shares = Float64[np.ndarray, "n k"]
+"""By point and species."""
+
+LOWEST_DEG = DEPRESSIONS_DEG[0]
+"""No line counts as coming down flatter: there nearly every line meets something in any case."""
+
+
+@dataclass(frozen=True, eq=False)
+class FarCover:
+    """Species that stand all over the ground, and the light on them.
+
+    to_sun (3,) unit vector
+    """
+
+    species: tuple[Species, ...]
+    to_sun: np.ndarray
+    sky: Sky
+
+    @cached_property
+    def stand(self) -> Stand:
+        """Its looks, measured when first something is missing."""
+        elevation = math.degrees(math.asin(self.to_sun[2]))
+        kinds = tuple((each.prototypes, each.density) for each in self.species)
+        return stand_of(kinds, round(elevation, 3), self.sky)
+
+    @cached_property
+    def highest(self) -> float:
+        """What nothing that stands reaches above the ground [m]."""
+        prototypes = [p for each in self.species for p in each.prototypes]
+        return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
+
+    def missing(self, view: View, points: Points) -> Shares:
+        """Share of what each species covers that is not displayed at points of the ground: what is
+        small goes first, and covers less."""
+        return self._gone(view, points) * self._grown(view, points)
+
+    def _gone(self, view: View, points: Points) -> Shares:
+        """The same of what grows there."""
+        d, gone = distance(view, points), np.empty((len(points), len(self.species)))
+        for k, each in enumerate(self.species):
+            trees = [p.hierarchy for p in each.prototypes]
+            outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
+            limits = _limits_at(view, trees, points, d)
+            gone[:, k] = missing_share(d, limits, outlines, view.fade)
+        return gone
+
+    def _grown(self, view: View, points: Points) -> Shares:
+        """Share of its density that each species has at points of the ground."""
+        grown = np.ones((len(points), len(self.species)))
+        for k, each in enumerate(self.species):
+            if each.habitat is not None:
+                grown[:, k] = each.habitat.share(view.camera.corner, points[:, :2])
+        return grown
+
+    def left(self, view: View, points: Points) -> "FarLeft":
+        """What of the species there is at points (n, 3) of the ground, as the eye sees it."""
+        gone, grown = self._gone(view, points), self._grown(view, points)
+        rows = np.flatnonzero((gone * grown).any(axis=1))
+        lift, covered = np.zeros((2, len(points)))
+        look = None
+        if len(rows):
+            at, gone, grown = points[rows], gone[rows], grown[rows]
+            level = _Lines.of(self, view, at, gone, grown)
+            lift[rows] = level.at_depression(self.stand.height) * level.share
+            # Lines meet the ground where it is drawn, and what is displayed is buried so deep.
+            drawn = at + lift[rows, None] * np.array((0.0, 0.0, 1.0))
+            above = np.interp(lift[rows], self.stand.levels, self.stand.above)[:, None]
+            look = _Lines.of(self, view, drawn, 1 - (1 - gone) * above, grown)
+            covered[rows] = covered_share(look.depths)
+        return FarLeft(self, lift, covered, rows, look)
+
+
+@dataclass(frozen=True, eq=False)
+class FarLeft:
+    """What is left at points of the ground (``terrain_look.Left``).
+
+    rows, lines  points where anything is missing, and the lines of sight down to them
+    """
+
+    cover: FarCover
+    lift: np.ndarray
+    covered: np.ndarray
+    rows: np.ndarray
+    lines: "_Lines | None"
+
+    def colours(self, normals: Points, bare: Points) -> Points:
+        """Albedo of the ground, ``bare`` where nothing is missing, so that it sends to the eye what
+        the stand and the ground below it would.
+
+        ``normals`` are without the small bumps of the ground: stands are as bright on all sides of
+        those, and an albedo that makes up for one side would shine out beside it.
+        """
+        colours, rows, cover = bare.copy(), self.rows, self.cover
+        if self.lines is not None:
+            light = irradiance_on(normals[rows], cover.to_sun, cover.sky.share)
+            colours[rows] = np.clip(self._sent(self.lines, bare[rows], light), 0.0, 1.0)
+        return colours
+
+    def _sent(self, look: "_Lines", bare: Points, light: Points) -> Points:
+        """Radiance toward the eye over that of white ground in that ``light``, (n, 3)."""
+        stand, kinds = self.cover.stand, kinds_met(look.depths)
+        covered = self.covered[self.rows, None]
+        sent, lifted = (
+            sum(kinds[:, k, None] * look.at(table[k]) for k in range(len(table)))
+            for table in (stand.sent, stand.lifted)
+        )
+        # What is displayed shades all that is painted on the ground: of the ground only the rest of
+        # the shade is missing, and what stands there is shaded already by all of the stand.
+        shade = np.maximum(look.at(stand.ground), LEAST_LIGHT)
+        stands = (sent + bare * lifted) / (light * shade ** look.rest[:, None])
+        ground = bare * shade ** look.share[:, None]
+        found: Points = (1 - covered) * ground + covered * stands
+        return found
+
+
+def _limits_at(
+    view: View, trees: Sequence[Hierarchy], points: Points, d: Reals
+) -> Float64[np.ndarray, "#n t"]:
+    """Limit distances of wholes that stand still at points of the ground, d away [m]; one row where
+    they are the same everywhere.
+
+    Motion hides of all of them what it hides of the largest. What it hides is eased only where that
+    can make a difference: it is never more than the frame's own.
+    """
+    limits = np.array([[float(view.limits(tree)[0][0]) for tree in trees]])
+    if view.exposure is None or not view.metric.finite:
+        return limits
+    limits = np.repeat(limits, len(points), axis=0)
+    radius = max(float(tree.B[0]) for tree in trees)
+    rows = np.flatnonzero(d < limits[0].max())
+    for exposure in (replace(view.exposure, near=None), view.exposure):
+        still, bound = np.zeros(len(rows)), np.full(len(rows), radius)
+        ends = points[rows], points[rows]
+        smear = smears(exposure, view.camera.corner, view.theta, *ends, bound, still)
+        limits[rows] = _smeared(view, trees, smear)
+        rows = rows[d[rows] > (1 - view.fade) * limits[rows].min(axis=1)]
+    return limits
+
+
+def _smeared(view: View, trees: Sequence[Hierarchy], smear: Reals) -> Float64[np.ndarray, "n t"]:
+    """Limit distances of wholes of which motion hides so much [m]."""
+    steps = np.arange(int(smear.max(initial=0.0)) + 2)
+    tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
+    return np.stack([np.interp(smear, steps, table) for table in tables], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """Lines of sight that come down to points of the ground.
+
+    row, column (n,)  of their depressions and turns in the tables of a stand, with fractions
+    depths (n, k) of each species' cover that is missing; share (n,): of the whole stand's cover,
+        where all species stand everywhere; rest (n,): the share of it that is displayed
+    """
+
+    row: np.ndarray
+    column: np.ndarray
+    depths: np.ndarray
+    share: np.ndarray
+    rest: np.ndarray
+
+    @staticmethod
+    def of(cover: FarCover, view: View, points: Points, gone: Shares, grown: Shares) -> "_Lines":
+        to_eye = view.camera.eye - points
+        flat = np.hypot(to_eye[:, 0], to_eye[:, 1])
+        depression = np.degrees(np.arctan2(to_eye[:, 2], flat))
+        depression = np.maximum(depression, LOWEST_DEG)
+        sun = math.atan2(cover.to_sun[1], cover.to_sun[0])
+        turn = np.degrees(np.arctan2(to_eye[:, 1], to_eye[:, 0]) - sun)
+        turn = np.abs((turn + 180.0) % 360.0 - 180.0)
+        row = np.interp(depression, DEPRESSIONS_DEG, np.arange(len(DEPRESSIONS_DEG)))
+        column = np.interp(turn, TURNS_DEG, np.arange(len(TURNS_DEG)))
+        area = looked_up(cover.stand.area.T[:, None], row, np.zeros(len(row)))
+        density = np.array([each.density for each in cover.species])
+        sine = np.sin(np.radians(depression))
+        whole = cover_depths(np.ones_like(grown), density, area, sine)
+        there, depths = whole * grown, whole * grown * gone
+        share, rest = (each.sum(axis=1) / whole.sum(axis=1) for each in (depths, there - depths))
+        return _Lines(row, column, depths, share, rest)
+
+    def at_depression(self, table: Float64[np.ndarray, " d"]) -> Reals:
+        """A table (δ,) at each line, (n,)."""
+        found: Reals = looked_up(table[:, None, None], self.row, np.zeros(len(self.row)))[:, 0]
+        return found
+
+    def at(self, table: Float64[np.ndarray, "d p 3"]) -> Points:
+        """A table (δ, φ, 3) at each line, (n, 3): linear in both angles."""
+        found: Points = looked_up(table, self.row, self.column)
+        return found
+
+
+@njit(cache=True, nogil=True)
+def looked_up(table, row, column):  # type: ignore[no-untyped-def]
+    """Entries (n, c) of a table (a, b, c) at rows and columns with fractions, (n,) each."""
+    found = np.empty((len(row), table.shape[2]))
+    last_row, last_column = table.shape[0] - 1, table.shape[1] - 1
+    for p in range(len(row)):
+        i, j = int(row[p]), int(column[p])
+        u, v = row[p] - i, column[p] - j
+        below, beside = min(i + 1, last_row), min(j + 1, last_column)
+        for c in range(table.shape[2]):
+            low = (1 - v) * table[i, j, c] + v * table[i, beside, c]
+            high = (1 - v) * table[below, j, c] + v * table[below, beside, c]
+            found[p, c] = (1 - u) * low + u * high
+    return found

@@ -1,0 +1,165 @@
+"""How a stand of objects looks from afar: measured once, by lines through it.
+
+It has no end and holds every species at its density, in full detail (``stand_field``). Lines come
+from above at a few depressions δ and angles φ from the sun's azimuth, and light is followed back
+from where they first meet something (``stand_light``). Outlines of whole objects are not sampled:
+they are measured exactly (``stick_area``).
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints, Reals, freeze
+from scenes.far_cover.sky import Sky
+from scenes.far_cover.stand_paths import DRAWS, GROUND, Light, seen_along
+from scenes.far_cover.stand_rays import StandField, stand_field
+from scenes.prototype import Prototype
+from scenes.rig_prototype import RiggedPrototype
+from scenes.stick_area import mean_outline_areas
+from scenes.stick_raster import areas_of_parts
+from scenes.stick_table import StickTable
+
+DEPRESSIONS_DEG = (3.0, 8.0, 20.0, 40.0, 65.0, 90.0)
+TURNS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)
+"""Where lines come from: angle of the eye above the ground's horizon, and of its azimuth as seen
+from the ground from the sun's: at 0 the sun is behind the viewer."""
+
+LINES = 10_000
+"""From each depression, each through a stand of its own."""
+
+LEVELS = 33
+"""Heights at which it is told how much is above."""
+
+Kind = tuple[tuple[Prototype | RiggedPrototype, ...], float]
+"""Equally likely prototypes, and their density [1/m²]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """By kind k, depression δ and turn φ, in units of the light on unshadowed level ground.
+
+    area (k, δ)  mean outline of an object [m²]
+    sent (k, δ, φ, 3)  what is met sends; lifted: what it sends besides, of light from the ground
+        over the ground's albedo
+    ground (δ, φ, 3)  light on the ground where lines come down to it
+    height (δ,)  at which lines first meet anything, the ground included, on average [m]
+    levels, above (n,)  heights [m], and of all outlines the share that is above each
+    """
+
+    area: np.ndarray
+    sent: np.ndarray
+    lifted: np.ndarray
+    ground: np.ndarray
+    height: np.ndarray
+    levels: np.ndarray
+    above: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
+
+
+Bare = list[list[tuple[StickTable, np.ndarray]]]
+"""By kind and prototype: its sticks, and its tints."""
+
+
+@lru_cache(maxsize=4)
+def stand_of(kinds: tuple[Kind, ...], sun_elevation_deg: float, sky: Sky) -> Stand:
+    """The looks of a stand of these kinds under a sun of that elevation, and its sky."""
+    bare = [[bare_of(prototype) for prototype in prototypes] for prototypes, _ in kinds]
+    densities = [density for _, density in kinds]
+    field, kind, colour = _field(bare, densities)
+    light = Light.of(sun_elevation_deg, TURNS_DEG, sky)
+    rng = np.random.Generator(np.random.Philox(0x57A4D))
+    shape = len(DEPRESSIONS_DEG), len(TURNS_DEG)
+    sums, met = np.zeros((2, len(kinds), *shape, 3)), np.zeros((len(kinds), *shape[:1]))
+    bare_seen, ground = np.zeros((1, *shape[:1])), np.zeros((1, *shape, 3))
+    heights = np.zeros(shape[:1])
+    for row, depression in enumerate(DEPRESSIONS_DEG):
+        seen = seen_along(field, colour, light, depression, rng.random((LINES, DRAWS)), row * LINES)
+        heights[row] = seen.height.mean()
+        hit, of_kind = seen.stick != GROUND, kind[seen.stick]
+        bare_seen[0, row] = (~hit).sum()
+        ground[0, row] = seen.sent[~hit].sum(axis=0)
+        for k in range(len(kinds)):
+            mine = hit & (of_kind == k)
+            met[k, row] = mine.sum()
+            sums[0, k, row], sums[1, k, row] = (
+                each[mine].sum(axis=0) for each in (seen.sent, seen.lifted)
+            )
+    sent, lifted = (_means(each, met) for each in sums)
+    lit = _means(ground, bare_seen)[0]
+    return Stand(_areas(bare), sent, lifted, lit, heights, *_above(bare, densities))
+
+
+def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.ndarray]:
+    """The stand, and kind (k,) and albedo (k, 3) of every stick of its prototypes."""
+    each = [
+        (table, density / len(prototypes), k, tints[table.tint])
+        for k, (prototypes, density) in enumerate(zip(bare, densities, strict=True))
+        for table, tints in prototypes
+    ]
+    tables, density, kinds, colours = zip(*each, strict=True)
+    kind = np.repeat(kinds, [len(table) for table in tables])
+    return stand_field(tables, np.array(density)), kind, np.concatenate(colours)
+
+
+def bare_of(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
+    """All that a prototype is made of at full detail, as one part at rest; and its tints."""
+    one = prototype.posed() if isinstance(prototype, RiggedPrototype) else prototype
+    ends = one.hierarchy.part_count == 0
+    names = ("start", "end", "start_radius", "end_radius", "tint")
+    rows = ends[one.leaf.owner]
+    leaf = [getattr(one.leaf, name)[rows] for name in names]
+    columns = [
+        np.concatenate((getattr(one.inner, name), each))
+        for name, each in zip(names, leaf, strict=True)
+    ]
+    return StickTable(np.array((0, len(columns[0]))), *columns), one.tints
+
+
+def toward(elevation_deg: float, azimuth_deg: float) -> Reals:
+    """Unit vector to where the eye or the sun stands, (3,)."""
+    e, a = math.radians(elevation_deg), math.radians(azimuth_deg)
+    return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
+
+
+def _above(bare: Bare, densities: list[float]) -> tuple[Reals, Reals]:
+    """Heights up to the top of all [m], and the share of outlines above each; a stick is where its
+    middle is."""
+    middles, outlines = [], []
+    for prototypes, density in zip(bare, densities, strict=True):
+        for table, _ in prototypes:
+            middles.append((table.start[:, 2] + table.end[:, 2]) / 2)
+            outlines.append(density / len(prototypes) * mean_outline_areas(table))
+    middle = np.concatenate(middles)
+    levels = np.linspace(0.0, max(float(middle.max()), 0.0), LEVELS)
+    edges = np.append(levels, np.inf)
+    outline, _ = np.histogram(middle, edges, weights=np.concatenate(outlines))
+    return levels, outline[::-1].cumsum()[::-1] / outline.sum()
+
+
+def _areas(bare: Bare) -> Float64[np.ndarray, "k d"]:
+    """Mean outline of each kind along each depression, over prototypes and two azimuths [m²]."""
+    turns = (20.0, 110.0)
+    directions = np.array([toward(e, a) for e in DEPRESSIONS_DEG for a in turns])
+    rows = []
+    for prototypes in bare:
+        each = [areas_of_parts(table, directions, 6.0)[0] for table, _ in prototypes]
+        rows.append(np.mean(each, axis=0).reshape(len(DEPRESSIONS_DEG), -1).mean(axis=1))
+    return np.array(rows)
+
+
+def _means(
+    sums: Float64[np.ndarray, "k d t 3"], met: Float64[np.ndarray, "k d"]
+) -> Float64[np.ndarray, "k d t 3"]:
+    """Means over what was met; where of a kind that is little, drawn to its mean of all."""
+    few = 8.0
+    everywhere = sums.sum(axis=1) / np.maximum(met.sum(axis=1), 1.0)[:, None, None]
+    means: Float64[np.ndarray, "k d t 3"] = (sums + few * everywhere[:, None]) / (
+        met[:, :, None, None] + few
+    )
+    return means

@@ -1,0 +1,166 @@
+"""Straight lines through an endless stand: objects at random (Poisson), turned at random.
+
+The land is laid out in square cells. Of each cell how many objects stand in it, where, which they
+are and how they are turned is drawn from its place and the number of the stand, so that stands of
+other numbers are others, and nothing of them is ever laid out.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import Reals
+from scenes.noise.lattice import lattice_bits
+from scenes.noise.philox import unit
+from scenes.stick_grid import NOTHING, Grids, grids_of, meet, normal_at
+from scenes.stick_table import StickTable
+
+_SEED = np.uint64(0x57A4D)
+
+
+class StandField(NamedTuple):
+    """What stands anywhere.
+
+    grids   of the prototypes; chance (p,) that an object is this or an earlier one
+    reach, high (p,)  from an object's own axis, and up [m]; low, top of all of them [m]
+    cell    side of a cell [m]; mean number of objects in one, and the share with none
+    """
+
+    grids: Grids
+    chance: np.ndarray
+    reach: np.ndarray
+    high: np.ndarray
+    low: float
+    top: float
+    cell: float
+    mean: float
+    none: float
+
+
+def stand_field(
+    tables: Sequence[StickTable], densities: Reals, cell: float | None = None
+) -> StandField:
+    """A stand of prototypes with densities (p,) [1/m²]; stands of one number are alike in what
+    stands where if their cells and densities are. No ``cell`` may be smaller than what reaches
+    furthest, which is what it is by default, or room for one object."""
+    reach, low, high = np.array([_extent(table) for table in tables]).T
+    density, furthest = float(densities.sum()), float(reach.max())
+    side = max(furthest, 1 / math.sqrt(density)) if cell is None else cell
+    assert side >= furthest, "a cell holds what stands in its middle"
+    return StandField(
+        grids_of(tables),
+        np.cumsum(densities) / density,
+        reach,
+        high,
+        float(low.min()),
+        float(high.max()),
+        side,
+        density * side**2,
+        math.exp(-density * side**2),
+    )
+
+
+def _extent(table: StickTable) -> tuple[float, float, float]:
+    """How far from its axis an object reaches, and its lowest and highest [m]."""
+    radius = np.maximum(table.start_radius, table.end_radius)
+    ends = ((each, radius) for each in (table.start, table.end))
+    rows = [(np.hypot(p[:, 0], p[:, 1]) + r, p[:, 2] - r, p[:, 2] + r) for p, r in ends]
+    away, low, high = (np.concatenate(each) for each in zip(*rows, strict=True))
+    return float(away.max()), float(low.min()), float(high.max())
+
+
+@njit(cache=True)
+def meet_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
+    """How far a line goes until it meets a stick of a stand of this number, which stick of all of
+    the prototypes', and the outward normal there (3,); NOTHING, −1 and 0 if it meets none."""
+    begin, end = 0.0, math.inf
+    if v[2] != 0.0:
+        one, two = (stand.low - origin[2]) / v[2], (stand.top - origin[2]) / v[2]
+        begin, end = max(begin, min(one, two)), max(one, two)
+    elif not stand.low <= origin[2] <= stand.top:
+        end = -1.0
+    nearest, row, normal = NOTHING, -1, np.zeros(3)
+    if begin >= end:
+        return nearest, row, normal
+    cell, step = np.empty(2, np.int64), np.empty(2, np.int64)
+    next_t, delta = np.full(2, math.inf), np.full(2, math.inf)
+    for c in range(2):
+        at = origin[c] + begin * v[c]
+        cell[c] = math.floor(at / stand.cell)
+        step[c] = 1 if v[c] > 0 else -1
+        if v[c] != 0.0:
+            edge = (cell[c] + (1 if v[c] > 0 else 0)) * stand.cell
+            next_t[c], delta[c] = begin + (edge - at) / v[c], stand.cell / abs(v[c])
+    # What stands in the neighbours of a cell may reach into it, and nothing from further off.
+    low_x, high_x, low_y, high_y = cell[0] - 1, cell[0] + 1, cell[1] - 1, cell[1] + 1
+    while True:
+        for x in range(low_x, high_x + 1):
+            for y in range(low_y, high_y + 1):
+                nearest, row = _met_in(stand, number, x, y, origin, v, nearest, row, normal)
+        axis = 0 if next_t[0] < next_t[1] else 1
+        if min(nearest, end) <= next_t[axis]:
+            return nearest, row, normal
+        cell[axis] += step[axis]
+        next_t[axis] += delta[axis]
+        low_x, high_x, low_y, high_y = cell[0] - 1, cell[0] + 1, cell[1] - 1, cell[1] + 1
+        if axis == 0:
+            low_x = high_x = cell[0] + step[0]
+        else:
+            low_y = high_y = cell[1] + step[1]
+
+
+@njit(cache=True)
+def _met_in(stand, number, x, y, origin, v, nearest, row, normal):  # type: ignore[no-untyped-def]
+    """What of the objects in a cell is met before ``nearest``, or else what was; ``normal`` is
+    written to."""
+    bits = lattice_bits(lattice_bits(_SEED, number, 0), x, y)
+    for each in range(_count(stand, unit(bits))):
+        px = (x + unit(lattice_bits(bits, each, 0))) * stand.cell
+        py = (y + unit(lattice_bits(bits, each, 1))) * stand.cell
+        u = unit(lattice_bits(bits, each, 2))
+        which = min(np.searchsorted(stand.chance, u, side="right"), len(stand.reach) - 1)
+        dx, dy = origin[0] - px, origin[1] - py
+        begin, end = _within(dx, dy, v, stand.reach[which])
+        lowest = origin[2] + (begin if v[2] > 0 else end) * v[2]
+        if begin >= min(end, nearest) or lowest > stand.high[which]:
+            continue
+        turn = 2 * math.pi * unit(lattice_bits(bits, each, 3))
+        cos, sin = math.cos(turn), math.sin(turn)
+        own = cos * dx + sin * dy, cos * dy - sin * dx, origin[2]
+        way = cos * v[0] + sin * v[1], cos * v[1] - sin * v[0], v[2]
+        t, stick = meet(stand.grids, which, own, way, nearest)
+        if stick >= 0:
+            nearest, row = t, stick
+            there = own[0] + t * way[0], own[1] + t * way[1], own[2] + t * way[2]
+            a, b, normal[2] = normal_at(stand.grids.sticks[stick], there)
+            normal[0], normal[1] = cos * a - sin * b, sin * a + cos * b
+    return nearest, row
+
+
+@njit(cache=True, inline="always")
+def _within(dx, dy, v, reach):  # type: ignore[no-untyped-def]
+    """Where a line that begins (dx, dy) from an axis is ahead within reach of it; an end before the
+    beginning if nowhere."""
+    across, along = v[0] * v[0] + v[1] * v[1], dx * v[0] + dy * v[1]
+    apart = dx * dx + dy * dy - reach * reach
+    if across == 0.0:
+        return 0.0, math.inf if apart <= 0 else -1.0
+    square = along * along - across * apart
+    if square <= 0:
+        return 0.0, -1.0
+    root = math.sqrt(square)
+    return max((-along - root) / across, 0.0), (root - along) / across
+
+
+@njit(cache=True, inline="always")
+def _count(stand, u):  # type: ignore[no-untyped-def]
+    """How many objects stand in a cell: the first n where u is below Poisson's Σ mᵏ·exp(−m)/k!."""
+    term, below, n = stand.none, stand.none, 0
+    while u >= below and term > 0.0:
+        n += 1
+        term *= stand.mean / n
+        below += term
+    return n

@@ -1,0 +1,73 @@
+"""The species of a field as a turbid medium: outlines by height, and their mean colour."""
+
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Reals
+from lod.canopy import BARE, Canopy
+from scenes.far_cover.stand_appearance import Kind, bare_of
+from scenes.field import Species
+from scenes.stick_raster import areas_of_parts
+from scenes.stick_table import StickTable
+
+STEPS = 6
+"""Up to the top of what stands, thinner below, where eyes are."""
+
+_SIDES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def canopy_of(species: tuple[Species, ...]) -> Canopy:
+    """What a field of these species is to the light in the air."""
+    return _canopy(tuple((each.prototypes, each.density) for each in species))
+
+
+@lru_cache(maxsize=4)
+def _canopy(kinds: tuple[Kind, ...]) -> Canopy:
+    if not kinds:
+        return BARE
+    bare = [([bare_of(each) for each in prototypes], density) for prototypes, density in kinds]
+    top = max(float(_tops(table).max()) for tables, _ in bare for table, _ in tables)
+    height = top * np.linspace(0, 1, STEPS + 1) ** 2
+    depth, sent, weight = np.zeros(STEPS), np.zeros(3), 0.0
+    for tables, density in bare:
+        for table, tints in tables:
+            outline = density / len(tables) * outlines_between(table, height)
+            depth += outline
+            sent += outline.sum() * _mean_tint(table, tints)
+            weight += outline.sum()
+    return Canopy(height, depth, sent / weight)
+
+
+def outlines_between(
+    table: StickTable, height: Float64[np.ndarray, " n_plus_1"]
+) -> Float64[np.ndarray, " n"]:
+    """What each layer of height adds to the outline of an object seen from its sides [m²]; they add
+    up to the whole outline. A stick counts where its middle is."""
+    middle = (table.start[:, 2] + table.end[:, 2]) / 2
+    below = [0.0]
+    for top in height[1:-1]:
+        below.append(_outline(table, middle < top))
+    below.append(_outline(table, np.ones(len(middle), np.bool_)))
+    return np.maximum(np.diff(below), 0.0)
+
+
+def _outline(table: StickTable, rows: np.ndarray) -> float:
+    count = int(rows.sum())
+    if not count:
+        return 0.0
+    columns = (table.start, table.end, table.start_radius, table.end_radius, table.tint)
+    one = StickTable(np.array((0, count)), *(each[rows] for each in columns))
+    return float(areas_of_parts(one, _SIDES)[0].mean())
+
+
+def _tops(table: StickTable) -> Reals:
+    return np.maximum(table.start[:, 2] + table.start_radius, table.end[:, 2] + table.end_radius)
+
+
+def _mean_tint(table: StickTable, tints: np.ndarray) -> Float64[np.ndarray, " 3"]:
+    """By the area that each stick shows, whatever stands before it."""
+    radius = (table.start_radius + table.end_radius) / 2
+    area = radius * (np.linalg.norm(table.end - table.start, axis=1) + radius)
+    return (tints[table.tint] * area[:, None]).sum(axis=0) / area.sum()

@@ -1,0 +1,1 @@
+"""The animals, and a windmill."""

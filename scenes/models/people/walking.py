@@ -1,0 +1,116 @@
+"""How people walk: one style a person.
+
+Joint and foot angles after Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter,
+"Biomechanics and Motor Control of Human Movement" (4th ed. 2009): the foot lands 20° toes up, is
+flat by 10 % of the cycle, lifts its heel at 38 % and leaves at 62 % of it about 60° toes down;
+the pelvis turns 5° and lists 3° to each side, the chest turns against it, the head stays. Arms
+swing against the legs.
+"""
+
+import numpy as np
+
+from scenes.gait import Gait, Wave, walking
+from scenes.gait_feet import Leg
+from scenes.models.people.skeleton import TOES
+from scenes.rig_prototype import RiggedPrototype
+
+FOOT = (
+    (0.0, 20.0),
+    (0.09, 0.0),
+    (0.30, 0.0),
+    (0.42, -13.0),
+    (0.50, -28.0),
+    (0.62, -60.0),
+    (0.66, -62.0),
+    (0.75, -35.0),
+    (0.86, 2.0),
+    (0.96, 20.0),
+)
+"""Degrees of the foot to the ground by phase after landing, toes up above 0."""
+
+_LEG = Leg(
+    ahead=-0.09,
+    hip="hip",
+    knee="knee",
+    ankle="ankle",
+    toes=tuple(f"{toe} toe" for toe in TOES),
+    pitch=FOOT,
+    spread=0.055,
+    turnout=6.0,
+    clearance=0.045,
+)
+
+
+def walk(
+    froude: float = 0.22,
+    swing: float = 20.0,
+    elbow: float = 24.0,
+    lean: float = 2.0,
+    spread: float = 0.055,
+    nod: float = 0.0,
+) -> Gait:
+    """A person's walk. ``swing``: of the arms to each side; ``elbow``, ``lean``, ``nod``: how
+    bent [degrees].
+    """
+    leg = Leg(**{**vars(_LEG), "spread": spread})
+    return Gait(
+        legs=(leg,),
+        waves=_waves(swing, elbow, lean, nod),
+        duty=0.62,
+        froude=froude,
+        tilts=True,
+    )
+
+
+def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, ...]:
+    x, y, z = range(3)
+    return (
+        Wave("", y, 0.016, peak=0.31),  # over the foot that stands
+        Wave("", z, 0.024, cycles=2, peak=0.50),  # highest in mid-stance
+        Wave("pelvis", z, -5.0, peak=0.02),
+        Wave("pelvis", x, 3.0, peak=0.20),
+        Wave("pelvis", y, 0.0, mean=lean),
+        Wave("waist", z, 5.0, peak=0.02),
+        Wave("waist", x, -2.0, peak=0.20),
+        Wave("chest", z, 4.0, peak=0.02),
+        Wave("chest", x, -1.5, peak=0.20),
+        Wave("chest", y, 0.0, mean=lean),
+        Wave("neck", z, -2.0, peak=0.02),
+        Wave("neck", y, 0.0, mean=nod - lean),
+        Wave("head", z, -2.0, peak=0.02),
+        Wave("head", x, 0.5, peak=0.20),
+        Wave("head", y, 1.0, cycles=2, peak=0.50, mean=nod - lean),
+        Wave("shoulder", y, swing, peak=0.02, mean=4.0),
+        Wave("shoulder", x, 0.0, mean=7.0),
+        Wave("elbow", y, -0.5 * elbow, peak=0.55, mean=-elbow),
+        Wave("wrist", x, 3.0, peak=0.1, mean=-6.0),
+    )
+
+
+def style(rng: np.random.Generator, child: bool = False) -> Gait:
+    """One person's own walk: pace, arms, bearing.
+
+    This is the longest stride of all who walk in this style; theirs (``patrol.paces``) have 0.74 of
+    its Froude number on average. People out walking are then near Froude 0.21 or 1.35 m/s: adults
+    up to 69 years choose 1.24 (women over 60) to 1.43 m/s (men in their forties; Bohannon &
+    Andrews, "Normal walking speed: a descriptive meta-analysis", Physiotherapy 97:182, 2011).
+    """
+    return walk(
+        froude=float(np.clip(rng.normal(0.28, 0.04), 0.18, 0.36)),
+        swing=float(rng.uniform(12.0, 26.0) * (1.15 if child else 1.0)),
+        elbow=float(rng.uniform(12.0, 34.0)),
+        lean=float(rng.uniform(0.5, 3.5)),
+        spread=float(rng.uniform(0.04, 0.075)),
+        nod=float(rng.uniform(-3.0, 6.0)),
+    )
+
+
+def walkers(people: tuple[RiggedPrototype, ...], seed: int) -> tuple[RiggedPrototype, ...]:
+    """The same people, each walking in a way of their own; the k-th depends on the seed and k
+    only.
+    """
+    styles = (
+        style(np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0x3A17, k)))))
+        for k in range(len(people))
+    )
+    return tuple(walking(who, gait) for who, gait in zip(people, styles, strict=True))

@@ -1,0 +1,1 @@
+"""Branching trees: growth, leaf appearances, sway."""

@@ -1,0 +1,202 @@
+"""How a tree grows: trunk, limbs, branches, twigs and leaves, level by level.
+
+After Weber & Penn (SIGGRAPH 1995): equations for lengths, radii, flare and placement are theirs,
+cited by section; tropism and random bending are simplified to a turn per segment. All branches of
+a level grow at once.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import Ints, Points, Reals
+from scenes.models.trees.species import BranchLevel, Foliage, TreeSpecies
+
+STEEPEST = -0.3
+"""How far down a branch may set out, as the z of its direction: what hangs lower finds no light."""
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """All branches of one level.
+
+    parent (n,) row in the level before; −1 for the trunk
+    nodes (n, s + 1, 3) the chain; radii (n, s + 1) [m]; length (n,) [m]
+    """
+
+    parent: np.ndarray
+    nodes: np.ndarray
+    radii: np.ndarray
+    length: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.parent)
+
+
+@dataclass(frozen=True, eq=False)
+class Leaves:
+    """Leaves of all twigs: each one's twig (k,), which rises, its two ends (k, 3) and radii (k,)
+    [m].
+    """
+
+    twig: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    start_radius: np.ndarray
+    end_radius: np.ndarray
+
+
+def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches], Leaves]:
+    """A tree standing at the origin: trunk and levels of branches, and its leaves, if any."""
+    levels = [_trunk(species, rng)]
+    for number, level in enumerate(species.levels):
+        shape = species.shape if number == 0 else None
+        levels.append(_children(levels[-1], level, shape, species, rng))
+    if species.foliage is None:
+        nothing = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
+        return levels, Leaves(np.zeros(0, np.int64), *nothing)
+    return levels, _leaves(levels[-1], species.foliage, rng)
+
+
+def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
+    mean, spread = species.height
+    height = mean + spread * float(np.clip(rng.normal(), -2, 2))
+    length, segments = species.trunk * height, 7
+    up = np.array([[0.0, 0.0, 1.0]])
+    nodes = _chain(
+        np.zeros((1, 3)), up, np.array([length]), segments, 0.15, species.trunk_wander, rng
+    )
+    z = np.linspace(0, 1, segments + 1)
+    # §4.4: a linear taper, and near the ground a flare that falls off exponentially.
+    flare = 1 + species.flare * (100.0 ** np.maximum(0, 1 - 8 * z) - 1) / 100
+    radii = species.radius * height * (1 - species.taper * z) * flare
+    foot = nodes[:, :1] - (0.0, 0.0, species.below)
+    nodes = np.concatenate((foot, nodes), axis=1)
+    radii = np.concatenate(([radii[0] * 1.08], radii))[None]
+    return Branches(np.array([-1]), nodes, radii, np.array([length]))
+
+
+def _children(
+    parents: Branches,
+    level: BranchLevel,
+    shape: tuple[tuple[float, float], ...] | None,
+    species: TreeSpecies,
+    rng: np.random.Generator,
+) -> Branches:
+    """§4.3: the branches of one level, spread along and around their parents."""
+    parent, along, around = _places(parents, level, rng)
+    base, heading, radius = _at(parents, parent, along)
+    down = level.down_base + (level.down_tip - level.down_base) * along
+    down = np.radians(down + level.spread * rng.normal(size=len(parent)))
+    side, other = _across(heading)
+    outward = np.cos(around)[:, None] * side + np.sin(around)[:, None] * other
+    start = np.cos(down)[:, None] * heading + np.sin(down)[:, None] * outward
+    start[:, 2] = np.maximum(start[:, 2], STEEPEST)
+    start = _unit(start)
+    if shape is None:
+        share = 1 - level.fade * along
+    else:
+        crown = (along - level.first) / (1 - level.first)
+        height, limb = np.array(shape).T
+        share = np.interp(crown, height, limb)
+    length = level.length * share * parents.length[parent] * rng.uniform(0.94, 1.06, len(parent))
+    snapped = rng.random(len(parent)) < species.broken
+    length *= np.where(snapped, rng.uniform(0.25, 0.7, len(parent)), 1.0)
+    nodes = _chain(base, start, length, level.segments, level.lift, level.wander, rng)
+    # §4.4: radius by the ratio of lengths, never thicker than what bears it.
+    thick = (length / parents.length[parent]) ** level.slender * parents.radii[
+        parent, _skip(parents)
+    ]
+    thick = np.maximum(np.minimum(thick, 0.85 * radius), species.thinnest)
+    tip = np.where(snapped, 0.75, 0.35)[:, None]
+    taper = 1 - (1 - tip) * np.linspace(0, 1, level.segments + 1)
+    radii = np.maximum(thick[:, None] * taper, species.thinnest)
+    return Branches(parent, nodes, radii, length)
+
+
+def _places(
+    parents: Branches, level: BranchLevel, rng: np.random.Generator
+) -> tuple[Ints, Reals, Reals]:
+    """Parent of each child, how far along it stands, and at which angle around it [rad]."""
+    # §4.3: short parents bear fewer children.
+    mean = level.count * (0.25 + 0.75 * parents.length / parents.length.max())
+    count = np.maximum(2, np.floor(mean + rng.random(len(parents)))).astype(np.int64)
+    parent = np.repeat(np.arange(len(parents)), count)
+    number = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
+    step = (number + 0.5 + 0.35 * rng.uniform(-1, 1, len(parent))) / count[parent]
+    along = level.first + (0.99 - level.first) * step
+    if level.turn < 0:  # on either side in turn, level
+        around = 180.0 * (number % 2)
+    else:
+        around = rng.uniform(0, 360, len(parents))[parent] + level.turn * number
+    return parent, along, np.radians(around + level.spread * rng.normal(size=len(parent)))
+
+
+def _at(parents: Branches, parent: Ints, along: Reals) -> tuple[Points, Points, Reals]:
+    """Point, direction and radius at a share of each parent's length above its base."""
+    nodes, radii = parents.nodes[:, _skip(parents) :], parents.radii[:, _skip(parents) :]
+    segments = nodes.shape[1] - 1
+    segment = np.minimum((along * segments).astype(np.int64), segments - 1)
+    rest = along * segments - segment
+    a, b = nodes[parent, segment], nodes[parent, segment + 1]
+    radius = (1 - rest) * radii[parent, segment] + rest * radii[parent, segment + 1]
+    return a + rest[:, None] * (b - a), _unit(b - a), radius
+
+
+def _skip(branches: Branches) -> int:
+    """The trunk's first stick is under the ground."""
+    return 1 if branches.parent[0] == -1 else 0
+
+
+def _chain(
+    base: Points,
+    heading: Points,
+    length: Reals,
+    segments: int,
+    lift: float,
+    wander: float,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Chains of equal steps that turn up by ``lift`` and at random by ``wander``, (n, s + 1, 3)."""
+    nodes = np.empty((len(base), segments + 1, 3))
+    nodes[:, 0] = base
+    for k in range(segments):
+        bend = np.radians(wander) * rng.normal(size=heading.shape)
+        bend[:, 2] += lift / segments
+        heading = _unit(heading + bend) if k else heading
+        nodes[:, k + 1] = nodes[:, k] + heading * (length / segments)[:, None]
+    return nodes
+
+
+def _leaves(twigs: Branches, f: Foliage, rng: np.random.Generator) -> Leaves:
+    """Leaves along the outer part of each twig, standing off it, turned to the light."""
+    share = twigs.length / twigs.length.max()
+    count = np.maximum(3, np.rint(f.leaves * np.sqrt(share))).astype(np.int64)
+    twig = np.repeat(np.arange(len(twigs)), count)
+    n = len(twig)
+    number = np.arange(n) - np.repeat(np.cumsum(count) - count, count)
+    step = (number + 0.5) / count[twig]
+    along = np.clip(0.10 + 0.95 * step + 0.06 * rng.normal(size=n), 0, 1)
+    point, heading, _ = _at(twigs, twig, along)
+    side, other = _across(heading)
+    turn, loose = (180.0, 12.0) if f.flat else (137.5, 40.0)
+    around = np.radians(turn * number + loose * rng.normal(size=n))
+    outward = np.cos(around)[:, None] * side + np.sin(around)[:, None] * other
+    pointing = outward + f.ahead * heading + (0.15 if f.flat else 0.35) * rng.normal(size=(n, 3))
+    pointing[:, 2] += f.upturn
+    pointing = _unit(pointing)
+    size = rng.uniform(0.75, 1.25, n)
+    start = point + f.scatter * rng.uniform(0.2, 1.0, n)[:, None] * outward
+    end = start + pointing * (f.length * size)[:, None]
+    return Leaves(twig, start, end, f.wide * size, f.narrow * size)
+
+
+def _across(heading: Points) -> tuple[Points, Points]:
+    """Two unit vectors across each heading; the first is level, but for upright headings."""
+    upright = np.abs(heading[:, 2:]) > 0.999
+    side = _unit(np.cross(np.where(upright, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), heading))
+    return side, _unit(np.cross(heading, side))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.sqrt((vectors**2).sum(axis=-1, keepdims=True))

@@ -1,0 +1,198 @@
+"""Trees in the wind: trunk and limbs bend a little, slowly, each tree in its own way and phase.
+
+The trunk bends at three joints, and each limb turns at its base with all that it bears; branches,
+twigs and leaves ride on their limb. Angles are sums of a few harmonics of one long cycle, so that a
+tree sways evenly and comes back to where it began. Drag grows as the square of the wind's speed,
+and so do the angles; the amounts are chosen by eye. Without wind there are no joints at all.
+
+How far anything can get is bounded in closed form. A turn by angle a about a joint moves a point r
+from it by 2·r·sin(a/2); turns of joints further down carry that along unchanged. So what rides on
+joints j of a chain moves, as seen from anything above them, at most Σⱼ 2·rⱼ·sin(aⱼ/2), rⱼ as the
+tree stands. Only R and B of the whole tree, and the separation of limbs from it, are more than
+those of the tree that stands still: all else rides on one joint with its whole, P included, for
+the tree from afar leans as one.
+"""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from lod.arrays import Ints, Points, Reals
+from lod.hierarchy import Hierarchy
+from scenes.models.trees.species import TreeSpecies
+from scenes.models.trees.tree import tree_prototypes
+from scenes.prototype import Prototype
+from scenes.rig import Rig, RiggedSticks
+from scenes.rig_motion import Motion, key_phases
+from scenes.rig_prototype import RiggedPrototype
+from scenes.rig_turns import turns_of
+from scenes.stick_table import StickTable
+
+TRUNK_DEG, LIMB_DEG = 0.6, 2.5
+"""Most that a joint of the trunk, and a limb, turns about either level axis at GALE_M_S."""
+
+GALE_M_S = 10.0
+
+TRUNK_JOINTS = 3
+
+CYCLE_S = 20.0
+"""Of a tree 10 m high; goes with the root of the height, as of a pendulum."""
+
+TRUNK_BEATS, LIMB_BEATS = (4, 5, 7), (5, 6, 8, 11)
+"""Harmonics of the cycle: a trunk 10 m high sways at 0.2 to 0.35 Hz, its limbs up to 0.55 Hz."""
+
+KEYS = 256
+
+_STREAM = 0x5A7
+
+
+@lru_cache(maxsize=32)
+def swaying_trees(
+    seed: int, count: int, species: TreeSpecies, season: str, wind: float
+) -> tuple[RiggedPrototype, ...]:
+    """The trees of ``tree_prototypes`` in a wind of that speed [m/s]."""
+    trees = tree_prototypes(seed, count, species, season)
+    seeds = (np.random.SeedSequence((seed, _STREAM, k)) for k in range(count))
+    rngs = (np.random.Generator(np.random.Philox(each)) for each in seeds)
+    return tuple(swaying(tree, wind, rng) for tree, rng in zip(trees, rngs, strict=True))
+
+
+def swaying(tree: Prototype, wind: float, rng: np.random.Generator) -> RiggedPrototype:
+    """A tree whose trunk and limbs sway in a wind of that speed [m/s]."""
+    h = tree.hierarchy
+    limbs = np.flatnonzero(h.level == 1)
+    at = np.concatenate((_trunk_nodes(tree), h.position[limbs]))
+    parent = _parents(at)
+    joint = _joints_of_parts(h)
+    inner = _rigged(tree.inner, joint, at, bends=True)
+    leaf = _rigged(tree.leaf, joint, at, bends=False)
+    most = np.where(np.arange(len(at)) < TRUNK_JOINTS, TRUNK_DEG, LIMB_DEG)
+    rig = _rig(at, parent, most * (wind / GALE_M_S) ** 2)
+    place = h.position - at[joint]
+    still_there = replace(h, **_reaches(tree, rig, at))
+    motion = _motion(rig, float(h.position[:, 2].max()), rng)
+    return RiggedPrototype(
+        tree.name, rig, joint, still_there, inner, leaf, tree.tints, motion, place, tree.minds
+    )
+
+
+def _trunk_nodes(tree: Prototype) -> Points:
+    """Where the trunk bends: evenly along it, from its foot on the ground up."""
+    trunk = tree.inner.start[1 : tree.inner.first[1]]  # its first stick is under the ground
+    return trunk[np.arange(TRUNK_JOINTS) * len(trunk) // TRUNK_JOINTS]
+
+
+def _parents(at: Points) -> Ints:
+    """The joint below: of a limb the highest of the trunk's that is no higher than it."""
+    trunk = at[:TRUNK_JOINTS, 2]
+    below = np.searchsorted(trunk, at[TRUNK_JOINTS:, 2] + 1e-9) - 1
+    return np.concatenate((np.arange(TRUNK_JOINTS) - 1, np.maximum(below, 0)))
+
+
+def _joints_of_parts(h: Hierarchy) -> Ints:
+    """The joint that each part rides on: of the whole tree the trunk's first."""
+    joint, limbs = np.zeros(len(h), np.int64), np.flatnonzero(h.level == 1)
+    joint[limbs] = TRUNK_JOINTS + np.arange(len(limbs))
+    for level in range(2, int(h.level.max()) + 1):
+        rows = np.flatnonzero(h.level == level)
+        joint[rows] = joint[h.whole[rows]]
+    return joint
+
+
+def _rigged(table: StickTable, joint: np.ndarray, at: np.ndarray, bends: bool) -> RiggedSticks:
+    """Sticks on the joints of their parts, joint (n,), which are at (j, 3). If the trunk bends,
+    each of its ends rides on the joint below.
+    """
+    ends = []
+    for points in (table.start, table.end):
+        on = joint[table.owner]
+        if bends:
+            trunk, heights = table.owner == 0, at[:TRUNK_JOINTS, 2]
+            on[trunk] = np.maximum(np.searchsorted(heights, points[trunk, 2] - 1e-9) - 1, 0)
+        ends.append((points - at[on], on))
+    (start, start_joint), (end, end_joint) = ends
+    radii = table.start_radius, table.end_radius
+    return RiggedSticks(table.first, start, end, *radii, table.tint, start_joint, end_joint)
+
+
+def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
+    offset = at - np.where((parent >= 0)[:, None], at[parent], 0.0)
+    high = np.stack((most_deg, most_deg, np.zeros(len(at))), axis=1)
+    names = [f"trunk {k}" for k in range(TRUNK_JOINTS)]
+    names += [f"limb {k}" for k in range(len(at) - TRUNK_JOINTS)]
+    rest = turns_of(np.zeros((len(at), 3)))
+    return Rig(tuple(names), parent, offset, rest, -high, high, np.zeros(3), np.zeros(3))
+
+
+def _reaches(tree: Prototype, rig: Rig, at: Points) -> dict[str, np.ndarray]:
+    """R, B and separation for every pose: more only where a limb or the trunk's top is seen from
+    the foot.
+    """
+    h = tree.hierarchy
+    limbs = np.flatnonzero(h.level == 1)
+    moves = _moves(rig)
+    direct = np.zeros(len(h), bool)
+    direct[0] = direct[limbs] = True
+    reach, joint = 0.0, _joints_of_parts(h)
+    for table in (tree.inner, tree.leaf):
+        rows = np.flatnonzero(direct[table.owner])
+        for points, radii in ((table.start, table.start_radius), (table.end, table.end_radius)):
+            on = np.where(table.owner[rows] == 0, TRUNK_JOINTS - 1, joint[table.owner[rows]])
+            far = _farthest(points[rows], on, rig.parent, at, moves) + radii[rows]
+            reach = max(reach, float(far.max()))
+    separation, R, B = h.separation.copy(), h.R.copy(), h.B.copy()
+    separation[limbs] = _farthest(h.position[limbs], joint[limbs], rig.parent, at, moves)
+    R[0] = max(R[0], reach)
+    B[0] = max(B[0], reach, float((separation[limbs] + B[limbs]).max()))
+    return {"R": R, "B": B, "separation": separation}
+
+
+def _moves(rig: Rig) -> Reals:
+    """2·sin(a/2) for the largest turn of each joint, (j,): about x and y together, by the limits.
+
+    Ry·Rx turns by a, cos(a/2) = cos(x/2)·cos(y/2).
+    """
+    cosine = np.cos(np.radians(rig.high[:, 0]) / 2) * np.cos(np.radians(rig.high[:, 1]) / 2)
+    return 2 * np.sqrt(1 - cosine**2)
+
+
+def _farthest(
+    points: Points, on: Ints, parent: np.ndarray, at: np.ndarray, moves: np.ndarray
+) -> Reals:
+    """Farthest that points (n, 3) riding on joints (n,) can be from the tree's foot, (n,) [m]."""
+    far, joint = np.linalg.norm(points - at[0], axis=1), on.copy()
+    while (joint > 0).any():  # joint 0 is the foot itself
+        up = joint > 0
+        arm = np.linalg.norm(points - at[joint], axis=1)
+        far[up] += (moves[joint] * arm)[up]
+        joint[up] = parent[joint[up]]
+    return far
+
+
+def _motion(rig: Rig, height: float, rng: np.random.Generator) -> Motion:
+    """One cycle: every joint about an axis of its own, most of it along the tree's."""
+    heading = rng.uniform(0, 2 * np.pi)
+    degrees = np.zeros((KEYS, len(rig), 3))
+    trunk = _wave(TRUNK_BEATS, rng), _wave(TRUNK_BEATS, rng)
+    for j, most in enumerate(rig.high[:, 0]):
+        way, waves = heading, trunk
+        if j >= TRUNK_JOINTS:
+            way = heading + 0.6 * rng.normal()
+            waves = _wave(LIMB_BEATS, rng), _wave(LIMB_BEATS, rng)
+        main, cross = waves[0], 0.4 * waves[1]
+        about = (
+            math.cos(way) * main - math.sin(way) * cross,
+            math.sin(way) * main + math.cos(way) * cross,
+        )
+        degrees[:, j, :2] = np.stack(about, axis=1) * most / math.hypot(1.0, 0.4)
+    return Motion(turns_of(degrees), np.zeros((KEYS, 3)), 0.0, CYCLE_S * math.sqrt(height / 10.0))
+
+
+def _wave(beats: tuple[int, ...], rng: np.random.Generator) -> Reals:
+    """A sum of harmonics within ±1, lower ones stronger, (K,)."""
+    weight = rng.uniform(0.5, 1.0, len(beats)) / np.array(beats)
+    phase = rng.random(len(beats))
+    turns = key_phases(KEYS)[:, None] * np.array(beats) + phase
+    return np.asarray(np.sin(2 * np.pi * turns) @ weight / weight.sum())

@@ -1,0 +1,1 @@
+"""Plumes of particles: smoke and flames."""

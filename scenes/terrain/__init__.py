@@ -1,0 +1,1 @@
+"""Fractal ground: relief, quadtree, mesh, colour."""

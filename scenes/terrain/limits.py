@@ -1,0 +1,64 @@
+"""How near the ground must be for its next finer tiles: P and R of each level, and their limits.
+
+For a tile of spacing s (DESIGN §1):
+
+    P  √(width × amplitude) of the bumps that this spacing adds: half their wavelength, which is s,
+       × their height: RMS, or of ridged relief its crests'
+    R  the height that the still shorter octaves, left to the tile's own parts, rarely exceed
+
+R is no hard bound: all crests of all octaves in one place would make one 2 to 3 times as high,
+which steep ground pays for with three times the triangles and no better a skyline
+(``bench.studies.terrain_skyline``).
+Both are the bumps' own, not the tile's, so the cut does not depend on how many quads a tile has.
+"""
+
+import math
+
+import numpy as np
+
+from lod.arrays import Reals
+from lod.metric import blake
+from lod.sight import seen_limits
+from lod.view import View
+from scenes.part_contrast import GROUND_CONTRAST
+from scenes.terrain.relief import Relief
+
+FULL_DETAIL_PX = 0.5
+"""Metric ``full`` asks for everything, and all the relief out to the reach is more than memory can
+hold: there the ground is cut by ``blake`` at half a pixel, whatever the detail of the view."""
+
+
+def sizes(relief: Relief, spacings: Reals) -> tuple[Reals, Reals]:
+    """P and R of the tiles of each level, by the spacing of their mesh [m]."""
+    wavelength = np.minimum(2 * spacings, relief.wavelength)
+    rms = np.array([relief.rms_between(w, 2 * w) for w in wavelength.tolist()])
+    R = relief.likely_below(wavelength)
+    return np.sqrt(wavelength / 2 * relief.bump * rms), R
+
+
+SUN_RAD = math.radians(0.533)
+"""Width of the sun's disc. Ground out of view is seen by its shadow, which that disc blurs by this
+angle from where it falls: nothing finer can be told from there."""
+
+
+def limits(P: Reals, R: Reals, view: View) -> tuple[Reals, Reals, Reals]:
+    """Limit distance of the tiles of each level: in view, hidden in it, and out of it [m].
+
+    None grows with the level. Through air and eye as of every part, by the ground's own class of
+    contrast. Those of the first level have none.
+    """
+    if view.metric.finite:
+        limit, m, m_hidden = view.metric.limit, view.m, view.m_offscreen
+    else:
+        limit, m = blake, FULL_DETAIL_PX * view.camera.pixel_angle
+        m_hidden = m / view.offscreen_detail
+    angles = m, m_hidden, max(m_hidden, SUN_RAD)
+    found = np.stack([limit(P, R, angle) for angle in angles])
+    if view.sight is not None and view.metric.finite:
+        contrast = np.full(len(P), GROUND_CONTRAST)
+        pairs = zip(found, angles, strict=True)
+        found = np.stack([seen_limits(view.sight, D, contrast, angle) for D, angle in pairs])
+    found[2] *= not view.metric.along_axis
+    found[:, 0] = np.inf
+    inside, hidden, outside = np.minimum.accumulate(found, axis=1)
+    return inside, hidden, outside

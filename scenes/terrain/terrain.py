@@ -1,0 +1,278 @@
+"""The ground as an ordinary representation: fractal relief, finer where it is nearer.
+
+Parts are the tiles of a quadtree over the plane; refining a tile into its four quarters halves its
+spacing s and adds the relief of wavelength 2s. P and R are said in ``terrain_limits``;
+
+    d  to the nearest point of the tile's box
+    B  half the box's diagonal on the map + half its height: spheres about its centre that nest
+
+Tiles that nearer ground hides, and those whose box is beside the picture, are as coarse as what is
+out of view (``terrain_horizon``). Root tiles have no limit: the ground itself is never dropped,
+only its refinement. The Earth is flat here.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints, Points, Reals, frozen
+from lod.camera import Corner
+from lod.errors import InputError
+from lod.parts import Look, Parts, Triangles
+from lod.view import View
+from scenes.terrain.colour import COVERS
+from scenes.terrain.horizon import Horizon, beside, horizon
+from scenes.terrain.limits import limits, sizes
+from scenes.terrain.mesh import QUADS
+from scenes.terrain.point_cache import Shelf
+from scenes.terrain.quadtree import Squares, quarters_of, uncovered_quarters
+from scenes.terrain.relief import Relief
+from scenes.terrain.surface import NOTHING, Far, Ground, surface
+
+SAMPLES = 4
+"""Heights are looked up at SAMPLES² points of a tile to bound them."""
+
+MOST_TILES = 60_000
+"""Tiles examined on one level; beyond it a frame would need tens of millions of triangles."""
+
+
+@dataclass(frozen=True)
+class TileGrid:
+    """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m].
+
+    limits: limit distances of the tiles of each level, in view, hidden, and out of it [m]
+    horizon: what hides tiles; None: nothing
+    boxes: as ``Terrain.boxes``, whoever works them out
+    shelf: what is known of the ground's points; looks are the same without it
+    """
+
+    view: View
+    root_side: float
+    west: float
+    south: float
+    limits: tuple[Reals, Reals, Reals]
+    horizon: Horizon | None
+    boxes: "Boxed"
+    shelf: Shelf
+
+
+Boxed = Callable[[TileGrid, Squares, Reals, Reals], tuple[Points, Points, Reals]]
+"""Boxes of tiles of a grid, the ground of whose wholes is between two heights."""
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """Ground out to ``reach`` [m] from the eye.
+
+    amplitude, wavelength, hurst, ridged, lacunarity   of the relief (scenes.terrain.relief)
+    finest   spacing of the finest mesh [m], a power of two
+    cover    what lies on it, one of COVERS
+    far      what is too far to be displayed leaves on it; None: nothing
+    """
+
+    seed: int
+    amplitude: float
+    wavelength: float
+    hurst: float
+    reach: float
+    finest: float = 0.125
+    ridged: bool = False
+    lacunarity: float = 2.0
+    cover: str = "grassy"
+    name: str = "terrain"
+    far: Far | None = None
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.reach) and 16 <= self.reach <= 1e7):
+            raise InputError("terrain.reach", self.reach, "16 m to 1e7 m", "try 40000")
+        if not (2**-5 <= self.finest <= 1 and math.log2(self.finest).is_integer()):
+            raise InputError("terrain.finest", self.finest, "a power of two, 1/32 m to 1 m")
+        if self.cover not in COVERS:
+            raise InputError("terrain.cover", self.cover, f"one of {', '.join(COVERS)}")
+        _ = self.relief
+
+    @cached_property
+    def relief(self) -> Relief:
+        """The shape of the ground; raises InputError where its parameters make none."""
+        shape = self.amplitude, self.wavelength, self.hurst, self.ridged, self.lacunarity
+        return Relief(self.seed, *shape)
+
+    def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
+        """Height of the full relief above the datum at points ``xy`` from ``corner`` [m]."""
+        return self.relief.height(corner, xy)
+
+    def normal(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Points:
+        """Unit normals of the full relief."""
+        return self.relief.normal(corner, xy)
+
+    def bounds(self) -> tuple[float, float]:
+        """Heights that no point of the ground is beyond [m]."""
+        return self.relief.bounds()
+
+    def rise(self, radius: float) -> float:
+        """How much higher or lower the ground can be than at a point that far from it [m]."""
+        return self.relief.rise(radius)
+
+    @property
+    def root_exponent(self) -> int:
+        """log₂ of a root tile's side in metres: between a quarter and a half of the reach."""
+        return math.floor(math.log2(self.reach / 2))
+
+    @cached_property
+    def spacings(self) -> Reals:
+        """Spacing of the mesh of a tile of each level [m]."""
+        coarsest = self.root_exponent - round(math.log2(2 * QUADS))
+        finest = min(round(math.log2(self.finest)), coarsest)
+        return frozen(2.0 ** np.arange(coarsest, finest - 1, -1), np.float64)
+
+    def roots(self, view: View, boxes: Boxed | None = None, shelf: Shelf | None = None) -> Parts:
+        """The root tiles that the disc of radius ``reach`` about the eye touches.
+
+        boxes: where those of the tiles come from, at all levels; None: ``Terrain.boxes``
+        shelf: what is known of points from the frame before; None: nothing
+        """
+        corner, eye = view.camera.corner, view.camera.eye
+        side = 2.0**self.root_exponent
+        inset = np.array(corner.lattice(self.root_exponent)[2:])
+        first, last = (np.floor((eye[:2] + inset + s * self.reach) / side) for s in (-1, 1))
+        x, y = (g.ravel() for g in np.indices((last - first + 1).astype(np.int64)))
+        southwest = first * side - inset
+        corners = southwest + side * np.stack((x, y), axis=1)
+        away = np.clip(eye[:2], corners, corners + side) - eye[:2]
+        near = np.hypot(away[:, 0], away[:, 1]) <= self.reach
+        x, y, zero = x[near], y[near], np.zeros(np.count_nonzero(near), np.int64)
+        (west, south), limits = southwest.tolist(), self.limits(view)
+        over = horizon(self.relief, view, self.reach)
+        known = boxes or self.boxes, shelf or Shelf()
+        grid = TileGrid(view, side, west, south, limits, over, *known)
+        low, high = (np.full(len(x), bound) for bound in self.bounds())
+        hidden, rows = np.zeros(len(x), bool), np.arange(len(x))
+        return self._tiles(view, grid, (zero, x, y), rows, zero - 1, low, high, hidden)
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The four quarters of each tile. Raises InputError when memory would not hold them."""
+        rows = np.flatnonzero(parts.level < len(self.spacings) - 1)
+        if 4 * len(rows) > MOST_TILES:
+            rule = f"the ground of a view has at most {MOST_TILES} tiles a level"
+            raise InputError("detail", view.detail, rule, "raise --detail or lower --size")
+        tiles = quarters_of(parts.level[rows], *unpacked(parts.part[rows]))
+        whole = np.repeat(rows, 4)
+        z = parts.centre[whole, 2]
+        half = parts.bound[whole] - _flat_bound(parts.state, parts.level[whole])
+        hidden = parts.limit[whole] < parts.state.limits[0][parts.level[whole]]
+        roots = parts.object[whole]
+        return self._tiles(view, parts.state, tiles, roots, whole, z - half, z + half, hidden)
+
+    def _tiles(
+        self,
+        view: View,
+        grid: TileGrid,
+        tiles: Squares,
+        root: Ints,
+        whole: Ints,
+        lowest: Reals,
+        highest: Reals,
+        hidden: np.ndarray,
+    ) -> Parts:
+        """Tiles (level, x, y), the ground of whose wholes is between ``lowest`` and ``highest``.
+
+        Those of ``hidden`` wholes are hidden, (n,), and more may be.
+        """
+        level, x, y = tiles
+        low, high, top = grid.boxes(grid, tiles, lowest, highest)
+        likely = np.column_stack((high[:, :2], top + (self.far.highest if self.far else 0.0)))
+        hidden = hidden | beside(view, low, likely)
+        if grid.horizon is not None:
+            rows = np.flatnonzero(~hidden)
+            hidden[rows] = grid.horizon.hides(view, low[rows], likely[rows])
+        inside, behind, outside = grid.limits
+        return Parts(
+            position=_nearest(view, low, high),
+            centre=(low + high) / 2,
+            bound=_flat_bound(grid, level) + (high - low)[:, 2] / 2,
+            limit=np.where(hidden, behind[level], inside[level]),
+            limit_offscreen=outside[level],
+            level=level,
+            object=root,
+            part=(x << 32) | y,
+            whole=whole,
+            share=np.where(whole < 0, 1.0, 0.25),
+            state=grid,
+        )
+
+    def boxes(
+        self, grid: TileGrid, tiles: Squares, lowest: Reals, highest: Reals
+    ) -> tuple[Points, Points, Reals]:
+        """Boxes that hold the tiles, each inside its whole's, (n, 3) each, and the height that
+        their ground rarely exceeds, (n,) [m].
+
+        Their heights come from SAMPLES² points and how far the ground can leave those within the
+        squares about them.
+        """
+        level, x, y = tiles
+        side = grid.root_side / 2.0**level
+        west, south = grid.west + side * x, grid.south + side * y
+        xy, radius = samples_of(west, south, side)
+        low, high = self.relief.within(grid.view.camera.corner, xy, radius)
+        low, high = low.reshape(-1, SAMPLES**2), high.reshape(-1, SAMPLES**2)
+        middle = (low + high).max(axis=1) / 2
+        low = np.maximum(lowest, low.min(axis=1))
+        high = np.minimum(highest, high.max(axis=1))
+        top = np.minimum(high, middle + self.relief.likely_within(radius[:: SAMPLES**2]))
+        east, north = west + side, south + side
+        return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1), top
+
+    def limits(self, view: View) -> tuple[Reals, Reals, Reals]:
+        """Limit distance of the tiles of each level, in view, hidden and out of it [m]."""
+        return limits(*self.sizes(), view)
+
+    def sizes(self) -> tuple[Reals, Reals]:
+        """P and R of the tiles of each level [m]."""
+        return sizes(self.relief, self.spacings)
+
+    def appearance(self, parts: Parts, look: Look) -> Triangles:
+        """One watertight mesh of all tiles, each at its own spacing.
+
+        Where only some quarters of a tile are displayed, the tile itself draws the others. Ground
+        has no leaf appearance to share with: it moves from level to level (``terrain_look``).
+        """
+        if not len(parts):
+            return NOTHING
+        grid: TileGrid = parts.state
+        patches = uncovered_quarters(parts.level, *unpacked(parts.part))
+        ground = Ground(
+            grid.view, self.relief, self.spacings, grid.limits[0], COVERS[self.cover], self.far
+        )
+        unit = grid.root_side / 2.0**patches.deepest / QUADS
+        return surface(ground, patches, (grid.west, grid.south), unit, grid.shelf)
+
+
+def _flat_bound(grid: TileGrid, level: Ints) -> Reals:
+    """Half the diagonal of tiles, and a millionth more, so that rounding cannot un-nest spheres."""
+    return grid.root_side / 2.0**level * math.sqrt(0.5) * (1 + 1e-6)
+
+
+def samples_of(
+    west: Reals, south: Reals, side: Reals
+) -> tuple[Float64[np.ndarray, "s 2"], Float64[np.ndarray, " s"]]:
+    """SAMPLES² points of each square, and the radius of the circles about them that cover it."""
+    step = (np.indices((SAMPLES, SAMPLES)).reshape(2, -1) + 0.5) / SAMPLES
+    x, y = (v[:, None] + side[:, None] * s for v, s in zip((west, south), step, strict=True))
+    radius = np.repeat(side * math.sqrt(0.5) / SAMPLES, SAMPLES**2)
+    return np.stack((x.ravel(), y.ravel()), axis=1), radius
+
+
+def unpacked(part: Ints) -> tuple[Ints, Ints]:
+    """A tile's x and y, counted in its own sides from root (0, 0), from its number."""
+    return part >> 32, part & 0xFFFFFFFF
+
+
+def _nearest(view: View, low: Points, high: Points) -> Points:
+    """The point of each box nearest to the eye, or least deep where depth is what counts."""
+    if view.metric.along_axis:
+        return np.where(view.camera.forward >= 0, low, high)
+    return np.clip(view.camera.eye, low, high)
