@@ -11,11 +11,11 @@ from lod.budget import fitting_detail
 from lod.errors import InputError
 from lod.prune import prune
 from lod.view import View
-from scenes.preset import Preset
+from scenes.frame.frame_input import shoot
+from scenes.preset.load import Preset
 from scenes.render.memory import foretold
 from scenes.render.variants import choose
-from scenes.shot import shoot
-from scenes.world import World, build_world, view_at
+from scenes.world.world import World, build_world, view_at
 
 Need = Callable[[int, float], int]
 """What a frame needs at a detail [px], of what there is a budget of; it never grows with it."""

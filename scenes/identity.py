@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.prune import prune
-from scenes.preset import Preset
+from scenes.preset.load import Preset
 from scenes.render.describe import object_ids
-from scenes.world import World, view_at
+from scenes.world.world import World, view_at
 
 
 @dataclass(frozen=True)

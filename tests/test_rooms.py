@@ -187,7 +187,7 @@ def test_a_sound_house_is_left_alone(tmp_path):
 @pytest.mark.parametrize(
     ("file", "text", "says"),
     [
-        ("lod__a", "import scenes.field", "lod imports scenes"),
+        ("lod__a", "import scenes.field.species_field", "lod imports scenes"),
         ("lod__a", "def f():\n    from bench import plots", "lod imports bench"),
         ("scenes__a", "from bench.plots import x", "scenes imports bench"),
         ("scenes__a", "import importlib\nimportlib.import_module('bench')", "scenes imports bench"),

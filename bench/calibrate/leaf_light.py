@@ -7,7 +7,7 @@ trees that presets have, is looked at from all sides, every tree cut at one leve
 sun 40° up, its sky and the ground (``scenes.far_cover.stand_paths``). Paths of light and places of trees are
 the same at all levels. With ``--sides`` it prints instead how much more or less would be right
 toward each side, 0° with the sun behind the viewer; with ``--heights`` what the shapes of a level
-lack from each height, in cover and then in light (``scenes.heights``).
+lack from each height, in cover and then in light (``scenes.sticks.view_dependence``).
 """
 
 import sys
@@ -20,14 +20,14 @@ from scenes.far_cover.sky import sky_of
 from scenes.far_cover.stand_appearance import bare_of, toward
 from scenes.far_cover.stand_paths import DRAWS, GROUND, Light, seen_along
 from scenes.far_cover.stand_rays import stand_field
-from scenes.heights import HEIGHTS_DEG, TURNS_DEG, FromHeights, thinned
 from scenes.models.catalogue import SEED
 from scenes.models.trees.species import TreeSpecies
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
-from scenes.prototype import Prototype
-from scenes.stick_table import StickTable
-from scenes.stick_view import visible_areas
+from scenes.sticks.prototype import Prototype
+from scenes.sticks.table import StickTable
+from scenes.sticks.view_dependence import HEIGHTS_DEG, TURNS_DEG, FromHeights, thinned
+from scenes.sticks.visible_area import visible_areas
 from scenes.terrain.colour import COVERS
 
 SUN_DEG, TURBIDITY = 40.0, 3.0

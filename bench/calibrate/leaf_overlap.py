@@ -1,7 +1,7 @@
 """How much of leaf appearances and of what they stand for lies in one another.
 
 ``python -m bench.calibrate.leaf_overlap [MODELS…]`` prints the overlaps that ``scenes.models.trees.species_tables`` and
-``scenes.rig_build`` tell, level by level, of trees in leaf and bare, and of people and animals at
+``scenes.rig.build`` tell, level by level, of trees in leaf and bare, and of people and animals at
 rest: while the parts of a level show a quarter, a half and three quarters of themselves, as when
 they fade (``lod.fade``), the whole is to cover as much on average as with none and with all of
 them. After it: the cover with none and with all, over that of full detail; and in between over what
@@ -17,16 +17,16 @@ import numpy as np
 from bench.calibrate.leaf_light import ELEVATIONS_DEG, SIDES_DEG
 from lod.fade import blended
 from lod.parts import Look
-from scenes.atlas import Atlas
 from scenes.far_cover.stand_appearance import toward
-from scenes.heights import thinned
+from scenes.field.part_tables import Atlas
 from scenes.models.animals.catalogue import KINDS
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.weather import Weather
-from scenes.prototype import Prototype
-from scenes.rig_prototype import RiggedPrototype, rigid
-from scenes.stick_table import StickTable
-from scenes.stick_view import visible_areas
+from scenes.rig.rigged_prototype import RiggedPrototype, rigid
+from scenes.sticks.prototype import Prototype
+from scenes.sticks.table import StickTable
+from scenes.sticks.view_dependence import thinned
+from scenes.sticks.visible_area import visible_areas
 
 COUNT = 4
 """Different ones of a kind, all measured together; animals come in one build."""

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from lod.errors import InputError
-from scenes.preset import Preset, Setting, load_preset
+from scenes.preset.load import Preset, Setting, load_preset
 
 Command = Callable[..., Any]
 

@@ -10,9 +10,9 @@ from bench.conformance.rules import Rule, Subject, agrees_with_brute_force, limi
 from bench.conformance.rules import same_seed_same_bytes as same_bytes
 from lod.camera import Corner, look
 from lod.metric import Metric
-from scenes.field import Species, SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 from scenes.models.catalogue import made
-from scenes.plugins import metric_named
+from scenes.plugins.entry_points import metric_named
 from scenes.terrain.terrain import Terrain
 
 _GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)

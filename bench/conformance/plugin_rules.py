@@ -5,7 +5,7 @@ from functools import partial
 
 from bench.conformance.rows import few
 from bench.conformance.rules import RULES, Subject, everything
-from scenes.offer import offer_named, standing_of
+from scenes.plugins.representation import offer_named, standing_of
 from scenes.terrain.terrain import Terrain
 
 _GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)

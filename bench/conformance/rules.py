@@ -28,7 +28,7 @@ from lod.metric import METRICS
 from lod.parts import Moving, Parts, Representation, Triangles
 from lod.prune import displayed, prune, prune_by_level
 from lod.view import View, in_view
-from scenes.plugins import metric_named
+from scenes.plugins.entry_points import metric_named
 
 TIMES_S = (0.0, 0.37, 41.9)
 """When poses are looked at: what moves is somewhere else each time [s]."""

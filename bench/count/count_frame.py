@@ -14,8 +14,8 @@ from lod.law_ground import Moments, moments, polar_net, reach_of
 from lod.parts import Triangles
 from lod.prune import Cut, prune
 from lod.view import View
-from scenes.field import SpeciesField
-from scenes.world import World
+from scenes.field.species_field import SpeciesField
+from scenes.world.world import World
 
 _RINGS = _SPOKES = 256
 

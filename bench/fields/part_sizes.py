@@ -24,8 +24,8 @@ from lod.metric import METRICS
 from lod.prune import prune
 from lod.sight import Sight
 from lod.view import View, distance
-from scenes.field import Species, SpeciesField
-from scenes.prototype import Prototype
+from scenes.field.species_field import Species, SpeciesField
+from scenes.sticks.prototype import Prototype
 
 BOUNDS_M = (0.1, 0.3, 1.0, 3.0)
 SIZES = ("under 0.1 m", "0.1 to 0.3 m", "0.3 to 1 m", "1 to 3 m", "over 3 m")

@@ -14,8 +14,8 @@ from lod.view import View
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.figure import figure_prototypes
 from scenes.models.trees.tree import tree_prototypes
-from scenes.plugins import metric_named
-from scenes.prototype import Prototype
+from scenes.plugins.entry_points import metric_named
+from scenes.sticks.prototype import Prototype
 from scenes.terrain.terrain import Terrain
 
 FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from scenes.plugins import packages
+from scenes.plugins.entry_points import packages
 
 _PACKAGES = ("lodbench", "numpy", "scipy", "numba", "statsmodels", "mitsuba", "drjit")
 _ROOT = Path(__file__).resolve().parents[2]

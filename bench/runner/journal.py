@@ -21,7 +21,7 @@ from bench.records.provenance import provenance
 from bench.records.records import Point, read_record
 from bench.runner.dask_cases import Each
 from lod.errors import InputError
-from scenes.plugins import modules
+from scenes.plugins.entry_points import modules
 
 JOURNAL = ".journal"
 _ROOT = Path(__file__).resolve().parents[2]

@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 from PIL import Image
 
-from scenes.preset import preset_names
+from scenes.preset.load import preset_names
 
 FRAMES = {"campfire": 30, "fly_in": 40}
 """The frame of each preset that shows most; 1 where it is not said."""

@@ -18,11 +18,11 @@ import click
 
 from bench.cli.output import table
 from scenes.budget import parts_displayed
-from scenes.preset import Preset, load_preset
+from scenes.preset.load import Preset, load_preset
 from scenes.render.one_frame import settings_of
 from scenes.render.variants import choose
 from scenes.render.worker import Worker
-from scenes.world import build_world, view_at
+from scenes.world.world import build_world, view_at
 
 OBJECTS = 1e15
 NOT_READYING = ("trace", "write", "world", "denoise")

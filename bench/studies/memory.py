@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 
 from bench.cli.output import table
-from scenes.preset import load_preset
+from scenes.preset.load import load_preset
 from scenes.render.memory import Beside, foretell
 from scenes.render.one_frame import Record, settings_of
 from scenes.render.worker import Worker

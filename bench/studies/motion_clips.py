@@ -26,17 +26,17 @@ from bench.cli.output import table
 from bench.experiments.popping.unexplained_change import Walk, walk
 from bench.studies.popping_film import MOST
 from lod.camera import Camera
-from scenes.preset import Preset, load_preset
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import Layers
+from scenes.preset.load import Preset, load_preset
 from scenes.render.contact_sheet import contact_sheet
 from scenes.render.exr import write_exr
-from scenes.render.frame import Layers
 from scenes.render.header import frame_header
 from scenes.render.movie import movie
 from scenes.render.render import render_frame
 from scenes.render.shutter import render_exposed
 from scenes.render.variants import choose
-from scenes.shot import shoot
-from scenes.world import World, build_world, view_at
+from scenes.world.world import World, build_world, view_at
 
 WORLD = (
     "render.max_depth=3",

@@ -19,14 +19,14 @@ import numpy as np
 from bench.cli.output import table
 from lod.parts import Sticks
 from lod.view import View, in_view
-from scenes.preset import Preset, load_preset
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import FrameInput, Quality, Visible
+from scenes.preset.load import Preset, load_preset
 from scenes.render.describe import object_ids
-from scenes.render.frame import FrameInput, Quality, Visible
 from scenes.render.render import Stage, staged, taken
 from scenes.render.variants import choose
-from scenes.shot import shoot
 from scenes.terrain.horizon import horizon
-from scenes.world import World, build_world, view_at
+from scenes.world.world import World, build_world, view_at
 
 
 @dataclass(frozen=True, eq=False)

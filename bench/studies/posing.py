@@ -29,13 +29,13 @@ from lod.fade import looks
 from lod.parts import Look
 from lod.prune import Cut, prune
 from lod.view import View
-from scenes.field import Species, SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 from scenes.models.catalogue import people
-from scenes.plugins import metric_named
-from scenes.preset import load_preset
-from scenes.rig_pose import pose_sticks
+from scenes.plugins.entry_points import metric_named
+from scenes.preset.load import load_preset
+from scenes.rig.pose import pose_sticks
 from scenes.terrain.terrain import Terrain
-from scenes.world import build_world, view_at
+from scenes.world.world import build_world, view_at
 
 DENSITY = 0.025
 """Walkers per m²: about 10⁵ within the limit distance of a person, 1.15 km at one pixel."""

@@ -21,12 +21,12 @@ import numpy as np
 
 from bench.cli.output import table
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
-from scenes.preset import load_preset
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import FrameInput, Quality
+from scenes.preset.load import load_preset
 from scenes.render import describe, jit_frame, wavefront
-from scenes.render.frame import FrameInput, Quality
 from scenes.render.render import Stage, staged, taken
-from scenes.shot import shoot
-from scenes.world import build_world
+from scenes.world.world import build_world
 
 DARK = 1e-2
 """Added to the squared radiance that noise is held against, as a share of its mean square."""

@@ -1,7 +1,7 @@
 """What frames that follow each other save: ``python -m bench.studies.reuse [--quick]``.
 
 A camera walks at 1.4 m/s and 24 frames a second. Every frame is pruned from scratch, and from what
-held of the frame before (``scenes.field_after``), the two taking turns, in the processor's seconds
+held of the frame before (``scenes.reuse.field_reuse``), the two taking turns, in the processor's seconds
 of one thread; the first frame, which holds nothing yet, and compiling are left out, and frames that
 begin anew at the edge of a grid square are not. Two ratios: of the cut alone, and with all that is
 known of its parts, for which who walks must be put in place in any frame.
@@ -20,11 +20,11 @@ from bench.statistics.estimates import median
 from bench.studies.speed import scene
 from lod.parts import Representation
 from lod.prune import prune
-from scenes.field import SpeciesField
-from scenes.field_after import Hold, cut_after
+from scenes.field.species_field import SpeciesField
+from scenes.reuse.field_reuse import Hold, cut_after
+from scenes.reuse.terrain_reuse import Boxes, ground_after
 from scenes.terrain.terrain import Terrain
-from scenes.terrain_after import Boxes, ground_after
-from scenes.world import view_at
+from scenes.world.world import view_at
 
 _FRAMES, _QUICK_FRAMES = 48, 12
 

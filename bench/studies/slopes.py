@@ -7,12 +7,12 @@ far any joint of a leg goes beyond its limits, and how far feet that stand sink,
 import numpy as np
 
 from bench.cli.output import table
-from scenes.gait_slopes import OnSlope, Steps
+from scenes.gait.patrol import SHORTEST
+from scenes.gait.slope_errors import OnSlope, Steps
 from scenes.models.animals.catalogue import KINDS, animal
 from scenes.models.people.people import rigged_people
 from scenes.models.people.walking import walkers
-from scenes.patrol import SHORTEST
-from scenes.rig_prototype import RiggedPrototype
+from scenes.rig.rigged_prototype import RiggedPrototype
 
 SLOPES = (0.0, 0.05, 0.1, 0.16, 0.2, 0.3)
 PACES = (SHORTEST, (1 + SHORTEST) / 2, 1.0)

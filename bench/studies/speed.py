@@ -28,15 +28,15 @@ from lod.comparison import vantage_of
 from lod.fade import looks
 from lod.prune import prune
 from lod.view import View
-from scenes.field import SpeciesField
-from scenes.preset import Preset, load_preset
+from scenes.field.species_field import SpeciesField
+from scenes.field.traversal import walk
+from scenes.field.traversal_tables import limits_of
+from scenes.frame.frame_input import light_of, short_ids
+from scenes.frame.types import Quality, Visible
+from scenes.preset.load import Preset, load_preset
 from scenes.render.describe import describe
-from scenes.render.frame import Quality, Visible
-from scenes.shot import light_of, short_ids
-from scenes.sight import air_of
-from scenes.slots import limits_of
-from scenes.walk import walk
-from scenes.world import World, build_world, view_at
+from scenes.world.viewing_conditions import air_of
+from scenes.world.world import World, build_world, view_at
 
 WORLDS = (1e4, 1e6, 1e9, 1e12, 1e15)
 """Objects in the window of the species that the world is named for."""

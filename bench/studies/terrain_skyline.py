@@ -23,9 +23,9 @@ from lod.metric import METRICS
 from lod.parts import Triangles
 from lod.prune import prune
 from lod.view import View
-from scenes.camera_path import camera_at
-from scenes.preset import load_preset
+from scenes.preset.load import load_preset
 from scenes.terrain.terrain import Terrain
+from scenes.world.camera_path import camera_at
 
 SIZES = ("320x180", "640x360", "1280x720")
 PRESETS = ("meadow", "mountain")

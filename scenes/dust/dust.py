@@ -28,15 +28,15 @@ from lod.comparison import vantage_of
 from lod.hierarchy import Hierarchy
 from lod.parts import Look, Parts, Sticks
 from lod.view import View, reach
-from scenes.cells import Near
 from scenes.dust import growth
 from scenes.dust.appearance import Scene, drawn, grains_in, puffs_of, wisps_in
 from scenes.dust.footfalls import Legs, Walks, fastest, keys
 from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, WISPS, WISPS_EACH
 from scenes.dust.puffs import Air, trails
 from scenes.dust.soil import Soil
-from scenes.field import SpeciesField
-from scenes.field_search import cells_near_view, search
+from scenes.field.cell_search import cells_near_view, search
+from scenes.field.poisson_cells import Near
+from scenes.field.species_field import SpeciesField
 from scenes.noise.philox import word_of
 from scenes.particles.shapes import balls
 

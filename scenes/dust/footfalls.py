@@ -15,10 +15,10 @@ from numba import njit
 
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
+from scenes.gait.patrol import Rounds
 from scenes.noise.philox import philox, unit
-from scenes.patrol import Rounds
-from scenes.rig_feet import print_and_swing
-from scenes.rig_motion import Motion
+from scenes.rig.footprints import print_and_swing
+from scenes.rig.keyframes import Motion
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Reals
-from scenes.gait import GRAVITY
+from scenes.gait.gait import GRAVITY
 from scenes.particles.shapes import eased
 
 LIFE_S = 3.5

@@ -15,7 +15,7 @@ from scenes.dust import growth
 from scenes.dust.footfalls import Footfalls, Legs, Walks, chances, struck
 from scenes.dust.growth import LIFE_S, WISP, WISPS, Lift
 from scenes.dust.ids import footfall
-from scenes.field import Ground
+from scenes.field.species_field import Ground
 from scenes.particles.shapes import in_ball
 
 _BLOWS_TO = np.array((np.sin(np.radians(60.0)), np.cos(np.radians(60.0))))

@@ -23,7 +23,7 @@ from lod.smear import smears
 from lod.view import View, distance
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, TURNS_DEG, Stand, stand_of
-from scenes.field import Species
+from scenes.field.species_field import Species
 
 Shares = Float64[np.ndarray, "n k"]
 """By point and species."""

@@ -17,11 +17,11 @@ from lod.arrays import Ints, Reals, freeze
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_paths import DRAWS, GROUND, Light, seen_along
 from scenes.far_cover.stand_rays import StandField, stand_field
-from scenes.prototype import Prototype
-from scenes.rig_prototype import RiggedPrototype
-from scenes.stick_area import mean_outline_areas
-from scenes.stick_raster import areas_of_parts
-from scenes.stick_table import StickTable
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.outline_area import mean_outline_areas
+from scenes.sticks.prototype import Prototype
+from scenes.sticks.table import StickTable
+from scenes.sticks.union_area import areas_of_parts
 
 DEPRESSIONS_DEG = (3.0, 8.0, 20.0, 40.0, 65.0, 90.0)
 TURNS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)

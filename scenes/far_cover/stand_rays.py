@@ -15,8 +15,8 @@ from numba import njit
 from lod.arrays import Reals
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit
-from scenes.stick_grid import NOTHING, Grids, grids_of, meet, normal_at
-from scenes.stick_table import StickTable
+from scenes.sticks.ray_grid import NOTHING, Grids, grids_of, meet, normal_at
+from scenes.sticks.table import StickTable
 
 _SEED = np.uint64(0x57A4D)
 

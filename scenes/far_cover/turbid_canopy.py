@@ -8,9 +8,9 @@ from jaxtyping import Float64
 from lod.arrays import Reals
 from lod.canopy import BARE, Canopy
 from scenes.far_cover.stand_appearance import Kind, bare_of
-from scenes.field import Species
-from scenes.stick_raster import areas_of_parts
-from scenes.stick_table import StickTable
+from scenes.field.species_field import Species
+from scenes.sticks.table import StickTable
+from scenes.sticks.union_area import areas_of_parts
 
 STEPS = 6
 """Up to the top of what stands, thinner below, where eyes are."""

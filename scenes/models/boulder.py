@@ -13,7 +13,7 @@ from scipy.ndimage import zoom
 
 from lod.errors import InputError
 from scenes.models.octree import Solid, octree_prototype
-from scenes.prototype import Prototype
+from scenes.sticks.prototype import Prototype
 
 STONE = np.linspace((0.19, 0.18, 0.165), (0.37, 0.36, 0.33), 7)
 LICHEN = np.array(((0.33, 0.30, 0.16), (0.24, 0.26, 0.19)))

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from lod.errors import InputError
-from scenes.gait import standing_feet
+from scenes.gait.gait import standing_feet
 from scenes.models.animals.catalogue import KINDS, animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.people import rigged_people
@@ -15,9 +15,9 @@ from scenes.models.trees.species_tables import BIRCH, BROADLEAF, CONIFER, DEAD_T
 from scenes.models.trees.sway import swaying_trees
 from scenes.models.trees.tree import tree_prototypes
 from scenes.models.trees.weather import CALM_SUMMER, Weather
-from scenes.prototype import Prototype
-from scenes.rig_motion import still
-from scenes.rig_prototype import RiggedPrototype
+from scenes.rig.keyframes import still
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.prototype import Prototype
 
 Made = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
 Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]

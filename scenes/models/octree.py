@@ -20,10 +20,10 @@ from scipy.ndimage import gaussian_filter
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
-from scenes.prototype import Prototype, assemble
-from scenes.stick_area import directions, mean_area
-from scenes.stick_raster import COARSE
-from scenes.stick_table import StickTable
+from scenes.sticks.outline_area import directions, mean_area
+from scenes.sticks.prototype import Prototype, assemble
+from scenes.sticks.table import StickTable
+from scenes.sticks.union_area import COARSE
 
 SUNK = 1.7
 """Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""

@@ -28,7 +28,7 @@ from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from lod.parts import Look, Parts, Sticks, Triangles
 from lod.view import View
-from scenes.field import Ground
+from scenes.field.species_field import Ground
 from scenes.particles.growth import LARGEST, Growth, Puffs
 from scenes.particles.kinds import STAND_INS, Kind
 from scenes.particles.shapes import balls, tongues

@@ -11,7 +11,7 @@ from importlib import import_module
 import numpy as np
 
 from lod.errors import InputError
-from scenes.render.frame import Layers
+from scenes.frame.types import Layers
 
 
 def check_denoiser() -> None:

@@ -15,7 +15,7 @@ from lod.errors import InputError
 from lod.parts import Sticks, Triangles
 from lod.prune import Cut
 from lod.runs import in_runs
-from scenes.render.frame import Light, Visible
+from scenes.frame.types import Light, Visible
 from scenes.render.sticks import Batch, batches
 
 Description = dict[str, Any]

@@ -9,8 +9,8 @@ import numpy as np
 
 from lod.air import haze_extinction, mist_extinction
 from lod.mist import Mist
+from scenes.frame.types import Quality, sampler_seed
 from scenes.render.build import GUIDES, Built, sensor
-from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
 from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups

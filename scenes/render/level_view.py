@@ -8,8 +8,8 @@ that of one sample of the pixel. The legend below names those that are in the pi
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from scenes.frame.types import Layers
 from scenes.render.display import Look, display
-from scenes.render.frame import Layers
 
 LEVELS = 13
 """Levels that have a colour of their own; finer ones have that of the last."""

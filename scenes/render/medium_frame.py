@@ -4,8 +4,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from scenes.frame.types import Quality, sampler_seed
 from scenes.render.build import GUIDES, Built, sensor
-from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze
 from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from lod.errors import InputError
 from lod.parts import Sticks, Triangles
-from scenes.render.frame import FrameInput
+from scenes.frame.types import FrameInput
 from scenes.render.sampling import MOST_SAMPLES
 
 _BASE = 336e6

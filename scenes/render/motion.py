@@ -15,7 +15,7 @@ from lod.quaternion_arrays import rotated
 from scenes.render.build import Built
 from scenes.render.describe import NEAR_M, Description
 from scenes.render.film import pixel_directions
-from scenes.rig_turns import between
+from scenes.rig.rotations import between
 
 
 def motion_layer(hit: np.ndarray, built: Built) -> np.ndarray:

@@ -12,8 +12,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from scenes.preset import Preset, preset_from
-from scenes.render.frame import FrameInput, Layers
+from scenes.frame.types import FrameInput, Layers
+from scenes.preset.load import Preset, preset_from
 from scenes.render.header import frame_header, software
 from scenes.render.manifest import flatten
 from scenes.render.memory import check_memory, peak_rss_bytes
@@ -106,7 +106,7 @@ def _counted(of: int, watch: Callable[[int, int], object]) -> Callable[[int], ob
 
 def _made(settings: Settings, frame: int) -> FrameInput:
     """What the frame is made from, pruned and posed."""
-    from scenes.shot import shoot
+    from scenes.frame.frame_input import shoot
 
     start = time.perf_counter()
     preset, world, holds = _world(json.dumps(settings, sort_keys=True))
@@ -118,7 +118,7 @@ def _made(settings: Settings, frame: int) -> FrameInput:
 @lru_cache(maxsize=1)
 def _world(settings: str) -> tuple[Preset, Any, dict[str, Any]]:
     """The world, and what of its cuts holds from frame to frame."""
-    from scenes.world import build_world
+    from scenes.world.world import build_world
 
     preset = preset_in(json.loads(settings))
     return preset, build_world(preset), {}

@@ -26,9 +26,9 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from scenes.frame.types import Quality, sampler_seed
 from scenes.render.build import GUIDES, Built, sensor
 from scenes.render.film import pixel_directions
-from scenes.render.frame import Quality, sampler_seed
 from scenes.render.haze import Haze, airlight_on_the_way, beyond, depth_to, veil
 from scenes.render.samples import Samples, Watch
 from scenes.render.sampling import MOST_SAMPLES, sample_groups, square_sides

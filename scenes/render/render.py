@@ -7,10 +7,10 @@ from typing import Any
 
 from lod.air import Air
 from lod.camera import Camera
+from scenes.frame.types import USUAL, Extras, Layers, Light, Quality, Visible
 from scenes.render import variants
 from scenes.render.denoise import check_denoiser, denoised
 from scenes.render.describe import MEDIUM, Description, describe, recaptured
-from scenes.render.frame import USUAL, Extras, Layers, Light, Quality, Visible
 from scenes.render.medium import with_medium
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scenes.frame.types import SKY_Z, Layers
 from scenes.render.build import Built
-from scenes.render.frame import SKY_Z, Layers
 from scenes.render.motion import motion_layer
 
 Watch = Callable[[int], object]

@@ -15,8 +15,8 @@ import numpy as np
 from lod.air import Air
 from lod.arrays import Reals
 from lod.errors import InputError
+from scenes.frame.types import Instant, Layers, Light, Quality, Visible, sampler_seed
 from scenes.render.denoise import check_denoiser
-from scenes.render.frame import Instant, Layers, Light, Quality, Visible, sampler_seed
 from scenes.render.render import Stage, restaged, staged, taken, with_denoised
 
 _ADDED = ("clamped", "replaced")

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from lod.errors import InputError
+from scenes.frame.types import FrameInput
 from scenes.render.describe import Description, describe
-from scenes.render.frame import FrameInput
 from scenes.render.header import camera_from_world, software
 
 SUFFIXES = (".usda", ".usdc", ".usd")

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from lod.errors import InputError
-from scenes.preset import Preset
+from scenes.frame.frame_input import form_of
+from scenes.preset.load import Preset
 from scenes.render.disk import stray_partials
 from scenes.render.exr import channel_types, read_pixels
 from scenes.render.header import PREFIX, software
@@ -26,7 +27,6 @@ from scenes.render.manifest import (
 )
 from scenes.render.one_frame import Record, Settings, preset_in
 from scenes.render.sequence import Job
-from scenes.shot import form_of
 
 _SIGNED = ("N.", "motion.")
 """Layers whose numbers may be below 0."""

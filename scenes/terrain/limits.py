@@ -20,7 +20,7 @@ from lod.arrays import Reals
 from lod.metric import blake
 from lod.sight import seen_limits
 from lod.view import View
-from scenes.part_contrast import GROUND_CONTRAST
+from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.relief import Relief
 
 FULL_DETAIL_PX = 0.5

@@ -11,8 +11,8 @@ from bench.experiments.air.targets import (
     visibility_seen,
 )
 from lod.air import Air, rgb_extinction
+from scenes.frame.types import Quality
 from scenes.render import variants
-from scenes.render.frame import Quality
 
 SEED = 1
 

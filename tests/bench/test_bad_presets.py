@@ -17,7 +17,7 @@ from bench.cli.frame_flags import frame_numbers, frame_pattern
 from bench.cli.main import main
 from bench.cli.view_flags import preset_of
 from lod.errors import InputError
-from scenes.preset import load_preset, preset_from, preset_names
+from scenes.preset.load import load_preset, preset_from, preset_names
 from scenes.render.manifest import load_manifest, settings_hash
 from scenes.render.one_frame import settings_of
 from scenes.render.sequence import open_job

@@ -35,8 +35,8 @@ def poisonous(settings, frame, path, threads, most_bytes):
         file.write(f"{frame}\n")
     if frame == 7:
         os._exit(1)
+    from scenes.frame.types import Layers
     from scenes.render.exr import write_exr
-    from scenes.render.frame import Layers
 
     ids, colour = np.full((4, 8), frame), np.full((4, 8, 3), frame / 100)
     partial_ = partial_path(Path(path))

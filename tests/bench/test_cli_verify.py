@@ -18,7 +18,7 @@ import signal
 import numpy as np
 
 from scenes.render.exr import write_exr
-from scenes.render.frame import Layers
+from scenes.frame.types import Layers
 from scenes.render.manifest import flatten
 from scenes.render.worker_child import serve
 

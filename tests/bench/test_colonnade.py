@@ -21,8 +21,8 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
+from scenes.frame.types import Quality
 from scenes.models.column import column
-from scenes.render.frame import Quality
 from scenes.render.variants import choose
 
 

@@ -16,8 +16,8 @@ from bench.records.records import Point, Record
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import in_view
-from scenes.render.frame import Layers
-from scenes.world import build_world, view_at
+from scenes.frame.types import Layers
+from scenes.world.world import build_world, view_at
 
 
 def picture(Z, value):

@@ -33,7 +33,7 @@ from bench.experiments.figure.cases import curves
 from bench.records.embedded_pictures import NOTE, pictures_of
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from scenes.render.frame import Layers
+from scenes.frame.types import Layers
 from scenes.render.variants import choose
 
 SHAPE = (12, 16)

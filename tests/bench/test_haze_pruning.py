@@ -14,9 +14,9 @@ import pytest
 from bench.statistics.excess_flip import FLOOR, LEAST_PAIRS, excess_flip, mean_flip
 from lod.air import CLEAR
 from lod.prune import prune
-from scenes.preset import load_preset
-from scenes.shot import shoot
-from scenes.world import build_world, view_at
+from scenes.frame.frame_input import shoot
+from scenes.preset.load import load_preset
+from scenes.world.world import build_world, view_at
 
 OPEN_FIELD = (
     "species.figure.density=0",

@@ -7,12 +7,12 @@ import pytest
 
 from bench.calibrate import leaf_light
 from bench.calibrate.leaf_light import cut_at, sent, shares, sides, trees_of
-from scenes.heights import TURNS_DEG
 from scenes.models.catalogue import made
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
-from scenes.preset import load_preset
-from scenes.stick_area import mean_outline_areas
+from scenes.preset.load import load_preset
+from scenes.sticks.outline_area import mean_outline_areas
+from scenes.sticks.view_dependence import TURNS_DEG
 
 SHRUB = replace(SPECIES["shrub"], sides=())
 """As it looks from all sides together."""

@@ -12,10 +12,10 @@ from bench.experiments.popping.unexplained_change import Walk, frames_of, popped
 from bench.studies import motion_clips
 from bench.studies.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
 from lod.camera import Corner, look
-from scenes.preset import load_preset
+from scenes.frame.frame_input import shoot
+from scenes.preset.load import load_preset
 from scenes.render.exr import read_exr
-from scenes.shot import shoot
-from scenes.world import build_world, view_at
+from scenes.world.world import build_world, view_at
 
 
 @pytest.mark.parametrize("name", list(CLIPS))

@@ -8,9 +8,9 @@ from bench.studies.occlusion import seen_of, without
 from lod.fade import looks
 from lod.prune import prune
 from lod.view import in_view
-from scenes.preset import preset_from
-from scenes.render.frame import Visible
-from scenes.world import build_world, view_at
+from scenes.frame.types import Visible
+from scenes.preset.load import preset_from
+from scenes.world.world import build_world, view_at
 
 
 @lru_cache(maxsize=1)

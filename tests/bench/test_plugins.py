@@ -22,9 +22,9 @@ from bench.statistics.sample_size import Effort
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.prune import prune
-from scenes import plugins
-from scenes.offer import offer_named
-from scenes.preset import load_preset
+from scenes.plugins import entry_points as plugins
+from scenes.plugins.representation import offer_named
+from scenes.preset.load import load_preset
 from scenes.render.variants import choose, trusting
 
 PLACE = Path(__file__).parents[1] / "plugin"

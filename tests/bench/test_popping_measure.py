@@ -14,14 +14,14 @@ from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
+from scenes.field.placed_object import Placed
+from scenes.frame.frame_input import Shown
+from scenes.frame.types import Light, Quality
 from scenes.models.boulder import boulder_prototypes
-from scenes.placed import Placed
-from scenes.preset import load_preset
-from scenes.render.frame import Light, Quality
+from scenes.preset.load import load_preset
 from scenes.render.variants import choose
-from scenes.shot import Shown
 from scenes.terrain.terrain import Terrain
-from scenes.world import build_world
+from scenes.world.world import build_world
 
 SIZE = (32, 18)
 GROUND = Terrain(0, 0.0, 64.0, 0.8, reach=32.0)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from lod.as_one import first_of_one, shared
 from lod.metric import METRICS, limit_distances
-from scenes.prototype import assemble
-from scenes.stick_table import StickTable
+from scenes.sticks.prototype import assemble
+from scenes.sticks.table import StickTable
 
 HERE = np.zeros(3)
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from lod.parts import Sticks
 from lod.thinning import stands_for, thinning
-from scenes.stick_area import mean_outline_areas
-from scenes.stick_table import StickTable
+from scenes.sticks.outline_area import mean_outline_areas
+from scenes.sticks.table import StickTable
 
 
 def stick(r0: float, r1: float, length: float) -> Sticks:

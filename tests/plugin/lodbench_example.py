@@ -9,8 +9,8 @@ from lod.hierarchy import Hierarchy
 from lod.metric import Metric
 from lod.parts import Look, Parts, Sticks
 from lod.view import View
-from scenes.field import Ground
-from scenes.offer import Offer
+from scenes.field.species_field import Ground
+from scenes.plugins.representation import Offer
 
 HALFWAY = Metric("halfway", lambda P, R, m: P / m + 0.5 * R, "P > m·(d − R/2): between two of ours")
 

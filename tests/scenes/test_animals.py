@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.gait_measure import cycle, lowest, slide
+from scenes.gait.contact_errors import cycle, lowest, slide
 from scenes.models.animals.catalogue import KINDS, animal, kind_named, parts_of_kind
 from scenes.models.people.people import rigged_people
-from scenes.rig_cast import Cast
-from scenes.rig_pose import pose_points
-from scenes.rig_stand import bodies_on
-from scenes.rig_turns import degrees_of, matrices
+from scenes.rig.foot_placement import bodies_on
+from scenes.rig.pose import pose_points
+from scenes.rig.pose_tables import Cast
+from scenes.rig.rotations import degrees_of, matrices
 
 WALKERS = [name for name, kind in KINDS.items() if kind.gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lod.parts import Look
-from scenes.atlas import Atlas
+from scenes.field.part_tables import Atlas
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
-from scenes.rig_prototype import rigid
+from scenes.rig.rigged_prototype import rigid
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_runs_do_not_show(monkeypatch, atlas, shortest):
     rows = np.random.default_rng(5).integers(0, len(atlas.level), 301)
     whole = atlas.sticks_of(rows, looked_at(len(rows)))
     monkeypatch.setattr("lod.runs.get_num_threads", lambda: 2)
-    monkeypatch.setattr("scenes.atlas._SHORTEST_RUN", shortest)
+    monkeypatch.setattr("scenes.field.part_tables._SHORTEST_RUN", shortest)
     for alone, shared in zip(whole, atlas.sticks_of(rows, looked_at(len(rows))), strict=True):
         assert alone.tobytes() == shared.tobytes() and alone.dtype == shared.dtype
 

@@ -5,11 +5,11 @@ import pytest
 from lod.budget import ENOUGH
 from lod.errors import InputError
 from scenes.budget import parts_displayed, within_budget
-from scenes.preset import load_preset
+from scenes.frame.frame_input import shoot
+from scenes.preset.load import load_preset
 from scenes.render.memory import foretell, foretold
 from scenes.render.variants import choose
-from scenes.shot import shoot
-from scenes.world import build_world, view_at
+from scenes.world.world import build_world, view_at
 
 FRAMES = (1, 400, 3000)
 

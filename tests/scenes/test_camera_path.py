@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from lod.camera import GRID_M
 from lod.errors import InputError
-from scenes.camera_path import camera_at, height_at
-from scenes.preset import load_preset
-from scenes.preset_tables import CameraKey, CameraPreset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import CameraKey, CameraPreset
+from scenes.world.camera_path import camera_at, height_at
 
 SIZE = (64, 36)
 

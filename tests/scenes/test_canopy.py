@@ -6,10 +6,10 @@ import pytest
 from lod.canopy import BARE
 from scenes.far_cover.stand_appearance import bare_of
 from scenes.far_cover.turbid_canopy import canopy_of, outlines_between
-from scenes.field import Species
+from scenes.field.species_field import Species
 from scenes.models.catalogue import made
 from scenes.models.trees.weather import Weather
-from scenes.stick_table import StickTable
+from scenes.sticks.table import StickTable
 
 
 def post(low, high, radius, x=0.0):

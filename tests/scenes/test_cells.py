@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from scenes.cells import PoissonCells
+from scenes.field.poisson_cells import PoissonCells
 
 DENSITIES = st.floats(1e-8, 100.0)
 

@@ -13,7 +13,8 @@ from lod.message import change
 from lod.quaternion import Quaternion
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
-from scenes.field import Species, SpeciesField
+from scenes.field.placed_object import Placed
+from scenes.field.species_field import Species, SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.catalogue import MODELS, made
@@ -21,8 +22,7 @@ from scenes.models.people.people import rigged_people
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
-from scenes.placed import Placed
-from scenes.rig_actor import actor_of, in_pose_of
+from scenes.rig.actor import actor_of, in_pose_of
 from scenes.terrain.terrain import Terrain
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)

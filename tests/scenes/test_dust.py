@@ -11,18 +11,18 @@ from lod.errors import InputError
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
-from scenes.cells import Draws
 from scenes.dust.appearance import Scene
 from scenes.dust.dust import Dust
 from scenes.dust.footfalls import Walks, footfalls, keys, struck
 from scenes.dust.growth import HIGH, LIFE_S, near_ground, settling_m_s
 from scenes.dust.soil import Soil
-from scenes.field import Species, SpeciesField
+from scenes.field.poisson_cells import Draws
+from scenes.field.species_field import Species, SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people
-from scenes.preset import preset_from
+from scenes.preset.load import preset_from
 from scenes.terrain.relief import Relief
-from scenes.world import build_world
+from scenes.world.world import build_world
 from tests.scenes.test_particles import drawn, level
 
 HOME = Corner(0, 0)

@@ -8,13 +8,13 @@ import pytest
 from scenes.far_cover.far_cover import FarCover
 from scenes.far_cover.sky import RISES, TURNS, Sky, sky_of
 from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, stand_of
-from scenes.field import Species
-from scenes.habitat import Habitat
-from scenes.preset import load_preset
-from scenes.prototype import assemble
-from scenes.stick_table import StickTable
+from scenes.field.habitat import Habitat
+from scenes.field.species_field import Species
+from scenes.preset.load import load_preset
+from scenes.sticks.prototype import assemble
+from scenes.sticks.table import StickTable
 from scenes.terrain.relief import Relief
-from scenes.world import build_world, view_at
+from scenes.world.world import build_world, view_at
 
 GREY = 0.2
 

@@ -21,10 +21,10 @@ from lod.metric import METRICS
 from lod.prune import prune
 from lod.sight import Sight
 from lod.view import View
-from scenes.cells import PoissonCells
-from scenes.field import Species, SpeciesField
+from scenes.field.poisson_cells import PoissonCells
+from scenes.field.species_field import Species, SpeciesField
 from scenes.noise.philox import word_of
-from scenes.prototype import Prototype, StickTable
+from scenes.sticks.prototype import Prototype, StickTable
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from lod.camera import Corner, look
 from lod.parts import Sticks
 from lod.prune import prune
-from scenes.field_after import FARTHEST_WALKING_M, cut_after
-from scenes.preset import load_preset
-from scenes.rig_lift import lift, pace_most, rise_of
-from scenes.shot import shoot
-from scenes.world import build_world, view_at
+from scenes.frame.frame_input import shoot
+from scenes.preset.load import load_preset
+from scenes.reuse.field_reuse import FARTHEST_WALKING_M, cut_after
+from scenes.rig.height_bound import lift, pace_most, rise_of
+from scenes.world.world import build_world, view_at
 
 COLUMNS = ("object", "part", "level", "whole")
 PARTS = ("position", "bound", "limit", "limit_offscreen", "share", "object", "part", "whole")

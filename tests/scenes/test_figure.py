@@ -8,9 +8,9 @@ from lod.metric import METRICS, limit_distances
 from scenes.models.people.figure import figure_prototypes
 from scenes.models.people.people import human
 from scenes.models.people.skeleton import SIDE_JOINTS, TRUNK_JOINTS
-from scenes.rig_build import part_names
-from scenes.stick_area import mean_area
-from scenes.stick_table import StickTable
+from scenes.rig.build import part_names
+from scenes.sticks.outline_area import mean_area
+from scenes.sticks.table import StickTable
 
 NAMES = list(part_names(human()))
 ROW = {name: row for row, name in enumerate(NAMES)}

@@ -8,9 +8,9 @@ import pytest
 from lod.prune import prune
 from scenes.models.people.people import human
 from scenes.models.people.skeleton import FINGERS
-from scenes.preset import load_preset
-from scenes.rig_build import part_names
-from scenes.world import build_world, view_at
+from scenes.preset.load import load_preset
+from scenes.rig.build import part_names
+from scenes.world.world import build_world, view_at
 
 FRAMES = range(1, 49)
 HAND = "right hand"

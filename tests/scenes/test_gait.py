@@ -4,18 +4,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.gait import motion_of
-from scenes.gait_feet import contacts_of
-from scenes.gait_measure import cycle, lowest, slide
+from scenes.gait.contact_errors import cycle, lowest, slide
+from scenes.gait.foot_path import contacts_of
+from scenes.gait.gait import motion_of
+from scenes.gait.patrol import SHORTEST, least_radius, paces, patrol, slip
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import rigged_people
 from scenes.models.people.walking import style, walk, walkers
-from scenes.patrol import SHORTEST, least_radius, paces, patrol, slip
-from scenes.rig_cast import Cast
-from scenes.rig_motion import slerp, still
-from scenes.rig_pose import pose_points
-from scenes.rig_stand import bodies_on
-from scenes.rig_turns import degrees_of, turns_of
+from scenes.rig.foot_placement import bodies_on
+from scenes.rig.keyframes import slerp, still
+from scenes.rig.pose import pose_points
+from scenes.rig.pose_tables import Cast
+from scenes.rig.rotations import degrees_of, turns_of
 
 GAITS = {
     "adult": walk(),

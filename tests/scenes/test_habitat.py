@@ -10,12 +10,12 @@ from lod.prune import prune, prune_by_level
 from lod.view import View
 from scenes.far_cover.far_cover import FarCover
 from scenes.far_cover.sky import sky_of
-from scenes.field import Species, SpeciesField
-from scenes.habitat import Habitat
+from scenes.field.habitat import Habitat
+from scenes.field.species_field import Species, SpeciesField
 from scenes.models.boulder import boulder_prototypes
-from scenes.preset import load_preset
+from scenes.preset.load import load_preset
 from scenes.terrain.terrain import Terrain
-from scenes.world import World, habitat_of
+from scenes.world.world import World, habitat_of
 
 GROUND = Terrain(3, 20.0, 256.0, 0.9, reach=500.0)
 HABITAT = Habitat(GROUND.relief, highest=8.0, thinning=12.0, steepest=0.6)

@@ -15,9 +15,15 @@ from lod.fade import sides
 from lod.metric import METRICS
 from lod.parts import Look
 from lod.view import View
-from scenes.atlas import Atlas
 from scenes.far_cover.stand_appearance import bare_of
-from scenes.heights import (
+from scenes.field.part_tables import Atlas
+from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.tree import tree_prototypes
+from scenes.rig.rigged_prototype import rigid
+from scenes.sticks.outline_area import directions, largest_area, mean_outline_areas
+from scenes.sticks.prototype import Prototype
+from scenes.sticks.union_area import areas_of_parts
+from scenes.sticks.view_dependence import (
     FROM_ALL,
     HEIGHTS_DEG,
     STEP,
@@ -32,12 +38,6 @@ from scenes.heights import (
     tone_aside,
     toned,
 )
-from scenes.models.trees.species_tables import SPECIES
-from scenes.models.trees.tree import tree_prototypes
-from scenes.prototype import Prototype
-from scenes.rig_prototype import rigid
-from scenes.stick_area import directions, largest_area, mean_outline_areas
-from scenes.stick_raster import areas_of_parts
 
 SLOPE = tuple(np.linspace(0.4, 1.0, len(HEIGHTS_DEG)).tolist())
 

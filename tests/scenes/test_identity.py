@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from scenes.frame.frame_input import shoot
 from scenes.identity import identities, object_key
-from scenes.preset import load_preset
-from scenes.shot import shoot
-from scenes.world import build_world, view_at
+from scenes.preset.load import load_preset
+from scenes.world.world import build_world, view_at
 
 TOML = """
 seed = 11

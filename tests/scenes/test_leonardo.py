@@ -13,12 +13,12 @@ from lod.camera import Corner, look
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
+from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import KINDS, animal, parts_of_kind
 from scenes.models.catalogue import standing
 from scenes.models.people.people import human, rigged_people
-from scenes.placed import Placed
-from scenes.rig_build import part_names
-from scenes.stick_area import largest_area
+from scenes.rig.build import part_names
+from scenes.sticks.outline_area import largest_area
 
 PEOPLE = {"person": 0.0, "child": 1.0}
 ALL = [*PEOPLE, *KINDS]

@@ -4,8 +4,8 @@ import pytest
 from lod.errors import InputError
 from scenes.models.animals.catalogue import KINDS
 from scenes.models.catalogue import MODELS, made, standing
-from scenes.prototype import Prototype
-from scenes.rig_prototype import RiggedPrototype
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.prototype import Prototype
 
 RIGGED = ["figure", *KINDS]
 LEGGED = [name for name in RIGGED if name != "windmill"]
@@ -21,7 +21,7 @@ def test_every_model_is_made(model):
 def test_the_presets_know_every_model():
     from typing import get_args
 
-    from scenes.preset_objects import Model
+    from scenes.preset.object_tables import Model
 
     assert set(get_args(get_args(Model)[0])) == set(MODELS)
 

@@ -12,9 +12,9 @@ from lod.metric import METRICS, limit_distances
 from lod.prune import prune, prune_by_level
 from lod.smear import smears
 from lod.view import distance
-from scenes.preset import load_preset
-from scenes.rig_swing import swing
-from scenes.world import build_world, view_at
+from scenes.preset.load import load_preset
+from scenes.rig.speed_bound import swing
+from scenes.world.world import build_world, view_at
 
 SMALL = ("render.size=160x90", "camera.speed=0", "species.tree.prototypes=1", "terrain.amplitude=6")
 EYE = "display.pixels_per_degree=67"

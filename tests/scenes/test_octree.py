@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from lod.errors import InputError
 from scenes.models.boulder import SIDE_M, TINTS, boulder, boulder_prototypes
 from scenes.models.octree import Solid, octree_prototype
-from scenes.stick_area import directions, mean_area
-from scenes.stick_table import StickTable
+from scenes.sticks.outline_area import directions, mean_area
+from scenes.sticks.table import StickTable
 
 DEPTH = 4
 

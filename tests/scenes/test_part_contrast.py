@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lod.contrast import CONTRAST_CLASSES, NEVER_LOST
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.weather import CALM_SUMMER
-from scenes.part_contrast import (
+from scenes.sticks.contrast import (
     GROUND,
     GROUND_CONTRAST,
     HORIZONS,
@@ -19,7 +19,7 @@ from scenes.part_contrast import (
     greatest_contrast,
     part_contrast,
 )
-from scenes.stick_table import StickTable
+from scenes.sticks.table import StickTable
 
 
 def test_a_dark_thing_stands_out_most_against_the_sky_and_a_white_one_against_shade():

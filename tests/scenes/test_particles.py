@@ -13,8 +13,8 @@ from lod.prune import prune
 from lod.view import View
 from scenes.particles.kinds import FLAMES, KINDS, SMOKE, STAND_INS
 from scenes.particles.plume import Plume
-from scenes.stick_area import directions, mean_area
-from scenes.stick_table import StickTable
+from scenes.sticks.outline_area import directions, mean_area
+from scenes.sticks.table import StickTable
 
 HOME = Corner(0, 0)
 

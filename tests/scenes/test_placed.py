@@ -13,10 +13,10 @@ from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
+from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people, standing
 from scenes.models.trees.tree import tree_prototypes
-from scenes.placed import Placed
 
 
 class Ground:

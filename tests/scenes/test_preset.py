@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from lod.errors import InputError
-from scenes.preset import Preset, Setting, load_preset, preset_from, preset_names
+from scenes.preset.load import Preset, Setting, load_preset, preset_from, preset_names
 
 
 def refusal(name: str, *overrides: str) -> str:

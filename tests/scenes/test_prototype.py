@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from lod.errors import InputError
 from scenes.models.people.figure import figure_prototypes
 from scenes.models.trees.tree import tree_prototypes
-from scenes.prototype import Prototype, assemble
-from scenes.stick_area import directions, largest_area
-from scenes.stick_raster import areas_of_parts
-from scenes.stick_table import StickTable
+from scenes.sticks.outline_area import directions, largest_area
+from scenes.sticks.prototype import Prototype, assemble
+from scenes.sticks.table import StickTable
+from scenes.sticks.union_area import areas_of_parts
 
 
 def sticks(parts, rows):

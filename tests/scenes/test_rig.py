@@ -10,18 +10,18 @@ from scipy.spatial.transform import Rotation
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
 from lod.errors import InputError
 from lod.quaternion_arrays import products, rotated
-from scenes.gait import KEYS
+from scenes.gait.gait import KEYS
 from scenes.models.people.figure import figure_prototypes
 from scenes.models.people.people import child_sizes, human, rigged_people
 from scenes.models.people.walking import walkers
-from scenes.rig import Rig, RiggedSticks
-from scenes.rig_build import part_names
-from scenes.rig_cast import Cast
-from scenes.rig_pose import pose_points, pose_sticks
-from scenes.rig_reach import farthest
-from scenes.rig_stand import bodies_on
-from scenes.rig_turns import degrees_of, inverse, matrices, turns_of
-from scenes.stick_area import largest_area
+from scenes.rig.build import part_names
+from scenes.rig.foot_placement import bodies_on
+from scenes.rig.pose import pose_points, pose_sticks
+from scenes.rig.pose_tables import Cast
+from scenes.rig.reach_bound import farthest
+from scenes.rig.rig import Rig, RiggedSticks
+from scenes.rig.rotations import degrees_of, inverse, matrices, turns_of
+from scenes.sticks.outline_area import largest_area
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -5,13 +5,13 @@ import pytest
 
 from lod.message import Refusal, ask, change
 from lod.quaternion import Quaternion, rotation
-from scenes.gait_measure import finest
+from scenes.gait.contact_errors import finest
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import rigged_people
-from scenes.rig_actor import actor_of, in_pose_of, rig_of
-from scenes.rig_cast import Cast
-from scenes.rig_pose import pose_sticks
-from scenes.rig_stand import bodies_on
+from scenes.rig.actor import actor_of, in_pose_of, rig_of
+from scenes.rig.foot_placement import bodies_on
+from scenes.rig.pose import pose_sticks
+from scenes.rig.pose_tables import Cast
 
 RIGHT_FOOT = "pelvis/right hip/right knee/right ankle"
 

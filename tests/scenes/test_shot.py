@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from lod.air import CLEAR, haze_extinction
-from scenes.preset import load_preset
-from scenes.shot import light_of, quality_of, shoot
-from scenes.sight import air_of
-from scenes.world import build_world
+from scenes.frame.frame_input import light_of, quality_of, shoot
+from scenes.preset.load import load_preset
+from scenes.world.viewing_conditions import air_of
+from scenes.world.world import build_world
 
 SMALL = (
     "render.size=64x36",

@@ -10,9 +10,9 @@ from lod.contrast import CONTRAST_CLASSES
 from lod.eye import Display, Eye
 from lod.mist import Mist
 from lod.prune import prune
-from scenes.preset import load_preset, preset_names
-from scenes.sight import air_of
-from scenes.world import build_world, view_at
+from scenes.preset.load import load_preset, preset_names
+from scenes.world.viewing_conditions import air_of
+from scenes.world.world import build_world, view_at
 
 FEW = ("species.tree.density=0", "species.figure.prototypes=2", "render.size=320x180")
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenes.gait_slopes import OnSlope
+from scenes.gait.patrol import SHORTEST
+from scenes.gait.slope_errors import OnSlope
 from scenes.models.animals.catalogue import KINDS, animal
 from scenes.models.people.people import rigged_people
 from scenes.models.people.walking import walkers
-from scenes.patrol import SHORTEST
 
 PEOPLE = {"person": 0.0, "child": 1.0}
 WALKERS = [*PEOPLE, *(name for name, kind in KINDS.items() if kind.gait.legs)]

@@ -7,8 +7,8 @@ from numba import njit
 from scenes.far_cover.stand_rays import meet_stand, stand_field
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit
-from scenes.stick_grid import NOTHING, first_met, grids_of
-from scenes.stick_table import StickTable
+from scenes.sticks.ray_grid import NOTHING, first_met, grids_of
+from scenes.sticks.table import StickTable
 
 SEED = np.uint64(0x57A4D)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from scenes.stick_area import (
+from scenes.sticks.outline_area import (
     directions,
     largest_area,
     largest_outline_areas,
@@ -16,8 +16,8 @@ from scenes.stick_area import (
     outline_area,
     outline_areas_along,
 )
-from scenes.stick_raster import areas_of_parts
-from scenes.stick_table import StickTable
+from scenes.sticks.table import StickTable
+from scenes.sticks.union_area import areas_of_parts
 
 Z = np.array((0.0, 0.0, 1.0))
 X = np.array((1.0, 0.0, 0.0))

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from scenes.stick_area import directions, outline_areas_along
-from scenes.stick_raster import areas_of_parts
-from scenes.stick_table import StickTable
-from scenes.stick_view import first_met, visible_areas
+from scenes.sticks.outline_area import directions, outline_areas_along
+from scenes.sticks.table import StickTable
+from scenes.sticks.union_area import areas_of_parts
+from scenes.sticks.visible_area import first_met, visible_areas
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 

@@ -19,7 +19,7 @@ from lod.parts import Parts, Triangles
 from lod.prune import Cut, prune
 from lod.sight import Sight
 from lod.view import View, distance
-from scenes.part_contrast import GROUND_CONTRAST
+from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import SIDES, Patches, balanced, morton, uncovered_quarters
 from scenes.terrain.terrain import SAMPLES, Terrain, samples_of, unpacked

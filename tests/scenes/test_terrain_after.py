@@ -12,10 +12,10 @@ from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
-from scenes.preset import load_preset
+from scenes.preset.load import load_preset
+from scenes.reuse.terrain_reuse import ground_after
 from scenes.terrain.relief import Relief
 from scenes.terrain.terrain import Terrain
-from scenes.terrain_after import ground_after
 
 PARTS = ("position", "centre", "bound", "limit", "level", "object", "part", "whole", "share")
 

@@ -10,7 +10,7 @@ from lod.errors import InputError
 from scenes.models.trees.species_tables import BROADLEAF, CONIFER, DEAD_TREE, SPECIES
 from scenes.models.trees.tree import grown, tree_prototypes
 from scenes.models.trees.weather import SEASONS
-from scenes.stick_area import mean_area, mean_outline_areas
+from scenes.sticks.outline_area import mean_area, mean_outline_areas
 
 COLUMNS = ("start", "end", "start_radius", "end_radius", "tint")
 HEIGHTS = {
@@ -193,7 +193,7 @@ class TestLeafAppearance:
 
 
 def _union(p, inner, leaf):
-    from scenes.stick_table import StickTable
+    from scenes.sticks.table import StickTable
 
     pairs = [(getattr(p.inner, c)[inner], getattr(p.leaf, c)[leaf]) for c in COLUMNS]
     columns = [np.concatenate(pair) for pair in pairs]

@@ -4,7 +4,7 @@ Colour is albedo here, of trees whose shapes are not darker for the shade in wha
 is another measurement (tests/bench/test_leaf_light.py).
 
 Cuts are the pruner's own: a tree on flat ground, seen from farther and farther away; every
-direction sees them as they look from there (``scenes.heights``). As long as all its branches (level
+direction sees them as they look from there (``scenes.sticks.view_dependence``). As long as all its branches (level
 2) are displayed, and none, some or all of what they bear, the mean cover over 64 directions stays
 within 5 % of the whole tree's, each direction within 15 %, mean albedo 3 %.
 """
@@ -20,14 +20,14 @@ from lod.fade import looks
 from lod.metric import METRICS, limit_distances
 from lod.prune import prune
 from lod.view import View
-from scenes.heights import FromHeights, shares_from, thinned
+from scenes.field.placed_object import Placed
 from scenes.models.trees.leaf_appearance import upright
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
-from scenes.placed import Placed
-from scenes.stick_area import directions
-from scenes.stick_table import StickTable
-from scenes.stick_view import first_met, visible_areas
+from scenes.sticks.outline_area import directions
+from scenes.sticks.table import StickTable
+from scenes.sticks.view_dependence import FromHeights, shares_from, thinned
+from scenes.sticks.visible_area import first_met, visible_areas
 
 TREES = [(name, "summer") for name in SPECIES] + [("broadleaf", "winter"), ("birch", "winter")]
 TREES += [("shrub", "winter"), ("broadleaf", "autumn")]

@@ -11,16 +11,16 @@ from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
-from scenes.field import Species, SpeciesField
+from scenes.field.placed_object import Placed
+from scenes.field.species_field import Species, SpeciesField
 from scenes.models.catalogue import made
 from scenes.models.trees.species_tables import BROADLEAF, SPECIES
 from scenes.models.trees.sway import swaying_trees
 from scenes.models.trees.tree import tree_prototypes
 from scenes.models.trees.weather import Weather
-from scenes.placed import Placed
-from scenes.prototype import Prototype
-from scenes.rig_prototype import RiggedPrototype
-from scenes.rig_turns import turns_of
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.rig.rotations import turns_of
+from scenes.sticks.prototype import Prototype
 
 KINDS = list(SPECIES)
 
@@ -102,7 +102,7 @@ def test_everything_is_within_its_limits_in_every_pose(name):
 
 
 def test_p_holds_in_every_pose():
-    from scenes.stick_area import largest_area
+    from scenes.sticks.outline_area import largest_area
 
     _, sways = pair("shrub", 20.0)
     some = np.arange(len(sways.hierarchy)) % 7 == 0

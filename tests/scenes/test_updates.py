@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lod.schedule import WINDOW
-from scenes.preset import load_preset
-from scenes.shot import shoot
-from scenes.world import build_world
+from scenes.frame.frame_input import shoot
+from scenes.preset.load import load_preset
+from scenes.world.world import build_world
 
 SMALL = (
     "render.size=64x36",

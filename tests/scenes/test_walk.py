@@ -13,8 +13,8 @@ from lod.fade import looks
 from lod.parts import Parts
 from lod.prune import displayed, prune, prune_by_level
 from lod.view import distance, in_view
-from scenes.preset import load_preset
-from scenes.world import build_world, view_at
+from scenes.preset.load import load_preset
+from scenes.world.world import build_world, view_at
 
 COLUMNS = ("part", "whole", "level", "position", "bound", "limit", "limit_offscreen", "share")
 
@@ -82,7 +82,7 @@ def test_a_frame_of_a_preset_is_cut_the_same(name):
 
 
 def test_the_number_of_threads_changes_nothing(monkeypatch):
-    for name in ("lod.fade", "scenes.rig_pose", "scenes.emit"):
+    for name in ("lod.fade", "scenes.rig.pose", "scenes.field.stick_emission"):
         monkeypatch.setattr(f"{name}._SHORTEST_RUN", 97)
     world, view = seen_in("crowd", "render.size=200x100", frame=5)
     field = world.fields[0]
@@ -105,7 +105,7 @@ def test_small_buffers_are_joined_in_order(monkeypatch):
     world, view = seen_in("meadow", "render.size=200x100")
     field = world.fields[1]
     whole = prune(field, view)
-    monkeypatch.setattr("scenes.walk._ROOM", 1)
+    monkeypatch.setattr("scenes.field.traversal._ROOM", 1)
     parted = prune(field, view)
     for name in ("object", "part", "whole", "level"):
         assert np.array_equal(getattr(whole, name), getattr(parted, name))

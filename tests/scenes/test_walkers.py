@@ -15,20 +15,20 @@ from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
 from lod.view import View
-from scenes.cells import PoissonCells
-from scenes.field import Species, SpeciesField
-from scenes.gait_feet import contacts_of
-from scenes.gait_measure import cycle, finest, lowest
+from scenes.field.ground_contact_detail import PLACE, PRINTS, SOLES
+from scenes.field.poisson_cells import PoissonCells
+from scenes.field.species_field import Species, SpeciesField
+from scenes.gait.contact_errors import cycle, finest, lowest
+from scenes.gait.foot_path import contacts_of
+from scenes.gait.patrol import SHORTEST
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people, standing
 from scenes.noise.philox import word_of
-from scenes.patrol import SHORTEST
-from scenes.preset import load_preset
-from scenes.rig_cast import Cast
-from scenes.rig_heed import PLACE, PRINTS, SOLES
-from scenes.rig_pose import pose_points
-from scenes.rig_stand import bodies_on
-from scenes.world import build_world, view_at
+from scenes.preset.load import load_preset
+from scenes.rig.foot_placement import bodies_on
+from scenes.rig.pose import pose_points
+from scenes.rig.pose_tables import Cast
+from scenes.world.world import build_world, view_at
 
 FLAT = 0.0
 HILLY = 1.5

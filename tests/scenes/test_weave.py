@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenes.weave import picked, sources, woven
+from scenes.reuse.merge_cuts import picked, sources, woven
 
 
 def columns_of(parts, rng):

@@ -29,7 +29,7 @@ def command(names: tuple[str, ...], as_json: bool) -> None:
 def _chosen(names: tuple[str, ...]) -> Iterable[tuple[str, str]]:
     """Kind and name of what is to be checked."""
     from lod.metric import METRICS
-    from scenes.plugins import METRIC, REPRESENTATION, installed
+    from scenes.plugins.entry_points import METRIC, REPRESENTATION, installed
 
     known = {"metric": (*METRICS, *installed(METRIC)), "representation": installed(REPRESENTATION)}
     if not names:

@@ -12,7 +12,7 @@ from scenes.render.memory import peak_rss_bytes
 if TYPE_CHECKING:
     from bench.count.count_frame import Counts, SpeciesCount
     from bench.count.workloads import Workload
-    from scenes.preset import Preset
+    from scenes.preset.load import Preset
 
 
 @click.command("count")
@@ -30,7 +30,7 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
         _check_as_it_is(workload, chosen, frame)
     from bench.count.count_frame import Stopwatch, count
     from scenes.budget import within_budget
-    from scenes.world import build_world, view_at
+    from scenes.world.world import build_world, view_at
 
     watch = Stopwatch()
     with output(as_json) as out:
@@ -58,7 +58,7 @@ def _workload(preset: str) -> "Workload | None":
 
 
 def _check_as_it_is(workload: "Workload", chosen: "Preset", frame: int) -> None:
-    from scenes.preset import load_preset
+    from scenes.preset.load import load_preset
 
     if frame != 1 or chosen != load_preset(workload.preset):
         rule, cure = "a workload is counted as it is, frame 1", f"ask for {workload.preset}"

@@ -39,7 +39,7 @@ def _identities(path: Path) -> Iterable["Identity"]:
     from scenes.identity import identities
     from scenes.render.manifest import load_manifest
     from scenes.render.one_frame import preset_in
-    from scenes.world import build_world
+    from scenes.world.world import build_world
 
     manifest = load_manifest(path.parent)
     entry = manifest.frames.get(path.name)

@@ -11,9 +11,9 @@ def command(as_json: bool) -> None:
     """Presets, metrics, what other packages bring, and experiments."""
     from bench.experiments.registry import EXPERIMENTS
     from lod.metric import METRICS, Metric
-    from scenes.offer import Offer
-    from scenes.plugins import METRIC, REPRESENTATION, described
-    from scenes.preset import preset_names
+    from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
+    from scenes.plugins.representation import Offer
+    from scenes.preset.load import preset_names
 
     sections = {
         "presets": dict(preset_names()),

@@ -20,7 +20,7 @@ from bench.cli.output import Output, output
 from bench.cli.rendering import Rendering
 from bench.cli.view_flags import file_flags, preset_of, view_flags
 from lod.errors import InputError
-from scenes.preset import Preset
+from scenes.preset.load import Preset
 from scenes.render.display import Look
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from bench.cli.progress import progress_bar
 from bench.cli.time_left import Took, plan
 from bench.runner.dask_cases import Each, spread_over
 from lod.errors import InputError
-from scenes.preset_errors import nearest_name
-from scenes.preset_values import LARGEST_SEED
+from scenes.preset.errors import nearest_name
+from scenes.preset.values import LARGEST_SEED
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim
@@ -91,7 +91,7 @@ def _check_metric(metric: str, names: Sequence[str]) -> None:
     """Raises InputError for a metric that cannot be had, is ours, or that some do not try."""
     from bench.experiments.registry import EXPERIMENTS
     from lod.metric import METRICS
-    from scenes.plugins import metric_named
+    from scenes.plugins.entry_points import metric_named
 
     metric_named(metric)
     if metric in METRICS:

@@ -20,13 +20,13 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
-from scenes.preset import load_preset
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import SKY_Z, FrameInput, Layers, Quality
+from scenes.preset.load import load_preset
 from scenes.render.display import exposure_of
-from scenes.render.frame import SKY_Z, FrameInput, Layers, Quality
 from scenes.render.render import render_frame
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
-from scenes.shot import shoot
-from scenes.world import build_world
+from scenes.world.world import build_world
 
 NAME, VERSION = "air", 1
 VISIBILITIES_M = (1e3, 5e3, 20e3)

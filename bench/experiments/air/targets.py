@@ -13,7 +13,7 @@ from lod.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, look
 from lod.parts import Parts, Triangles
 from lod.prune import Cut, cut_of
-from scenes.render.frame import Light, Quality, Visible
+from scenes.frame.types import Light, Quality, Visible
 from scenes.render.render import render_frame
 
 DISTANCES = 20

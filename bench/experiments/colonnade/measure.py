@@ -29,8 +29,8 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
+from scenes.frame.types import Quality
 from scenes.models.column import column
-from scenes.render.frame import Quality
 from scenes.render.variants import choose
 
 NAME, VERSION = "colonnade", 1

@@ -17,12 +17,12 @@ from lod.fade import looks
 from lod.parts import Representation
 from lod.prune import prune
 from lod.view import View
+from scenes.field.placed_object import Placed
+from scenes.frame.frame_input import short_ids
+from scenes.frame.types import Light, Quality, Visible
 from scenes.models.column import HEIGHT_M, RADIUS_M, column
-from scenes.placed import Placed
-from scenes.plugins import metric_named
-from scenes.render.frame import Light, Quality, Visible
+from scenes.plugins.entry_points import metric_named
 from scenes.render.render import render_frame
-from scenes.shot import short_ids
 from scenes.terrain.terrain import Terrain
 
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0

@@ -17,13 +17,13 @@ import numpy as np
 from lod.air import CLEAR
 from lod.prune import prune
 from lod.view import View
-from scenes.preset import load_preset
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import FrameInput, Layers
+from scenes.preset.load import load_preset
 from scenes.render.exr import write_exr
-from scenes.render.frame import FrameInput, Layers
 from scenes.render.memory import peak_rss_bytes
 from scenes.render.render import render_frame
-from scenes.shot import shoot
-from scenes.world import World, build_world, view_at
+from scenes.world.world import World, build_world, view_at
 
 Row = dict[str, int]
 

@@ -32,13 +32,13 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
-from scenes.preset import Preset
-from scenes.render.frame import Layers, Quality
+from scenes.frame.frame_input import light_of, quality_of
+from scenes.frame.types import Layers, Quality
+from scenes.preset.load import Preset
 from scenes.render.render import render_frame, restaged, staged, taken
 from scenes.render.variants import choose
-from scenes.shot import light_of, quality_of
-from scenes.sight import air_of
-from scenes.world import World, build_world, view_at
+from scenes.world.viewing_conditions import air_of
+from scenes.world.world import World, build_world, view_at
 
 NAME, VERSION = "cover", 2
 FIELDS, QUICK_FIELDS = {"aerial": 16, "forest": 40}, {"aerial": 2, "forest": 2}

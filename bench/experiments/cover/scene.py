@@ -16,10 +16,10 @@ from lod.fade import looks
 from lod.parts import Representation
 from lod.prune import prune
 from lod.view import View
-from scenes.preset import Preset, load_preset
-from scenes.render.frame import Visible
-from scenes.shot import Shown, visible_at
-from scenes.world import World, view_at
+from scenes.frame.frame_input import Shown, visible_at
+from scenes.frame.types import Visible
+from scenes.preset.load import Preset, load_preset
+from scenes.world.world import World, view_at
 
 WIDTH_PX, HEIGHT_PX, FINE = 160, 90, 4
 """Of the picture; and rays along each side of a pixel, one to each pixel of what is rendered."""

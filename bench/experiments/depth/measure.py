@@ -26,7 +26,7 @@ from lod.metric import METRICS
 from lod.parts import Sticks
 from lod.prune import prune
 from lod.view import View
-from scenes.field import Species, SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 
 NAME, VERSION = "depth", 1
 EXTENTS_M = (75.0, 150.0, 300.0, 450.0)

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from bench.statistics.excess_flip import mean_flip
+from scenes.frame.types import SKY_Z, Layers
 from scenes.render.display import encoded, exposure_of
-from scenes.render.frame import SKY_Z, Layers
 
 BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
 """Distances of the bands of mean luminance; and the sky."""

@@ -38,12 +38,12 @@ from bench.runner import run_cases as conduct
 from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.statistics.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
-from scenes.render.frame import Layers, Visible
+from scenes.frame.frame_input import light_of, quality_of
+from scenes.frame.types import Layers, Visible
 from scenes.render.memory import foretell
 from scenes.render.render import staged, taken
 from scenes.render.variants import choose
-from scenes.shot import light_of, quality_of
-from scenes.sight import air_of
+from scenes.world.viewing_conditions import air_of
 
 NAME, VERSION = "fidelity", 3
 _SPP = {"eye level": 225, "aerial": 441, "hazy": 64}

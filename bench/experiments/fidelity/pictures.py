@@ -13,11 +13,11 @@ import numpy as np
 from bench.experiments.fidelity.scene import VIEWS, Case, displayed, preset_of, reference, view_of
 from bench.records.embedded_pictures import pictures
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE, flip_map
+from scenes.frame.frame_input import light_of, quality_of
+from scenes.frame.types import Visible
 from scenes.render.display import encoded, exposure_of
-from scenes.render.frame import Visible
 from scenes.render.render import staged, taken
-from scenes.shot import light_of, quality_of
-from scenes.sight import air_of
+from scenes.world.viewing_conditions import air_of
 
 MAGNIFIED = 4
 DETAILS = (1.0, 4.0)

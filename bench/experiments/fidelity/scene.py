@@ -16,11 +16,11 @@ from lod.fade import looks
 from lod.parts import Representation
 from lod.prune import Cut, cut_of, prune
 from lod.view import View, in_view
-from scenes.plugins import metric_named
-from scenes.preset import Preset, load_preset
-from scenes.render.frame import Visible
-from scenes.shot import short_ids
-from scenes.world import World, build_world, view_at
+from scenes.frame.frame_input import short_ids
+from scenes.frame.types import Visible
+from scenes.plugins.entry_points import metric_named
+from scenes.preset.load import Preset, load_preset
+from scenes.world.world import World, build_world, view_at
 
 VIEWS = {
     "eye level": (),

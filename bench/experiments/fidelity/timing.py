@@ -14,10 +14,10 @@ from bench.experiments.fidelity.scene import Case, displayed, parts_in, preset_o
 from bench.records.records import Point
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
 from lod.arrays import Reals
+from scenes.frame.frame_input import light_of, quality_of
 from scenes.render.memory import foretell
 from scenes.render.render import staged, taken
-from scenes.shot import light_of, quality_of
-from scenes.sight import air_of
+from scenes.world.viewing_conditions import air_of
 
 TIMED = "species, timed"
 """What such a point says of ``pruned``: species as in the sweeps, under the same whole ground."""

@@ -19,8 +19,8 @@ from lod.camera import Corner, look
 from lod.view import View
 from scenes.models.animals.catalogue import KINDS, animal
 from scenes.models.people.people import rigged_people
-from scenes.plugins import metric_named
-from scenes.rig_prototype import RiggedPrototype
+from scenes.plugins.entry_points import metric_named
+from scenes.rig.rigged_prototype import RiggedPrototype
 
 PERSON = "person"
 EVERYTHING = (PERSON, *KINDS)

@@ -9,7 +9,7 @@ from jaxtyping import Float64, Int64
 
 from bench.experiments.figure.cases import EVERYTHING, Curve, Distances, looked_from, object_of
 from lod.arrays import Reals, freeze
-from scenes.rig_prototype import RiggedPrototype
+from scenes.rig.rigged_prototype import RiggedPrototype
 
 Counts = Int64[np.ndarray, "distances poses"]
 Limits = Float64[np.ndarray, " parts"]

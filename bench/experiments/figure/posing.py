@@ -12,7 +12,7 @@ import numpy as np
 
 from bench.experiments.figure.cases import PERSON, object_of
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
-from scenes.rig_turns import matrices
+from scenes.rig.rotations import matrices
 
 POINTS_PER_JOINT = {"composing": 0, "composing_and_placing": 2}
 """The frames of all joints alone, as counting needs them; and both ends of a stick on each."""

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from scenes.rig_turns import times, turn
+from scenes.rig.rotations import times, turn
 
 Placed = Float64[np.ndarray, "n j p 3"]
 

@@ -20,9 +20,9 @@ from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
 from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.prune import prune
-from scenes.preset import load_preset
+from scenes.preset.load import load_preset
 from scenes.render.variants import choose
-from scenes.world import World, build_world, view_at
+from scenes.world.world import World, build_world, view_at
 
 NAME, VERSION = "motion", 2
 FIELDS, QUICK_FIELDS = 12, 4

@@ -15,12 +15,12 @@ import numpy as np
 from bench.experiments.motion.moves import Move
 from bench.records.records import Point
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
-from scenes.preset import Preset, load_preset
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import FrameInput
+from scenes.preset.load import Preset, load_preset
 from scenes.render.display import encoded, exposure_of
-from scenes.render.frame import FrameInput
 from scenes.render.shutter import render_exposed
-from scenes.shot import shoot
-from scenes.world import World, build_world
+from scenes.world.world import World, build_world
 
 FRAME = 2
 SIZE, WHOLE_PX, WHOLE_DEG = (96, 54), 640, 60.0

@@ -23,10 +23,10 @@ from lod.fade import looks
 from lod.parts import Sticks
 from lod.prune import prune
 from lod.view import View
-from scenes.field import Species, SpeciesField
-from scenes.plugins import metric_named
-from scenes.stick_table import StickTable
-from scenes.stick_view import first_met
+from scenes.field.species_field import Species, SpeciesField
+from scenes.plugins.entry_points import metric_named
+from scenes.sticks.table import StickTable
+from scenes.sticks.visible_area import first_met
 
 NAME, VERSION = "pixels", 1
 SPECIES = ("figure", "tree")

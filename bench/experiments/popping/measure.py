@@ -29,11 +29,11 @@ from lod.law import chained_limits
 from lod.metric import METRICS
 from lod.prune import Cut, prune
 from lod.view import View, distance
-from scenes.field import Species, SpeciesField
-from scenes.preset import load_preset
-from scenes.prototype import Prototype
+from scenes.field.species_field import Species, SpeciesField
+from scenes.preset.load import load_preset
 from scenes.render.variants import choose
-from scenes.world import build_world
+from scenes.sticks.prototype import Prototype
+from scenes.world.world import build_world
 
 NAME, VERSION = "popping", 2
 SPECIES = ("figure", "tree")

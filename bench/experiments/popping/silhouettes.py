@@ -16,9 +16,9 @@ from lod.air import CLEAR
 from lod.camera import Camera
 from lod.parts import Sticks
 from lod.smear import eye_from
-from scenes.render.frame import Light, Quality, Visible
+from scenes.frame.frame_input import Shown, visible_at
+from scenes.frame.types import Light, Quality, Visible
 from scenes.render.render import staged, taken
-from scenes.shot import Shown, visible_at
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 """Of linear Rec.709 (ITU-R BT.709)."""

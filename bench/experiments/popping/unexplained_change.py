@@ -18,10 +18,10 @@ from lod.camera import GRID_M, Camera
 from lod.fade import looks
 from lod.prune import Cut, prune
 from lod.view import View, in_view
-from scenes.field import SpeciesField
-from scenes.preset import Preset
-from scenes.shot import Shown, light_of, quality_of, with_schedule
-from scenes.world import World, view_at
+from scenes.field.species_field import SpeciesField
+from scenes.frame.frame_input import Shown, light_of, quality_of, with_schedule
+from scenes.preset.load import Preset
+from scenes.world.world import World, view_at
 
 AT_FULL_SIZE = 0.5
 """Share of itself from which on a part that comes or goes is said to pop."""

@@ -9,7 +9,7 @@ from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from bench.statistics.sample_size import Row
 from lod.prune import Cut, prune
-from scenes.field import Species, SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
 """What is counted in a field: displayed and examined, in the order of a row."""

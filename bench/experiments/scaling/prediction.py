@@ -12,8 +12,8 @@ from lod.law import chained_limits, disc_areas, expected, variance
 from lod.law_ground import moments, polar_net, reach_of
 from lod.metric import Metric
 from lod.sight import Sight
-from scenes.plugins import metric_named
-from scenes.prototype import Prototype
+from scenes.plugins.entry_points import metric_named
+from scenes.sticks.prototype import Prototype
 
 _NET = 512
 """Rings and spokes of the net on hilly ground."""

@@ -26,12 +26,12 @@ from lod.arrays import Reals
 from lod.fade import looks
 from lod.metric import METRICS
 from lod.prune import prune
-from scenes.preset import Preset, load_preset
-from scenes.render.frame import Light, Quality, Visible
+from scenes.frame.frame_input import short_ids
+from scenes.frame.types import Light, Quality, Visible
+from scenes.preset.load import Preset, load_preset
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
-from scenes.shot import short_ids
-from scenes.world import World, build_world, view_at
+from scenes.world.world import World, build_world, view_at
 
 NAME, VERSION = "spectrum", 1
 DETAILS = (2.0, 4.0, 8.0, 16.0)

@@ -31,11 +31,11 @@ from lod.schedule import (
     past,
     replayed,
 )
-from scenes.preset import Preset, load_preset
+from scenes.frame.frame_input import Shown, posed_in, scheduled, shoot
+from scenes.preset.load import Preset, load_preset
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
-from scenes.shot import Shown, posed_in, scheduled, shoot
-from scenes.world import World, build_world, time_of, view_at
+from scenes.world.world import World, build_world, time_of, view_at
 
 NAME, VERSION = "updates", 2
 FRAME = WINDOW + 8

@@ -20,7 +20,7 @@ from bench.studies.posing import interleaved
 from bench.studies.speed import described, digest, scene, size_of
 from lod.law_ground import reach_of
 from lod.prune import prune
-from scenes.preset import load_preset
+from scenes.preset.load import load_preset
 
 NAME, VERSION = "world", 1
 

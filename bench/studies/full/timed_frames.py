@@ -15,7 +15,7 @@ from pathlib import Path
 
 import psutil
 
-from scenes.preset import Preset
+from scenes.preset.load import Preset
 from scenes.render.one_frame import Record, settings_of
 from scenes.render.variants import choose
 from scenes.render.worker import Worker

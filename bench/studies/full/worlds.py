@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass, replace
 
 from lod.law_ground import reach_of
-from scenes.preset import Preset, load_preset
-from scenes.world import build_world, view_at
+from scenes.preset.load import Preset, load_preset
+from scenes.world.world import build_world, view_at
 
 
 @dataclass(frozen=True)

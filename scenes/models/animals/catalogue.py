@@ -8,15 +8,15 @@ alone: insects and artifacts are here to put that to the test.
 from functools import lru_cache
 
 from lod.errors import InputError
-from scenes.gait import walking
+from scenes.gait.gait import walking
 from scenes.models.animals.giraffe import GIRAFFE
 from scenes.models.animals.kind import Kind
 from scenes.models.animals.ostrich import OSTRICH
 from scenes.models.animals.rabbit import RABBIT
 from scenes.models.animals.stick_insect import INSECT
 from scenes.models.animals.windmill import WINDMILL
-from scenes.rig_build import part_names, rigged
-from scenes.rig_prototype import RiggedPrototype
+from scenes.rig.build import part_names, rigged
+from scenes.rig.rigged_prototype import RiggedPrototype
 
 KINDS: dict[str, Kind] = {
     "rabbit": RABBIT,

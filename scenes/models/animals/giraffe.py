@@ -8,11 +8,11 @@ piece, so that its hock goes as far past straight as the three of them would on 
 bones of a leg hang straight down at angles 0.
 """
 
-from scenes.gait import Gait, Wave
-from scenes.gait_feet import Leg
+from scenes.gait.foot_path import Leg
+from scenes.gait.gait import Gait, Wave
 from scenes.models.animals.kind import Kind, free, hinge
 from scenes.models.people.skeleton import Joint, Part, Rod
-from scenes.rig_build import Anatomy, Build
+from scenes.rig.build import Anatomy, Build
 
 _COAT = {"coat": (0.50, 0.31, 0.13), "pale": (0.62, 0.52, 0.38), "dark": (0.05, 0.04, 0.03)}
 

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from scenes.gait import Gait
-from scenes.rig_build import Anatomy, Build, Limits
+from scenes.gait.gait import Gait
+from scenes.rig.build import Anatomy, Build, Limits
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ straight as a shank that leans with a slope of 0.3 takes it, since no joint betw
 yields here. All bones of a leg hang straight down at angles 0.
 """
 
-from scenes.gait import Gait, Wave
-from scenes.gait_feet import Leg
+from scenes.gait.foot_path import Leg
+from scenes.gait.gait import Gait, Wave
 from scenes.models.animals.kind import Kind, free, hinge
 from scenes.models.people.skeleton import Joint, Part, Rod
-from scenes.rig_build import Anatomy, Build
+from scenes.rig.build import Anatomy, Build
 
 _PLUMAGE = {
     "feather": (0.035, 0.03, 0.03),

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from scenes.gait import Gait
+from scenes.gait.gait import Gait
 from scenes.models.animals.kind import Kind
 from scenes.models.people.skeleton import Joint, Part, Rod
-from scenes.rig_build import Anatomy, Build
+from scenes.rig.build import Anatomy, Build
 
 _MILL = {
     "wall": (0.72, 0.68, 0.60),

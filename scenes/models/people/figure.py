@@ -7,7 +7,7 @@ near end. The person faces +x, both soles on z = 0. P, R and B hold for every po
 from functools import lru_cache
 
 from scenes.models.people.people import rigged_people
-from scenes.prototype import Prototype
+from scenes.sticks.prototype import Prototype
 
 
 @lru_cache(maxsize=16)

@@ -42,8 +42,8 @@ from scenes.models.people.skeleton import (
     TRUNK_PARTS,
 )
 from scenes.models.people.variation import Person, person
-from scenes.rig_build import Anatomy, Build, Limits, rigged
-from scenes.rig_prototype import RiggedPrototype
+from scenes.rig.build import Anatomy, Build, Limits, rigged
+from scenes.rig.rigged_prototype import RiggedPrototype
 
 _FINGERS = list(FINGERS)[:4]
 

@@ -9,10 +9,10 @@ swing against the legs.
 
 import numpy as np
 
-from scenes.gait import Gait, Wave, walking
-from scenes.gait_feet import Leg
+from scenes.gait.foot_path import Leg
+from scenes.gait.gait import Gait, Wave, walking
 from scenes.models.people.skeleton import TOES
-from scenes.rig_prototype import RiggedPrototype
+from scenes.rig.rigged_prototype import RiggedPrototype
 
 FOOT = (
     (0.0, 20.0),

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Reals
-from scenes.heights import FromHeights, thinned
 from scenes.models.trees.growth import Branches, Leaves
 from scenes.models.trees.simplification import (
     Blobs,
@@ -24,9 +23,10 @@ from scenes.models.trees.simplification import (
     radius_step,
 )
 from scenes.models.trees.species import TreeSpecies
-from scenes.stick_area import directions, mean_outline_areas
-from scenes.stick_table import StickTable
-from scenes.stick_view import visible_areas
+from scenes.sticks.outline_area import directions, mean_outline_areas
+from scenes.sticks.table import StickTable
+from scenes.sticks.view_dependence import FromHeights, thinned
+from scenes.sticks.visible_area import visible_areas
 
 VIEWS = 12
 """Directions from which the tree as a whole is compared, half of them from below."""

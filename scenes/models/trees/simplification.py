@@ -16,9 +16,9 @@ from jaxtyping import Float64, Int64
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
-from scenes.stick_area import directions, mean_area, mean_outline_areas
-from scenes.stick_raster import COARSE
-from scenes.stick_table import StickTable
+from scenes.sticks.outline_area import directions, mean_area, mean_outline_areas
+from scenes.sticks.table import StickTable
+from scenes.sticks.union_area import COARSE
 
 FITTING_DIRECTIONS = 16
 

@@ -6,7 +6,7 @@ of branches, each level with its own number, angles, length and curvature.
 
 from dataclasses import dataclass, field, replace
 
-from scenes.heights import FromHeights
+from scenes.sticks.view_dependence import FromHeights
 
 Colour = tuple[float, float, float]
 """Linear Rec.709 albedo, 0 to 1."""
@@ -86,7 +86,7 @@ class TreeSpecies:
     heights: how the leaf appearances of the tree, a limb, … look from heights, measured likewise;
         () for the same from all; ``lit`` is then the share where they are brightest
     sides: tone of the shapes of the tree, a limb, … by the angle between eye and sun
-        (``scenes.heights.TURNS_DEG``), over that of all sides, ``lit``; measured likewise; () for 1
+        (``scenes.sticks.view_dependence.TURNS_DEG``), over that of all sides, ``lit``; measured likewise; () for 1
     overlap: how much of the leaf appearance of the tree, a limb, … and of the parts that it stands
         for lies in one another, half of each shown (``lod.thinning.stands_for``), for trees in
         leaf, and bare; measured (``bench.calibrate.leaf_overlap``)

@@ -7,8 +7,8 @@ leaf. What the terms mean is said in ``tree_kind``.
 
 import math
 
-from scenes.heights import FromHeights
 from scenes.models.trees.species import BranchLevel, Colour, Foliage, TreeSpecies
+from scenes.sticks.view_dependence import FromHeights
 
 
 def _shades(dark: Colour, light: Colour, count: int = 5) -> tuple[Colour, ...]:

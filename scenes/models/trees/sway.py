@@ -23,12 +23,12 @@ from lod.arrays import Ints, Points, Reals
 from lod.hierarchy import Hierarchy
 from scenes.models.trees.species import TreeSpecies
 from scenes.models.trees.tree import tree_prototypes
-from scenes.prototype import Prototype
-from scenes.rig import Rig, RiggedSticks
-from scenes.rig_motion import Motion, key_phases
-from scenes.rig_prototype import RiggedPrototype
-from scenes.rig_turns import turns_of
-from scenes.stick_table import StickTable
+from scenes.rig.keyframes import Motion, key_phases
+from scenes.rig.rig import Rig, RiggedSticks
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.rig.rotations import turns_of
+from scenes.sticks.prototype import Prototype
+from scenes.sticks.table import StickTable
 
 TRUNK_DEG, LIMB_DEG = 0.6, 2.5
 """Most that a joint of the trunk, and a limb, turns about either level axis at GALE_M_S."""

@@ -15,15 +15,15 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points
 from lod.errors import InputError
-from scenes.heights import FROM_ALL, Minds
 from scenes.models.trees.growth import grow
 from scenes.models.trees.leaf_appearance import Grown, leaf_appearances, owned
 from scenes.models.trees.simplification import joined
 from scenes.models.trees.species import TreeSpecies
 from scenes.models.trees.species_tables import BROADLEAF
 from scenes.models.trees.weather import SEASONS
-from scenes.prototype import Prototype, assemble
-from scenes.stick_table import StickTable
+from scenes.sticks.prototype import Prototype, assemble
+from scenes.sticks.table import StickTable
+from scenes.sticks.view_dependence import FROM_ALL, Minds
 
 _STREAM = 0x7EE
 

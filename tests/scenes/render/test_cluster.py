@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.preset import load_preset
+from scenes.frame.types import Layers
+from scenes.preset.load import load_preset
 from scenes.render.cluster import Cluster, check_versions, cluster
 from scenes.render.cluster_frames import render_on_cluster, sweep
 from scenes.render.disk import partial_path
 from scenes.render.exr import write_exr
-from scenes.render.frame import Layers
 from scenes.render.one_frame import render_one, settings_of
 from scenes.render.sequence import open_job, render_sequence
 

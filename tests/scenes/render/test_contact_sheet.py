@@ -5,10 +5,10 @@ import pytest
 from PIL import Image
 
 from lod.errors import InputError
+from scenes.frame.types import Layers
 from scenes.render.contact_sheet import contact_sheet, default_columns, preview
 from scenes.render.display import KEY, TONE_CURVES, Look, display, exposure_of
 from scenes.render.exr import write_exr
-from scenes.render.frame import Layers
 
 
 def frame(path, value, size=(32, 18)):

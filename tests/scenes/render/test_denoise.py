@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
+from scenes.frame.types import Extras
 from scenes.render.denoise import denoised
-from scenes.render.frame import Extras
 from scenes.render.render import render_frame
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from lod.errors import InputError
 from lod.parts import Sticks
+from scenes.frame.types import Light, Quality, sampler_seed
 from scenes.render.describe import describe
-from scenes.render.frame import Light, Quality, sampler_seed
 from scenes.render.sampling import sample_groups, square_sides
 from scenes.render.sticks import batches
 

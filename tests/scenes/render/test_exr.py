@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, look
 from lod.errors import InputError
+from scenes.frame.types import SKY_Z, FileForm, Layers
 from scenes.render import exr
 from scenes.render.exr import read_exr, write_exr
-from scenes.render.frame import SKY_Z, FileForm, Layers
 from scenes.render.header import frame_header
 
 NAMES = {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"}

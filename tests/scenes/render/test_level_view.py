@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
+from scenes.frame.types import Layers
 from scenes.render.display import Look
-from scenes.render.frame import Layers
 from scenes.render.level_view import LEVELS, SKY, by_level, level_colours, pictured
 
 

@@ -3,11 +3,11 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.preset import load_preset
-from scenes.render.frame import FrameInput
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import FrameInput
+from scenes.preset.load import load_preset
 from scenes.render.memory import Beside, check_memory, foretell, foretold
-from scenes.shot import shoot
-from scenes.world import build_world
+from scenes.world.world import build_world
 
 SIZE = 640, 360
 

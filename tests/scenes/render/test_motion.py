@@ -10,19 +10,19 @@ from hypothesis import strategies as st
 from lod.camera import Corner, look
 from lod.fade import looks
 from lod.quaternion_arrays import rotated
-from scenes.preset import load_preset
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import SKY_Z, Extras
+from scenes.preset.load import load_preset
 from scenes.render import variants
 from scenes.render.build import use_up
 from scenes.render.describe import describe
-from scenes.render.frame import SKY_Z, Extras
 from scenes.render.haze import haze_of
 from scenes.render.motion import carried, motion_layer, projected, with_stick
 from scenes.render.passes_frame import render_passes
 from scenes.render.render import render_frame
-from scenes.rig_pose import pose_points
-from scenes.rig_turns import between
-from scenes.shot import shoot
-from scenes.world import build_world, view_at
+from scenes.rig.pose import pose_points
+from scenes.rig.rotations import between
+from scenes.world.world import build_world, view_at
 
 SIZE = (48, 27)
 vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array)

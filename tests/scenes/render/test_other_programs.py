@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, look
+from scenes.frame.types import FileForm, Layers
 from scenes.render.exr import write_exr
-from scenes.render.frame import FileForm, Layers
 from scenes.render.header import frame_header
 
 FORMS = {"one": FileForm(), "parts": FileForm(multipart=True, colour="float")}

@@ -5,10 +5,10 @@ import pytest
 
 from lod.air import Air
 from lod.mist import Mist
+from scenes.frame.types import Quality
 from scenes.render import medium, variants
 from scenes.render.describe import describe
 from scenes.render.emitters import radiance, surroundings
-from scenes.render.frame import Quality
 from scenes.render.render import render_frame
 from scenes.render.scattered import with_layer
 from scenes.render.table import (

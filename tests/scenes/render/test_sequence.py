@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
+from scenes.frame.types import Layers
 from scenes.render.disk import DiskError
 from scenes.render.exr import read_exr, write_exr
-from scenes.render.frame import Layers
 from scenes.render.manifest import load_manifest
 from scenes.render.sequence import FrameFailed, frame_path, open_job, render_sequence
 

@@ -8,12 +8,12 @@ import pytest
 from lod.camera import Corner, look
 from lod.errors import InputError
 from lod.parts import Sticks
-from scenes.preset import load_preset
+from scenes.frame.frame_input import shoot
+from scenes.frame.types import Instant, Visible
+from scenes.preset.load import load_preset
 from scenes.render import variants
-from scenes.render.frame import Instant, Visible
 from scenes.render.shutter import offsets, render_exposed
-from scenes.shot import shoot
-from scenes.world import build_world
+from scenes.world.world import build_world
 
 SUBFRAMES = 16
 SIZE, FOCAL = (96, 6), 48.0

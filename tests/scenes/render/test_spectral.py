@@ -5,10 +5,10 @@ import pytest
 
 from lod.air import CLEAR, Air, haze_extinction, rgb_extinction
 from lod.errors import InputError
+from scenes.frame.types import Light, Quality
 from scenes.render import variants
 from scenes.render.airlight import horizon
 from scenes.render.bands import bands_of
-from scenes.render.frame import Light, Quality
 from scenes.render.render import render_frame
 
 SPECTRAL = ("scalar_spectral", "llvm_ad_spectral")

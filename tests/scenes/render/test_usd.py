@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
+from scenes.frame.types import FrameInput
 from scenes.render.describe import describe
-from scenes.render.frame import FrameInput
 from scenes.render.usd import check_usd, write_usd
 
 pxr = pytest.importorskip("pxr")

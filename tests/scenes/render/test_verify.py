@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.preset import preset_from
+from scenes.frame.types import Layers
+from scenes.preset.load import preset_from
 from scenes.render.exr import write_exr
-from scenes.render.frame import Layers
 from scenes.render.manifest import file_hash, flatten, load_manifest
 from scenes.render.one_frame import settings_of
 from scenes.render.sequence import open_job, render_sequence

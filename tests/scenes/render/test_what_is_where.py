@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scenes.render.frame import SKY_Z, Light
+from scenes.frame.types import SKY_Z, Light
 from scenes.render.render import render_frame
 
 

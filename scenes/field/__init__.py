@@ -1,0 +1,1 @@
+"""The endless field: Poisson cells, placed and posed species, traversal."""

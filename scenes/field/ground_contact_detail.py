@@ -1,0 +1,89 @@
+"""How closely a body minds the ground: no closer than what could be displayed of it can tell.
+
+    SOLES   under each sole, its height and slope: where a foot could be displayed
+    PRINTS  under each print, its height: where any part besides the whole could be
+    PLACE   under the body alone: where the whole is all that could be
+
+What decides is the distance in plan, less what a part's origin can be away from where its object
+stands, against the limit distances of the parts: a function of the eye and the object alone, and
+never less close than the cut. What that leaves feet off the ground by is less than a quarter of
+m·d (which a test repeats, on the presets' hills).
+"""
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints, Reals
+from lod.view import View
+from scenes.field.part_tables import Atlas
+from scenes.field.traversal_tables import Slots
+from scenes.rig.rigged_prototype import RiggedPrototype
+
+PLACE, PRINTS, SOLES = 0, 1, 2
+
+
+def foot_parts(prototypes: tuple[RiggedPrototype, ...]) -> np.ndarray:
+    """Whether each part of all prototypes rides on an ankle, or below it, (m,)."""
+    flags = []
+    for prototype in prototypes:
+        under = np.zeros(len(prototype.rig) + 1, bool)
+        under[prototype.motion.feet.legs[:, 2] + 1] = True
+        for row, parent in enumerate(prototype.rig.parent):
+            under[row + 1] |= under[parent + 1]
+        flags.append(under[prototype.joint + 1])
+    return np.concatenate(flags)
+
+
+def heed(
+    atlas: Atlas,
+    slots: Slots,
+    feet: np.ndarray,
+    view: View,
+    xy: Float64[np.ndarray, "n 2"],
+    variant: Ints,
+) -> Ints:
+    """SOLES, PRINTS or PLACE of bodies at xy (n, 2) [m] of the frame.
+
+    feet (m,): as ``foot_parts`` gives them, of the rows of the atlas
+    """
+    return np.count_nonzero(_within(atlas, slots, feet, view, xy, variant) > 0, axis=1)
+
+
+def heed_slack(
+    atlas: Atlas,
+    slots: Slots,
+    feet: np.ndarray,
+    view: View,
+    xy: Float64[np.ndarray, "n 2"],
+    variant: Ints,
+) -> Reals:
+    """How far the eye may go until these bodies could mind the ground otherwise, (n,) [m]."""
+    return np.abs(_within(atlas, slots, feet, view, xy, variant)).min(axis=1)
+
+
+def _within(
+    atlas: Atlas,
+    slots: Slots,
+    feet: np.ndarray,
+    view: View,
+    xy: Float64[np.ndarray, "n 2"],
+    variant: Ints,
+) -> Float64[np.ndarray, "n 2"]:
+    """How far each body is within the two distances [m]."""
+    root = slots.rest[:, :2]
+    away = slots.spread[:, 0] + np.hypot(root[:, 0], root[:, 1])
+    near = np.hypot(*(xy - view.camera.eye[:2]).T) - away[variant]
+    return _farthest(atlas, feet, view)[variant] - near[:, None]
+
+
+def _farthest(atlas: Atlas, feet: np.ndarray, view: View) -> Float64[np.ndarray, "v 2"]:
+    """Limit distance of the farthest part besides the whole, and of the farthest of the feet, of
+    each prototype [m]; those of all parts where it has no part that is a foot.
+    """
+    if view.metric.along_axis:
+        return np.full((len(atlas.root), 2), np.inf)  # what is far can be of little depth
+    limit = np.maximum(*atlas.limits(view))
+    limit[atlas.root] = -np.inf
+    parts = np.maximum.reduceat(limit, atlas.root)
+    soles = np.maximum.reduceat(np.where(feet, limit, -np.inf), atlas.root)
+    return np.column_stack((parts, np.where(soles > -np.inf, soles, parts)))

@@ -1,0 +1,235 @@
+"""The prototypes of one species, laid end to end in one set of arrays."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import freeze
+from lod.hierarchy import Hierarchy
+from lod.parts import Look
+from lod.runs import in_runs
+from lod.thinning import stands_for
+from lod.view import View
+from scenes.rig.rig import RiggedSticks
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.view_dependence import (
+    Minds,
+    between,
+    place,
+    place_around,
+    together,
+    tone_aside,
+    toned,
+)
+
+_SHORTEST_RUN = 16384
+"""Parts for which another thread is worth its start."""
+
+_GOLDEN = (math.sqrt(5) - 1) / 2
+"""Multiples of it fall evenly on 0 to 1 (Weyl)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """Rows are the parts of all prototypes, one prototype after the other.
+
+    root (v,) row of each prototype's whole object; bound, level, share, overlap as in Hierarchy
+    joint, origin  a part's origin is the point ``origin`` (m, 3) in the frame of its joint (m,)
+    rest (m, 3)    the same in the object's own frame, as the object stands [m]
+    part_count, first_part, order: the parts of row i are order[first_part[i] :][: part_count[i]]
+    sticks         both appearances; those of row i, inner then leaf, begin at first[2 i] and
+                   first[2 i + 1]
+    minds          which sticks mind the height that they are seen from; darker tones follow theirs
+    """
+
+    hierarchies: tuple[Hierarchy, ...]
+    root: np.ndarray
+    joint: np.ndarray
+    origin: np.ndarray
+    rest: np.ndarray
+    bound: np.ndarray
+    level: np.ndarray
+    share: np.ndarray
+    overlap: np.ndarray
+    part_count: np.ndarray
+    first_part: np.ndarray
+    order: np.ndarray
+    sticks: RiggedSticks
+    tints: np.ndarray
+    minds: Minds
+
+    def __post_init__(self) -> None:
+        freeze(self, root=np.int64, joint=np.int64, origin=np.float64, rest=np.float64)
+        freeze(self, bound=np.float64, level=np.int64, share=np.float64, tints=np.float64)
+        freeze(self, overlap=np.float64)
+        freeze(self, part_count=np.int64, first_part=np.int64, order=np.int64)
+
+    @staticmethod
+    def of(prototypes: tuple[RiggedPrototype, ...]) -> "Atlas":
+        """Lay the prototypes end to end."""
+        trees = tuple(prototype.hierarchy for prototype in prototypes)
+        root = np.cumsum([0] + [len(tree) for tree in trees])[:-1]
+        order_start = np.cumsum([0] + [len(tree) - 1 for tree in trees])[:-1]
+        joint = np.concatenate([prototype.joint for prototype in prototypes])
+        rest = np.concatenate([tree.position for tree in trees])
+        pairs = list(zip(trees, order_start, root, strict=True))
+        sticks, tints, minds = _appearances(prototypes)
+        return Atlas(
+            hierarchies=trees,
+            root=root,
+            joint=joint,
+            origin=np.concatenate([prototype.place for prototype in prototypes]),
+            rest=rest,
+            bound=np.concatenate([tree.B for tree in trees]),
+            level=np.concatenate([tree.level for tree in trees]),
+            share=np.concatenate([tree.share for tree in trees]),
+            overlap=np.concatenate([tree.overlap for tree in trees]),
+            part_count=np.concatenate([tree.part_count for tree in trees]),
+            first_part=np.concatenate([tree.first_part + start for tree, start, _ in pairs]),
+            order=np.concatenate([tree.order + row for tree, _, row in pairs]),
+            sticks=sticks,
+            tints=tints,
+            minds=minds,
+        )
+
+    def limits(self, view: View, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Clamped limit distances of every row, in view and out of it [m]."""
+        return _limits(self, view, smear)
+
+    def smeared_limits(self, view: View, most: float) -> np.ndarray:
+        """The same at every whole step of smear up to the next after ``most``, (steps, m, 2) [m].
+
+        Between two steps limits lie on the straight line: still clamped, and in clear air never
+        below their own, for D is convex in m.
+        """
+        steps = range(1 if most == 0 else int(most) + 2)
+        return np.stack([np.stack(self.limits(view, step), axis=1) for step in steps])
+
+    def parts_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """For each part owned by ``rows``: which of ``rows`` owns it, and its own row."""
+        whole, offset = expand(self.part_count[rows])
+        return whole, self.order[self.first_part[rows][whole] + offset]
+
+    def sticks_of(self, rows: np.ndarray, look: Look) -> "Displayed":
+        """The displayed sticks of these rows."""
+        minds, table = self.minds, self.sticks
+        tables = minds.of_stick, minds.share, minds.darker, minds.aside
+        asked = rows, look.inner, look.leaf, look.rise, look.turn, look.hidden
+
+        def counted(first: int, last: int) -> tuple[int, int]:
+            return first, _count(table.first, *(each[first:last] for each in asked[:3]))
+
+        starts, counts = zip(*in_runs(counted, len(rows), _SHORTEST_RUN), strict=True)
+        *begins, total = np.cumsum((0, *counts)).tolist()
+        begin = dict(zip(starts, begins, strict=True))
+        kinds = np.int64, np.int64, np.float64, np.int64
+        found = Displayed(*(np.empty(total, kind) for kind in kinds))
+
+        def told(first: int, last: int) -> None:
+            own, out = [each[first:last] for each in asked], [c[begin[first] :] for c in found]
+            known = table.first, table.tint, tables, self.overlap
+            _sticks_of(*known, first, own[0], tuple(own[1:]), tuple(out))
+
+        in_runs(told, len(rows), _SHORTEST_RUN)
+        return found
+
+
+class Displayed(NamedTuple):
+    """Displayed sticks (k,).
+
+    owner  of the rows that were asked for; stick: its own row; share of its area, and its tint
+    """
+
+    owner: np.ndarray
+    stick: np.ndarray
+    share: np.ndarray
+    tint: np.ndarray
+
+
+@lru_cache(maxsize=16)
+def _limits(atlas: Atlas, view: View, smear: int) -> tuple[np.ndarray, np.ndarray]:
+    """Asked for again and again in one frame, worked out once."""
+    pairs = [view.limits(tree, smear) for tree in atlas.hierarchies]
+    inside, outside = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    for each in (inside, outside):
+        each.setflags(write=False)
+    return inside, outside
+
+
+def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """For counts (n,): the owner of each of count.sum() items, and its number under that owner."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+
+
+@njit(cache=True, nogil=True)
+def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
+    """How many sticks there are in the blocks that ``_sticks_of`` tells of."""
+    count = 0
+    for i in range(len(rows)):
+        for side, share in enumerate((inner[i], leaf[i])):
+            block = 2 * rows[i] + side
+            count += (first[block + 1] - first[block]) * (share > 0.0)
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _sticks_of(first, tints, minds, overlap, begin, rows, look, found):  # type: ignore[no-untyped-def]
+    """Owner, row, share and tint of every stick of blocks 2·row and 2·row + 1, in their order;
+    owners are counted from ``begin``."""
+    inner, leaf, rise, turn, hidden = look
+    owner, stick, shares, tint = found
+    of_stick, shares_seen, darker, aside = minds
+    k = 0
+    for i in range(len(rows)):
+        aloft = high = around = -2.0  # not looked up yet
+        blended = leaf[i]
+        if 0.0 < hidden[i] < 1.0:
+            blended *= stands_for(hidden[i], overlap[rows[i]]) / hidden[i]
+        for side, share in enumerate((inner[i], blended)):
+            block = 2 * rows[i] + side
+            if share > 0.0:
+                for row in range(first[block], first[block + 1]):
+                    owner[k], stick[k], shares[k], tint[k] = begin + i, row, share, tints[row]
+                    c = of_stick[row]
+                    if c >= 0:
+                        if aloft == -2.0:
+                            aloft, high = place(abs(rise[i])), place(max(rise[i], 0.0))
+                            around = place_around(turn[i])
+                        shares[k] *= between(shares_seen[c], aloft)
+                        # Between two tones some sticks have one and some the other.
+                        down = between(darker[c], high) + tone_aside(aside[c], around)
+                        tint[k] += int(down + row * _GOLDEN % 1.0)
+                    k += 1
+
+
+def _appearances(
+    prototypes: tuple[RiggedPrototype, ...],
+) -> tuple[RiggedSticks, np.ndarray, Minds]:
+    """Inner and leaf tables of all prototypes, interleaved part by part, on one palette; and which
+    sticks mind heights."""
+    palettes = np.concatenate([p.tints for p in prototypes])
+    tints, tint_row = np.unique(palettes, axis=0, return_inverse=True)
+    tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])[:-1]
+    tables, tint, block, parts = [], [], [], 0
+    for prototype, start in zip(prototypes, tint_start, strict=True):
+        for is_leaf, table in enumerate((prototype.inner, prototype.leaf)):
+            tables.append(table)
+            tint.append(tint_row.ravel()[start + table.tint])
+            block.append(2 * (parts + table.owner) + is_leaf)
+        parts += len(prototype.hierarchy)
+    blocks = np.concatenate(block)
+    order = np.argsort(blocks, kind="stable")
+    names = ("start", "end", "start_radius", "end_radius", "start_joint", "end_joint")
+    columns = {k: np.concatenate([getattr(table, k) for table in tables])[order] for k in names}
+    count = np.bincount(blocks, minlength=2 * parts)
+    first = np.concatenate(([0], np.cumsum(count)))
+    pairs = [each for p in prototypes for each in (Minds(), p.minds)]
+    minds = together(pairs, [len(table) for table in tables])
+    minds = replace(minds, of_stick=minds.of_stick[order])
+    tint_of_stick, tints = toned(np.concatenate(tint)[order], tints, minds)
+    return RiggedSticks(first=first, tint=tint_of_stick, **columns), tints, minds

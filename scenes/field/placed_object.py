@@ -1,0 +1,79 @@
+"""Objects put where a preset says, one by one: the few that a picture is about."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from lod.camera import GRID_M, Corner
+from lod.parts import Look, Parts, Sticks
+from lod.prune import Cut
+from lod.view import View
+from scenes.field.posed_species import Objects, Troupe, troupe_of
+from scenes.field.species_field import Ground
+from scenes.rig.foot_placement import bodies_on
+from scenes.rig.pose_tables import Bodies
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.prototype import Prototype
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A Representation: one object at (x, y) metres from the plane's origin, facing a heading.
+
+    heading_deg: clockwise from north; period of its motion as the prototype's, from phase 0
+    """
+
+    name: str
+    prototype: Prototype | RiggedPrototype
+    x: float
+    y: float
+    heading_deg: float
+    ground: Ground
+
+    @cached_property
+    def troupe(self) -> Troupe:
+        """Its parts and looks."""
+        return troupe_of((self.prototype,))
+
+    def roots(self, view: View) -> Parts:
+        """The object itself, whether near or far."""
+        return self.troupe.wholes(self._objects(view), view)
+
+    def walk(self, view: View) -> Cut:
+        """What of it is displayed, by a compiled walk."""
+        return self.troupe.cut(self._objects(view), view, 1)
+
+    def _objects(self, view: View) -> Objects:
+        return self.troupe.seen(None, view, partial(self._bodies, view.camera.corner))
+
+    def later(self, parts: Parts, view: View, time_s: float) -> Parts:
+        """The same parts as they look at another time."""
+        if not self.troupe.moves:
+            return parts
+        bodies = self._bodies(view.camera.corner, time_s)
+        return replace(parts, state=replace(parts.state, bodies=bodies))
+
+    def _bodies(self, corner: Corner, time_s: float) -> Bodies:
+        """The object as it stands at a time."""
+        xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
+        facing = math.radians(90.0 - self.heading_deg)
+        return bodies_on(
+            self.troupe.cast,
+            partial(self.ground.height, corner),
+            xy,
+            cos=np.array([math.cos(facing)]),
+            sin=np.array([math.sin(facing)]),
+            variant=np.zeros(1, np.int64),
+            phase=np.array([time_s / self.troupe.rigged[0].motion.period]),
+            pace=np.ones(1),
+        )
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The parts that ``parts`` own directly."""
+        return self.troupe.parts_of(parts, view)
+
+    def appearance(self, parts: Parts, look: Look) -> Sticks:
+        """Sticks of the displayed parts."""
+        return self.troupe.appearance(parts, look)

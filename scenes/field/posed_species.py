@@ -1,0 +1,226 @@
+"""Objects of one species, wherever they stand: their parts and looks, posed by compiled walks."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import Ints, Reals, freeze
+from lod.parts import Look, Parts, Sticks
+from lod.prune import Cut
+from lod.smear import smears
+from lod.view import View
+from scenes.field.ground_contact_detail import foot_parts, heed, heed_slack
+from scenes.field.part_tables import Atlas
+from scenes.field.stick_emission import emit
+from scenes.field.traversal import Rows, walk
+from scenes.field.traversal_tables import Slots, limits_of, slots_of
+from scenes.rig.pose import pose_points
+from scenes.rig.pose_tables import Bodies, Cast
+from scenes.rig.rigged_prototype import RiggedPrototype, rigid
+from scenes.rig.speed_bound import swing
+from scenes.sticks.prototype import Prototype
+
+
+@dataclass(frozen=True, eq=False)
+class Objects:
+    """The objects of one frame that were examined: as they stand, and what they are elsewhere.
+
+    bodies: place, heading, prototype and phase of each; draws: whatever identifies them (n rows)
+    smear:  (n,) how much motion hides of each, on the scale of lod.exposure
+    """
+
+    bodies: Bodies
+    draws: Any
+    smear: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, smear=np.float64)
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+
+@dataclass(frozen=True, eq=False)
+class Troupe:
+    """The prototypes of a species, ready to be handed out part by part."""
+
+    prototypes: tuple[Prototype | RiggedPrototype, ...]
+
+    @cached_property
+    def rigged(self) -> tuple[RiggedPrototype, ...]:
+        """Every prototype as something that can be posed, if only in one way."""
+        return tuple(p if isinstance(p, RiggedPrototype) else rigid(p) for p in self.prototypes)
+
+    @cached_property
+    def atlas(self) -> Atlas:
+        """All parts and sticks in one set of arrays."""
+        return Atlas.of(self.rigged)
+
+    @cached_property
+    def cast(self) -> Cast:
+        """All rigs and motions."""
+        return Cast.of(self.rigged)
+
+    @cached_property
+    def slots(self) -> Slots:
+        """All parts, as the compiled walk reads them."""
+        return slots_of(self.atlas, np.array([_sway(p) for p in self.rigged]))
+
+    @cached_property
+    def feet(self) -> np.ndarray:
+        """Which parts of the atlas ride on a foot, (m,)."""
+        return foot_parts(self.rigged)
+
+    @cached_property
+    def lean_m(self) -> float:
+        """Farthest in plan that the origin of a whole can be from where its object stands [m]."""
+        rest = self.atlas.rest[self.atlas.root]
+        return float(np.hypot(rest[:, 0], rest[:, 1]).max()) + self.sway_m
+
+    @cached_property
+    def sway_m(self) -> float:
+        """More than the origin of any whole moves from where it rests [m]."""
+        return max(_sway(prototype) for prototype in self.rigged)
+
+    @cached_property
+    def moves(self) -> bool:
+        """Whether any of them has a motion, and does not just stand."""
+        return any(len(prototype.motion.turns) > 1 for prototype in self.rigged)
+
+    @cached_property
+    def swing(self) -> np.ndarray:
+        """How fast anything of each prototype moves by its own motion, (v,) [m/s]."""
+        return np.array([swing(prototype) for prototype in self.rigged])
+
+    def heed(self, view: View, xy: np.ndarray, variant: Ints) -> Ints:
+        """How closely bodies at xy (n, 2) [m] mind the ground."""
+        return heed(self.atlas, self.slots, self.feet, view, xy, variant)
+
+    def heed_slack(self, view: View, xy: np.ndarray, variant: Ints) -> Reals:
+        """How far the eye may go until they could mind it otherwise, (n,) [m]."""
+        return heed_slack(self.atlas, self.slots, self.feet, view, xy, variant)
+
+    def seen(self, draws: Any, view: View, bodies_at: Callable[[float], Bodies]) -> Objects:
+        """Objects as they are in a view, and how much motion hides of each.
+
+        ``bodies_at`` gives them as they are at a time [s]; the same where none of them moves.
+        """
+        bodies = bodies_at(view.time_s)
+        exposure, still = view.exposure, np.zeros(len(bodies))
+        if exposure is None or not view.metric.finite:
+            return Objects(bodies, draws, still)
+        opens, closes = (bodies_at(t) for t in (exposure.opens_s, exposure.closes_s))
+        start, end = self._origins(opens), self._origins(closes)
+        bound = self.atlas.bound[self.atlas.root][bodies.variant]
+        turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
+        # The origin of the whole may swing one way and something of it the other.
+        own = 2 * self.swing[bodies.variant] * exposure.seconds + turn * bound
+        smear = smears(exposure, view.camera.corner, view.theta, start, end, bound, own)
+        return Objects(bodies, draws, smear)
+
+    def _origins(self, bodies: Bodies) -> np.ndarray:
+        """Origins of the wholes, (n, 3) [m]."""
+        atlas, rows = self.atlas, np.arange(len(bodies))
+        part = atlas.root[bodies.variant]
+        return pose_points(self.cast, bodies, rows, part, atlas.origin, atlas.joint)
+
+    def cut(self, objects: Objects, view: View, examined: int) -> Cut:
+        """What is displayed of these objects, by the compiled walk.
+
+        examined: objects that were tested, of which these are left.
+        """
+        limits = limits_of(self.slots, self.atlas, view, _most(objects))
+        rows = walk(self.cast, self.slots, limits, objects.bodies, objects.smear, view)
+        rejected = examined - len(objects)
+        level = self.atlas.level.astype(np.int16)[rows.part]
+        counted = examined, rejected + rows.examined
+        return Cut(
+            rows.object,
+            rows.part,
+            level,
+            rows.whole,
+            *counted,
+            lambda: self.parts_shown(objects, rows, view),
+        )
+
+    def parts_shown(self, objects: Objects, rows: Rows, view: View) -> Parts:
+        """All that is known of displayed parts."""
+        owner, part, whole = (a.astype(np.int64) for a in (rows.object, rows.part, rows.whole))
+        return self._parts(objects, owner, part, whole, view)
+
+    def wholes(self, objects: Objects, view: View) -> Parts:
+        """The wholes of these objects."""
+        rows = np.arange(len(objects))
+        part = self.atlas.root[objects.bodies.variant]
+        return self._parts(objects, rows, part, np.full(len(rows), -1), view)
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The parts that ``parts`` own directly."""
+        whole, part = self.atlas.parts_of(parts.part)
+        return self._parts(parts.state, parts.object[whole], part, whole, view)
+
+    def appearance(self, parts: Parts, look: Look) -> Sticks:
+        """Sticks of displayed parts, as much of both appearances as they show.
+
+        Parts of one object stand together, so that every joint is posed once.
+        """
+        displayed = self.atlas.sticks_of(parts.part, look)
+        return emit(self.cast, self.atlas, parts.state.bodies, parts.object, displayed)
+
+    def _parts(
+        self, objects: Objects, rows: np.ndarray, part: np.ndarray, whole: np.ndarray, view: View
+    ) -> Parts:
+        atlas = self.atlas
+        position = pose_points(self.cast, objects.bodies, rows, part, atlas.origin, atlas.joint)
+        limits = _between(atlas.smeared_limits(view, _most(objects)), part, rows, objects.smear)
+        return Parts(
+            position=position,
+            centre=position,
+            bound=atlas.bound[part],
+            limit=limits[0],
+            limit_offscreen=limits[1],
+            level=atlas.level[part],
+            object=rows,
+            part=part,
+            whole=whole,
+            share=atlas.share[part],
+            state=objects,
+        )
+
+
+def _most(objects: Objects) -> float:
+    return float(objects.smear.max(initial=0.0))
+
+
+@njit(cache=True)
+def _between(limits, part, rows, smear):  # type: ignore[no-untyped-def]
+    """Limits of parts (n,) of objects ``rows`` (n,), (2, n), as the compiled walk takes them.
+
+    limits (steps, m, 2) at whole steps of smear; smear of each object
+    """
+    found = np.empty((2, len(part)))
+    for i in range(len(part)):
+        step = int(smear[rows[i]])
+        share = smear[rows[i]] - step
+        for side in range(2):
+            found[side, i] = limits[step, part[i], side]
+            if share > 0:
+                found[side, i] += share * (limits[step + 1, part[i], side] - found[side, i])
+    return found
+
+
+def _sway(prototype: RiggedPrototype) -> float:
+    """More than the origin of the whole moves from where it rests: what bounds it all [m]."""
+    motion = prototype.motion
+    moves = len(motion.turns) > 1 or len(motion.feet) > 0
+    return float(prototype.hierarchy.B[0]) if moves else 0.0
+
+
+@lru_cache(maxsize=64)
+def troupe_of(prototypes: tuple[Prototype | RiggedPrototype, ...]) -> Troupe:
+    """The troupe of these very prototypes, made once."""
+    return Troupe(prototypes)

@@ -1,0 +1,103 @@
+"""Sticks of displayed parts, posed and laid out in one compiled walk.
+
+What ``rig_pose.pose_sticks`` gives, with radii that cover each stick's share of its area
+(``lod.thinning``). Positions are float64 up to the renderer's door.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import Ints
+from lod.parts import Sticks
+from lod.runs import in_runs
+from lod.thinning import thinning
+from scenes.field.part_tables import Atlas, Displayed
+from scenes.rig.pose import at_point, matrix, pose_wanted, scratch, stand, want
+from scenes.rig.pose_tables import Bodies, Cast
+
+_SHORTEST_RUN = 8192
+"""Sticks for which another thread is worth its start."""
+
+
+def emit(
+    cast: Cast,
+    atlas: Atlas,
+    bodies: Bodies,
+    objects: Ints,
+    displayed: Displayed,
+) -> Sticks:
+    """Displayed sticks of an atlas; objects (n,): of each displayed part, its row in ``bodies``."""
+    table = atlas.sticks
+    ends = table.start, table.end, table.start_joint, table.end_joint
+    sizes = table.start_radius, table.end_radius
+    owner, stick, share, tint = displayed
+    n, columns = len(stick), bodies.columns()
+    start, end, radii = np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n))
+
+    def run(first: int, last: int) -> None:
+        rows = slice(first, last)
+        which = objects, owner[rows], stick[rows], share[rows]
+        out = start[rows], end[rows], radii[:, rows]
+        _emit(cast.tables, cast.most_joints, *columns, *which, ends, sizes, *out)
+
+    in_runs(run, n, _SHORTEST_RUN)
+    return Sticks(start, end, radii[0], radii[1], tint, atlas.tints, owner)
+
+
+@njit(cache=True, nogil=True)
+def _emit(  # type: ignore[no-untyped-def]
+    t,
+    most,
+    origin,
+    cos,
+    sin,
+    variant,
+    phase,
+    feet,
+    objects,
+    owner,
+    stick,
+    share,
+    ends,
+    sizes,
+    starts,
+    stops,
+    radii,
+):
+    start, end, joint0, joint1 = ends
+    radius0, radius1 = sizes
+    n = len(stick)
+    frame, state = scratch(most)
+    m = 0
+    while m < n:
+        o = objects[owner[m]]
+        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
+        stance = stand(t, frame, state, variant[o], phase[o], at)
+        last = m
+        while last < n and objects[owner[last]] == o:
+            want(t.joint, stance, state, joint0[stick[last]] + 1)
+            want(t.joint, stance, state, joint1[stick[last]] + 1)
+            last += 1
+        pose_wanted(t, frame, state, stance, feet, o, 1, stance[2])
+        row, turn = 0, matrix(frame, 0)
+        while m < last:
+            k = stick[m]
+            if joint0[k] + 1 != row:
+                row = joint0[k] + 1
+                turn = matrix(frame, row)
+            a = at_point(frame, row, turn, start[k, 0], start[k, 1], start[k, 2])
+            if joint1[k] + 1 != row:
+                row = joint1[k] + 1
+                turn = matrix(frame, row)
+            b = at_point(frame, row, turn, end[k, 0], end[k, 1], end[k, 2])
+            starts[m, 0], starts[m, 1], starts[m, 2] = a
+            stops[m, 0], stops[m, 1], stops[m, 2] = b
+            factor = 1.0
+            if share[m] != 1.0:
+                x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+                length = math.sqrt(x * x + y * y + z * z)
+                factor = thinning(radius0[k], radius1[k], length, share[m])
+            radii[0, m], radii[1, m] = radius0[k] * factor, radius1[k] * factor
+            m += 1

@@ -1,0 +1,254 @@
+"""The compiled walk over the parts of posed objects: root first, and down only where that passes.
+
+One object at a time, its parts level by level. Most tests are decided before the part's position is
+known: a part that is never farther than w from where the root rests, whose distance is d, passes
+where d + w < D and fails where d − w ≥ D (triangle inequality); so too with what is in view. Only
+what is left is posed, each joint once, and put to the one comparison. All of that is float64, and
+agrees with the level-by-level pruner to the last bit; rows of parts are int32.
+
+Objects are shared out to threads in runs, and the runs joined in order: same bytes for any number.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from lod.comparison import Vantage, distance_to, into_view, passes, sees, slack, vantage_of
+from lod.runs import in_runs
+from lod.view import View
+from scenes.field.poisson_cells import NOT_HELD
+from scenes.field.traversal_tables import Slots
+from scenes.rig.pose import (
+    NO_STANCE,
+    NO_TURN,
+    POSED,
+    at_point,
+    matrix,
+    pose_wanted,
+    scratch,
+    stand,
+    want,
+)
+from scenes.rig.pose_tables import Bodies, Cast
+
+_ROOM = 2**20
+"""Rows in one buffer at first; memory is taken only as it fills."""
+
+_UNKNOWN, _SEEN, _UNSEEN, _PARTLY = 0, 1, 2, 3
+
+_SHORTEST_RUN = 256
+"""Objects for which another thread is worth its start."""
+
+
+class Held(NamedTuple):
+    """For how long what is found of objects holds.
+
+    objects (n, 4) takes of each how many of its parts are displayed and examined, and the slack of
+            all of them (``lod.comparison.slack``) [m]
+    still   whether they stay as they are; else only what is decided before anything is posed holds
+    lift    how far up or down where they stand may go meanwhile [m]
+    least   slack that is of no use, and not worth working out [m]
+    """
+
+    objects: np.ndarray
+    still: bool
+    lift: float
+    least: float
+
+
+class Rows(NamedTuple):
+    """Displayed parts: object, row in the atlas, and row here of the whole (−1), (n,) int32 each;
+    and how many parts were examined.
+    """
+
+    object: np.ndarray
+    part: np.ndarray
+    whole: np.ndarray
+    examined: int
+
+
+def walk(
+    cast: Cast,
+    slots: Slots,
+    limits: np.ndarray,
+    bodies: Bodies,
+    smear: np.ndarray,
+    view: View,
+    held: Held | None = None,
+) -> Rows:
+    """Everything displayed of these objects; smear (n,): of each; held: takes for how long."""
+    vantage, columns = vantage_of(view), (*bodies.columns(), smear)
+    asked = Held(NOT_HELD, True, 0.0, 0.0) if held is None else held
+
+    def run(first: int, last: int) -> list[Rows]:
+        return _run(cast, slots, limits, columns, vantage, asked, first, last)
+
+    runs = in_runs(run, len(bodies), _SHORTEST_RUN)
+    return _joined([rows for each in runs for rows in each])
+
+
+def _run(
+    cast: Cast,
+    slots: Slots,
+    limits: np.ndarray,
+    columns: tuple[np.ndarray, ...],
+    vantage: Vantage,
+    held: Held,
+    first: int,
+    last: int,
+) -> list[Rows]:
+    """Objects first to last, buffer by buffer."""
+    done: list[Rows] = []
+    room = max(_ROOM, 2 * slots.most)
+    while first < last or not done:
+        out = np.empty((3, room), np.int32)
+        table = (slots.place, limits, slots.links, slots.rest, slots.spread)
+        first, filled, examined = _walk(
+            cast.tables,
+            cast.most_joints,
+            vantage,
+            *columns,
+            table,
+            slots.most,
+            held,
+            first,
+            last,
+            out,
+        )
+        done.append(Rows(out[0, :filled], out[1, :filled], out[2, :filled], examined))
+        room *= 2
+    return done
+
+
+def _joined(runs: list[Rows]) -> Rows:
+    if len(runs) == 1:
+        return runs[0]
+    starts = np.cumsum([0] + [len(rows.part) for rows in runs])
+    wholes = [
+        np.where(rows.whole < 0, rows.whole, rows.whole + np.int32(start))
+        for rows, start in zip(runs, starts[:-1], strict=True)
+    ]
+    objects, parts = (np.concatenate([getattr(r, k) for r in runs]) for k in ("object", "part"))
+    return Rows(objects, parts, np.concatenate(wholes), sum(rows.examined for rows in runs))
+
+
+@njit(cache=True, nogil=True)
+def _walk(  # type: ignore[no-untyped-def]
+    t,
+    joints,
+    vantage,
+    origin,
+    cos,
+    sin,
+    variant,
+    phase,
+    feet,
+    smear,
+    table,
+    most,
+    held,
+    first,
+    last,
+    out,
+):
+    """Objects from ``first`` while the rest of the buffer holds any one of them.
+
+    Gives the object it stopped before, rows filled, and parts examined.
+    """
+    place, limits, links, rest, spread = table
+    frame, state = scratch(joints)
+    slot = np.empty(most, np.int32)
+    n, examined, o, holding = 0, 0, first, len(held.objects) > 0
+    while o < last and n + most <= out.shape[1]:
+        v = variant[o]
+        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
+        middle = _rests(at, rest[v, 0], rest[v, 1], rest[v, 2])
+        d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
+        stance, turn = NO_STANCE, NO_TURN
+        base, i, whole, k, end = n, n, -1, v, v + 1
+        room, room_view, before = math.inf, math.inf, examined
+        within = into_view(vantage, *middle) if holding else 0.0
+        ends = spread[v, 0], spread[v, 1]
+        step = int(smear[o])
+        between = smear[o] - step
+        while True:
+            examined += end - k
+            while k < end:
+                wander, inside = limits[step, k, 0], limits[step, k, 1]
+                outside = limits[step, k, 2]
+                if between > 0:
+                    inside += between * (limits[step + 1, k, 1] - inside)
+                    outside += between * (limits[step + 1, k, 2] - outside)
+                passed, decided = d + wander < outside, True
+                if not passed and d - wander < inside:
+                    decided = False
+                    if d + wander < inside and d - wander >= outside:
+                        if seen == _UNKNOWN:
+                            seen = _whether_seen(vantage, middle, spread[v, 0], spread[v, 1])
+                        passed, decided = seen == _SEEN, seen != _PARTLY
+                if not decided:
+                    if not stands:
+                        stance = stand(t, frame, state, v, phase[o], at)
+                        turn, stands = matrix(frame, 0), True
+                    row = links[k, 1]
+                    if row == 0:
+                        x, y, z = at_point(frame, 0, turn, place[k, 0], place[k, 1], place[k, 2])
+                    else:
+                        if state[row] != POSED:
+                            lowest = want(t.joint, stance, state, row)
+                            pose_wanted(t, frame, state, stance, feet, o, lowest, row)
+                        x, y, z = place[k, 0], place[k, 1], place[k, 2]
+                        if x == 0.0 and y == 0.0 and z == 0.0:
+                            x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
+                        else:
+                            x, y, z = at_point(frame, row, matrix(frame, row), x, y, z)
+                    passed = passes(vantage, x, y, z, limits[step, k, 3], inside, outside)
+                if holding and room > held.least:
+                    by_d, by_view = 0.0, 0.0
+                    if decided:
+                        by_d, by_view = slack(d, wander, within, *ends, inside, outside, passed)
+                    elif held.still:
+                        far, into, reach = distance_to(vantage, x, y, z), 0.0, limits[step, k, 3]
+                        if not far < outside and far < inside:
+                            into = into_view(vantage, x, y, z)
+                        by_d, by_view = slack(
+                            far, 0.0, into, -reach, reach, inside, outside, passed
+                        )
+                    room, room_view = min(room, by_d), min(room_view, by_view)
+                if passed:
+                    out[0, n], out[1, n], out[2, n] = o, links[k, 0], whole
+                    slot[n - base] = k
+                    n += 1
+                k += 1
+            if i == n:
+                break
+            whole, k = i, links[slot[i - base], 2]
+            end = k + links[slot[i - base], 3]
+            i += 1
+        if holding:
+            held.objects[o, 0], held.objects[o, 1] = n - base, examined - before
+            lift = held.lift
+            steep = (abs(middle[2] - vantage.eye_z) + lift) / max(d - lift, 1e-9)
+            # Where it is of no use, the rest was not looked at.
+            held.objects[o, 2] = room - lift * min(1.0, steep) if room > held.least else 0.0
+            held.objects[o, 3] = room_view - lift
+        o += 1
+    return o, n, examined
+
+
+@njit(cache=True)
+def _rests(at, x, y, z):  # type: ignore[no-untyped-def]
+    """Where the root of an object would be at rest."""
+    east, north, up, cos, sin = at
+    return east + cos * x - sin * y, north + sin * x + cos * y, up + z
+
+
+@njit(cache=True)
+def _whether_seen(vantage, middle, wander, reach):  # type: ignore[no-untyped-def]
+    """Whether the origins of an object's parts are all in view, or nothing of it, or neither."""
+    x, y, z = middle
+    if sees(vantage, x, y, z, -wander):
+        return _SEEN
+    return _PARTLY if sees(vantage, x, y, z, reach) else _UNSEEN

@@ -1,0 +1,1 @@
+"""From a world and a view to the input of a renderer."""

@@ -1,0 +1,1 @@
+"""How bodies walk: patrols, paths of feet, errors at the ground."""

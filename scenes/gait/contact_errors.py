@@ -1,0 +1,89 @@
+"""What a gait does to the ground: how far feet slide, sink and float, between the key poses as
+well.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import Reals
+from lod.quaternion_arrays import rotated
+from scenes.gait.foot_path import Leg, contacts_of
+from scenes.gait.gait import Gait
+from scenes.rig.rig import RiggedSticks
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.rig.rotations import Turns, Vectors
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One cycle at K phases: turns (K, j, 4) in the parents; origin (K, j, 3), facing (K, j, 4)
+    of joints.
+    """
+
+    phase: np.ndarray
+    turns: np.ndarray
+    origin: np.ndarray
+    facing: np.ndarray
+
+
+def cycle(prototype: RiggedPrototype, count: int = 240) -> Cycle:
+    """A cycle sampled evenly, off the keys."""
+    phase = (np.arange(count) + 0.37) / count
+    poses = [prototype.motion.at(float(p)) for p in phase]
+    turns, shift = (np.array(column) for column in zip(*poses, strict=True))
+    return Cycle(phase, turns, *prototype.rig.frames(turns, shift))
+
+
+def finest(prototype: RiggedPrototype) -> tuple[RiggedSticks, RiggedSticks]:
+    """The sticks displayed while every part is: inner ones, and those of parts that own none."""
+    owns = np.zeros(len(prototype.joint), bool)
+    owns[prototype.hierarchy.whole[1:]] = True
+    return prototype.inner.only(owns), prototype.leaf.only(~owns)
+
+
+def lowest(prototype: RiggedPrototype, seen: Cycle) -> Reals:
+    """Height of the lowest point of any stick at each phase, (K,) [m]."""
+    low = np.full(len(seen.phase), np.inf)
+    for table in finest(prototype):
+        ends = (
+            (table.start_joint, table.start, table.start_radius),
+            (table.end_joint, table.end, table.end_radius),
+        )
+        for joint, point, radius in ends:
+            if len(joint):
+                at = _placed(seen.origin[:, joint], seen.facing[:, joint], point)
+                low = np.minimum(low, (at[..., 2] - radius).min(axis=1))
+    return low
+
+
+def slide(prototype: RiggedPrototype, gait: Gait, seen: Cycle) -> float:
+    """Farthest that a contact moves over the ground while the foot rolls over it, of all legs
+    [m].
+    """
+    worst = 0.0
+    for leg in gait.legs:
+        heel_until, ball_from = _rolls(leg)
+        for side in ("left", "right"):
+            row = prototype.rig.row(f"{side} {leg.ankle}")
+            own = (seen.phase - leg.strike - (leg.apart if side == "right" else 0.0)) % 1.0
+            stances = (own < min(heel_until, gait.duty), (own >= ball_from) & (own < gait.duty))
+            for (x, z, _), stands in zip(contacts_of(prototype, row), stances, strict=True):
+                point = np.array((x, 0.0, z))
+                path = _placed(seen.origin[stands, row], seen.facing[stands, row], point)[:, :2]
+                path[:, 0] += prototype.motion.stride * own[stands]
+                if len(path):
+                    worst = max(worst, float(np.linalg.norm(np.ptp(path, axis=0))))
+    return worst
+
+
+def _rolls(leg: Leg) -> tuple[float, float]:
+    """Phases until which the heel, and from which the ball, is the contact that stays: flat is
+    both.
+    """
+    flat = [phase for phase, degrees in leg.pitch if degrees == 0.0 and phase < 0.6]
+    return (max(flat), min(flat)) if flat else (0.0, 1.0)
+
+
+def _placed(origin: Vectors, facing: Turns, point: Vectors) -> Vectors:
+    return origin + rotated(facing, np.broadcast_to(point, origin.shape))

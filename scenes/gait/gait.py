@@ -1,0 +1,293 @@
+"""Walking by tables: where feet go, how the body sways, and the key poses that follow from both.
+
+A foot is prescribed relative to the ground: it lands on its heel, rolls flat, rises about its ball
+and swings to its next print. Hips follow from the body's own waves, and hip and knee from the two
+of them by two-link inverse kinematics. Everything on legs goes by the same rules; what differs
+stands in its ``Gait``.
+
+Lengths are shares of h, the height of the first leg's hip at rest. Speed and stride are those of
+dynamically similar animals: speed² = Froude·g·h, and stride = 2.3·h·Froude^0.3 (Alexander,
+"Estimates of speeds of dinosaurs", Nature 261:129, 1976; for people from four years on, the same
+author, Am. J. Phys. Anthropol. 63:23, 1984).
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lod.errors import InputError
+from lod.quaternion_arrays import products, rotated
+from scenes.gait.foot_path import Contacts, Leg, contacts_of, foot_path, sole_of
+from scenes.rig.build import side_of
+from scenes.rig.footprints import Feet
+from scenes.rig.keyframes import Motion, key_phases
+from scenes.rig.rig import Rig
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.rig.rotations import Turns, Vectors, degrees_of, inverse, turns_of
+
+GRAVITY = 9.81
+KEYS = 32
+
+REACH = 0.996
+"""How far a leg may be stretched, as a share of its length: knees are never locked."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """One joint's swing about one axis: mean + amplitude·cos 2π(cycles·phase − peak) [degrees].
+
+    Added to the angle at rest where ``mean`` is None. Of joints on both sides this is the left
+    one; the right one is its mirror image, ``apart`` of a cycle later. Joint "" bobs and sways the
+    whole [shares of h].
+    """
+
+    joint: str
+    axis: int
+    amplitude: float
+    peak: float = 0.0
+    cycles: int = 1
+    mean: float | None = None
+    apart: float = 0.5
+
+
+@dataclass(frozen=True)
+class Gait:
+    """How one kind moves.
+
+    duty    share of the cycle that a foot stands; froude: speed²/(g·h)
+    stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude``
+        gives
+    spins   joints that go round: name, axis, whole turns a cycle
+    steepest  slope of the ground that its feet follow; tilts: as in Motion
+    """
+
+    legs: tuple[Leg, ...]
+    waves: tuple[Wave, ...]
+    duty: float = 0.62
+    froude: float = 0.22
+    stride: float | None = None
+    period: float | None = None
+    spins: tuple[tuple[str, int, int], ...] = ()
+    steepest: float = 0.3
+    tilts: bool = False
+
+    def stride_of(self, height: float) -> float:
+        """Ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
+        relative = 2.3 * self.froude**0.3 if self.stride is None else self.stride
+        return relative * height
+
+    def period_of(self, height: float) -> float:
+        """Duration of one cycle [s]."""
+        if self.period is not None:
+            return self.period
+        return self.stride_of(height) / math.sqrt(self.froude * GRAVITY * height)
+
+
+def walking(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> RiggedPrototype:
+    """The same object, moving. Raises InputError where a stride is too long for a leg."""
+    return prototype.moving(motion_of(prototype, gait, keys))
+
+
+def motion_of(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motion:
+    """Key poses of one cycle; the left foot of the first leg lands at its ``strike`` phase."""
+    rig, phase = prototype.rig, key_phases(keys)
+    height = _hip_height(rig, gait)
+    stride = gait.stride_of(height)
+    turns, shift = _body(rig, gait, phase, height)
+    placed = [
+        _placed_leg(prototype, gait, leg, side, phase, stride, height)
+        for leg in gait.legs
+        for side in ("left ", "right ")
+    ]
+    shift[:, 2] += min(0.0, min((_room(rig, p, turns, shift) for p in placed), default=0.0))
+    for p in placed:
+        _bend_leg(rig, p, turns, shift)
+    feet = Feet(
+        legs=np.array([p.rows for p in placed]).reshape(-1, 3),
+        sticks_out=np.array([p.leg.sticks_out for p in placed], bool),
+        bend=np.array([float(p.leg.bend) for p in placed]),
+        strike=np.array([p.strike for p in placed]),
+        duty=np.full(len(placed), gait.duty),
+        home=np.array([p.home for p in placed]).reshape(-1, 2),
+        steepest=np.full(len(placed), gait.steepest),
+        sole=np.array([p.sole for p in placed]).reshape(-1, 3, 2),
+    )
+    return Motion(turns, shift, stride, gait.period_of(height), feet, gait.tilts)
+
+
+def _hip_height(rig: Rig, gait: Gait) -> float:
+    if not gait.legs:
+        return float(rig.frames()[0][:, 2].max())
+    return float(rig.frames()[0][rig.row(f"left {gait.legs[0].hip}"), 2])
+
+
+def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Turns, Vectors]:
+    """Turns of every joint by the waves alone, (K, j, 4), and bob and sway, (K, 3) [m]."""
+    rest = degrees_of(rig.rest)
+    angles = np.broadcast_to(rest, (len(phase), *rest.shape)).copy()
+    shift, moved = np.zeros((len(phase), 3)), np.zeros(rest.shape, bool)
+    for wave in gait.waves:
+        if not wave.joint:
+            swing = np.cos(2 * np.pi * (wave.cycles * phase - wave.peak))
+            shift[:, wave.axis] += height * ((wave.mean or 0.0) + wave.amplitude * swing)
+            continue
+        named = [name for name in rig.name if side_of(name)[1] == wave.joint]
+        if not named:
+            raise InputError("gait.wave", wave.joint, "a joint of the rig")
+        for name in named:
+            row, right = rig.row(name), name.startswith("right ")
+            late = wave.apart if right else 0.0
+            value = wave.amplitude * np.cos(2 * np.pi * (wave.cycles * (phase - late) - wave.peak))
+            sign = -1.0 if right and wave.axis != 1 else 1.0
+            if wave.mean is not None and not moved[row, wave.axis]:
+                angles[:, row, wave.axis] = sign * wave.mean
+            angles[:, row, wave.axis] += sign * value
+            moved[row, wave.axis] = True
+    for name, axis, count in gait.spins:
+        row = rig.row(name)
+        angles[:, row, axis] += 360.0 * count * phase
+        moved[row, axis] = True
+    still = ~moved.any(axis=1)
+    turns = turns_of(angles)
+    turns[:, still] = rig.rest[still]
+    return turns, shift
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """One leg of one side through the cycle: rows of hip, knee, ankle; ankle's path and turn; where
+    its print is in mid-stance, and its sole on that.
+    """
+
+    leg: Leg
+    rows: tuple[int, int, int]
+    toes: tuple[int, ...]
+    turnout: float
+    ankle: np.ndarray
+    foot: np.ndarray
+    curl: np.ndarray
+    strike: float
+    home: np.ndarray
+    sole: np.ndarray
+
+
+def _placed_leg(
+    prototype: RiggedPrototype,
+    gait: Gait,
+    leg: Leg,
+    side: str,
+    phase: np.ndarray,
+    stride: float,
+    height: float,
+) -> _Placed:
+    rig, sign = prototype.rig, 1.0 if side == "left " else -1.0
+    rows = rig.row(side + leg.hip), rig.row(side + leg.knee), rig.row(side + leg.ankle)
+    contacts: Contacts = contacts_of(prototype, rows[2])
+    strike = (leg.strike + (0.0 if side == "left " else leg.apart)) % 1.0
+    own = phase - strike
+    path = foot_path(leg, contacts, own % 1.0, stride, gait.duty, leg.clearance * height)
+    turnout = sign * math.radians(leg.turnout)
+    rest = rig.frames()[0]
+    hip, ankle = rest[rows[0]], rest[rows[2]]
+    at = (ankle[0], ankle[1]) if leg.spread is None else (hip[0], sign * leg.spread * height)
+    home = np.array((at[0] + leg.ahead * height, at[1], 0.0))
+    ahead = np.stack((path.print_x, np.zeros(len(own)), path.z), axis=1)
+    along = path.roll[:, None] * np.array((math.cos(turnout), math.sin(turnout), 0.0))
+    degrees = np.stack((0 * own, path.pitch, np.full(len(own), math.degrees(turnout))), axis=1)
+    return _Placed(
+        leg,
+        rows,
+        tuple(rig.row(side + toe) for toe in leg.toes),
+        turnout,
+        home + ahead + along,
+        turns_of(degrees),
+        path.curl,
+        strike,
+        home[:2],
+        sole_of(prototype, rows[2]) @ _spin(turnout).T,
+    )
+
+
+def _spin(angle: float) -> np.ndarray:
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array(((cos, -sin), (sin, cos)))
+
+
+def standing_feet(prototype: RiggedPrototype) -> Feet:
+    """The feet of a walker at rest: every one stands, where it is, all of the time."""
+    feet = prototype.motion.feet
+    origin, turn = prototype.rig.frames()
+    ankles = feet.legs[:, 2]
+    ahead = rotated(turn[ankles], np.broadcast_to((1.0, 0.0, 0.0), (len(feet), 3)))
+    yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
+    soles = [
+        sole_of(prototype, int(row)) @ _spin(angle).T
+        for row, angle in zip(ankles, yaw, strict=True)
+    ]
+    return replace(
+        feet,
+        duty=np.ones(len(feet)),
+        home=origin[ankles, :2],
+        sole=np.array(soles).reshape(-1, 3, 2),
+    )
+
+
+def _room(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> float:
+    """How far the body may rise (or must sink, below 0) for this leg to reach its foot all the way
+    [m].
+    """
+    hip = rig.frames(turns, shift)[0][:, p.rows[0]]
+    length = REACH * sum(float(np.linalg.norm(rig.offset[row])) for row in p.rows[1:])
+    aside = np.linalg.norm((p.ankle - hip)[:, :2], axis=1)
+    if aside.max() >= length:
+        raise InputError("gait.stride", float(aside.max()), f"within a leg's reach, {length:.3g} m")
+    return float((np.sqrt(length**2 - aside**2) + p.ankle[:, 2] - hip[:, 2]).min())
+
+
+def _bend_leg(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> None:
+    """Turns of hip, knee, ankle and toes that put the ankle where it must be, written into
+    ``turns``.
+    """
+    hip, knee, ankle = p.rows
+    origin, frame = rig.frames(turns, shift)
+    above = (
+        frame[:, rig.parent[hip]] if rig.parent[hip] >= 0 else turns_of(np.zeros((len(turns), 3)))
+    )
+    reach = rotated(inverse(above), p.ankle - origin[:, hip])
+    upper, lower = (float(np.linalg.norm(rig.offset[row])) for row in (knee, ankle))
+    hip_degrees, knee_degrees = two_links(reach, upper, lower, p.leg, p.turnout)
+    turns[:, hip], turns[:, knee] = turns_of(hip_degrees), turns_of(knee_degrees)
+    shank = products(products(above, turns[:, hip]), turns[:, knee])
+    turns[:, ankle] = products(inverse(shank), p.foot)
+    for toe in p.toes:
+        turns[:, toe] = turns_of(np.stack((0 * p.curl, p.curl, 0 * p.curl), axis=1))
+
+
+def two_links(
+    reach: Vectors, upper: float, lower: float, leg: Leg, turnout: float
+) -> tuple[Vectors, Vectors]:
+    """Angles about x, y, z of hip and knee that put the ankle at ``reach`` in the hip's parent
+    frame [degrees].
+
+    Both bones hang straight down at angles 0. The knee turns about y alone, by the law of cosines;
+    the hip about y into the direction of the ankle, and aside about x, or about z for legs that
+    stick out.
+    """
+    distance = np.linalg.norm(reach, axis=1)
+    cosine = (distance**2 - upper**2 - lower**2) / (2 * upper * lower)
+    knee = leg.bend * np.arccos(np.clip(cosine, -1, 1))
+    x, z = -lower * np.sin(knee), -(upper + lower * np.cos(knee))
+    if leg.sticks_out:
+        about_z = np.arctan2(reach[:, 1], reach[:, 0])
+        about_x = np.zeros(len(reach))
+        ahead = np.hypot(reach[:, 0], reach[:, 1])
+    else:
+        about_z = np.full(len(reach), turnout)
+        ahead = reach[:, 0] * np.cos(turnout) + reach[:, 1] * np.sin(turnout)
+        aside = reach[:, 1] * np.cos(turnout) - reach[:, 0] * np.sin(turnout)
+        about_x = np.arcsin(np.clip(-aside / z, -1, 1))
+        z = z * np.cos(about_x)
+    about_y = np.arctan2(z * ahead - x * reach[:, 2], x * ahead + z * reach[:, 2])
+    hip = np.degrees(np.stack((about_x, about_y, about_z), axis=1))
+    return hip, np.degrees(np.stack((0 * knee, knee, 0 * knee), axis=1))

@@ -1,0 +1,136 @@
+"""Walkers that patrol around their homes: where each is at a time, in closed form, so any frame
+stands alone.
+
+A walker goes round a circle about its home at an even speed, and the ground it covers drives its
+gait: one cycle of the motion a stride. Where homes are a Poisson process and starts and
+directions are drawn for each home alone, the walkers are at any time a Poisson process of the same
+density (displacement theorem: Kingman, "Poisson Processes", 1993, §5.5), so the law's predictions
+hold
+for
+them unchanged.
+
+The motion was made for a straight path. On a circle of radius ρ a print that is x ahead and y
+aside of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``least_radius``
+keeps that small.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from lod.arrays import Reals, freeze
+from lod.errors import InputError
+from scenes.rig.keyframes import Motion
+
+SHORTEST = 0.82
+"""The shortest stride of any one, as a share of its prototype's, which is the longest."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walkers:
+    """Walkers at one time. offset (n, 2) from their homes [m]; cos, sin (n,) of their headings;
+    phase (n,).
+    """
+
+    offset: np.ndarray
+    cos: np.ndarray
+    sin: np.ndarray
+    phase: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, offset=np.float64, cos=np.float64, sin=np.float64, phase=np.float64)
+
+
+class Rounds(NamedTuple):
+    """How walkers go round, as ``patrol`` takes it: (n,) each, but for ``radius``."""
+
+    radius: Reals | float
+    heading: Reals
+    clockwise: np.ndarray
+    phase: Reals
+    stride: Reals
+    period: Reals
+
+    def at(self, time_s: float | Reals) -> Walkers:
+        """Where they are at a time, or each at a time of its own [s]."""
+        return patrol(*self, time_s)
+
+    def take(self, rows: np.ndarray) -> "Rounds":
+        """The walkers at ``rows``."""
+        return Rounds(self.radius, *(each[rows] for each in self[1:]))
+
+
+def patrol(
+    radius: Reals | float,
+    heading: Reals,
+    clockwise: np.ndarray,
+    phase: Reals,
+    stride: Reals,
+    period: Reals,
+    time: float | Reals,
+) -> Walkers:
+    """Walkers ``time`` s after they set out, each on a circle of ``radius`` m about its home.
+
+    They have always walked: time may be below 0, and each walker's own, (n,).
+
+    heading (n,) at time 0, anticlockwise from x [rad]; clockwise (n,) which way round; phase
+        (n,) at time 0
+    stride, period (n,) of each one's motion [m, s]; those without a stride stay at home, facing
+        ``heading``
+    """
+    radius = np.broadcast_to(np.asarray(radius, np.float64), heading.shape)
+    if not (np.isfinite(time).all() and np.isfinite(radius).all() and np.all(radius > 0)):
+        arrived = float(np.max(time, initial=0.0)), float(radius.min(initial=math.inf))
+        raise InputError("patrol", arrived, "a finite time, a radius above 0 m")
+    turns = np.where(clockwise, -1.0, 1.0)
+    # Whole rounds and whole cycles drop out before they cost any digits.
+    rounds = np.fmod(time * (stride / period) / (2 * np.pi * radius), 1.0)
+    facing = heading + turns * 2 * np.pi * rounds
+    cos, sin = np.cos(facing), np.sin(facing)
+    away = np.where(stride > 0, radius, 0.0) * turns
+    offset = np.stack((away * sin, -away * cos), axis=1)
+    return Walkers(offset, cos, sin, np.mod(phase + np.fmod(time / period, 1.0), 1.0))
+
+
+def paces(u: Reals) -> tuple[Reals, Reals]:
+    """Each one's stride and period as shares of its prototype's, from uniform numbers (n,).
+
+    By the rule that gaits are made by (``gait``): stride goes as Froude^0.3 and speed as its root,
+    so that one whose stride is s times as long takes s^(−2/3) times as long over it.
+    """
+    stride = SHORTEST + (1.0 - SHORTEST) * u
+    return stride, stride ** (-2 / 3)
+
+
+def slip(stance: float, ahead: float, aside: float, radius: float) -> float:
+    """How far a print moves under a foot that stands while the body goes ``stance`` m along a
+    circle [m].
+
+    ahead, aside: where the print is, as the body is half-way through, from the body [m].
+    """
+    gone = np.linspace(-stance / 2, stance / 2, 65)
+    angle = gone / radius
+    x, y = ahead - gone, aside
+    at = np.stack(
+        (
+            radius * np.sin(angle) + x * np.cos(angle) - y * np.sin(angle),
+            radius * (1 - np.cos(angle)) + x * np.sin(angle) + y * np.cos(angle),
+        ),
+        axis=1,
+    )
+    return float(np.linalg.norm(at[:, None] - at[None], axis=-1).max())
+
+
+def least_radius(motion: Motion, duty: float, ahead: float, aside: float, most: float) -> float:
+    """The tightest circle on which prints move by at most ``most`` m; 0 for what stays at home
+    [m].
+    """
+    if motion.stride == 0:
+        return 0.0
+    stance = duty * motion.stride
+    radius = stance
+    while max(slip(stance, ahead, side * aside, radius) for side in (1, -1)) > most:
+        radius *= 1.05
+    return radius

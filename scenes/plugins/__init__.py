@@ -1,0 +1,1 @@
+"""Metrics and representations of other installed packages."""

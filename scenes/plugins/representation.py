@@ -1,0 +1,68 @@
+"""What a package of others offers for a scene: how it is made, and from where it is looked at."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+from lod.camera import Camera
+from lod.errors import InputError
+from lod.parts import Representation
+from scenes.field.species_field import Ground
+from scenes.plugins.entry_points import REPRESENTATION, installed, loaded, made_by
+
+
+@runtime_checkable
+class Standing(Representation, Protocol):
+    """A representation that stands on the ground."""
+
+    @property
+    def top_m(self) -> float:
+        """Height above the ground under it that nothing of it is above [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """The value of an entry point of ``lodbench.representations``.
+
+    about   one line, for `lodbench list`
+    make    (name, seed, ground, **options) → a Standing of that name, the same for the same
+            arguments; options are those of the preset's table, each with a default
+    camera  where the suite of rules looks from: has some of it in view and some not, near enough
+            that parts of parts are displayed
+    detail  τ at which that camera displays some of its parts and not all [px]
+    """
+
+    about: str
+    make: Callable[..., Standing]
+    camera: Camera
+    detail: float = 1.0
+
+
+def offer_named(name: str) -> Offer:
+    """An installed offer. Raises InputError for an unknown one, and a broken one."""
+    known = installed(REPRESENTATION)
+    if name not in known:
+        rule = f"one that is installed: {', '.join(known) or 'none is'}"
+        raise InputError("representation", name, rule, "see `lodbench list`")
+    found: Offer = loaded(REPRESENTATION, name, Offer)
+    return found
+
+
+def standing_of(
+    name: str, kind: str, seed: int, ground: Ground, options: dict[str, Any]
+) -> Standing:
+    """A representation as a preset asks for it. Raises InputError where it cannot be made."""
+    offer = offer_named(kind)
+    where = f"representations.{name}"
+    cure = f"see what {made_by(installed(REPRESENTATION)[kind])} says"
+    try:
+        made = offer.make(name, seed, ground, **options)
+    except InputError:
+        raise
+    except Exception as error:  # whatever a stranger's code does
+        rule = f"options that {kind} takes ({type(error).__name__}: {error})"
+        raise InputError(where, options, rule, cure) from None
+    if not isinstance(made, Standing) or made.name != name:
+        rule = f"{kind} makes a representation called {name}, with a top_m"
+        raise InputError(where, type(made).__name__, rule, cure)
+    return made

@@ -1,0 +1,174 @@
+"""From what pydantic finds wrong to one line: the key, what arrived, the rule and the cure."""
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from lod.errors import InputError
+from scenes.preset.object_tables import (
+    PlacedPreset,
+    PlumePreset,
+    RepresentationPreset,
+    SpeciesPreset,
+)
+from scenes.preset.tables import Preset
+
+Blame = Callable[[str], str]
+
+_RULES = {
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "string_type": "text in quotes",
+    "bool_type": "true or false",
+    "tuple_type": "a list in square brackets",
+    "model_type": "a table of keys",
+    "dict_type": "a table of keys",
+    "string_pattern_mismatch": "a name of letters, digits, - and _, letter first",
+}
+_BOUNDS = {
+    "greater_than": "above {gt}",
+    "greater_than_equal": "at least {ge}",
+    "less_than": "below {lt}",
+    "less_than_equal": "at most {le}",
+    "literal_error": "one of {expected}",
+    "too_short": "at least {min_length} of them",
+    "too_long": "at most {max_length} of them",
+    "string_too_short": "at least {min_length} character",
+    "string_too_long": "at most {max_length} characters",
+}
+
+
+class Nothing:
+    """What arrived where a required key is missing."""
+
+    def __repr__(self) -> str:
+        return "missing"
+
+
+def explain(error: ValidationError, blame: Blame, named: Mapping[str, Iterable[str]]) -> InputError:
+    """The first thing wrong, as an InputError; ``blame`` turns a dotted key into its source."""
+    first, *others = error.errors(include_url=False)
+    key = str(first.get("ctx", {}).get("key") or dotted(first["loc"]))
+    field = _field(first["loc"])
+    rule, cure = _rule(first, field)
+    arrived = first["input"]
+    if first["type"] == "missing":
+        arrived = Nothing()
+    elif first["type"] == "extra_forbidden":
+        rule, cure = "no such key", nearest_key(key, known_keys(named))
+    elif first["type"] == "rule" and key != dotted(first["loc"]):
+        arrived = _value(arrived, key)
+    if others:
+        cure = f"{cure} (and {len(others)} more)".strip()
+    return InputError(blame(key), arrived, rule, cure)
+
+
+def dotted(location: Sequence[int | str]) -> str:
+    """('species', 'tree', 'sizes', 0) → ``species.tree.sizes[0]``."""
+    steps = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in location]
+    return "".join(steps).removesuffix(".[key]").lstrip(".")
+
+
+NAMED: dict[str, type[BaseModel]] = {
+    "species": SpeciesPreset,
+    "placed": PlacedPreset,
+    "plumes": PlumePreset,
+    "representations": RepresentationPreset,
+}
+"""Tables of tables whose names the user chooses."""
+
+
+def known_keys(
+    named: Mapping[str, Iterable[str]], model: type[BaseModel] = Preset, lead: str = ""
+) -> list[str]:
+    """Every dotted key of a preset in which these tables have these names."""
+    keys = []
+    for name, field in model.model_fields.items():
+        if model is Preset and name in NAMED:
+            for each in named.get(name, ()):
+                keys += known_keys({}, NAMED[name], f"{name}.{each}.")
+        elif table := _table(field.annotation):
+            keys += known_keys(named, table, f"{lead}{name}.")
+        else:
+            keys.append(lead + name)
+    return keys
+
+
+def nearest_key(key: str, known: Sequence[str]) -> str:
+    """Which known key was probably meant, as a question; the choices where none is near."""
+    parent, _, name = key.rpartition(".")
+    beside = {each.rpartition(".")[2]: each for each in known if each.rpartition(".")[0] == parent}
+    namesakes = [each for each in known if each.rpartition(".")[2] == name]
+    close = namesakes or difflib.get_close_matches(key, known, 1)
+    if close:
+        return f"did you mean {close[0]}?"
+    names = beside or {each.partition(".")[0]: each for each in known}
+    return f"known here: {', '.join(names)}"
+
+
+def nearest_name(name: str, known: Iterable[str]) -> str:
+    """Which known name was probably meant; the choices where none is near."""
+    names = list(known)
+    close = difflib.get_close_matches(name, names, 1)
+    return f"did you mean {close[0]}?" if close else f"one of: {', '.join(names) or 'none yet'}"
+
+
+def _rule(error: ErrorDetails, field: FieldInfo | None) -> tuple[str, str]:
+    """Rule and cure: the key's own range and meaning where it has them."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "rule":
+        return context["rule"], context["cure"]
+    rule = _RULES.get(kind) or _BOUNDS.get(kind, error["msg"]).format_map(context)
+    if kind == "missing":
+        rule = "a required key"
+    if field is None or field.title is None:
+        return rule, ""
+    if kind in _BOUNDS and field.description:
+        rule = field.description
+    return rule, f"{field.title}{_default(field)}"
+
+
+def _default(field: FieldInfo) -> str:
+    if field.is_required() or field.default is None or field.default == "":
+        return ""
+    default = list(field.default) if isinstance(field.default, tuple) else field.default
+    return f"; the default is {default}"
+
+
+def _field(location: Sequence[int | str]) -> FieldInfo | None:
+    """The field that a location names, if it names one."""
+    model: type[BaseModel] = Preset
+    field = None
+    for step in location:
+        if isinstance(step, int):
+            break
+        if field is not None and field.annotation is not None and step not in model.model_fields:
+            model = NAMED.get(str(location[0]), model)  # a name that the user chose
+            field = None
+            continue
+        field = model.model_fields.get(step)
+        if field is None:
+            return None
+        model = _table(field.annotation) or model
+    return field
+
+
+def _table(annotation: Any) -> type[BaseModel] | None:
+    """The table that a field is, or may be left out as; None for a plain key."""
+    for each in (annotation, *get_args(annotation)):
+        if isinstance(each, type) and issubclass(each, BaseModel):
+            return each
+    return None
+
+
+def _value(data: Any, key: str) -> Any:
+    """What ``data`` (tables or models) holds at a dotted key."""
+    for step in key.split("."):
+        data = data.get(step) if isinstance(data, dict) else getattr(data, step, None)
+    return data

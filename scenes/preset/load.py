@@ -1,0 +1,174 @@
+"""Presets: scenes as TOML files, found by name or path, checked key by key, changed by settings."""
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from lod.errors import InputError
+from scenes.preset.errors import NAMED, explain, known_keys, nearest_key, nearest_name
+from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
+from scenes.preset.tables import Preset
+
+__all__ = [
+    "PlacedPreset",
+    "PlumePreset",
+    "Preset",
+    "Setting",
+    "SpeciesPreset",
+    "load_preset",
+    "preset_from",
+    "preset_names",
+]
+
+_LONGEST_FILE = 1_000_000
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One key of a preset set from outside it; errors blame ``source``, usually a flag."""
+
+    source: str
+    key: str
+    value: Any
+
+
+def setting(text: str) -> Setting:
+    """``key=value`` of -D: a dotted key and a TOML value; what is no TOML is taken as text."""
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not (key and equals and value):
+        raise InputError("-D", text, "key=value with a dotted key", "try -D camera.height=200")
+    return Setting(f"-D {key}", key, _toml_value(value))
+
+
+def load_preset(name_or_path: str, overrides: Sequence[str | Setting] = ()) -> Preset:
+    """The preset of that name, or in that .toml file, with -D settings laid over it.
+
+    Raises InputError, in one line, for anything a user can get wrong.
+    """
+    source, text = _find(name_or_path)
+    return preset_from(_parse(source, text), overrides, source)
+
+
+def preset_from(
+    data: Mapping[str, Any], overrides: Sequence[str | Setting] = (), source: str = "preset"
+) -> Preset:
+    """A preset from plain nested data (``Preset.model_dump`` included) and settings over it."""
+    tables = _plain(data)
+    settings = [setting(each) if isinstance(each, str) else each for each in overrides]
+    for each in settings:
+        _lay(tables, each)
+
+    def blame(key: str) -> str:
+        for each in reversed(settings):
+            if key == each.key or key.startswith((f"{each.key}.", f"{each.key}[")):
+                return each.source + key[len(each.key) :]
+        return f"{source}: {key}"
+
+    try:
+        return Preset.model_validate(tables)
+    except ValidationError as error:
+        raise explain(error, blame, _names(tables)) from None
+
+
+@cache
+def preset_names() -> tuple[tuple[str, str], ...]:
+    """(name, about) of every preset that comes with the package, by name."""
+    files = [each for each in _shelf().iterdir() if each.name.endswith(".toml")]
+    names = sorted(each.name.removesuffix(".toml") for each in files)
+    return tuple((name, load_preset(name).about) for name in names)
+
+
+def _shelf() -> Any:
+    return resources.files("scenes") / "presets"
+
+
+def _find(name_or_path: str) -> tuple[str, str]:
+    """(what errors call it, text)."""
+    if name_or_path.endswith(".toml") or "/" in name_or_path:
+        return name_or_path, _read(name_or_path)
+    names = sorted(
+        each.name.removesuffix(".toml")
+        for each in _shelf().iterdir()
+        if each.name.endswith(".toml")
+    )
+    if name_or_path not in names:
+        cure = f"{nearest_name(name_or_path, names)} (see `lodbench list`; a path ends in .toml)"
+        raise InputError("PRESET", name_or_path, "no preset of that name", cure)
+    return f"preset {name_or_path}", (_shelf() / f"{name_or_path}.toml").read_text("utf-8")
+
+
+def _read(path: str) -> str:
+    try:
+        if not Path(path).is_file():
+            raise InputError("PRESET", path, "the path of a TOML file", "no such file")
+        if Path(path).stat().st_size > _LONGEST_FILE:
+            raise InputError("PRESET", path, f"a preset of at most {_LONGEST_FILE} bytes")
+        return Path(path).read_text("utf-8")
+    except UnicodeDecodeError as error:
+        rule, cure = "TOML is UTF-8 text", f"byte {error.start} is not"
+        raise InputError("PRESET", path, rule, cure) from None
+    except OSError as error:
+        raise InputError("PRESET", path, "a file that can be read", str(error.strerror)) from None
+
+
+def _parse(source: str, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(source, "brackets", "TOML nested less deeply") from None
+    except ValueError as error:
+        at = re.search(r"line (\d+)", str(error))
+        lines = text.splitlines()
+        line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else text[-40:]
+        raise InputError(source, line.strip(), f"not TOML: {error}") from None
+
+
+def _toml_value(text: str) -> Any:
+    if text[:2].lower() in ("0x", "0o", "0b"):
+        return text  # a size such as 0x360, not a number in base 16
+    try:
+        table = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return table["value"] if list(table) == ["value"] else text
+
+
+def _plain(data: Any) -> Any:
+    """Nested data with its own tables and with tuples for lists, as the strict models want it."""
+    if isinstance(data, Mapping):
+        return {name: _plain(value) for name, value in data.items()}
+    if isinstance(data, list | tuple):
+        return tuple(_plain(value) for value in data)
+    return data
+
+
+def _names(tables: Mapping[str, Any]) -> dict[str, list[str]]:
+    """The names chosen in every table of named tables."""
+    found = {kind: tables.get(kind) for kind in NAMED}
+    return {kind: list(each) for kind, each in found.items() if isinstance(each, Mapping)}
+
+
+def _lay(tables: dict[str, Any], each: Setting) -> None:
+    """Lay one setting over the tables. Raises InputError for a key that no preset has."""
+    names = _names(tables)
+    known = known_keys(names)
+    opened = {key.rpartition(".")[0] for key in known} - {""} | NAMED.keys()
+    *path, name = each.key.split(".")
+    if len(path) == 2 and path[0] in NAMED and path[1] not in names.get(path[0], ()):
+        cure = nearest_name(path[1], names.get(path[0], ()))
+        raise InputError(each.source, each.value, f"no {path[0]} {path[1]} in this preset", cure)
+    if each.key not in known and each.key not in opened and path not in ([k] for k in NAMED):
+        raise InputError(each.source, each.value, "no such key", nearest_key(each.key, known))
+    for step in path:
+        inner = tables[step] = {} if tables.get(step) is None else tables[step]
+        if not isinstance(inner, dict):
+            raise InputError(each.source, inner, f"{step} is a table of keys")
+        tables = inner
+    tables[name] = _plain(each.value)

@@ -1,0 +1,84 @@
+"""What a preset says of the things in its scene: species, single objects, plumes, and others'."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from scenes.preset.values import Metres, SizeFactor, Table, key
+
+SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
+
+Model = Annotated[
+    Literal[
+        "figure",
+        "tree",
+        "birch",
+        "conifer",
+        "shrub",
+        "dead_tree",
+        "boulder",
+        "rabbit",
+        "giraffe",
+        "ostrich",
+        "insect",
+        "windmill",
+    ],
+    key("what each object is"),
+]
+
+
+class SpeciesPreset(Table):
+    """One Poisson field of objects."""
+
+    model: Model
+    density: Annotated[float, key("objects per unit ground area [1/m²]", least=0, most=100)]
+    prototypes: Annotated[int, key("different objects of this model", least=1, most=256)] = 1
+    sizes: Annotated[
+        tuple[SizeFactor, ...],
+        Field(min_length=1, max_length=64),
+        key("size factors, 1 to 64 of them, equally likely, each from 0.001 to 1000"),
+    ] = (1.0,)
+    patrol: Annotated[
+        float, key("radius of its round [m]; 0 = stays at home", least=0, most=1000)
+    ] = 0.0
+    dust: Annotated[bool, key("whether feet throw up dust; only of what has a patrol")] = False
+    highest: Annotated[
+        float | None, key("height above the datum where none grows [m]", least=-1e5, most=1e5)
+    ] = None
+    thinning: Annotated[
+        float, key("heights below that over which it thins out [m]", least=1, most=1e5)
+    ] = 100.0
+    steepest: Annotated[
+        float | None, key("tangent of the slope where none stands", least=0.01, most=100)
+    ] = None
+
+
+class PlacedPreset(Table):
+    """One object, put where the picture wants it."""
+
+    model: Model
+    position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
+    heading: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 0.0
+    prototype: Annotated[int, key("which of the model's objects, from 1", least=1, most=256)] = 1
+    size: Annotated[SizeFactor, key("size factor")] = 1.0
+    walks: Annotated[bool, key("moves on the spot")] = False
+
+
+class PlumePreset(Table):
+    """Smoke or flames rising from the ground."""
+
+    kind: Annotated[Literal["smoke", "flames"], key("what rises")]
+    position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
+    size: Annotated[SizeFactor, key("size factor")] = 1.0
+    wind: Annotated[
+        float, key("where it blows to, clockwise from north [degrees]", least=-360, most=360)
+    ] = 60.0
+
+
+class RepresentationPreset(Table):
+    """What an installed package makes (scenes.plugins.representation)."""
+
+    kind: Annotated[str, key("which of those that are installed, see `lodbench list`")]
+    options: Annotated[
+        dict[str, bool | int | float | str], key("what it is told, as its package says")
+    ] = Field(default_factory=dict)

@@ -1,0 +1,263 @@
+"""What a preset may say: a frozen table per subject, keys with unit, range and default.
+
+Those of what stands in the scene are in ``preset_objects``.
+"""
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from lod.errors import InputError
+from scenes.plugins.entry_points import metric_named
+from scenes.preset.object_tables import (
+    PlacedPreset,
+    PlumePreset,
+    RepresentationPreset,
+    SpeciesName,
+    SpeciesPreset,
+)
+from scenes.preset.values import (
+    LARGEST_SEED,
+    Cell,
+    Depth,
+    Extent,
+    Height,
+    Metres,
+    MostMemory,
+    MostParts,
+    PowerOfTwo,
+    Size,
+    Table,
+    Visibility,
+    key,
+    refuse,
+)
+
+
+class CameraKey(Table):
+    """Where the camera is in one frame of a flight, and what it faces."""
+
+    frame: Annotated[int, key("frame number", least=1, most=10**6)]
+    position: Annotated[tuple[Metres, Metres], key("(x, y) from the cell's corner [m]")]
+    height: Annotated[float, key("of the eye above the ground [m]", above=0, most=1e6)]
+    target: Annotated[
+        tuple[Metres, Metres, Metres],
+        key("(x, y) from the cell's corner and height above the ground there [m]"),
+    ]
+
+
+class CameraPreset(Table):
+    """Where the eye is, where it looks, and how it moves from frame to frame."""
+
+    position: Annotated[
+        tuple[Metres, Metres], key("(x, y) from the cell's corner [m], each within ±1e15")
+    ] = (0.0, 0.0)
+    cell: Annotated[tuple[Cell, Cell], key("(x, y) in whole 16 m squares, each within ±2**55")] = (
+        0,
+        0,
+    )
+    height: Annotated[float, key("height of the eye above the ground [m]", above=0, most=1e6)] = 1.7
+    heading: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 0.0
+    pitch: Annotated[float, key("above the horizon [degrees]", least=-90, most=90)] = 0.0
+    fov: Annotated[float, key("full horizontal field of view [degrees]", above=0, below=180)] = 60.0
+    speed: Annotated[float, key("along the heading [m/s]; 0 = still", least=-1e6, most=1e6)] = 0.0
+    turn: Annotated[
+        float, key("of the heading, clockwise [degrees/s]; 0 = none", least=-1e5, most=1e5)
+    ] = 0.0
+    fps: Annotated[float, key("frames per second", above=0, most=1000)] = 24.0
+    keys: Annotated[
+        tuple[CameraKey, ...],
+        Field(max_length=1000),
+        key("a flight in place of the walk: 2 or more, in the order of their frames"),
+    ] = ()
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "CameraPreset":
+        frames = [each.frame for each in self.keys]
+        if len(frames) == 1 or any(a >= b for a, b in pairwise(frames)):
+            raise refuse("2 keys or more, in the order of their frames", "", "camera.keys")
+        return self
+
+
+class ViewPreset(Table):
+    """How detail is chosen."""
+
+    metric: Annotated[str, key("member of the metric family")] = "blake"
+    detail: Annotated[float, key("detail threshold τ [px]", above=0, most=1e6)] = 1.0
+    max_parts: MostParts = None
+    max_memory: MostMemory = None
+    offscreen_detail: Annotated[
+        float, key("share of the detail that is kept out of view", above=0, most=1)
+    ] = 0.25
+    look_around: Annotated[bool, key("count every direction as in view")] = False
+    haze_aware: Annotated[bool, key("leave out what the air hides at any size")] = True
+    shutter: Annotated[
+        float, key("open, of the 360 a frame lasts [degrees]; 0 = no time", least=0, most=360)
+    ] = 0.0
+    smear: Annotated[
+        Literal["shutter", "window", "off"],
+        key("what hides detail of what moves: the shutter, that and the eye, or nothing"),
+    ] = "shutter"
+    update_threshold: Annotated[
+        float, key("what has moved no farther is not drawn anew [px]; 0 = all is", least=0, most=64)
+    ] = 0.0
+    fade: Annotated[
+        float,
+        key("share of its limit distance over which a part shrinks away", least=0, below=1),
+    ] = 0.2
+
+
+class AirPreset(Table):
+    """Haze and mist. Koschmieder's 2 %: beta = 3.912/visibility (not the WMO's 5 %)."""
+
+    visibility: Visibility = None
+    mist: Visibility = None
+    mist_base: Annotated[Height, key("below it mist is even; above the datum, as 20m or -5m")] = 0.0
+    mist_scale: Annotated[Depth, key("above its base mist thins e-fold over this, as 50m")] = 50.0
+    seeing: Annotated[
+        float, key("full width of the blur by turbulence [seconds of arc]", least=0, most=3600)
+    ] = 0.0
+
+
+class DisplayPreset(Table):
+    """The screen that the picture is looked at on, pixel for pixel; with this table, an eye."""
+
+    pixels_per_degree: Annotated[
+        float, key("pixels per degree of the viewer's sight", least=1, most=1000)
+    ] = 67.0
+    luminance: Annotated[float, key("mean of the picture [cd/m²]", least=1e-3, most=1e5)] = 100.0
+    field_deg: Annotated[
+        float, key("side of the square that the picture fills [degrees]", least=1, most=180)
+    ] = 53.0
+
+
+class EyePreset(Table):
+    """Whose eye: Barten's standard observer, or another; with this table, in front of a display."""
+
+    blur_arcmin: Annotated[
+        float, key("spread of the eye's optics, pupil small [minutes of arc]", above=0, most=60)
+    ] = 0.5
+    aberration_arcmin: Annotated[
+        float, key("growth of that with the pupil [minutes of arc per mm]", least=0, most=10)
+    ] = 0.08
+    signal_to_noise: Annotated[float, key("at which a pattern is seen", above=0, most=100)] = 3.0
+    integration_s: Annotated[float, key("time that light is gathered [s]", above=0, most=10)] = 0.1
+    efficiency: Annotated[float, key("share of the photons that count", above=0, most=1)] = 0.03
+
+
+class LightPreset(Table):
+    """Sun and sky."""
+
+    sun_azimuth: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 230
+    sun_elevation: Annotated[float, key("above the horizon [degrees]", above=0, most=90)] = 35.0
+    turbidity: Annotated[float, key("turbidity of the sky", least=1, most=10)] = 3.0
+
+
+class WorldPreset(Table):
+    """How far the field goes, and the time of year."""
+
+    extent: Extent = None
+    season: Annotated[
+        Literal["spring", "summer", "autumn", "winter"], key("what trees and shrubs look like")
+    ] = "summer"
+
+
+class WindPreset(Table):
+    """The wind in the trees."""
+
+    speed: Annotated[float, key("at the height of crowns [m/s]; 0 = calm", least=0, most=20)] = 0.0
+
+
+class TerrainPreset(Table):
+    """The ground: fractal relief about the datum; without this table it is flat."""
+
+    amplitude: Annotated[float, key("RMS relief [m]; 0 = flat", least=0, most=1e4)] = 0.0
+    wavelength: Annotated[
+        PowerOfTwo, key("longest wavelength [m], a power of two", least=1, most=2**24)
+    ] = 1024.0
+    hurst: Annotated[float, key("Hurst exponent: 0 rough, 1 smooth", above=0, most=1)] = 0.8
+    lacunarity: Annotated[
+        float, key("how much shorter each octave's waves are", least=1.5, most=4)
+    ] = 2.0
+    reach: Annotated[
+        float, key("how far from the eye the ground is built [m]", least=16, most=1e7)
+    ] = 40_000.0
+    finest: Annotated[
+        PowerOfTwo, key("finest spacing of the mesh [m], a power of two", least=2**-5, most=1)
+    ] = 0.25
+    ridged: Annotated[bool, key("crests, as of mountains")] = False
+    cover: Annotated[Literal["grassy", "bare", "snowy"], key("what lies on it")] = "grassy"
+
+
+class RenderPreset(Table):
+    """How the picture is made."""
+
+    size: Size = (640, 360)
+    spp: Annotated[int, key("samples per pixel", least=1, most=65536)] = 16
+    subframes: Annotated[
+        int, key("while the shutter is open; no more than samples", least=1, most=4096)
+    ] = 16
+    max_depth: Annotated[int, key("longest light path, in segments", least=1, most=64)] = 4
+    variant: Annotated[str, Field(min_length=1), key("Mitsuba variant, or auto")] = "auto"
+    haze: Annotated[
+        Literal["analytic", "scattered", "medium"],
+        key("airlight of the horizon's sky or as the air scatters it, or a medium (reference)"),
+    ] = "analytic"
+    spectral: Annotated[bool, key("light of 16 bands, not of three colours (reference)")] = False
+
+
+class OutputPreset(Table):
+    """How frames are written, and what is in them beside the usual layers."""
+
+    compression: Annotated[
+        Literal["zip", "zips", "piz", "rle", "none"],
+        key("of the file, all without loss; only zip and zips notice a flipped bit"),
+    ] = "zip"
+    multipart: Annotated[bool, key("a part for each group of layers")] = False
+    colour: Annotated[Literal["half", "float"], key("pixels of colour layers")] = "half"
+    motion: Annotated[bool, key("layers motion.X and motion.Y [px]")] = False
+    denoise: Annotated[bool, key("layers denoised.R, denoised.G and denoised.B")] = False
+
+
+class Preset(Table):
+    """A whole scene with its camera and quality, as one TOML file says it."""
+
+    about: Annotated[str, key("one line on what this preset shows")] = ""
+    seed: Annotated[
+        int, Field(ge=0, le=LARGEST_SEED), key(f"seed of every choice, 0 to {LARGEST_SEED}")
+    ] = 0
+    camera: CameraPreset = CameraPreset()
+    view: ViewPreset = ViewPreset()
+    air: AirPreset = AirPreset()
+    display: DisplayPreset | None = None
+    eye: EyePreset | None = None
+    light: LightPreset = LightPreset()
+    world: WorldPreset = WorldPreset()
+    wind: WindPreset = WindPreset()
+    terrain: TerrainPreset = TerrainPreset()
+    species: dict[SpeciesName, SpeciesPreset] = Field(default_factory=dict)
+    placed: dict[SpeciesName, PlacedPreset] = Field(default_factory=dict)
+    plumes: dict[SpeciesName, PlumePreset] = Field(default_factory=dict)
+    representations: dict[SpeciesName, RepresentationPreset] = Field(default_factory=dict)
+    render: RenderPreset = RenderPreset()
+    output: OutputPreset = OutputPreset()
+
+    @model_validator(mode="after")
+    def _agree(self) -> "Preset":
+        """Keys that must agree with each other."""
+        try:
+            metric = metric_named(self.view.metric)
+        except InputError as error:
+            raise refuse(error.rule, error.cure, "view.metric") from error
+        if not metric.finite and self.world.extent is None:
+            rule = "needs a finite world, and this one is endless"
+            raise refuse(rule, "add -D world.extent=1000, or choose blake", "view.metric")
+        for name, species in self.species.items():
+            if species.dust and species.patrol == 0:
+                rule = "only what walks throws up dust"
+                raise refuse(rule, "give it a patrol, as patrol = 10.0", f"species.{name}.dust")
+        if metric.along_axis and self.view.look_around:
+            rule = "needs a view axis, not a full turn"
+            raise refuse(rule, "set view.look_around = false", "view.metric")
+        return self

@@ -1,0 +1,137 @@
+"""What a preset's tables have in common, and the values of their keys: how they are written, their
+range, and what is refused.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError
+
+from lod.errors import InputError
+from scenes.preset.lengths import LARGEST_SIDE, parse_height, parse_length, parse_size
+
+LARGEST_SEED = 2**63 - 1
+_FARTHEST_CELL = 2**55
+_FARTHEST_M = 1e15
+FARTHEST_SIGHT_M = 330e3
+"""Visibility [m]: in pure air it is 340 km (lod.extinction)."""
+
+
+class Table(BaseModel):
+    """Frozen, closed to unknown keys, strict about types, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def key(
+    about: str,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    below: float | None = None,
+    most: float | None = None,
+) -> FieldInfo:
+    """A key's meaning and range; the description that errors quote is made from both."""
+    words = (("above", above), ("at least", least), ("below", below), ("at most", most))
+    range_ = " and ".join(f"{word} {bound:.15g}" for word, bound in words if bound is not None)
+    info: FieldInfo = Field(
+        gt=above, ge=least, lt=below, le=most, title=about, description=range_ or None
+    )
+    return info
+
+
+def refuse(rule: str, cure: str = "", where: str = "") -> PydanticCustomError:
+    """What a validator raises: the rule that is broken, its cure, and the key if it is another."""
+    return PydanticCustomError("rule", "{rule}", {"rule": rule, "cure": cure, "key": where})
+
+
+def _told(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """The rule and cure of an InputError, as pydantic passes them on; it adds the key itself."""
+
+    def reader(value: Any) -> Any:
+        try:
+            return read(value)
+        except InputError as error:
+            raise refuse(error.rule, error.cure) from error
+
+    return reader
+
+
+def _visibility(value: Any) -> Any:
+    return None if value is None or value == "clear" else parse_length(value)
+
+
+def _length(value: Any) -> Any:
+    return parse_length(value)
+
+
+def _extent(value: Any) -> Any:
+    if value is None or value == "endless":
+        return None
+    return parse_length(value) if isinstance(value, str) else value
+
+
+def _size(value: Any) -> Any:
+    return value if isinstance(value, tuple) else parse_size(str(value))
+
+
+def _power_of_two(value: float) -> float:
+    if value <= 0 or math.frexp(value)[0] != 0.5:
+        near = 2.0 ** round(math.log2(value)) if value > 0 else 1.0
+        raise refuse("a power of two", f"try {near:.15g}")
+    return value
+
+
+def _metres(value: float | None) -> str | None:
+    return None if value is None else f"{value!r}m"
+
+
+Visibility = Annotated[
+    Annotated[float, Field(ge=1, le=FARTHEST_SIGHT_M)] | None,
+    BeforeValidator(_told(_visibility)),
+    PlainSerializer(_metres),
+    key("where 2 % of contrast is left, 1m to 330km; absent or 'clear' = none"),
+]
+Height = Annotated[
+    Annotated[float, Field(ge=-1e6, le=1e6)],
+    BeforeValidator(_told(parse_height)),
+    PlainSerializer(_metres),
+]
+Depth = Annotated[
+    Annotated[float, Field(ge=0.1, le=1e6)],
+    BeforeValidator(_told(_length)),
+    PlainSerializer(_metres),
+]
+Extent = Annotated[
+    Annotated[float, Field(gt=0, le=_FARTHEST_M)] | None,
+    BeforeValidator(_told(_extent)),
+    key("side of the window on the field [m], at most 1e15; absent or 'endless' = no edge"),
+]
+Side = Annotated[int, Field(ge=1, le=LARGEST_SIDE)]
+MostParts = Annotated[
+    Annotated[int, Field(ge=1, le=10**12)] | None,
+    key("parts displayed at most, 1 to 1e12: they choose the detail; absent = no limit"),
+]
+MostMemory = Annotated[
+    Annotated[int, Field(ge=10**6, le=10**15)] | None,
+    key("bytes a frame may be foretold to need, 1e6 to 1e15: they choose the detail; absent = any"),
+]
+Size = Annotated[
+    tuple[Side, Side],
+    BeforeValidator(_told(_size)),
+    key(f"WIDTHxHEIGHT in pixels, each side from 1 to {LARGEST_SIDE}"),
+]
+Metres = Annotated[float, Field(ge=-_FARTHEST_M, le=_FARTHEST_M)]
+Cell = Annotated[int, Field(ge=-_FARTHEST_CELL, le=_FARTHEST_CELL)]
+PowerOfTwo = Annotated[float, AfterValidator(_power_of_two)]
+SizeFactor = Annotated[float, Field(ge=1e-3, le=1e3)]

@@ -1,0 +1,1 @@
+"""Cuts that hold from one frame to the next."""

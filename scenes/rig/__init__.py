@@ -1,0 +1,1 @@
+"""Jointed bodies: prototypes, poses, inverse kinematics, bounds."""

@@ -1,0 +1,98 @@
+"""A posable prototype as an actor of figure 3, and back: messages to the one pose the other.
+
+The modelling tree is an actor each joint (§2.3): the figure itself owns its pelvis, the pelvis the
+waist and the hips, and so on to the finger tips. Every actor wears the sticks that ride on its
+joint when all detail is displayed. Both are built from the same tables, and a crowd is posed from
+the compiled actor by the same walk as from key poses (``in_pose_of``).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lod.actor import Actor, CompoundActor, SimpleActor
+from lod.actor_arrays import compile_actor
+from lod.joint import HERE, Limits, RevoluteJoint
+from lod.quaternion import Quaternion, VectorLike, vector
+from lod.stick import NOTHING, Appearance, Bundle, Stick
+from scenes.gait.contact_errors import finest
+from scenes.rig.keyframes import still
+from scenes.rig.rig import Rig
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.rig.rotations import degrees_of, turns_of
+
+_SLACK_DEG = 1e-6
+
+
+@dataclass(frozen=True, init=False)
+class AngleLimits(Limits):
+    """A box of angles about x, y and z in Rz·Ry·Rx, as the tables of figures give them
+    [degrees].
+    """
+
+    def oriented(self, angles_deg: VectorLike) -> Quaternion:
+        """Orientation by those angles."""
+        return Quaternion(*turns_of(np.array(vector(angles_deg))).tolist())
+
+    def admit(self, orientation: Quaternion) -> bool:
+        """Whether its angles lie in the box; the same turn has a second set of them."""
+        angles = degrees_of(np.array([float(orientation[k]) for k in range(4)]))
+        other = angles * np.array((1.0, -1.0, 1.0)) + 180.0
+        return self._within(angles) or self._within(other)
+
+    def _within(self, angles: np.ndarray) -> bool:
+        low, high = np.array(self.low_deg), np.array(self.high_deg)
+        middle = (low + high) / 2
+        near = middle + (angles - middle + 180.0) % 360.0 - 180.0
+        return bool(np.all((near >= low - _SLACK_DEG) & (near <= high + _SLACK_DEG)))
+
+
+def actor_of(prototype: RiggedPrototype) -> CompoundActor:
+    """The prototype at rest as an actor; the names of its parts are those of the rig's joints."""
+    rig, looks = prototype.rig, _looks(prototype)
+
+    def parts_of(joint: int) -> dict[str, Actor]:
+        return {rig.name[j]: built(j) for j in np.flatnonzero(rig.parent == joint).tolist()}
+
+    def built(j: int) -> Actor:
+        limits = AngleLimits(rig.low[j].tolist(), rig.high[j].tolist())
+        here = RevoluteJoint(rig.offset[j].tolist(), rig.rest[j].tolist(), limits)
+        parts = parts_of(j)
+        return CompoundActor(parts, here, looks[j]) if parts else SimpleActor(here, looks[j])
+
+    return CompoundActor(parts_of(-1), HERE, NOTHING, name=prototype.name)
+
+
+def rig_of(actor: Actor, like: Rig) -> Rig:
+    """The rig that an actor compiles to, at rest as it is posed now: joints in the order of
+    ``like``, which says how far the whole sways.
+
+    Raises InputError where a joint has no part of its name; Refused where a whole refuses.
+    """
+    arrays = compile_actor(actor)
+    row = {route[-1]: i for i, route in enumerate(arrays.routes) if route}
+    rows = np.array([row[name] if name in row else arrays.row(name) for name in like.name])
+    number = {r: j for j, r in enumerate(rows.tolist())} | {0: -1}
+    parent = np.array([number[whole] for whole in arrays.whole[rows].tolist()])
+    lengths = parent, arrays.position[rows], arrays.orientation[rows]
+    limits = arrays.low_deg[rows], arrays.high_deg[rows]
+    return Rig(like.name, *lengths, *limits, like.shift_low, like.shift_high)
+
+
+def in_pose_of(prototype: RiggedPrototype, actor: Actor) -> RiggedPrototype:
+    """The prototype, held in the pose that its actor is in."""
+    return prototype.moving(
+        replace(still(prototype.rig), turns=rig_of(actor, prototype.rig).rest[None])
+    )
+
+
+def _looks(prototype: RiggedPrototype) -> list[Appearance]:
+    """The sticks that ride on each joint while every part is displayed."""
+    sticks: list[list[Stick]] = [[] for _ in prototype.rig.name]
+    for table in finest(prototype):
+        albedo = prototype.tints[table.tint].tolist()
+        columns = table.start, table.end, table.start_radius, table.end_radius
+        rows = zip(table.start_joint.tolist(), *(c.tolist() for c in columns), albedo, strict=True)
+        for joint, *stick in rows:
+            sticks[joint].append(Stick(*stick))
+    return [Bundle(tuple(own)) if own else NOTHING for own in sticks]

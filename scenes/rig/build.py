@@ -1,0 +1,205 @@
+"""From tables of joints, parts and rods to a posable prototype: the same way for people, animals
+and artifacts.
+
+The tables name each side once, as ``figure_tables`` do: the left is given, the right is its
+mirror image. Leaf appearances stand for what they hide (§2.4): their radii are fitted, in the pose
+at rest, so that the mean area over directions is that of everything hidden. A part without a body
+of its own keeps, as an inner node, its leaf appearance thinned to a core hidden inside its parts.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from lod.arrays import Ints
+from scenes.models.people.skeleton import Joint, Part, Rod, Vector
+from scenes.rig.keyframes import still
+from scenes.rig.leaf_appearance import Colour, chosen, grouped, inner, leaves, under
+from scenes.rig.rig import Rig, RiggedSticks
+from scenes.rig.rigged_prototype import RiggedPrototype, hierarchy_of
+from scenes.rig.rotations import turns_of
+
+SIDES = {"left": 1.0, "right": -1.0}
+
+Limits = tuple[Vector, Vector]
+FIXED: Limits = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+MEAN = "mean"
+"""Material of a blob: the mean tint of everything, by outline area."""
+
+WHOLE_OVERLAP, LIMB_OVERLAP = 0.62, 0.97
+"""Of the leaf appearance and the parts of a body, and of any part of it (``lod.thinning``): a limb
+lies right in its own parts. Measured (``bench.calibrate.leaf_overlap``)."""
+
+
+@dataclass(frozen=True)
+class Anatomy:
+    """Tables of one kind of object. ``side_`` entries are given for the left and mirrored.
+
+    rest    degrees about x, y, z of joints as it stands; absent = (0, 0, 0)
+    limits  (low, high) degrees of joints; absent = the joint does not turn from rest
+    shift   (low, high) how far the whole may bob and sway, in the tables' lengths
+    core    what a part without a body keeps hidden inside its parts; absent = its leaf appearance,
+        thinned, and for the root nothing
+    leaf    absent = looks as it is; the root's own absent = one upright stick, as high as the
+        object
+    """
+
+    joints: dict[str, Joint]
+    side_joints: dict[str, Joint]
+    parts: dict[str, Part]
+    side_parts: dict[str, Part]
+    body: dict[str, list[Rod]]
+    side_body: dict[str, list[Rod]]
+    leaf: dict[str, list[Rod]]
+    side_leaf: dict[str, list[Rod]]
+    rest: dict[str, Vector]
+    limits: dict[str, Limits]
+    core: dict[str, list[Rod]] = field(default_factory=dict)
+    shift: Limits = field(default=((-0.1, -0.06, -0.1), (0.1, 0.06, 0.06)))
+
+
+@dataclass(frozen=True)
+class Build:
+    """How one object differs from the tables of its kind.
+
+    height     of its highest point as it stands [m]
+    girth      factor on every radius
+    stretch    factors on how far out to the side a joint sits
+    sizes      factors on all lengths in the frame of a joint: a child's head is larger
+    materials  linear Rec.709 albedo of every material that the tables name
+    """
+
+    height: float
+    materials: dict[str, Colour]
+    girth: float = 1.0
+    stretch: dict[str, float] = field(default_factory=dict)
+    sizes: dict[str, float] = field(default_factory=dict)
+
+
+def rigged(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
+    """A posable prototype at rest, with no motion yet."""
+    parts = _both_sides(anatomy, anatomy.parts, anatomy.side_parts)
+    row = {part: i for i, part in enumerate(parts)} | {"": -1}
+    whole = np.array([row[part.whole] for part in parts.values()])
+    rig = _rig(anatomy, build)
+    body = _sticks(_both_sides(anatomy, anatomy.body, anatomy.side_body), row, rig, build)
+    given = _sticks(_both_sides(anatomy, anatomy.leaf, anatomy.side_leaf), row, rig, build)
+    core = _sticks(_both_sides(anatomy, anatomy.core, {}), row, rig, build)
+    rig, (body, given, core) = _standing(rig, (body, given, core), build.height)
+    full = under(whole, body.posed(*rig.frames()))
+    leaf, tints = leaves(rig, body, given, full, build.materials)
+    inside = inner(whole, body, leaf, core)
+    joint = np.array([rig.row(part.joint) for part in parts.values()])
+    level = np.array([part.level for part in parts.values()])
+    twin = _twins(parts, row, rig)
+    tables = inside, leaf, tints
+    hierarchy, joint = hierarchy_of(rig, whole, level, joint, *tables, twin)
+    hierarchy = replace(hierarchy, overlap=np.where(level, LIMB_OVERLAP, WHOLE_OVERLAP))
+    return RiggedPrototype(name, rig, joint, hierarchy, inside, leaf, tints, still(rig))
+
+
+def _twins(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Ints:
+    """For each part on the right its mirror image on the left; itself where the trunk is
+    lopsided.
+    """
+    trunk = [j for j, name in enumerate(rig.name) if name.partition(" ")[0] not in SIDES]
+    even = rig.low[trunk] == -rig.high[trunk]
+    if not even[:, ::2].all():
+        return np.arange(len(parts))
+    left = {name: name.replace("right ", "left ", 1) for name in parts if name.startswith("right ")}
+    return np.array([row[left.get(name, name)] for name in parts])
+
+
+def part_names(anatomy: Anatomy) -> tuple[str, ...]:
+    """Names of the parts, in the order of the hierarchy's rows."""
+    return tuple(_both_sides(anatomy, anatomy.parts, anatomy.side_parts))
+
+
+def side_of(name: str) -> tuple[float, str]:
+    """+1 on the left and in the middle, −1 on the right; and the name without its side."""
+    hand, _, bare = name.partition(" ")
+    return (SIDES[hand], bare) if hand in SIDES else (1.0, name)
+
+
+def _both_sides(anatomy: Anatomy, trunk: dict, side: dict) -> dict:
+    """The trunk's entries, then those of the left side, then their mirror images on the right."""
+    sided = anatomy.side_joints.keys() | anatomy.side_parts.keys()
+    named = dict(trunk)
+    for hand in SIDES:
+
+        def here(reference: str, hand: str = hand) -> str:
+            return f"{hand} {reference}" if reference in sided else reference
+
+        for name, entry in side.items():
+            named[f"{hand} {name}"] = _renamed(entry, here)
+    return named
+
+
+def _renamed(entry, here):  # type: ignore[no-untyped-def]
+    if isinstance(entry, Joint):
+        return entry._replace(parent=here(entry.parent))
+    if isinstance(entry, Part):
+        return entry._replace(whole=here(entry.whole), joint=here(entry.joint))
+    return [rod._replace(joint=here(rod.joint)) for rod in entry]
+
+
+def _rig(anatomy: Anatomy, build: Build) -> Rig:
+    """Joints in the tables' lengths, both sides, with rest and limits."""
+    joints = _both_sides(anatomy, anatomy.joints, anatomy.side_joints)
+    row = {name: i for i, name in enumerate(joints)} | {"": -1}
+    offset, rest, low, high = (np.zeros((len(joints), 3)) for _ in range(4))
+    for i, (name, joint) in enumerate(joints.items()):
+        side, bare = side_of(name)
+        x, y, z = joint.offset
+        size = build.sizes.get(side_of(joint.parent)[1], 1.0)
+        offset[i] = np.array((x, side * y * build.stretch.get(bare, 1.0), z)) * size
+        mirror = np.array((side, 1.0, side))
+        rest[i] = np.array(_entry(anatomy.rest, name, (0.0, 0.0, 0.0))) * mirror
+        limits = np.array(_entry(anatomy.limits, name, (rest[i] * mirror, rest[i] * mirror)))
+        low[i], high[i] = np.sort(limits * mirror, axis=0)
+    parent = np.array([row[joint.parent] for joint in joints.values()])
+    shift = np.array(anatomy.shift)
+    return Rig(tuple(joints), parent, offset, turns_of(rest), low, high, *shift)
+
+
+def _entry(table: dict, name: str, default):  # type: ignore[no-untyped-def]
+    return table.get(name, table.get(side_of(name)[1], default))
+
+
+def _sticks(
+    table: dict[str, list[Rod]], row: dict[str, int], rig: Rig, build: Build
+) -> RiggedSticks:
+    """The rods of a table as sticks in the frames of joints."""
+    material = {name: i for i, name in enumerate((*build.materials, MEAN))}
+    columns = []
+    for name, rods in table.items():
+        side, _ = side_of(name)
+        for rod in rods:
+            joint = rig.row(rod.joint) if rod.joint else -1
+            size = build.sizes.get(side_of(rod.joint)[1], 1.0)
+            for mirror in (side, -side) if rod.pair else (side,):
+                ends = [np.array((x, mirror * y, z)) * size for x, y, z in (rod.start, rod.end)]
+                radii = [r * build.girth * size for r in (rod.start_radius, rod.end_radius)]
+                tint = material[rod.material]
+                columns.append((row[name], *ends, *radii, tint, joint, joint))
+    if not columns:
+        return chosen(None, np.zeros(0, np.int64), np.zeros(0, np.int64), len(row) - 1)
+    owner, *rest = (np.array(column) for column in zip(*columns, strict=True))
+    return grouped(owner, rest, len(row) - 1)
+
+
+def _standing(
+    rig: Rig, tables: tuple[RiggedSticks, ...], height: float
+) -> tuple[Rig, tuple[RiggedSticks, ...]]:
+    """Rig and tables, the lowest point of the first on the ground, the highest at ``height``."""
+    posed = tables[0].posed(*rig.frames())
+    lows = (posed.start[:, 2] - posed.start_radius, posed.end[:, 2] - posed.end_radius)
+    tops = (posed.start[:, 2] + posed.start_radius, posed.end[:, 2] + posed.end_radius)
+    lift, top = -min(low.min() for low in lows), max(high.max() for high in tops)
+    offset = rig.offset.copy()
+    offset[rig.parent < 0, 2] += lift
+    lifted = Rig(
+        rig.name, rig.parent, offset, rig.rest, rig.low, rig.high, rig.shift_low, rig.shift_high
+    )
+    factor = float(height / (top + lift))
+    return lifted.scaled(factor), tuple(table.scaled(factor) for table in tables)

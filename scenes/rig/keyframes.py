@@ -1,0 +1,110 @@
+"""A cyclic motion of a rig: keyframes of every joint, slerped at each object's own phase."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import Reals, freeze
+from lod.errors import InputError
+from scenes.rig.footprints import NO_FEET, Feet
+from scenes.rig.rig import Rig
+from scenes.rig.rotations import Turns
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """One cycle, K key poses evenly spaced in phase; key K is key 0 again.
+
+    turns   (K, j, 4) turn of every joint in its parent, of one sign from key to key, so that slerp
+            takes the short way
+    shift   (K, 3) how far the joints of the object's own frame are from where they rest [m]
+    stride  how far the object moves ahead in one cycle; 0 for what stays where it is [m]
+    period  how long a cycle lasts [s]
+    feet    the legs that stand on the ground
+    tilts   whether feet follow slopes across their way, too: those of ankles near the ground
+    """
+
+    turns: np.ndarray
+    shift: np.ndarray
+    stride: float
+    period: float
+    feet: Feet = NO_FEET
+    tilts: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "turns", one_sign(np.asarray(self.turns, np.float64)))
+        freeze(self, turns=np.float64, shift=np.float64)
+        _check(self)
+
+    @property
+    def speed(self) -> float:
+        """Ground speed at which the feet do not slide [m/s]."""
+        return self.stride / self.period
+
+    def at(self, phase: float) -> tuple[Turns, Reals]:
+        """Turns (j, 4) and shift (3,) at a phase in cycles: the readable form of ``rig_pose``."""
+        along = (phase % 1.0) * len(self.turns)
+        key = min(int(along), len(self.turns) - 1)
+        after, share = (key + 1) % len(self.turns), along - key
+        a, b = self.turns[key], self.turns[after]
+        shift = (1 - share) * self.shift[key] + share * self.shift[after]
+        return slerp(a, b, share), shift
+
+    def scaled(self, factor: float) -> "Motion":
+        """The same motion of a rig ``factor`` times as large, dynamically similar: time goes as
+        √length.
+
+        Alexander, "Stride length and speed for adults, children, and fossil hominids", Am. J. Phys.
+        Anthropol. 63:23 (1984): strides are alike at equal speed²/(g·leg length).
+        """
+        period = self.period * math.sqrt(factor) if self.stride else self.period
+        lengths = (self.shift * factor, self.stride * factor)
+        return Motion(self.turns, *lengths, period, self.feet.scaled(factor), self.tilts)
+
+
+def still(rig: Rig) -> Motion:
+    """No motion at all: one key, the pose at rest."""
+    return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0)
+
+
+def slerp(a: Turns, b: Turns, share: float) -> Turns:
+    """Spherical interpolation from a (share 0) to b (share 1), the short way [Shoemake, 41]."""
+    cos = (a * b).sum(axis=-1, keepdims=True)
+    b, cos = np.where(cos < 0, -b, b), np.abs(cos)
+    sine = np.linalg.norm(b - cos * a, axis=-1, keepdims=True)
+    angle = np.arctan2(sine, cos)
+    near = sine < 1e-9
+    safe = np.where(near, 1.0, sine)
+    first = np.where(near, 1 - share, np.sin((1 - share) * angle) / safe)
+    second = np.where(near, share, np.sin(share * angle) / safe)
+    return first * a + second * b
+
+
+def one_sign(turns: Turns) -> Turns:
+    """The same turns, each quaternion on the same side as the key before it, (K, j, 4)."""
+    dots = (turns[1:] * turns[:-1]).sum(axis=-1)
+    flips = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
+    return np.concatenate((turns[:1], turns[1:] * flips[..., None]))
+
+
+def key_phases(keys: int) -> Reals:
+    """Phases of ``keys`` evenly spaced keys, (K,)."""
+    return np.arange(keys) / keys
+
+
+def _check(motion: Motion) -> None:
+    keys = len(motion.turns)
+    if motion.turns.ndim != 3 or keys == 0 or motion.turns.shape[2] != 4:
+        raise InputError("motion.turns", motion.turns.shape, "at least one key, (K, j, 4)")
+    if motion.shift.shape != (keys, 3):
+        raise InputError("motion.shift", motion.shift.shape, f"its shape is ({keys}, 3)")
+    if not (np.isfinite(motion.turns).all() and np.isfinite(motion.shift).all()):
+        raise InputError("motion", "a number that is not finite", "every key is finite")
+    if not (math.isfinite(motion.stride) and motion.stride >= 0):
+        raise InputError("motion.stride", motion.stride, "finite, at least 0 m")
+    if not (math.isfinite(motion.period) and motion.period > 0):
+        raise InputError("motion.period", motion.period, "finite, above 0 s")
+    legs = motion.feet.legs
+    if legs.size and legs.max() >= motion.turns.shape[1]:
+        raise InputError("motion.feet", int(legs.max()), "a joint of the rig")

@@ -1,0 +1,132 @@
+"""Leaf appearances that stand for what they hide, and the cores of parts without a body (§2.4)."""
+
+import numpy as np
+
+from lod.arrays import Ints, Reals
+from scenes.rig.rig import Rig, RiggedSticks
+from scenes.sticks.outline_area import mean_area, mean_outline_areas
+from scenes.sticks.table import StickTable
+
+Colour = tuple[float, float, float]
+
+CORE = 0.75
+"""Radius of the hidden core, as a share of the leaf appearance's."""
+
+_COLUMNS = ("start", "end", "start_radius", "end_radius", "tint", "start_joint", "end_joint")
+
+
+def grouped(owner: Ints, columns: list[np.ndarray], n: int) -> RiggedSticks:
+    """Sticks in any order, sorted by owner."""
+    order = np.argsort(owner, kind="stable")
+    first = np.concatenate(([0], np.cumsum(np.bincount(owner, minlength=n))))
+    return RiggedSticks(first, *(column[order] for column in columns))
+
+
+def chosen(table: RiggedSticks | None, stick: Ints, owner: Ints, n: int) -> RiggedSticks:
+    """The sticks at these rows, with new owners; none of them without a table."""
+    if table is None:
+        empty = (np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+        return RiggedSticks(np.zeros(n + 1, np.int64), *empty, *(stick,) * 3)
+    return grouped(owner, [getattr(table, name)[stick] for name in _COLUMNS], n)
+
+
+def under(whole: Ints, body: StickTable) -> StickTable:
+    """For every part, the bodies of itself and of everything below it, at rest."""
+    owner, stick = body.owner, np.arange(len(body))
+    owners, sticks = [], []
+    while len(owner):
+        owners.append(owner)
+        sticks.append(stick)
+        above = whole[owner]
+        owner, stick = above[above >= 0], stick[above >= 0]
+    rows = np.concatenate(sticks)
+    names = ("start", "end", "start_radius", "end_radius", "tint")
+    columns = (getattr(body, name)[rows] for name in names)
+    return StickTable.of(len(whole), np.concatenate(owners), *columns)
+
+
+def leaves(
+    rig: Rig,
+    body: RiggedSticks,
+    given: RiggedSticks,
+    full: StickTable,
+    materials: dict[str, Colour],
+) -> tuple[RiggedSticks, np.ndarray]:
+    """Leaf appearances: the blob; those given, fitted to what they hide; the rest look as they
+    are.
+    """
+    n = len(full.first) - 1
+    palette = np.array(list(materials.values()))
+    own = slice(full.first[0], full.first[1])
+    weight = mean_outline_areas(full)[own]
+    mean = (weight[:, None] * palette[full.tint[own]]).sum(axis=0) / weight.sum()
+    target = mean_area(full)
+    if given.first[1] == 0:
+        given = joined(n, (_upright(full, float(target[0]), len(palette)), given))
+    fitted = _fitted(rig, given, target)
+    given_count = np.bincount(given.owner, minlength=n)
+    plain = np.flatnonzero(given_count[body.owner] == 0)
+    leaf = joined(n, (fitted, chosen(body, plain, body.owner[plain], n)))
+    return leaf, np.concatenate((palette, mean[None]))
+
+
+def _upright(full: StickTable, area: float, tint: int) -> RiggedSticks:
+    """The whole as one upright stick: of even radius r and height h over all, its mean area is
+    π·r·h/2.
+    """
+    own = slice(full.first[0], full.first[1])
+    tops = (full.start[own, 2] + full.start_radius[own], full.end[own, 2] + full.end_radius[own])
+    height = max(float(top.max()) for top in tops)
+    radius = 2 * area / (np.pi * height)
+    first = np.ones(len(full.first), np.int64)
+    first[0] = 0
+    ends = np.array(((0.0, 0.0, radius),)), np.array(((0.0, 0.0, height - radius),))
+    none = np.array([-1])
+    radii = np.array([radius])
+    return RiggedSticks(first, *ends, radii, radii, np.array([tint]), none, none)
+
+
+def joined(n: int, tables: tuple[RiggedSticks, ...]) -> RiggedSticks:
+    """Several tables of the same parts as one."""
+    owner = np.concatenate([table.owner for table in tables])
+    return grouped(
+        owner, [np.concatenate([getattr(t, name) for t in tables]) for name in _COLUMNS], n
+    )
+
+
+def _fitted(rig: Rig, given: RiggedSticks, target: Reals, rounds: int = 4) -> RiggedSticks:
+    """The same sticks with each part's radii scaled alike, so that its mean area at rest is the
+    target.
+    """
+    rows = np.flatnonzero(np.bincount(given.owner, minlength=len(target)))
+    factor = np.ones(len(target))
+    frames = rig.frames()
+    for _ in range(rounds):
+        area = mean_area(_thickened(given, factor).posed(*frames))
+        # Area is almost in proportion to the radius of a slender stick: this converges.
+        factor[rows] *= target[rows] / area[rows]
+    return _thickened(given, factor)
+
+
+def _thickened(table: RiggedSticks, factor: Reals) -> RiggedSticks:
+    scale = factor[table.owner]
+    radii = table.start_radius * scale, table.end_radius * scale
+    joints = (table.tint, table.start_joint, table.end_joint)
+    return RiggedSticks(table.first, table.start, table.end, *radii, *joints)
+
+
+def inner(whole: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedSticks) -> RiggedSticks:
+    """Bodies of the parts that own parts; for those that have none the core that is given, or
+    their leaf appearance thinned (the blob's is no core).
+    """
+    n = len(whole)
+    owns = np.zeros(n, bool)
+    owns[whole[whole >= 0]] = True
+    kept = np.flatnonzero(owns[body.owner])
+    bare = [np.bincount(table.owner, minlength=n) == 0 for table in (body, given)]
+    cores = owns & bare[0] & bare[1]
+    cores[0] = False
+    core = np.flatnonzero(cores[leaf.owner])
+    thin = _thickened(leaf, np.full(n, CORE))
+    pieces = (chosen(body, kept, body.owner[kept], n), chosen(thin, core, leaf.owner[core], n))
+    return joined(n, (*pieces, given))

@@ -1,0 +1,220 @@
+"""What the compiled walks of ``rig_pose`` read: the cast of a species, and the bodies to be
+posed.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from lod.arrays import freeze
+from lod.errors import InputError
+from scenes.rig.footprints import print_and_swing
+from scenes.rig.keyframes import Motion
+from scenes.rig.leg_ik import arcs_of, bones_of
+from scenes.rig.rig import Rig
+from scenes.rig.rigged_prototype import RiggedPrototype
+
+STRAIGHTEST = 0.9985
+"""How far a leg stretches at most, as a share of its length, where its motion stretches it less."""
+
+_LEAST_ANGLE = 1e-9
+"""Two keys are never taken to be nearer: weights are the shares themselves there [rad]."""
+
+
+class Tables(NamedTuple):
+    """What the walks read. Rows of joints and keys are those of all prototypes end to end.
+
+    cast  (v, 8) of each prototype: its first joint, joints, first key row, keys, first row of
+        shift, first leg, legs, first row of hip
+    joint (j, 5) parent within the prototype, whether any key differs; knee, ankle and number of the
+        leg where this is its hip, else −1
+    offset (j, 3) from the parent
+    turns (t, 6) quaternion of each key and joint, the angle to the next key and one over its sine;
+        prototypes that move alike, of several sizes, share these rows
+    shift (s, 3) of each key
+    leg   (l, 9) when its foot lands, share of the cycle that it stands, home x and y, stride, how
+        far it reaches stretched out, steepest slope, farthest that its print is up or down, and
+        what share of the slope across it the foot follows
+    bones (l, 6), arc (l, 4, 4): as in ``rig_leg``
+    ankle (l, 6) its limits: least tan x, sin y, tan z, then greatest
+    sole (l, 3, 2), plane (l, 3, 3): as in Feet
+    hip   (k, 6) of each key and leg: the hip in the object's frame, and the ankle from its print
+    """
+
+    cast: np.ndarray
+    joint: np.ndarray
+    offset: np.ndarray
+    turns: np.ndarray
+    shift: np.ndarray
+    leg: np.ndarray
+    bones: np.ndarray
+    arc: np.ndarray
+    ankle: np.ndarray
+    sole: np.ndarray
+    plane: np.ndarray
+    hip: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Cast:
+    """The rigs and motions of a species' prototypes, ready for the walks."""
+
+    tables: Tables
+    most_joints: int
+    most_legs: int
+
+    @staticmethod
+    def of(prototypes: tuple[RiggedPrototype, ...]) -> "Cast":
+        """Lay them end to end."""
+        if not prototypes:
+            raise InputError("prototypes", 0, "at least one prototype")
+        rigs, motions = [p.rig for p in prototypes], [p.motion for p in prototypes]
+        sizes = np.array([len(rig) for rig in rigs])
+        keys = np.array([len(motion.turns) for motion in motions])
+        legs = np.array([len(motion.feet) for motion in motions])
+        pairs = list(zip(rigs, motions, strict=True))
+        counts = (sizes, keys + 1, legs, (keys + 1) * legs)
+        first_joint, first_shift, first_leg, first_hip = map(_starts, counts)
+        first_key, turns = _shared_keys(motions)
+        columns = first_joint, sizes, first_key, keys, first_shift, first_leg, legs, first_hip
+        tables = Tables(
+            cast=np.stack(columns, axis=1),
+            joint=np.concatenate([_joint_rows(rig, motion) for rig, motion in pairs]),
+            offset=np.concatenate([rig.offset for rig in rigs]),
+            turns=turns,
+            shift=np.concatenate([np.vstack((m.shift, m.shift[:1])) for m in motions]),
+            leg=np.concatenate([_leg_rows(rig, motion) for rig, motion in pairs]),
+            bones=np.concatenate([bones_of(rig, motion) for rig, motion in pairs]),
+            arc=np.concatenate([arcs_of(rig, motion) for rig, motion in pairs]),
+            ankle=np.concatenate([_ankle_rows(rig, motion) for rig, motion in pairs]),
+            sole=np.concatenate([motion.feet.sole for motion in motions]),
+            plane=np.concatenate([motion.feet.plane for motion in motions]),
+            hip=np.concatenate([_hip_rows(rig, motion) for rig, motion in pairs]),
+        )
+        return Cast(tables, int(sizes.max()), int(legs.max()))
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """Objects to be posed.
+
+    origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
+    variant (n,) its prototype in the cast; phase (n,) of its motion [cycles]
+    feet   (n, legs, 6) of each foot: its print x, y, z; how far that is ahead of the prototype's
+        own; and the turn of the ground under it, x and y of a quaternion (``rig_stand``)
+    """
+
+    origin: np.ndarray
+    cos: np.ndarray
+    sin: np.ndarray
+    variant: np.ndarray
+    phase: np.ndarray
+    feet: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, variant=np.int64)
+        freeze(self, phase=np.float64, feet=np.float64)
+        n = len(self.variant)
+        shapes = {"origin": (n, 3), "cos": (n,), "sin": (n,), "phase": (n,)}
+        for key, shape in shapes.items():
+            if getattr(self, key).shape != shape:
+                raise InputError(f"bodies.{key}", getattr(self, key).shape, f"its shape is {shape}")
+        if not np.isfinite(self.phase).all():
+            raise InputError("bodies.phase", "a number that is not finite", "every phase is finite")
+        if self.feet.ndim != 3 or self.feet.shape[::2] != (n, 6):
+            raise InputError("bodies.feet", self.feet.shape, f"its shape is ({n}, legs, 6)")
+
+    def __len__(self) -> int:
+        return len(self.variant)
+
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """What the walks read; phases within one cycle."""
+        places = (self.origin, self.cos, self.sin, self.variant)
+        return *places, self.phase - np.floor(self.phase), self.feet
+
+
+def _starts(counts: np.ndarray) -> np.ndarray:
+    """Where each of so many begins, laid end to end."""
+    return np.cumsum(counts) - counts
+
+
+def _joint_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    rows = np.full((len(rig), 5), -1)
+    rows[:, 0] = rig.parent
+    rows[:, 1] = (np.abs(motion.turns - motion.turns[:1]) > 1e-15).any(axis=(0, 2))
+    for number, (hip, knee, ankle) in enumerate(motion.feet.legs):
+        rows[hip, 2:] = knee, ankle, number
+    return rows
+
+
+def _leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    feet = motion.feet
+    bones = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1).sum(axis=1)
+    same = np.full(len(feet), motion.stride)
+    middle = feet.home.sum(axis=0) / max(len(feet), 1)
+    away = np.linalg.norm(feet.home - middle, axis=1) + motion.stride / 2
+    highest = feet.steepest * away
+    origin, _ = rig.frames(motion.turns, motion.shift)
+    posed = np.linalg.norm(origin[:, feet.legs[:, 2]] - origin[:, feet.legs[:, 0]], axis=-1)
+    longest = np.maximum(STRAIGHTEST * bones, posed.max(axis=0) * (1 + 1e-9))
+    columns = (
+        feet.strike,
+        feet.duty,
+        *feet.home.T,
+        same,
+        longest,
+        feet.steepest,
+        highest,
+        np.full(len(feet), float(motion.tilts)),
+    )
+    return np.stack(columns, axis=1)
+
+
+def _ankle_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    ankles, functions = motion.feet.legs[:, 2], (np.tan, np.sin, np.tan)
+    low, high = (np.radians(np.clip(limit[ankles], -90, 90)) for limit in (rig.low, rig.high))
+    return np.stack(
+        [f(side[:, k]) for side in (low, high) for k, f in enumerate(functions)], axis=1
+    )
+
+
+def _hip_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    """Hips, and ankles from their prints, at every key and at key 0 again."""
+    feet, keys = motion.feet, len(motion.turns)
+    origin, _ = rig.frames(motion.turns, motion.shift)
+    own = (np.arange(keys)[:, None] / keys - feet.strike) % 1.0
+    ahead = np.array([[sum(print_and_swing(o, d)) for o, d in zip(row, feet.duty, strict=True)]
+                      for row in own]).reshape(keys, len(feet))  # fmt: skip
+    prints = np.zeros((keys, len(feet), 3))
+    prints[..., :2] = feet.home
+    prints[..., 0] += motion.stride * ahead
+    rows = np.concatenate((origin[:, feet.legs[:, 0]], origin[:, feet.legs[:, 2]] - prints), axis=2)
+    return np.concatenate((rows, rows[:1])).reshape(-1, 6)
+
+
+def _shared_keys(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
+    """The first row of each motion's keys, and all rows: those of equal keys once."""
+    first: dict[bytes, int] = {}
+    rows, starts, count = [np.zeros((0, 6))], [], 0
+    for motion in motions:
+        name = motion.turns.tobytes()
+        if name not in first:
+            first[name] = count
+            rows.append(_key_rows(motion))
+            count += len(rows[-1])
+        starts.append(first[name])
+    return np.array(starts), np.concatenate(rows)
+
+
+def _key_rows(motion: Motion) -> np.ndarray:
+    """Keys, with key 0 again at the end and every sign as the key before; and the way to the
+    next.
+    """
+    cos = (motion.turns[-1:] * motion.turns[:1]).sum(axis=-1, keepdims=True)
+    turns = np.concatenate((motion.turns, motion.turns[:1] * np.copysign(1.0, cos)))
+    after = np.concatenate((turns[1:], turns[-1:]))
+    cos = (turns * after).sum(axis=-1, keepdims=True)
+    sine = np.linalg.norm(after - cos * turns, axis=-1, keepdims=True)
+    angle = np.maximum(np.arctan2(sine, cos), _LEAST_ANGLE)
+    return np.concatenate((turns, angle, 1.0 / np.sin(angle)), axis=-1).reshape(-1, 6)

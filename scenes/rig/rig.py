@@ -1,0 +1,184 @@
+"""A rig: the joints of one object, how far each may turn, and sticks that ride on them.
+
+The frame of the object: origin where it stands on the ground, z up, x the way it faces, y to its
+left. A joint sits at ``offset`` in the frame of its parent and turns there; joint −1 is the
+object's own frame.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+from numba import njit
+
+from lod.arrays import Flags, Ints, Points, freeze
+from lod.errors import InputError
+from lod.quaternion_arrays import rotated
+from scenes.rig.rotations import Turns, Vectors, degrees_of, times, turn, turns_of
+from scenes.sticks.table import StickTable
+
+_SLACK_DEG = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """Joints, parents before children.
+
+    name    of every joint
+    parent  (j,) −1 for joints that sit in the object's own frame
+    offset  (j, 3) origin in the parent's frame [m]
+    rest    (j, 4) turn of each joint as the object stands, (x, y, z, w)
+    low, high (j, 3) least and greatest angle about x, y, z, in Rz·Ry·Rx [degrees]
+    shift_low, shift_high (3,) how far the joints of the object's own frame may move as it walks on
+        the spot: bob and sway [m]
+    """
+
+    name: tuple[str, ...]
+    parent: np.ndarray
+    offset: np.ndarray
+    rest: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    shift_low: np.ndarray
+    shift_high: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, parent=np.int64, offset=np.float64, rest=np.float64)
+        freeze(self, low=np.float64, high=np.float64, shift_low=np.float64, shift_high=np.float64)
+        _check(self)
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+    def row(self, name: str) -> int:
+        """The joint of that name."""
+        if name not in self.name:
+            raise InputError("joint", name, f"one of {', '.join(self.name)}")
+        return self.name.index(name)
+
+    def frames(
+        self, turns: Turns | None = None, shift: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0)
+    ) -> tuple[Vectors, Turns]:
+        """Origin (…, j, 3) [m] and turn (…, j, 4) of every joint in the object's frame.
+
+        As posed by turns (…, j, 4), at rest without; shift (…, 3) moves the joints of the object's
+            frame.
+        """
+        local = self.rest if turns is None else turns
+        before = local.shape[:-2]
+        poses = math.prod(before)
+        shifts = np.broadcast_to(np.asarray(shift, np.float64), (*before, 3)).reshape(poses, 3)
+        flat = local.reshape(poses, len(self), 4)
+        origin, turn = _frames(self.parent, self.offset, flat, shifts)
+        return origin.reshape(*before, len(self), 3), turn.reshape(local.shape)
+
+    def beyond(self, turns: Turns) -> Float64[np.ndarray, "..."]:
+        """How far each joint is beyond its limits, (…, j); 0 within them [degrees]."""
+        angle = degrees_of(turns)
+        # The same turn has a second set of angles, (x ± 180, ±180 − y, z ± 180).
+        other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
+        return np.minimum(self._outside(angle), self._outside(other))
+
+    def _outside(self, angle: np.ndarray) -> np.ndarray:
+        middle = (self.low + self.high) / 2
+        near = middle + (angle - middle + 180.0) % 360.0 - 180.0
+        return np.maximum(0, np.maximum(self.low - near, near - self.high)).max(axis=-1)
+
+    def random_turns(self, rng: np.random.Generator, count: int) -> Turns:
+        """Allowed poses, even over the angles, every limit met now and then, (count, j, 4)."""
+        share = np.clip(rng.uniform(-0.25, 1.25, (count, len(self), 3)), 0, 1)
+        return turns_of(self.low + share * (self.high - self.low))
+
+    def scaled(self, factor: float) -> "Rig":
+        """Every length times ``factor``."""
+        lengths = (self.offset * factor, self.shift_low * factor, self.shift_high * factor)
+        offset, shift_low, shift_high = lengths
+        angles = (self.rest, self.low, self.high)
+        return Rig(self.name, self.parent, offset, *angles, shift_low, shift_high)
+
+
+@dataclass(frozen=True, eq=False)
+class RiggedSticks(StickTable):
+    """Sticks of every part, each end in the frame of a joint (−1 = the object's own frame).
+
+    start_joint, end_joint (k,): the frames that start and end are in
+    """
+
+    start_joint: np.ndarray
+    end_joint: np.ndarray
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        freeze(self, start_joint=np.int64, end_joint=np.int64)
+        for key in ("start_joint", "end_joint"):
+            joints = getattr(self, key)
+            if joints.shape != self.tint.shape or np.any(joints < -1):
+                raise InputError(f"sticks.{key}", joints.shape, "a joint, or -1, for every stick")
+
+    def posed(self, origin: Vectors, turn: Turns) -> StickTable:
+        """The sticks in the object's frame, from the frames of all joints."""
+        start, end = (
+            placed(origin, turn, joint, point)
+            for joint, point in ((self.start_joint, self.start), (self.end_joint, self.end))
+        )
+        return StickTable(self.first, start, end, self.start_radius, self.end_radius, self.tint)
+
+    def only(self, parts: Flags) -> "RiggedSticks":
+        """The sticks of the flagged parts (n,) alone."""
+        keep = parts[self.owner]
+        count = np.bincount(self.owner[keep], minlength=len(parts))
+        columns = ("start", "end", "start_radius", "end_radius", "tint", "start_joint", "end_joint")
+        first = np.concatenate(([0], np.cumsum(count)))
+        return RiggedSticks(first, *(getattr(self, name)[keep] for name in columns))
+
+
+def placed(origin: Vectors, turn: Turns, joint: Ints, point: Points) -> Points:
+    """Points in the frames of joints, as they are in the object's frame, (k, 3) [m]."""
+    row = np.maximum(joint, 0)
+    at = origin[row] + rotated(turn[row], point)
+    return np.where((joint < 0)[:, None], point, at)
+
+
+@njit(cache=True)
+def _frames(parent, offset, turns, shift):  # type: ignore[no-untyped-def]
+    """Origins (m, j, 3) and turns (m, j, 4) of m poses, from turns (m, j, 4) and shifts (m, 3)."""
+    m, j = turns.shape[:2]
+    origin, facing = np.empty((m, j, 3)), np.empty((m, j, 4))
+    for o in range(m):
+        for k in range(j):
+            up, x, y, z = parent[k], offset[k, 0], offset[k, 1], offset[k, 2]
+            q = turns[o, k, 0], turns[o, k, 1], turns[o, k, 2], turns[o, k, 3]
+            at = shift[o, 0], shift[o, 1], shift[o, 2]
+            if up >= 0:
+                at = origin[o, up, 0], origin[o, up, 1], origin[o, up, 2]
+                above = facing[o, up, 0], facing[o, up, 1], facing[o, up, 2], facing[o, up, 3]
+                x, y, z = turn(*above, x, y, z)
+                q = times(*above, *q)
+            origin[o, k, 0], origin[o, k, 1], origin[o, k, 2] = at[0] + x, at[1] + y, at[2] + z
+            facing[o, k, 0], facing[o, k, 1], facing[o, k, 2], facing[o, k, 3] = q
+    return origin, facing
+
+
+def _check(rig: Rig) -> None:
+    j = len(rig.name)
+    shapes = {"parent": (j,), "offset": (j, 3), "rest": (j, 4), "low": (j, 3), "high": (j, 3)}
+    for key, shape in (shapes | {"shift_low": (3,), "shift_high": (3,)}).items():
+        values = getattr(rig, key)
+        if values.shape != shape:
+            raise InputError(f"rig.{key}", values.shape, f"its shape is {shape}")
+        if not np.isfinite(values).all():
+            raise InputError(f"rig.{key}", "a number that is not finite", "every number is finite")
+    for row in np.flatnonzero((rig.parent >= np.arange(j)) | (rig.parent < -1)):
+        rule = "a joint stands after its parent; -1 is the object's frame"
+        raise InputError(f"rig.parent[{row}]", int(rig.parent[row]), rule)
+    if np.any(rig.low > rig.high) or np.any(rig.shift_low > rig.shift_high):
+        raise InputError("rig.low", "a limit above its upper limit", "low is at most high")
+    if np.abs(np.linalg.norm(rig.rest, axis=1) - 1).max(initial=0) > 1e-9:
+        raise InputError("rig.rest", "a quaternion not of length 1", "a turn is a unit quaternion")
+    outside = rig.beyond(rig.rest)
+    for row in np.flatnonzero(outside > _SLACK_DEG):
+        arrived = np.round(degrees_of(rig.rest[row]), 2).tolist()
+        rule = f"stands between {rig.low[row].tolist()} and {rig.high[row].tolist()} degrees"
+        raise InputError(f"rig.rest[{rig.name[row]}]", arrived, rule)

@@ -1,0 +1,208 @@
+"""A posable object: its part hierarchy holds for every pose that the joint limits allow (§2.4).
+
+    separation  farthest that a part's origin can be from its whole's origin, over all poses
+    extent      farthest that a part's own sticks, of either appearance, can be from a point, over
+        all poses
+    P           √ of the largest area over directions that the leaf appearance covers; where a leaf
+        appearance spans joints, the largest over the poses of ``P_POSES`` as well
+    R           the greater of the extent of the part and the extents of its direct parts, from its
+        origin
+    B           the greater of the extent of the part and, over its parts, separation + B of the
+        part
+
+An only part that is no smaller than its whole is one with it (``lod.as_one``): its origin is that
+of the whole, and the two share the greater P and R.
+
+"Over all poses" is the bound of ``rig_reach``: never exceeded, and reached within a few per cent.
+It is the rule of ``prototype`` with poses; a rig that cannot move gives the same numbers.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints, Points, Reals, freeze
+from lod.as_one import first_of_one, shared
+from lod.errors import InputError
+from lod.hierarchy import Hierarchy
+from scenes.rig.keyframes import Motion, still
+from scenes.rig.reach_bound import farthest
+from scenes.rig.rig import Rig, RiggedSticks, placed
+from scenes.rig.rotations import Turns, turns_of
+from scenes.sticks.contrast import part_contrast
+from scenes.sticks.outline_area import largest_area
+from scenes.sticks.prototype import Prototype
+from scenes.sticks.table import StickTable
+from scenes.sticks.view_dependence import Minds
+
+P_POSES = 6
+"""Random allowed poses in which leaf appearances that span joints are measured, besides rest and
+straight.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class RiggedPrototype:
+    """One whole object that can be posed.
+
+    joint   (n,) joint that the part's origin rides on
+    place   (n, 3) the origin in that joint's frame; the joint's own by default [m]
+    hierarchy  positions at rest; P, R, B and separation for every allowed pose
+    inner, leaf, tints, minds as in Prototype; motion: its walk, or whatever it does
+    """
+
+    name: str
+    rig: Rig
+    joint: np.ndarray
+    hierarchy: Hierarchy
+    inner: RiggedSticks
+    leaf: RiggedSticks
+    tints: np.ndarray
+    motion: Motion
+    place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    minds: Minds = field(default_factory=Minds)
+
+    def __post_init__(self) -> None:
+        if not len(self.place):
+            object.__setattr__(self, "place", np.zeros((len(self.joint), 3)))
+        freeze(self, joint=np.int64, tints=np.float64, place=np.float64)
+        if self.motion.turns.shape[1] != len(self.rig):
+            arrived = self.motion.turns.shape[1]
+            raise InputError(f"{self.name}.motion", arrived, f"{len(self.rig)} joints")
+        if len(self.joint) != len(self.hierarchy) or self.joint.max() >= len(self.rig):
+            raise InputError(f"{self.name}.joint", len(self.joint), "one joint for each part")
+        for table in (self.inner, self.leaf):
+            if len(table) and max(table.start_joint.max(), table.end_joint.max()) >= len(self.rig):
+                raise InputError(f"{self.name}.sticks", "no such joint", "a joint of the rig")
+
+    def posed(
+        self,
+        turns: Turns | None = None,
+        shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
+    ) -> Prototype:
+        """The object standing in one pose, at rest by default; its P, R, B stay those of every
+        pose.
+        """
+        origin, turn = self.rig.frames(turns, shift)
+        position = placed(origin, turn, self.joint, self.place)
+        hierarchy = replace(self.hierarchy, position=position)
+        inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
+        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.minds)
+
+    def walking(self, phase: float) -> Prototype:
+        """The object at a phase of its motion."""
+        return self.posed(*self.motion.at(phase))
+
+    def moving(self, motion: Motion) -> "RiggedPrototype":
+        """The same object with another motion."""
+        return replace(self, motion=motion)
+
+    def scaled(self, factor: float) -> "RiggedPrototype":
+        """The same object ``factor`` times as large, moving in a way dynamically similar."""
+        return RiggedPrototype(
+            self.name,
+            self.rig.scaled(factor),
+            self.joint,
+            self.hierarchy.scaled(factor),
+            self.inner.scaled(factor),
+            self.leaf.scaled(factor),
+            self.tints,
+            self.motion.scaled(factor),
+            self.place * factor,
+            self.minds,
+        )
+
+
+def rigid(prototype: Prototype) -> RiggedPrototype:
+    """What has one pose alone, as a rig without joints: everything rides on the object's frame."""
+    none, nowhere = np.zeros((0, 3)), np.zeros(3)
+    empty = np.zeros(0, np.int64)
+    rig = Rig((), empty, none, np.zeros((0, 4)), none, none, nowhere, nowhere)
+
+    def fixed(table: StickTable) -> RiggedSticks:
+        columns = (table.start, table.end, table.start_radius, table.end_radius, table.tint)
+        return RiggedSticks(table.first, *columns, *(np.full(len(table), -1),) * 2)
+
+    return RiggedPrototype(
+        name=prototype.name,
+        rig=rig,
+        joint=np.full(len(prototype.hierarchy), -1),
+        hierarchy=prototype.hierarchy,
+        inner=fixed(prototype.inner),
+        leaf=fixed(prototype.leaf),
+        tints=prototype.tints,
+        motion=still(rig),
+        place=prototype.hierarchy.position,
+        minds=prototype.minds,
+    )
+
+
+def hierarchy_of(
+    rig: Rig,
+    whole: Ints,
+    level: Ints,
+    joint: Ints,
+    inner: RiggedSticks,
+    leaf: RiggedSticks,
+    tints: Float64[np.ndarray, "t 3"],
+    twin: Ints,
+) -> tuple[Hierarchy, Ints]:
+    """The compiled hierarchy by the rule above, and the joint at the origin of each part, (n,).
+
+    joint (n,) where each would have its origin by itself; twin (n,) an earlier part that it is the
+    mirror image of, or itself
+    """
+    n = len(whole)
+    P = np.sqrt(_largest_areas(rig, leaf)[twin])
+    one = first_of_one(whole, P)
+    joint = joint[one]
+    own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
+    for row in np.flatnonzero(twin == np.arange(n)).tolist():
+        parts = np.flatnonzero(whole == row)
+        own[row] = _extent(rig, int(joint[row]), (inner, leaf), np.array([row]))
+        R[row] = max(own[row], _extent(rig, int(joint[row]), (inner, leaf), parts))
+        if row:
+            origin = np.array([joint[row]]), np.zeros((1, 3)), np.zeros(1)
+            separation[row] = farthest(rig, int(joint[whole[row]]), *origin)
+    own, R, separation = own[twin], R[twin], separation[twin]
+    B = own.copy()
+    for row in range(n - 1, 0, -1):
+        B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
+    position = rig.frames()[0][joint]
+    lengths = shared(P, one), shared(R, one), B, separation
+    contrast = part_contrast(whole, leaf.posed(*rig.frames()), tints)[one]
+    return Hierarchy(whole, level, position, *lengths, contrast), joint
+
+
+def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:
+    """Farthest that any stick of these parts can be from a joint [m]."""
+    columns: list[tuple[Ints, Points, Reals]] = []
+    for table in tables:
+        rows = np.flatnonzero(np.isin(table.owner, parts))
+        columns.append((table.start_joint[rows], table.start[rows], table.start_radius[rows]))
+        columns.append((table.end_joint[rows], table.end[rows], table.end_radius[rows]))
+    joints, points, radii = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return farthest(rig, joint, joints, points, radii)
+
+
+def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
+    areas = largest_area(leaf.posed(*rig.frames()))
+    spans = _spanning(leaf)
+    if spans.any():
+        some = leaf.only(spans)
+        straight = turns_of(np.clip(0.0, rig.low, rig.high))
+        rng = np.random.Generator(np.random.Philox(0))
+        for turns in (straight, *rig.random_turns(rng, P_POSES)):
+            areas = np.maximum(areas, largest_area(some.posed(*rig.frames(turns))))
+    return areas
+
+
+def _spanning(leaf: RiggedSticks) -> np.ndarray:
+    """Parts whose leaf appearance rides on more than one joint, (n,)."""
+    n = len(leaf.first) - 1
+    least, most = np.full(n, np.iinfo(np.int64).max), np.full(n, -2)
+    for joints in (leaf.start_joint, leaf.end_joint):
+        np.minimum.at(least, leaf.owner, joints)
+        np.maximum.at(most, leaf.owner, joints)
+    return most > least

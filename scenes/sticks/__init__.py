@@ -1,0 +1,1 @@
+"""Areas, contrast and views of sticks: what a part can look like."""

@@ -1,0 +1,155 @@
+"""A prototype: one whole object as a part hierarchy with the sticks of both appearances (§2.4).
+
+The one rule by which priority P, range R, bound B and separation follow from the geometry, for a
+rigid object (one that is only placed, turned about the vertical and scaled):
+
+    separation  distance from a part's origin to its whole's origin, as it stands
+    extent      farthest that a part's own sticks, of either appearance and radius included, are
+        from a point
+    P           √ of the largest area over directions that the leaf appearance covers, as it looks
+        from each (``stick_area``, ``heights``)
+    R           the greater of the extent of the part and the extents of its direct parts, from its
+        origin
+    B           the greater of the extent of the part and, over its parts, separation + B of the
+        part
+
+An only part that is no smaller than its whole is one with it (``lod.as_one``): its origin is that
+of the whole, and the two share the greater P and R.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints, Points, Reals, freeze
+from lod.as_one import first_of_one, shared
+from lod.errors import InputError
+from lod.hierarchy import Hierarchy
+from scenes.sticks.contrast import part_contrast
+from scenes.sticks.table import StickTable as StickTable
+from scenes.sticks.view_dependence import Minds, largest_seen
+
+
+@dataclass(frozen=True, eq=False)
+class Prototype:
+    """One whole object, in its own frame (see StickTable).
+
+    inner  what a part looks like while some of its own parts are displayed; may be nothing
+    leaf   its leaf appearance; never nothing. A part that owns none is always a leaf
+    tints  (t, 3) linear Rec.709 albedo, 0 to 1
+    minds  which sticks of ``leaf`` mind the height that they are seen from
+    """
+
+    name: str
+    hierarchy: Hierarchy
+    inner: StickTable
+    leaf: StickTable
+    tints: np.ndarray
+    minds: Minds = field(default_factory=Minds)
+
+    def __post_init__(self) -> None:
+        freeze(self, tints=np.float64)
+        _check(self)
+
+    def scaled(self, factor: float) -> "Prototype":
+        """The same object ``factor`` times as large."""
+        hierarchy = self.hierarchy.scaled(factor)  # refuses a bad factor
+        inner, leaf = self.inner.scaled(factor), self.leaf.scaled(factor)
+        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.minds)
+
+
+def assemble(
+    name: str,
+    whole: Ints,
+    level: Ints,
+    origin: Points,
+    inner: StickTable,
+    leaf: StickTable,
+    tints: Float64[np.ndarray, "t 3"],
+    minds: Minds | None = None,
+    overlap: Reals | None = None,
+) -> Prototype:
+    """A prototype from its parts' places and sticks: P, R, B and separation by the rule above."""
+    sizes = {"inner": len(inner.first) - 1, "leaf": len(leaf.first) - 1, "origin": len(origin)}
+    for key, size in sizes.items():
+        if size != len(whole):
+            raise InputError(f"{name}.{key}", size, f"one entry for each of {len(whole)} parts")
+    minds = minds or Minds()
+    P = np.sqrt(largest_seen(leaf, minds))
+    one = first_of_one(whole, P)
+    origin = origin[one]
+    part = np.flatnonzero(whole >= 0)
+    owner = whole[part]
+    separation = np.zeros(len(whole))
+    separation[part] = _distance(origin[part], origin[owner])
+    rows = np.arange(len(whole))
+    own = _extent(inner, leaf, rows, origin)
+    R = own.copy()
+    np.maximum.at(R, owner, _extent(inner, leaf, part, origin[owner]))
+    B = own.copy()
+    for row in part[::-1]:
+        B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
+    hierarchy = Hierarchy(whole, level, origin, shared(P, one), shared(R, one), B, separation)
+    if overlap is not None:
+        hierarchy = replace(hierarchy, overlap=overlap)
+    prototype = Prototype(name, hierarchy, inner, leaf, tints, minds)  # refuses what is bad
+    contrast = part_contrast(whole, leaf, tints)[one]
+    return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
+
+
+def _extent(inner: StickTable, leaf: StickTable, rows: Ints, centre: Points) -> Reals:
+    """Farthest that the sticks of each part in ``rows`` are from its point in ``centre``, (n,) [m].
+
+    The farthest point of a convex hull of two spheres lies on one of the spheres.
+    """
+    extent = np.zeros(len(rows))
+    for table in (inner, leaf):
+        seen_from = np.full((len(table.first) - 1, 3), np.nan)
+        seen_from[rows] = centre
+        owner = table.owner
+        reach = np.maximum(
+            _distance(table.start, seen_from[owner]) + table.start_radius,
+            _distance(table.end, seen_from[owner]) + table.end_radius,
+        )
+        farthest = np.zeros(len(seen_from))
+        np.fmax.at(farthest, owner, reach)
+        extent = np.maximum(extent, farthest[rows])
+    return extent
+
+
+def _distance(a: Points, b: Points) -> Reals:
+    return np.sqrt(((a - b) ** 2).sum(axis=1))
+
+
+def _check(prototype: Prototype) -> None:
+    name, n = prototype.name, len(prototype.hierarchy)
+    tints = prototype.tints
+    minds = prototype.minds.rows(len(prototype.leaf))
+    if len(minds) != len(prototype.leaf) or minds.max(initial=-1) >= len(prototype.minds.share):
+        rule = f"a row or -1 for each of {len(prototype.leaf)} sticks"
+        raise InputError(f"{name}.minds", len(minds), rule)
+    if tints.ndim != 2 or tints.shape[1:] != (3,):
+        raise InputError(f"{name}.tints", tints.shape, "one row of three for each tint")
+    if not (np.isfinite(tints).all() and np.all((tints >= 0) & (tints <= 1))):
+        raise InputError(f"{name}.tints", "an albedo outside 0 to 1", "linear Rec.709, 0 to 1")
+    for key, table in (("inner", prototype.inner), ("leaf", prototype.leaf)):
+        if len(table.first) != n + 1:
+            raise InputError(
+                f"{name}.{key}", len(table.first) - 1, f"one entry for each of {n} parts"
+            )
+        if len(table) and table.tint.max() >= len(tints):
+            raise InputError(f"{name}.{key}.tint", int(table.tint.max()), f"0 to {len(tints) - 1}")
+    empty = np.flatnonzero(prototype.leaf.count == 0)
+    if len(empty):
+        raise InputError(
+            f"{name}.leaf", f"nothing for part {empty[0]}", "a leaf appearance is never empty"
+        )
+    h = prototype.hierarchy
+    extent = _extent(prototype.inner, prototype.leaf, np.arange(n), h.position)
+    outside = np.flatnonzero(extent > h.R * (1 + 1e-9))
+    if len(outside):
+        row = int(outside[0])
+        raise InputError(
+            f"{name}.R[{row}]", float(h.R[row]), f"its sticks reach {extent[row]:.6g} m"
+        )

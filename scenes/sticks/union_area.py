@@ -1,0 +1,227 @@
+"""Area that several sticks cover together, seen along a direction: rows sampled, lengths exact.
+
+The outlines are cut by evenly spaced parallel rows; in each row the union of the intervals is
+measured exactly, and the area is the sum over rows times their spacing (Cavalieri; midpoint rule).
+Rows are a fraction of the sticks' own radius apart, less fine where many sticks average out, which
+keeps the error of a composite well under 0.5 %.
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float64
+from numba import njit
+
+from scenes.sticks.table import StickTable
+
+FINE, COARSE = 12.0, 5.0
+"""Rows per (area-weighted) mean radius of one stick; falls with √count, to a twelfth of it."""
+
+MOST_ROWS = 4096
+
+
+def areas_of_parts(
+    table: StickTable, directions: Float64[np.ndarray, "d 3"], fineness: float = FINE
+) -> Float64[np.ndarray, "n d"]:
+    """Area of the union of each part's sticks along each direction, (n, d) [m²]."""
+    columns = (table.start, table.end, table.start_radius, table.end_radius)
+    return _areas(table.first, *columns, np.ascontiguousarray(directions), fineness)
+
+
+@njit(cache=True)
+def _areas(first, start, end, r0, r1, directions, fineness):  # type: ignore[no-untyped-def]
+    n = len(first) - 1
+    areas = np.zeros((n, len(directions)))
+    for j in range(len(directions)):
+        across, up = _frame(directions[j])
+        x0, y0 = _along(start, across), _along(start, up)
+        x1, y1 = _along(end, across), _along(end, up)
+        for i in range(n):
+            a, b = first[i], first[i + 1]
+            if b > a:
+                disc0, disc1 = (x0[a:b], y0[a:b], r0[a:b]), (x1[a:b], y1[a:b], r1[a:b])
+                areas[i, j] = _union_area(*disc0, *disc1, fineness)
+    return areas
+
+
+def largest_of_parts(
+    table: StickTable, directions: Float64[np.ndarray, "d 3"]
+) -> Float64[np.ndarray, " n"]:
+    """Largest area of each part over all directions, (n,) [m²], searched from the given ones."""
+    columns = (table.start, table.end, table.start_radius, table.end_radius)
+    areas = areas_of_parts(table, directions)
+    best = np.ascontiguousarray(directions[areas.argmax(axis=1)])
+    return _climb(table.first, *columns, best, areas.max(axis=1))
+
+
+@njit(cache=True)
+def _climb(first, start, end, r0, r1, best, largest):  # type: ignore[no-untyped-def]
+    """From the best direction of each part to better ones about it, on rings that shrink."""
+    for i in range(len(first) - 1):
+        a, b = first[i], first[i + 1]
+        if b - a < 2:
+            continue
+        for tilt in (0.2, 0.12, 0.06, 0.03):
+            middle = best[i].copy()
+            across, up = _frame(middle)
+            for k in range(6):
+                turn = k * math.pi / 3
+                aside = math.cos(turn) * across + math.sin(turn) * up
+                direction = math.cos(tilt) * middle + math.sin(tilt) * aside
+                x, y = _frame(direction)
+                disc0 = _along(start[a:b], x), _along(start[a:b], y), r0[a:b]
+                disc1 = _along(end[a:b], x), _along(end[a:b], y), r1[a:b]
+                area = _union_area(*disc0, *disc1, FINE)
+                if area > largest[i]:
+                    largest[i], best[i] = area, direction
+    return largest
+
+
+@njit(cache=True)
+def _along(points, axis):  # type: ignore[no-untyped-def]
+    out = np.empty(len(points))
+    for i in range(len(points)):
+        out[i] = points[i, 0] * axis[0] + points[i, 1] * axis[1] + points[i, 2] * axis[2]
+    return out
+
+
+@njit(cache=True)
+def _union_area(x0, y0, r0, x1, y1, r1, fineness):  # type: ignore[no-untyped-def]
+    """Area of a union of convex hulls of two discs each."""
+    low, spacing, rows = _rows(x0, y0, r0, x1, y1, r1, fineness)
+    begin = np.zeros(rows + 1, np.int64)
+    for i in range(len(r0)):  # how many outlines cross each row
+        a, b = _row_range(y0[i], r0[i], y1[i], r1[i], low, spacing, rows)
+        for row in range(a, b):
+            begin[row + 1] += 1
+    for row in range(rows):
+        begin[row + 1] += begin[row]
+    left, right = np.empty(begin[-1]), np.empty(begin[-1])
+    slot = begin[:-1].copy()
+    sides = np.empty((2, 4))
+    for i in range(len(r0)):
+        slim = _tangents(x0[i], y0[i], r0[i], x1[i], y1[i], r1[i], sides)
+        a, b = _row_range(y0[i], r0[i], y1[i], r1[i], low, spacing, rows)
+        for row in range(a, b):
+            y, k = low + (row + 0.5) * spacing, slot[row]
+            lo, hi = _disc_span(y, x0[i], y0[i], r0[i], x1[i], y1[i], r1[i])
+            lo, hi = _widened(y, lo, hi, sides) if slim else (lo, hi)
+            # A row that only just meets an outline may miss it by rounding.
+            left[k], right[k] = (lo, hi) if lo <= hi else (x0[i], x0[i])
+            slot[row] = k + 1
+    covered = 0.0
+    for row in range(rows):
+        covered += _union_length(left, right, begin[row], begin[row + 1])
+    return covered * spacing
+
+
+@njit(cache=True)
+def _frame(direction):  # type: ignore[no-untyped-def]
+    """Two unit vectors across a unit direction (Duff et al., JCGT 6(1), 2017)."""
+    x, y, z = direction
+    sign = math.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    across = np.array((1.0 + sign * x * x * a, sign * b, -sign * x))
+    up = np.array((b, sign + y * y * a, -y))
+    return across, up
+
+
+@njit(cache=True)
+def _rows(x0, y0, r0, x1, y1, r1, fineness):  # type: ignore[no-untyped-def]
+    """Lowest edge, spacing and number of the rows."""
+    low, high, weight, radius = np.inf, -np.inf, 0.0, 0.0
+    for i in range(len(r0)):
+        low = min(low, y0[i] - r0[i], y1[i] - r1[i])
+        high = max(high, y0[i] + r0[i], y1[i] + r1[i])
+        r = 0.5 * (r0[i] + r1[i])
+        area = r * (math.hypot(x1[i] - x0[i], y1[i] - y0[i]) + r)
+        weight += area
+        radius += area * r
+    per_radius = fineness * max(1.0 / 12.0, 1.0 / math.sqrt(len(r0)))
+    rows = math.ceil((high - low) / (radius / weight) * per_radius)
+    rows = min(max(rows, 1), MOST_ROWS)
+    return low, (high - low) / rows, rows
+
+
+@njit(cache=True, inline="always")
+def _row_range(y0, r0, y1, r1, low, spacing, rows):  # type: ignore[no-untyped-def]
+    """First row whose middle lies inside the outline, and the one after the last."""
+    bottom, top = min(y0 - r0, y1 - r1), max(y0 + r0, y1 + r1)
+    first = max(0, math.ceil((bottom - low) / spacing - 0.5))
+    last = min(rows, math.ceil((top - low) / spacing - 0.5))
+    return first, max(first, last)
+
+
+@njit(cache=True, inline="always")
+def _tangents(x0, y0, r0, x1, y1, r1, sides):  # type: ignore[no-untyped-def]
+    """Whether the discs have outer tangents; each as lowest y, highest y, x at y = 0, dx/dy."""
+    ex, ey = x1 - x0, y1 - y0
+    apart2, difference = ex * ex + ey * ey, r0 - r1
+    if apart2 <= difference * difference:
+        return False
+    cosine = math.sqrt(apart2 - difference * difference) / apart2
+    sine = difference / apart2
+    for k in range(2):
+        side = cosine if k else -cosine
+        nx, ny = sine * ex - side * ey, sine * ey + side * ex
+        xa, ya = x0 + r0 * nx, y0 + r0 * ny
+        xb, yb = x1 + r1 * nx, y1 + r1 * ny
+        slope = (xb - xa) / (yb - ya) if yb != ya else 0.0
+        sides[k, 0], sides[k, 1] = min(ya, yb), max(ya, yb)
+        sides[k, 2], sides[k, 3] = xa - slope * ya, slope
+    return True
+
+
+@njit(cache=True, inline="always")
+def _disc_span(y, x0, y0, r0, x1, y1, r1):  # type: ignore[no-untyped-def]
+    """Span of the row at height y across two discs; empty (∞, −∞) where it meets neither."""
+    left, right = np.inf, -np.inf
+    square = r0 * r0 - (y - y0) * (y - y0)
+    if square >= 0.0:
+        half = math.sqrt(square)
+        left, right = x0 - half, x0 + half
+    square = r1 * r1 - (y - y1) * (y - y1)
+    if square >= 0.0:
+        half = math.sqrt(square)
+        left, right = min(left, x1 - half), max(right, x1 + half)
+    return left, right
+
+
+@njit(cache=True, inline="always")
+def _widened(y, left, right, sides):  # type: ignore[no-untyped-def]
+    """The span with the points where the row crosses the two tangents."""
+    for k in range(2):
+        if sides[k, 0] < y < sides[k, 1]:
+            x = sides[k, 2] + y * sides[k, 3]
+            left, right = min(left, x), max(right, x)
+    return left, right
+
+
+@njit(cache=True)
+def _union_length(left, right, a, b):  # type: ignore[no-untyped-def]
+    """Length of the union of the intervals a to b; sorts both kinds of end in place."""
+    if b - a < 2:
+        return right[a] - left[a] if b > a else 0.0
+    _sort(left, a, b)
+    _sort(right, a, b)
+    # Sweep: the k-th end closes a piece of the union when only k intervals begin before it.
+    length, begun = 0.0, left[a]
+    for k in range(a, b - 1):
+        if right[k] < left[k + 1]:
+            length += right[k] - begun
+            begun = left[k + 1]
+    return length + right[b - 1] - begun
+
+
+@njit(cache=True)
+def _sort(values, a, b):  # type: ignore[no-untyped-def]
+    """Sort values[a:b] in place (Shell 1959, gaps of Ciura 2001): few values, quick to compile."""
+    for gap in (701, 301, 132, 57, 23, 10, 4, 1):
+        if gap < b - a:
+            for i in range(a + gap, b):
+                value, k = values[i], i
+                while k >= a + gap and values[k - gap] > value:
+                    values[k] = values[k - gap]
+                    k -= gap
+                values[k] = value

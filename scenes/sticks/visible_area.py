@@ -1,0 +1,96 @@
+"""What is seen of each stick of an object from far off: who hides whom, sample by sample.
+
+Rays in a square grid, all in one direction, each of which sees the stick that it meets first. A
+stick looks like the convex hull of two discs (``stick_area``), which is the union of all discs
+between them: a point p at x along the axis from the first, in units of the disc's distance l, and
+h aside, is inside if it is inside the disc at t = clamp(x − h·tan a), sin a = (r₁ − r₀)/l, where
+the outline is tangent. Samples fall evenly, so that areas are unbiased, and their error is that of
+as many points as the stick covers.
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from numba import njit
+
+from scenes.sticks.table import StickTable
+from scenes.sticks.union_area import _along, _frame
+
+
+def visible_areas(
+    table: StickTable, directions: Float64[np.ndarray, "d 3"], spacing: float
+) -> Float64[np.ndarray, "d k"]:
+    """Area that is seen of each stick of the table, seen against each direction, (d, k) [m²].
+
+    The eye is far off, towards the direction. ``spacing``: of the rays [m].
+    """
+    areas = np.empty((len(directions), len(table)))
+    for row, direction in enumerate(directions):
+        seen = _first_met(*_columns(table), np.ascontiguousarray(direction), spacing, -1)
+        areas[row] = np.bincount(seen[seen >= 0], minlength=len(table)) * spacing**2
+    return areas
+
+
+def first_met(
+    table: StickTable, direction: Float64[np.ndarray, "3"], spacing: float, reach: int
+) -> Int64[np.ndarray, "rows columns"]:
+    """The stick that each ray of a grid meets first, −1 where it passes all: ``reach`` rays to
+    each side of the frame's origin.
+    """
+    return _first_met(*_columns(table), np.ascontiguousarray(direction), spacing, reach)
+
+
+def _columns(table: StickTable) -> tuple[np.ndarray, ...]:
+    return table.start, table.end, table.start_radius, table.end_radius
+
+
+@njit(cache=True)
+def _first_met(start, end, r0, r1, direction, spacing, reach):  # type: ignore[no-untyped-def]
+    across, up = _frame(direction)
+    x0, y0, z0 = _along(start, across), _along(start, up), _along(start, direction)
+    x1, y1, z1 = _along(end, across), _along(end, up), _along(end, direction)
+    low_x, low_y, wide, high = -reach, -reach, 2 * reach, 2 * reach
+    if reach < 0:  # as far as the sticks reach
+        low_x = math.floor(min((x0 - r0).min(), (x1 - r1).min()) / spacing)
+        low_y = math.floor(min((y0 - r0).min(), (y1 - r1).min()) / spacing)
+        wide = math.ceil(max((x0 + r0).max(), (x1 + r1).max()) / spacing) - low_x
+        high = math.ceil(max((y0 + r0).max(), (y1 + r1).max()) / spacing) - low_y
+    nearest, seen = np.full((high, wide), -np.inf), np.full((high, wide), -1)
+    for k in range(len(r0)):
+        disc0 = x0[k] / spacing - low_x, y0[k] / spacing - low_y, z0[k], r0[k] / spacing
+        disc1 = x1[k] / spacing - low_x, y1[k] / spacing - low_y, z1[k], r1[k] / spacing
+        _draw(k, disc0, disc1, spacing, nearest, seen)
+    return seen
+
+
+@njit(cache=True)
+def _draw(k, disc0, disc1, spacing, nearest, seen):  # type: ignore[no-untyped-def]
+    """One stick over what is there; rays go through the middles of the squares."""
+    ax, ay, az, ra = disc0
+    bx, by, bz, rb = disc1
+    ux, uy = bx - ax, by - ay
+    apart = math.hypot(ux, uy)
+    slim = apart > abs(rb - ra)
+    tangent = 0.0
+    if slim:
+        ux, uy = ux / apart, uy / apart
+        tangent = (rb - ra) / math.sqrt(apart * apart - (rb - ra) ** 2)
+    low_x, high_x = min(ax - ra, bx - rb), max(ax + ra, bx + rb)
+    low_y, high_y = min(ay - ra, by - rb), max(ay + ra, by + rb)
+    rows, columns = seen.shape
+    for row in range(max(math.ceil(low_y - 0.5), 0), min(math.floor(high_y + 0.5), rows)):
+        for column in range(max(math.ceil(low_x - 0.5), 0), min(math.floor(high_x + 0.5), columns)):
+            px, py = column + 0.5 - ax, row + 0.5 - ay
+            if slim:
+                x, h = px * ux + py * uy, abs(py * ux - px * uy)
+                t = min(max((x + h * tangent) / apart, 0.0), 1.0)
+                aside = (x - t * apart) ** 2 + h * h
+            else:
+                t = 0.0 if ra >= rb else 1.0
+                aside = (px - t * (bx - ax)) ** 2 + (py - t * (by - ay)) ** 2
+            radius = ra + t * (rb - ra)
+            if aside <= radius * radius:
+                z = az + t * (bz - az) + math.sqrt(radius * radius - aside) * spacing
+                if z > nearest[row, column]:
+                    nearest[row, column], seen[row, column] = z, k

@@ -1,0 +1,73 @@
+"""Where the camera is in a frame: on a straight walk, or flying through keys."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from lod.camera import Camera, look, split
+from scenes.field.species_field import Ground
+from scenes.preset.tables import CameraKey, CameraPreset
+
+
+@dataclass(frozen=True)
+class Stand:
+    """A camera's place and direction in plan: metres from a cell's corner, degrees."""
+
+    x: float
+    y: float
+    height: float
+    heading: float
+    pitch: float
+    fov: float
+
+
+def camera_at(preset: CameraPreset, size: tuple[int, int], frame: float, ground: Ground) -> Camera:
+    """The camera of a frame, numbered from 1, above the ground it stands on.
+
+    Between two frames it is where it is then: frame 1.5 is half a frame's time after frame 1.
+    """
+    if preset.keys:
+        stand = _between_keys(preset, frame, ground)
+    else:
+        stand = _walked(preset, frame)
+    corner, x, y = split(stand.x, stand.y, *preset.cell)
+    eye = np.array((x, y, height_at(ground, stand.x, stand.y, preset.cell) + stand.height))
+    return look(corner, eye, stand.heading, stand.pitch, stand.fov, size)
+
+
+def height_at(ground: Ground, x: float, y: float, cell: tuple[int, int] = (0, 0)) -> float:
+    """Height of the ground at one point, metres from a cell's corner [m]."""
+    corner, x, y = split(x, y, *cell)
+    return float(ground.height(corner, np.array([[x, y]]))[0])
+
+
+def _walked(preset: CameraPreset, frame: float) -> Stand:
+    """Ahead along the first heading at an even speed, turning at one."""
+    walked = preset.speed * (frame - 1) / preset.fps
+    turned = preset.heading + preset.turn * (frame - 1) / preset.fps
+    heading = math.radians(preset.heading)
+    x = preset.position[0] + walked * math.sin(heading)
+    y = preset.position[1] + walked * math.cos(heading)
+    return Stand(x, y, preset.height, turned, preset.pitch, preset.fov)
+
+
+def _between_keys(preset: CameraPreset, frame: float, ground: Ground) -> Stand:
+    """Through the keys by monotone cubics (Fritsch & Carlson 1980), always facing the target."""
+    keys = preset.keys
+    at = min(max(frame, keys[0].frame), keys[-1].frame)
+    x, y, height, *target = _flight(keys)(at).tolist()
+    base, far = (height_at(ground, px, py, preset.cell) for px, py in ((x, y), target[:2]))
+    east, north, up = target[0] - x, target[1] - y, far + target[2] - base - height
+    heading = math.degrees(math.atan2(east, north))
+    pitch = math.degrees(math.atan2(up, math.hypot(east, north)))
+    return Stand(x, y, height, heading, pitch, preset.fov)
+
+
+@lru_cache(maxsize=4)
+def _flight(keys: tuple[CameraKey, ...]) -> PchipInterpolator:
+    """Position, height and target at any frame; the same keys are asked for frame after frame."""
+    columns = np.array([(*key.position, key.height, *key.target) for key in keys])
+    return PchipInterpolator([key.frame for key in keys], columns)
