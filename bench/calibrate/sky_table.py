@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from scenes.far_cover.sky import ELEVATIONS_DEG, RISES, TURBIDITIES, TURNS, falling
-from scenes.render.airlight import sky_radiance
-from scenes.render.emitters import sun_irradiance
-from scenes.render.variants import SCALAR_VARIANT, use
+from scenes.render.haze.horizon_airlight import sky_radiance
+from scenes.render.mitsuba.emitters import sun_irradiance
+from scenes.render.mitsuba.variants import SCALAR_VARIANT, use
 
 FINER = 12
 """Directions along each side of a cell."""

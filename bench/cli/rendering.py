@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from bench.cli.frame_progress import FrameProgress
 
 if TYPE_CHECKING:
-    from scenes.render.sequence import Job
+    from scenes.render.sequence.sequence import Job
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class Rendering:
 
     threads     for the renderer; 0 = as many as there are
     most_bytes  that a frame may need of memory; None = whatever it needs
-    cluster     as scenes.render.cluster has it; None = here
+    cluster     as scenes.render.sequence.dask_cluster has it; None = here
     say         told what someone who waits may want to know
     """
 
@@ -30,15 +30,15 @@ class Rendering:
         return self._here(job, progress) if self.cluster is None else self._there(job, self.cluster)
 
     def _here(self, job: "Job", progress: FrameProgress) -> Iterator[dict[str, Any]]:
-        from scenes.render.sequence import render_sequence
-        from scenes.render.worker import Worker
+        from scenes.render.sequence.sequence import render_sequence
+        from scenes.render.sequence.worker import Worker
 
         with Worker(self.threads, progress.watch, self.most_bytes) as worker:
             yield from render_sequence(job, worker)
 
     def _there(self, job: "Job", where: str) -> Iterator[dict[str, Any]]:
-        from scenes.render.cluster import cluster
-        from scenes.render.cluster_frames import render_on_cluster, sweep
+        from scenes.render.sequence.dask_cluster import cluster
+        from scenes.render.sequence.dask_frames import render_on_cluster, sweep
 
         variant = job.settings["render"]["variant"]
         try:

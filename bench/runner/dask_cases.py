@@ -27,11 +27,11 @@ def in_turn(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]) -> I
 
 @contextlib.contextmanager
 def spread_over(where: str | None, say: Callable[[str], object]) -> Iterator[Each]:
-    """Over a cluster as scenes.render.cluster has it; None = here. ``say`` hears of a dashboard."""
+    """Over a cluster as scenes.render.sequence.dask_cluster has it; None = here. ``say`` hears of a dashboard."""
     if where is None:
         yield in_turn
         return
-    from scenes.render.cluster import cluster
+    from scenes.render.sequence.dask_cluster import cluster
 
     with cluster(where, threads=1) as workers:
         say(f"lodbench: dashboard at {workers.dashboard}")

@@ -32,9 +32,9 @@ def rendered(name: str, size: str, spp: int, folder: Path) -> Path:
 
 def pictured(frame: Path, name: str, folder: Path) -> None:
     """Both pictures of a frame, the denoised one of its light."""
-    from scenes.render.contact_sheet import preview
-    from scenes.render.display import USUAL, Look, display
-    from scenes.render.exr import read_exr
+    from scenes.render.files.exr import read_exr
+    from scenes.render.pictures.contact_sheet import preview
+    from scenes.render.pictures.tone_map import USUAL, Look, display
 
     layers = read_exr(frame)[0]
     light = layers.rgb if layers.denoised is None else layers.denoised

@@ -17,11 +17,11 @@ from typing import Any
 import click
 
 from bench.cli.output import table
-from scenes.budget import parts_displayed
 from scenes.preset.load import Preset, load_preset
-from scenes.render.one_frame import settings_of
-from scenes.render.variants import choose
-from scenes.render.worker import Worker
+from scenes.render.mitsuba.variants import choose
+from scenes.render.sequence.detail_budget import parts_displayed
+from scenes.render.sequence.one_frame import settings_of
+from scenes.render.sequence.worker import Worker
 from scenes.world.world import build_world, view_at
 
 OBJECTS = 1e15

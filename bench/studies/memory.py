@@ -14,9 +14,9 @@ import click
 
 from bench.cli.output import table
 from scenes.preset.load import load_preset
-from scenes.render.memory import Beside, foretell
-from scenes.render.one_frame import Record, settings_of
-from scenes.render.worker import Worker
+from scenes.render.pipeline.memory_model import Beside, foretell
+from scenes.render.sequence.one_frame import Record, settings_of
+from scenes.render.sequence.worker import Worker
 
 
 @dataclass(frozen=True)

@@ -29,13 +29,13 @@ from lod.camera import Camera
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import Layers
 from scenes.preset.load import Preset, load_preset
-from scenes.render.contact_sheet import contact_sheet
-from scenes.render.exr import write_exr
-from scenes.render.header import frame_header
-from scenes.render.movie import movie
-from scenes.render.render import render_frame
-from scenes.render.shutter import render_exposed
-from scenes.render.variants import choose
+from scenes.render.files.exr import write_exr
+from scenes.render.files.header import frame_header
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pictures.contact_sheet import contact_sheet
+from scenes.render.pictures.movie import movie
+from scenes.render.pipeline.render import render_frame
+from scenes.render.pipeline.subframes import render_exposed
 from scenes.world.world import World, build_world, view_at
 
 WORLD = (

@@ -22,9 +22,9 @@ from lod.view import View, in_view
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import FrameInput, Quality, Visible
 from scenes.preset.load import Preset, load_preset
-from scenes.render.describe import object_ids
-from scenes.render.render import Stage, staged, taken
-from scenes.render.variants import choose
+from scenes.render.description.describe import object_ids
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pipeline.render import Stage, staged, taken
 from scenes.terrain.horizon import horizon
 from scenes.world.world import World, build_world, view_at
 

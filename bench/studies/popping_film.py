@@ -20,7 +20,7 @@ from bench.cli.output import table
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.unexplained_change import Walk, walk
 from scenes.preset.load import Preset, load_preset
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 from scenes.world.world import World, build_world
 
 WOOD = ("world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false")

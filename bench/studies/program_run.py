@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scenes.render.manifest import file_hash
-from scenes.render.variants import choose, trusting
+from scenes.render.files.manifest import file_hash
+from scenes.render.mitsuba.variants import choose, trusting
 
 PRESET = """
 [camera]

@@ -24,8 +24,10 @@ from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import FrameInput, Quality
 from scenes.preset.load import load_preset
-from scenes.render import describe, jit_frame, wavefront
-from scenes.render.render import Stage, staged, taken
+from scenes.render.description import describe
+from scenes.render.drivers import jit as jit_frame
+from scenes.render.drivers import wavefront
+from scenes.render.pipeline.render import Stage, staged, taken
 from scenes.world.world import build_world
 
 DARK = 1e-2

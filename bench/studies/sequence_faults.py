@@ -21,8 +21,8 @@ import click
 
 from bench.cli.main import INTERRUPTED
 from bench.studies.program_run import FRAMES, LONGEST_S, Place
-from scenes.render.manifest import NAME, load_manifest
-from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT
+from scenes.render.files.manifest import NAME, load_manifest
+from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT
 
 
 def kills(place: Place, times: int, seed: int = 0) -> dict[str, Any]:

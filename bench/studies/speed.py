@@ -34,7 +34,7 @@ from scenes.field.traversal_tables import limits_of
 from scenes.frame.frame_input import light_of, short_ids
 from scenes.frame.types import Quality, Visible
 from scenes.preset.load import Preset, load_preset
-from scenes.render.describe import describe
+from scenes.render.description.describe import describe
 from scenes.world.viewing_conditions import air_of
 from scenes.world.world import World, build_world, view_at
 
@@ -189,9 +189,9 @@ def ready(variant: str, size: str, repeats: int) -> Rows:
     sticks, on all cores; a smaller scene before it loads and compiles what there is. Memory is what
     the first of the repeats takes.
     """
-    from scenes.render.render import described as plain
-    from scenes.render.render import stage_of
-    from scenes.render.variants import choose
+    from scenes.render.mitsuba.variants import choose
+    from scenes.render.pipeline.render import described as plain
+    from scenes.render.pipeline.render import stage_of
 
     process, quality = psutil.Process(), Quality(choose(variant))
     for one, times in (("64x36", 1), (size, repeats)):

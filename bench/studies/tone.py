@@ -112,7 +112,7 @@ def _alone() -> None:
     import drjit
     import numba
 
-    from scenes.render.variants import choose, use
+    from scenes.render.mitsuba.variants import choose, use
 
     use(choose())
     drjit.set_thread_count(1)

@@ -18,7 +18,7 @@ from scenes.far_cover.turbid_canopy import canopy_of
 from scenes.field.species_field import SpeciesField
 from scenes.frame.types import Extras, FileForm, FrameInput, Instant, Light, Quality, Visible
 from scenes.preset.load import Preset
-from scenes.render.shutter import offsets
+from scenes.render.pipeline.subframes import offsets
 from scenes.reuse.field_reuse import Hold, cut_after
 from scenes.reuse.terrain_reuse import Boxes, ground_after
 from scenes.terrain.terrain import Terrain

@@ -12,7 +12,7 @@ from bench.experiments.air.targets import (
 )
 from lod.air import Air, rgb_extinction
 from scenes.frame.types import Quality
-from scenes.render import variants
+from scenes.render.mitsuba import variants
 
 SEED = 1
 

@@ -18,9 +18,9 @@ from bench.cli.main import main
 from bench.cli.view_flags import preset_of
 from lod.errors import InputError
 from scenes.preset.load import load_preset, preset_from, preset_names
-from scenes.render.manifest import load_manifest, settings_hash
-from scenes.render.one_frame import settings_of
-from scenes.render.sequence import open_job
+from scenes.render.files.manifest import load_manifest, settings_hash
+from scenes.render.sequence.one_frame import settings_of
+from scenes.render.sequence.sequence import open_job
 
 GENERATED = 10_000
 TABLE = "a table of keys"

@@ -9,8 +9,8 @@ import pytest
 from bench.cli.commands.frames import without
 from bench.cli.main import main
 from scenes.preset.load import load_preset
-from scenes.render.one_frame import render_one, settings_of
-from scenes.render.sequence import open_job, render_sequence
+from scenes.render.sequence.one_frame import render_one, settings_of
+from scenes.render.sequence.sequence import open_job, render_sequence
 
 TINY = """
 [terrain]

@@ -13,7 +13,7 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.records.claims import Claim
 from bench.records.provenance import provenance
 from bench.records.records import Record, read_record
-from scenes.render import variants
+from scenes.render.mitsuba import variants
 
 HELD = Claim("slope", "slope of objects", "an exponent", "§4.1", 1.0, 0.02, 1.001, 0.99, 1.01)
 FAILED = Claim("ratio", "measured ÷ predicted", "a ratio", "§4.1", 1.0, 0.02, 1.5, 1.4, 1.6)

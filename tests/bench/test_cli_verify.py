@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bench.cli.main import main
-from scenes.render import worker as worker_module
+from scenes.render.sequence import worker as worker_module
 
 CHILD = """
 import os
@@ -17,10 +17,10 @@ import signal
 
 import numpy as np
 
-from scenes.render.exr import write_exr
+from scenes.render.files.exr import write_exr
 from scenes.frame.types import Layers
-from scenes.render.manifest import flatten
-from scenes.render.worker_child import serve
+from scenes.render.files.manifest import flatten
+from scenes.render.sequence.worker_child import serve
 
 
 def render(settings, frame, target, watch, most_bytes):

@@ -23,7 +23,7 @@ from bench.experiments.colonnade.scene import (
 )
 from scenes.frame.types import Quality
 from scenes.models.column import column
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 
 
 def test_images_grow_and_angles_shrink_to_the_side():

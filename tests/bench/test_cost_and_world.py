@@ -15,7 +15,7 @@ from bench.experiments.world.claims import beyond_limit
 from bench.experiments.world.claims import judge as judge_world
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 
 
 def frames(**share):

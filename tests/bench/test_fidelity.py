@@ -34,7 +34,7 @@ from bench.records.embedded_pictures import NOTE, pictures_of
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
 from scenes.frame.types import Layers
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 
 SHAPE = (12, 16)
 PAIRS = 8

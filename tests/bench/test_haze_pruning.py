@@ -2,7 +2,7 @@
 
 A picture 5.33° and 128 pixels wide has pixels as fine as one of 1590 across 60°. From 12 m up it
 shows trees from 180 m to the horizon, V = 2 km. Displayed at 67 pixels per degree, with the
-exposure of one blind picture and the curve of scenes.render.display.
+exposure of one blind picture and the curve of scenes.render.pictures.tone_map.
 """
 
 from dataclasses import replace
@@ -54,14 +54,14 @@ def world():
 
 @cache
 def frame(cut):
-    from scenes.render.variants import choose
+    from scenes.render.mitsuba.variants import choose
 
     return shoot(world(), preset_of(cut), 1, choose("auto"))
 
 
 @cache
 def rendered(cut, seed, clear=False):
-    from scenes.render.render import render_frame
+    from scenes.render.pipeline.render import render_frame
 
     made = frame(cut)
     air = CLEAR if clear else made.air
@@ -70,7 +70,7 @@ def rendered(cut, seed, clear=False):
 
 
 def displayed(cut, seed, clear=False):
-    from scenes.render.display import display, exposure_of
+    from scenes.render.pictures.tone_map import display, exposure_of
 
     exposure = exposure_of(rendered("blind", 0, clear))
     return display(rendered(cut, seed, clear), exposure).astype(np.float32) / 255

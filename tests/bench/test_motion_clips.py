@@ -14,7 +14,7 @@ from bench.studies.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
 from lod.camera import Corner, look
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
-from scenes.render.exr import read_exr
+from scenes.render.files.exr import read_exr
 from scenes.world.world import build_world, view_at
 
 

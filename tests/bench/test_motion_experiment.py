@@ -14,7 +14,7 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.records.records import Point
 from bench.runner.run_cases import joined
 from bench.statistics.excess_flip import LEAST_PAIRS
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 
 
 def fake(settings, move, seed):

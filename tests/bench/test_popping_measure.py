@@ -19,7 +19,7 @@ from scenes.frame.frame_input import Shown
 from scenes.frame.types import Light, Quality
 from scenes.models.boulder import boulder_prototypes
 from scenes.preset.load import load_preset
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 from scenes.terrain.terrain import Terrain
 from scenes.world.world import build_world
 

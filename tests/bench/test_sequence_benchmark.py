@@ -9,7 +9,7 @@ import pytest
 from bench.studies.memory import SCENES, foretold, growth, rendered
 from bench.studies.program_run import Place
 from bench.studies.sequence_faults import damage, full_disk, interrupts, kills, repeats
-from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, works
+from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, works
 
 pytestmark = pytest.mark.slow
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from bench.studies.render_settings import DARK, SPP, changed, noise, settings
-from scenes.render import variants, wavefront
-from scenes.render.plugin import loaded
+from scenes.render.drivers import wavefront
+from scenes.render.mitsuba import variants
+from scenes.render.mitsuba.plugin import loaded
 
 
 def test_noise_is_the_variance_over_the_squared_light() -> None:

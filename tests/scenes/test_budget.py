@@ -4,11 +4,11 @@ import pytest
 
 from lod.budget import ENOUGH
 from lod.errors import InputError
-from scenes.budget import parts_displayed, within_budget
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
-from scenes.render.memory import foretell, foretold
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pipeline.memory_model import foretell, foretold
+from scenes.render.sequence.detail_budget import parts_displayed, within_budget
 from scenes.world.world import build_world, view_at
 
 FRAMES = (1, 400, 3000)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from scenes.frame.frame_input import shoot
-from scenes.identity import identities, object_key
 from scenes.preset.load import load_preset
+from scenes.render.sequence.object_keys import identities, object_key
 from scenes.world.world import build_world, view_at
 
 TOML = """
@@ -40,7 +40,7 @@ def scene(tmp_path_factory):
 def test_every_displayed_id_is_explained_and_no_other(scene):
     preset, world = scene
     made = shoot(world, preset, 1, "scalar_rgb")
-    from scenes.render.describe import describe
+    from scenes.render.description.describe import describe
 
     scene = describe(made.camera, made.visible, made.light, 2)
     drawn = {int(scene["ids"][row, 0]) for rows in scene["owners"].values() for row in set(rows)}

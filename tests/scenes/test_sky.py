@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bench.calibrate.sky_table import cells
 from scenes.far_cover.sky import ELEVATIONS_DEG, RISES, TURBIDITIES, TURNS, Sky, falling, sky_of
-from scenes.render import variants
+from scenes.render.mitsuba import variants
 
 
 def test_an_even_sky_sends_its_radiance_to_level_ground():

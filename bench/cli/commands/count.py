@@ -7,7 +7,7 @@ import click
 from bench.cli.output import Output, output, table
 from bench.cli.view_flags import preset_of, view_flags
 from lod.errors import InputError
-from scenes.render.memory import peak_rss_bytes
+from scenes.render.pipeline.memory_model import peak_rss_bytes
 
 if TYPE_CHECKING:
     from bench.count.count_frame import Counts, SpeciesCount
@@ -29,7 +29,7 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
     if workload:
         _check_as_it_is(workload, chosen, frame)
     from bench.count.count_frame import Stopwatch, count
-    from scenes.budget import within_budget
+    from scenes.render.sequence.detail_budget import within_budget
     from scenes.world.world import build_world, view_at
 
     watch = Stopwatch()

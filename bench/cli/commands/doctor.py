@@ -28,8 +28,8 @@ def examine() -> dict[str, Any]:
     """Everything that `doctor` reports."""
     import psutil
 
-    from scenes.render.movie import ffmpeg_path
-    from scenes.render.variants import choose, probe
+    from scenes.render.mitsuba.variants import choose, probe
+    from scenes.render.pictures.movie import ffmpeg_path
 
     seen, memory, disk = probe(), psutil.virtual_memory(), shutil.disk_usage(os.getcwd())
     return {

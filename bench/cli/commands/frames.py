@@ -22,8 +22,8 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     """
     from bench.cli.commands.render import command as render
     from bench.cli.commands.render import fitted
-    from scenes.budget import within_budget
-    from scenes.render.variants import choose
+    from scenes.render.mitsuba.variants import choose
+    from scenes.render.sequence.detail_budget import within_budget
 
     flags = render.make_context("lodbench render", list(words)).params
     for name in _NOT_FOR_ONE:

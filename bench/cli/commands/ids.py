@@ -11,7 +11,7 @@ from bench.cli.output import output, table
 from lod.errors import InputError
 
 if TYPE_CHECKING:
-    from scenes.identity import Identity
+    from scenes.render.sequence.object_keys import Identity
 
 
 @click.command("ids")
@@ -36,9 +36,9 @@ def _cell(each: "Identity") -> str:
 
 
 def _identities(path: Path) -> Iterable["Identity"]:
-    from scenes.identity import identities
-    from scenes.render.manifest import load_manifest
-    from scenes.render.one_frame import preset_in
+    from scenes.render.files.manifest import load_manifest
+    from scenes.render.sequence.object_keys import identities
+    from scenes.render.sequence.one_frame import preset_in
     from scenes.world.world import build_world
 
     manifest = load_manifest(path.parent)

@@ -21,10 +21,10 @@ from bench.cli.rendering import Rendering
 from bench.cli.view_flags import file_flags, preset_of, view_flags
 from lod.errors import InputError
 from scenes.preset.load import Preset
-from scenes.render.display import Look
+from scenes.render.pictures.tone_map import Look
 
 if TYPE_CHECKING:
-    from scenes.render.sequence import Job
+    from scenes.render.sequence.sequence import Job
 
 
 @click.command("render")
@@ -76,10 +76,10 @@ def command(
     look = Look(tone, exposure, view)
     chosen = fitted(preset_of(preset, **flags), most_bytes) if fit else preset_of(preset, **flags)
     check_targets([frame_path(pattern, number) for number in numbers])
-    from scenes.budget import within_budget
-    from scenes.render.one_frame import settings_of
-    from scenes.render.sequence import open_job
-    from scenes.render.variants import choose
+    from scenes.render.mitsuba.variants import choose
+    from scenes.render.sequence.detail_budget import within_budget
+    from scenes.render.sequence.one_frame import settings_of
+    from scenes.render.sequence.sequence import open_job
 
     chosen = within_budget(chosen, numbers)
     settings = settings_of(chosen, choose(chosen.render.variant, chosen.render.spectral))
@@ -134,8 +134,8 @@ def _preview(
     out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: Look
 ) -> list[str]:
     """One frame as it is; of more, a contact sheet and a film. The paths of what was made."""
-    from scenes.render.contact_sheet import contact_sheet, preview
-    from scenes.render.movie import movie
+    from scenes.render.pictures.contact_sheet import contact_sheet, preview
+    from scenes.render.pictures.movie import movie
 
     stem = preview_stem(pattern)
     still = stem.with_name(f"{stem.name}.png")

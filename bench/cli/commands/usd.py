@@ -17,10 +17,10 @@ from bench.cli.view_flags import preset_of, view_flags
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, path: str, frame: int, as_json: bool, **flags: Any) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
-    from scenes.budget import within_budget
     from scenes.frame.frame_input import shoot
-    from scenes.render.usd import check_usd, write_usd
-    from scenes.render.variants import SCALAR_VARIANT
+    from scenes.render.files.usd import check_usd, write_usd
+    from scenes.render.mitsuba.variants import SCALAR_VARIANT
+    from scenes.render.sequence.detail_budget import within_budget
     from scenes.world.world import build_world
 
     check_usd(path)

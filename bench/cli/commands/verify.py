@@ -12,8 +12,8 @@ from bench.cli.rendering import Rendering
 from lod.errors import InputError
 
 if TYPE_CHECKING:
-    from scenes.render.manifest import Manifest
-    from scenes.render.verify import Checked
+    from scenes.render.files.manifest import Manifest
+    from scenes.render.sequence.verify import Checked
 
 
 @click.command("verify")
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="A JSON object for each wrong file.")
 def command(folder: str, repair: bool, threads: int, cluster: str | None, as_json: bool) -> None:
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
-    from scenes.render.verify import manifest_of
+    from scenes.render.sequence.verify import manifest_of
 
     if cluster is not None and not repair:
         rule = "workers only repair; looking is done here"
@@ -45,7 +45,7 @@ def command(folder: str, repair: bool, threads: int, cluster: str | None, as_jso
 
 def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
     """What is wrong, said as it is found."""
-    from scenes.render.verify import check_folder
+    from scenes.render.sequence.verify import check_folder
 
     wrong = []
     with progress_bar("file") as progress:
@@ -61,7 +61,7 @@ def _repair(
     out: Output, manifest: "Manifest", wrong: list["Checked"], render: Rendering
 ) -> list["Checked"]:
     """What is wrong still."""
-    from scenes.render.verify import repairs
+    from scenes.render.sequence.verify import repairs
 
     left = []
     with frame_progress(sum(found.frame is not None for found in wrong)) as progress:

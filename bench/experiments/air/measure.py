@@ -23,9 +23,9 @@ from bench.runner.run_cases import joined, measured, record_of
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import SKY_Z, FrameInput, Layers, Quality
 from scenes.preset.load import load_preset
-from scenes.render.display import exposure_of
-from scenes.render.render import render_frame
-from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
+from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
+from scenes.render.pictures.tone_map import exposure_of
+from scenes.render.pipeline.render import render_frame
 from scenes.world.world import build_world
 
 NAME, VERSION = "air", 1

@@ -14,7 +14,7 @@ from lod.camera import Camera, Corner, look
 from lod.parts import Parts, Triangles
 from lod.prune import Cut, cut_of
 from scenes.frame.types import Light, Quality, Visible
-from scenes.render.render import render_frame
+from scenes.render.pipeline.render import render_frame
 
 DISTANCES = 20
 ALBEDOS = (0.0, 0.8)

@@ -31,7 +31,7 @@ from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
 from scenes.frame.types import Quality
 from scenes.models.column import column
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 
 NAME, VERSION = "colonnade", 1
 SHOTS = (

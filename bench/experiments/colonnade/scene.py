@@ -22,7 +22,7 @@ from scenes.frame.frame_input import short_ids
 from scenes.frame.types import Light, Quality, Visible
 from scenes.models.column import HEIGHT_M, RADIUS_M, column
 from scenes.plugins.entry_points import metric_named
-from scenes.render.render import render_frame
+from scenes.render.pipeline.render import render_frame
 from scenes.terrain.terrain import Terrain
 
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0

@@ -20,9 +20,9 @@ from lod.view import View
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import FrameInput, Layers
 from scenes.preset.load import load_preset
-from scenes.render.exr import write_exr
-from scenes.render.memory import peak_rss_bytes
-from scenes.render.render import render_frame
+from scenes.render.files.exr import write_exr
+from scenes.render.pipeline.memory_model import peak_rss_bytes
+from scenes.render.pipeline.render import render_frame
 from scenes.world.world import World, build_world, view_at
 
 Row = dict[str, int]

@@ -19,7 +19,7 @@ from bench.records.records import Point, Record
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import record_of
 from scenes.preset.load import load_preset
-from scenes.render.variants import choose, trusting
+from scenes.render.mitsuba.variants import choose, trusting
 
 NAME, VERSION = "cost", 1
 

@@ -35,8 +35,8 @@ from bench.runner.run_cases import joined, measured, record_of
 from scenes.frame.frame_input import light_of, quality_of
 from scenes.frame.types import Layers, Quality
 from scenes.preset.load import Preset
-from scenes.render.render import render_frame, restaged, staged, taken
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pipeline.render import render_frame, restaged, staged, taken
 from scenes.world.viewing_conditions import air_of
 from scenes.world.world import World, build_world, view_at
 

@@ -1,7 +1,7 @@
 """How far one picture is from another: numbers of every pair of seeds, as integers.
 
 Pictures are linear radiance; ``Shown`` says how they are displayed: one exposure for a view, that
-of its reference, the curve of scenes.render.display, not rounded to 8 bits.
+of its reference, the curve of scenes.render.pictures.tone_map, not rounded to 8 bits.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from jaxtyping import Float64
 
 from bench.statistics.excess_flip import mean_flip
 from scenes.frame.types import SKY_Z, Layers
-from scenes.render.display import encoded, exposure_of
+from scenes.render.pictures.tone_map import encoded, exposure_of
 
 BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
 """Distances of the bands of mean luminance; and the sky."""

@@ -40,9 +40,9 @@ from bench.runner.experiment import Progress, silent
 from bench.statistics.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
 from scenes.frame.frame_input import light_of, quality_of
 from scenes.frame.types import Layers, Visible
-from scenes.render.memory import foretell
-from scenes.render.render import staged, taken
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pipeline.memory_model import foretell
+from scenes.render.pipeline.render import staged, taken
 from scenes.world.viewing_conditions import air_of
 
 NAME, VERSION = "fidelity", 3

@@ -15,8 +15,8 @@ from bench.records.embedded_pictures import pictures
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE, flip_map
 from scenes.frame.frame_input import light_of, quality_of
 from scenes.frame.types import Visible
-from scenes.render.display import encoded, exposure_of
-from scenes.render.render import staged, taken
+from scenes.render.pictures.tone_map import encoded, exposure_of
+from scenes.render.pipeline.render import staged, taken
 from scenes.world.viewing_conditions import air_of
 
 MAGNIFIED = 4

@@ -15,8 +15,8 @@ from bench.records.records import Point
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
 from lod.arrays import Reals
 from scenes.frame.frame_input import light_of, quality_of
-from scenes.render.memory import foretell
-from scenes.render.render import staged, taken
+from scenes.render.pipeline.memory_model import foretell
+from scenes.render.pipeline.render import staged, taken
 from scenes.world.viewing_conditions import air_of
 
 TIMED = "species, timed"

@@ -21,7 +21,7 @@ from bench.runner.run_cases import joined, measured, record_of
 from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.prune import prune
 from scenes.preset.load import load_preset
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 from scenes.world.world import World, build_world, view_at
 
 NAME, VERSION = "motion", 2

@@ -18,8 +18,8 @@ from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import FrameInput
 from scenes.preset.load import Preset, load_preset
-from scenes.render.display import encoded, exposure_of
-from scenes.render.shutter import render_exposed
+from scenes.render.pictures.tone_map import encoded, exposure_of
+from scenes.render.pipeline.subframes import render_exposed
 from scenes.world.world import World, build_world
 
 FRAME = 2

@@ -31,7 +31,7 @@ from lod.prune import Cut, prune
 from lod.view import View, distance
 from scenes.field.species_field import Species, SpeciesField
 from scenes.preset.load import load_preset
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 from scenes.sticks.prototype import Prototype
 from scenes.world.world import build_world
 

@@ -18,7 +18,7 @@ from lod.parts import Sticks
 from lod.smear import eye_from
 from scenes.frame.frame_input import Shown, visible_at
 from scenes.frame.types import Light, Quality, Visible
-from scenes.render.render import staged, taken
+from scenes.render.pipeline.render import staged, taken
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 """Of linear Rec.709 (ITU-R BT.709)."""

@@ -29,8 +29,8 @@ from lod.prune import prune
 from scenes.frame.frame_input import short_ids
 from scenes.frame.types import Light, Quality, Visible
 from scenes.preset.load import Preset, load_preset
-from scenes.render.render import render_frame
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pipeline.render import render_frame
 from scenes.world.world import World, build_world, view_at
 
 NAME, VERSION = "spectrum", 1

@@ -33,8 +33,8 @@ from lod.schedule import (
 )
 from scenes.frame.frame_input import Shown, posed_in, scheduled, shoot
 from scenes.preset.load import Preset, load_preset
-from scenes.render.render import render_frame
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pipeline.render import render_frame
 from scenes.world.world import World, build_world, time_of, view_at
 
 NAME, VERSION = "updates", 2

@@ -38,7 +38,7 @@ from bench.studies.full.report import figures, table_of, words_of
 from bench.studies.full.timed_frames import Runner, largest, started, take_turns
 from bench.studies.full.worlds import KINDS, QUICK, Kind, Picture, limit_of, preset_of
 from lod.errors import InputError
-from scenes.render.variants import choose
+from scenes.render.mitsuba.variants import choose
 
 START_PX, HALVINGS, SEARCH_SPP = 2.0, 1, 121
 QUICK_PICTURE = Picture("32x18", 9)

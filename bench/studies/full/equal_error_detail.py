@@ -18,11 +18,11 @@ from bench.statistics.estimates import Estimate
 from bench.statistics.excess_flip import ExcessFlip, over_noise
 from bench.studies.full.worlds import Kind, Picture, preset_of
 from lod.errors import InputError
-from scenes.budget import parts_displayed
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import Layers
 from scenes.preset.load import Preset
-from scenes.render.render import staged, taken
+from scenes.render.pipeline.render import staged, taken
+from scenes.render.sequence.detail_budget import parts_displayed
 from scenes.world.world import World, build_world, view_at
 
 FINEST_PX, COARSEST_PX = 1 / 16, 32.0

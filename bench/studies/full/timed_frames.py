@@ -16,9 +16,9 @@ from pathlib import Path
 import psutil
 
 from scenes.preset.load import Preset
-from scenes.render.one_frame import Record, settings_of
-from scenes.render.variants import choose
-from scenes.render.worker import Worker
+from scenes.render.mitsuba.variants import choose
+from scenes.render.sequence.one_frame import Record, settings_of
+from scenes.render.sequence.worker import Worker
 
 LEFT_BYTES = 1_000_000_000
 """Of the machine's memory, below which no frame may bring it."""

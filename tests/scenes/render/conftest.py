@@ -8,7 +8,7 @@ from lod.camera import Corner, look
 from lod.parts import Parts, Sticks, Triangles
 from lod.prune import cut_of
 from scenes.frame.types import Light, Quality, Visible
-from scenes.render import variants
+from scenes.render.mitsuba import variants
 
 GPU_VARIANT = "cuda_ad_rgb"
 DRIVERS = [variants.SCALAR_VARIANT, variants.JIT_VARIANT]

@@ -11,12 +11,12 @@ import pytest
 from lod.errors import InputError
 from scenes.frame.types import Layers
 from scenes.preset.load import load_preset
-from scenes.render.cluster import Cluster, check_versions, cluster
-from scenes.render.cluster_frames import render_on_cluster, sweep
-from scenes.render.disk import partial_path
-from scenes.render.exr import write_exr
-from scenes.render.one_frame import render_one, settings_of
-from scenes.render.sequence import open_job, render_sequence
+from scenes.render.files.disk import partial_path
+from scenes.render.files.exr import write_exr
+from scenes.render.sequence.dask_cluster import Cluster, check_versions, cluster
+from scenes.render.sequence.dask_frames import render_on_cluster, sweep
+from scenes.render.sequence.one_frame import render_one, settings_of
+from scenes.render.sequence.sequence import open_job, render_sequence
 
 pytest.importorskip("distributed")
 cloudpickle.register_pickle_by_value(sys.modules[__name__])

@@ -6,9 +6,9 @@ from PIL import Image
 
 from lod.errors import InputError
 from scenes.frame.types import Layers
-from scenes.render.contact_sheet import contact_sheet, default_columns, preview
-from scenes.render.display import KEY, TONE_CURVES, Look, display, exposure_of
-from scenes.render.exr import write_exr
+from scenes.render.files.exr import write_exr
+from scenes.render.pictures.contact_sheet import contact_sheet, default_columns, preview
+from scenes.render.pictures.tone_map import KEY, TONE_CURVES, Look, display, exposure_of
 
 
 def frame(path, value, size=(32, 18)):

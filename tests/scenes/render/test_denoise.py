@@ -9,8 +9,8 @@ import pytest
 
 from lod.errors import InputError
 from scenes.frame.types import Extras
-from scenes.render.denoise import denoised
-from scenes.render.render import render_frame
+from scenes.render.pictures.denoise import denoised
+from scenes.render.pipeline.render import render_frame
 
 
 def frame(make, spp, extras, size=(48, 32)):

@@ -9,9 +9,9 @@ import pytest
 from lod.errors import InputError
 from lod.parts import Sticks
 from scenes.frame.types import Light, Quality, sampler_seed
-from scenes.render.describe import describe
-from scenes.render.sampling import sample_groups, square_sides
-from scenes.render.sticks import batches
+from scenes.render.description.describe import describe
+from scenes.render.description.stick_batches import batches
+from scenes.render.drivers.sample_counts import sample_groups, square_sides
 
 
 def described(make, *visible):
@@ -81,7 +81,7 @@ def loose(ends, tint=None, tints=((0.5, 0.5, 0.5),)):
 @pytest.mark.parametrize("most", [3, 7, 10**6])
 def test_sticks_are_laid_tint_by_tint_in_their_order(monkeypatch, most):
     """Against a selection by hand; batches that are full begin anew, even within a chain."""
-    monkeypatch.setattr("scenes.render.sticks.MOST_SEGMENTS", most)
+    monkeypatch.setattr("scenes.render.description.stick_batches.MOST_SEGMENTS", most)
     chance = np.random.default_rng(most)
     palettes = [[(0.1,) * 3, (0.2,) * 3], [(0.2,) * 3, (0.05,) * 3]]
     shapes, every = [], []
@@ -229,7 +229,7 @@ def test_what_glows_is_a_mesh_of_each_radiance(make):
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
 def test_one_wrong_number_is_found_in_whichever_run_it_is(make, monkeypatch, row, wrong):
     monkeypatch.setattr("lod.runs.get_num_threads", lambda: 3)
-    monkeypatch.setattr("scenes.render.describe._SHORTEST_RUN", 10)
+    monkeypatch.setattr("scenes.render.description.describe._SHORTEST_RUN", 10)
     balls = make.balls([(x, 5, 0) for x in range(200)])
     start = balls.shape.start.copy()
     start[row, 1] = wrong

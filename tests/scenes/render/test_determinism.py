@@ -11,7 +11,7 @@ import pytest
 
 from lod.air import Air
 from lod.mist import Mist
-from scenes.render.render import render_frame
+from scenes.render.pipeline.render import render_frame
 
 LAYERS = ("rgb", "Z", "N", "albedo", "object", "part", "level")
 

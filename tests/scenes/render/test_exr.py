@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 from lod.camera import Corner, look
 from lod.errors import InputError
 from scenes.frame.types import SKY_Z, FileForm, Layers
-from scenes.render import exr
-from scenes.render.exr import read_exr, write_exr
-from scenes.render.header import frame_header
+from scenes.render.files import exr
+from scenes.render.files.exr import read_exr, write_exr
+from scenes.render.files.header import frame_header
 
 NAMES = {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"}
 NAMES |= {"id.object", "id.part", "id.level"}

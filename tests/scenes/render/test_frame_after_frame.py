@@ -5,8 +5,8 @@ import pytest
 
 from lod.parts import Sticks
 from scenes.frame.types import Visible
-from scenes.render import variants
-from scenes.render.render import render_frame, staged, taken
+from scenes.render.mitsuba import variants
+from scenes.render.pipeline.render import render_frame, staged, taken
 
 TINTS = np.array([[0.5, 0.2, 0.1], [0.1, 0.5, 0.2], [0.2, 0.1, 0.5]])
 

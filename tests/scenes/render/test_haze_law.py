@@ -7,10 +7,10 @@ from lod.air import Air, mist_extinction, optical_depth, rgb_extinction
 from lod.mist import Mist, depth_beyond
 from lod.rgb_bands import rgb_wavelengths
 from scenes.frame.types import SKY_Z, Light
-from scenes.render import variants
-from scenes.render.airlight import horizon
-from scenes.render.emitters import sun_disc
-from scenes.render.render import render_frame
+from scenes.render.haze.horizon_airlight import horizon
+from scenes.render.mitsuba import variants
+from scenes.render.mitsuba.emitters import sun_disc
+from scenes.render.pipeline.render import render_frame
 
 AIR = Air(8000.0)
 BETA = rgb_extinction(AIR)

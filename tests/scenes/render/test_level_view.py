@@ -5,8 +5,8 @@ import pytest
 
 from lod.errors import InputError
 from scenes.frame.types import Layers
-from scenes.render.display import Look
-from scenes.render.level_view import LEVELS, SKY, by_level, level_colours, pictured
+from scenes.render.pictures.level_view import LEVELS, SKY, by_level, level_colours, pictured
+from scenes.render.pictures.tone_map import Look
 
 
 def frame(width=400, height=200):

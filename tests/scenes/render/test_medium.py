@@ -7,12 +7,12 @@ from lod.air import CLEAR, Air
 from lod.errors import InputError
 from lod.mist import Mist
 from scenes.frame.types import SKY_Z, Quality
-from scenes.render import variants
-from scenes.render.build import use_up
-from scenes.render.describe import describe
-from scenes.render.haze import airlight_on_the_way, haze_of
-from scenes.render.render import render_frame
-from scenes.render.scattered import with_layer
+from scenes.render.description.describe import describe
+from scenes.render.haze.haze import airlight_on_the_way, haze_of
+from scenes.render.haze.scattered_layer import with_layer
+from scenes.render.mitsuba import variants
+from scenes.render.mitsuba.build import use_up
+from scenes.render.pipeline.render import render_frame
 
 AIR = Air(2000.0)
 

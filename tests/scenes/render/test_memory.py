@@ -6,7 +6,7 @@ from lod.errors import InputError
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import FrameInput
 from scenes.preset.load import load_preset
-from scenes.render.memory import Beside, check_memory, foretell, foretold
+from scenes.render.pipeline.memory_model import Beside, check_memory, foretell, foretold
 from scenes.world.world import build_world
 
 SIZE = 640, 360

@@ -13,13 +13,13 @@ from lod.quaternion_arrays import rotated
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import SKY_Z, Extras
 from scenes.preset.load import load_preset
-from scenes.render import variants
-from scenes.render.build import use_up
-from scenes.render.describe import describe
-from scenes.render.haze import haze_of
-from scenes.render.motion import carried, motion_layer, projected, with_stick
-from scenes.render.passes_frame import render_passes
-from scenes.render.render import render_frame
+from scenes.render.description.describe import describe
+from scenes.render.drivers.motion_vectors import carried, motion_layer, projected, with_stick
+from scenes.render.drivers.scalar_passes import render_passes
+from scenes.render.haze.haze import haze_of
+from scenes.render.mitsuba import variants
+from scenes.render.mitsuba.build import use_up
+from scenes.render.pipeline.render import render_frame
 from scenes.rig.pose import pose_points
 from scenes.rig.rotations import between
 from scenes.world.world import build_world, view_at

@@ -15,8 +15,8 @@ import pytest
 
 from lod.camera import Corner, look
 from scenes.frame.types import FileForm, Layers
-from scenes.render.exr import write_exr
-from scenes.render.header import frame_header
+from scenes.render.files.exr import write_exr
+from scenes.render.files.header import frame_header
 
 FORMS = {"one": FileForm(), "parts": FileForm(multipart=True, colour="float")}
 IN_BLENDER = {

@@ -6,12 +6,9 @@ import pytest
 from lod.air import Air
 from lod.mist import Mist
 from scenes.frame.types import Quality
-from scenes.render import medium, variants
-from scenes.render.describe import describe
-from scenes.render.emitters import radiance, surroundings
-from scenes.render.render import render_frame
-from scenes.render.scattered import with_layer
-from scenes.render.table import (
+from scenes.render.description import medium_box as medium
+from scenes.render.description.describe import describe
+from scenes.render.description.direction_table import (
     looked_up,
     looked_up_along,
     row_above,
@@ -19,6 +16,10 @@ from scenes.render.table import (
     row_by_sine,
     turn_of,
 )
+from scenes.render.haze.scattered_layer import with_layer
+from scenes.render.mitsuba import variants
+from scenes.render.mitsuba.emitters import radiance, surroundings
+from scenes.render.pipeline.render import render_frame
 
 AIR = Air(2000.0)
 

@@ -10,10 +10,10 @@ import pytest
 
 from lod.errors import InputError
 from scenes.frame.types import Layers
-from scenes.render.disk import DiskError
-from scenes.render.exr import read_exr, write_exr
-from scenes.render.manifest import load_manifest
-from scenes.render.sequence import FrameFailed, frame_path, open_job, render_sequence
+from scenes.render.files.disk import DiskError
+from scenes.render.files.exr import read_exr, write_exr
+from scenes.render.files.manifest import load_manifest
+from scenes.render.sequence.sequence import FrameFailed, frame_path, open_job, render_sequence
 
 SETTINGS = {"seed": 5, "render": {"spp": 4, "size": "8x4"}}
 
@@ -211,7 +211,7 @@ def test_a_manifest_that_cannot_be_saved_names_no_frame(run, tmp_path, monkeypat
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("scenes.render.manifest.os.fsync", full)
+        patch.setattr("scenes.render.files.manifest.os.fsync", full)
         with pytest.raises(DiskError, match="the disk is full"):
             run(frames=(1, 2))
     assert names(tmp_path / "out") == ["a.0001.exr", "manifest.json"]

@@ -11,8 +11,8 @@ from lod.parts import Sticks
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import Instant, Visible
 from scenes.preset.load import load_preset
-from scenes.render import variants
-from scenes.render.shutter import offsets, render_exposed
+from scenes.render.mitsuba import variants
+from scenes.render.pipeline.subframes import offsets, render_exposed
 from scenes.world.world import build_world
 
 SUBFRAMES = 16

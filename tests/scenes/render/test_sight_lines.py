@@ -6,8 +6,8 @@ import pytest
 from lod.air import Air
 from lod.mist import Mist
 from lod.slab import RINGS, SPOKES, directions
-from scenes.render.ground_profile import DISTANCES_M, heights_at, profile_of
-from scenes.render.sight_lines import Lines, Sources, gather
+from scenes.render.haze.ground_profile import DISTANCES_M, heights_at, profile_of
+from scenes.render.haze.sight_line_integral import Lines, Sources, gather
 
 NM = np.array((650.0, 550.0))
 HAZE = Air(2000.0)

@@ -6,10 +6,10 @@ import pytest
 from lod.air import CLEAR, Air, haze_extinction, rgb_extinction
 from lod.errors import InputError
 from scenes.frame.types import Light, Quality
-from scenes.render import variants
-from scenes.render.airlight import horizon
-from scenes.render.bands import bands_of
-from scenes.render.render import render_frame
+from scenes.render.haze.horizon_airlight import horizon
+from scenes.render.mitsuba import variants
+from scenes.render.mitsuba.bands import bands_of
+from scenes.render.pipeline.render import render_frame
 
 SPECTRAL = ("scalar_spectral", "llvm_ad_spectral")
 AIR = Air(5000.0)

@@ -8,8 +8,8 @@ import pytest
 
 from lod.errors import InputError
 from scenes.frame.types import FrameInput
-from scenes.render.describe import describe
-from scenes.render.usd import check_usd, write_usd
+from scenes.render.description.describe import describe
+from scenes.render.files.usd import check_usd, write_usd
 
 pxr = pytest.importorskip("pxr")
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from lod.errors import InputError
-from scenes.render import variants
+from scenes.render.mitsuba import variants
 
 CANDIDATES = variants.candidates()
 

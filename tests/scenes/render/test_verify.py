@@ -8,11 +8,11 @@ import pytest
 from lod.errors import InputError
 from scenes.frame.types import Layers
 from scenes.preset.load import preset_from
-from scenes.render.exr import write_exr
-from scenes.render.manifest import file_hash, flatten, load_manifest
-from scenes.render.one_frame import settings_of
-from scenes.render.sequence import open_job, render_sequence
-from scenes.render.verify import check_folder, repairs
+from scenes.render.files.exr import write_exr
+from scenes.render.files.manifest import file_hash, flatten, load_manifest
+from scenes.render.sequence.one_frame import settings_of
+from scenes.render.sequence.sequence import open_job, render_sequence
+from scenes.render.sequence.verify import check_folder, repairs
 
 SETTINGS = settings_of(preset_from({"render": {"size": "8x4"}}), "scalar_rgb")
 FRAMES = range(1, 6)
@@ -177,7 +177,7 @@ def test_another_size_or_type_or_setting_is_found(frames, tmp_path, renderer):
     assert "8×5 pixels, not 8×4" in wrong(tmp_path)["a.0001.exr"]
     manifest = json.loads((tmp_path / "manifest.json").read_text())
     other = settings_of(preset_from({"output": {"colour": "float"}, "seed": 3}), "scalar_rgb")
-    from scenes.render.manifest import settings_hash
+    from scenes.render.files.manifest import settings_hash
 
     manifest["settings"] = {settings_hash(other): other}
     for entry in manifest["frames"].values():
@@ -219,6 +219,6 @@ def test_settings_that_were_changed_render_nothing(frames, tmp_path, renderer, c
 
 def test_another_version_renders_nothing(frames, tmp_path, renderer, monkeypatch):
     frames()[1].unlink()
-    monkeypatch.setattr("scenes.render.verify.software", lambda: "lodbench 99")
+    monkeypatch.setattr("scenes.render.sequence.verify.software", lambda: "lodbench 99")
     (left,) = mend(tmp_path, renderer)
     assert "lodbench 99 would make another" in left.wrong[-1] and renderer.asked == []

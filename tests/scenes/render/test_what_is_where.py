@@ -3,7 +3,7 @@
 import numpy as np
 
 from scenes.frame.types import SKY_Z, Light
-from scenes.render.render import render_frame
+from scenes.render.pipeline.render import render_frame
 
 
 def columns_of(layer, value):

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from lod.errors import InputError
-from scenes.render import worker as worker_module
-from scenes.render.sequence import FrameFailed
-from scenes.render.worker import MOST_TRIES, Worker
+from scenes.render.sequence import worker as worker_module
+from scenes.render.sequence.sequence import FrameFailed
+from scenes.render.sequence.worker import MOST_TRIES, Worker
 
 SETTINGS = {"render": {"variant": "scalar_rgb"}}
 
@@ -23,7 +23,7 @@ import time
 from pathlib import Path
 
 from lod.errors import InputError
-from scenes.render.worker_child import serve
+from scenes.render.sequence.worker_child import serve
 
 
 def render(settings, frame, target, watch, most_bytes):

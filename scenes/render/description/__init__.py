@@ -1,0 +1,1 @@
+"""From what is displayed to a plain scene description."""

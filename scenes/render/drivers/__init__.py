@@ -1,0 +1,1 @@
+"""How a built scene is sampled, in each kind of variant."""

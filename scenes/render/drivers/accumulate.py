@@ -1,0 +1,63 @@
+"""Sums over samples, on the way to a frame's layers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenes.frame.types import SKY_Z, Layers
+from scenes.render.drivers.motion_vectors import motion_layer
+from scenes.render.mitsuba.build import Built
+
+Watch = Callable[[int], object]
+"""Called by the drivers with the number of samples that were just taken."""
+
+
+@dataclass(eq=False)
+class Samples:
+    """What a driver adds up; rgb and albedo are sums, then means.
+
+    hit        (h, w, 9) distance, normal, shape and primitive number, and position where motion is
+               asked for, of one sample of each pixel
+    replaced   samples that were not finite and count as black
+    """
+
+    rgb: np.ndarray
+    albedo: np.ndarray
+    hit: np.ndarray
+    replaced: int = 0
+
+    @staticmethod
+    def zeros(width: int, height: int) -> "Samples":
+        """Nothing yet."""
+        colour = (height, width, 3)
+        hit = np.zeros((height, width, 9), np.float32)  # as the renderer gives it
+        return Samples(np.zeros(colour), np.zeros(colour), hit)
+
+    def keep(self, band: slice, guides: np.ndarray) -> None:
+        """Keep the guides of one sample of each pixel: of a band of rows, (h, w, n) as in
+        build.GUIDES, or of a run of pixels, (k, n)."""
+        kept = self.hit if guides.ndim == 3 else self.hit.reshape(-1, 9)
+        columns = [0, 1, 2, 3, 7, 8, *range(9, guides.shape[-1])]
+        kept[band, ..., : len(columns)] = guides[..., columns]
+
+
+def layers_of(
+    samples: Samples, built: Built, seconds: dict[str, float], statistics: dict[str, int]
+) -> Layers:
+    """The frame's layers; what is left of the sky's small negatives becomes 0 and is counted."""
+    met = samples.hit[..., 0] > 0
+    ids = built.hit_ids(samples.hit[..., 4], samples.hit[..., 5]) * met[..., None].astype(np.uint32)
+    clamped = int(np.count_nonzero((samples.rgb < 0).any(axis=-1)))
+    return Layers(
+        rgb=np.maximum(samples.rgb, 0.0),
+        Z=np.where(met, samples.hit[..., 0], SKY_Z),
+        N=samples.hit[..., 1:4] * met[..., None],
+        albedo=np.clip(samples.albedo, 0.0, 1.0),
+        object=ids[..., 0],
+        part=ids[..., 1],
+        level=ids[..., 2],
+        seconds=seconds,
+        statistics={**statistics, "clamped": clamped, "replaced": samples.replaced},
+        motion=motion_layer(samples.hit, built) if built.description["after"] else None,
+    )

@@ -1,0 +1,72 @@
+"""Motion vectors: how far what a pixel shows is from there in the next frame [px].
+
+The point that the pixel's sample met is carried along with its stick: both ends of the axis go
+where the next frame has them, the point of the axis nearest to the hit between them, and what
+stands off the axis turns as the axis does. Turns of a stick about its own axis are not seen: it is
+round. Both points are then projected, each by its frame's camera. What owns no moving stick
+(terrain, trees) moves by the camera alone, the sky by its turn alone.
+"""
+
+import math
+
+import numpy as np
+
+from lod.quaternion_arrays import rotated
+from scenes.render.description.describe import NEAR_M, Description
+from scenes.render.drivers.film import pixel_directions
+from scenes.render.mitsuba.build import Built
+from scenes.rig.rotations import between
+
+
+def motion_layer(hit: np.ndarray, built: Built) -> np.ndarray:
+    """Motion of every pixel, x right and y up, (h, w, 2) [px].
+
+    hit: (h, w, 9) as in Samples. 0 where the point is behind the next camera.
+    """
+    camera, after = built.description["camera"], built.description["after"]
+    met = hit[..., 0] > 0
+    ahead = pixel_directions(camera, 1, (0, camera["size"][1])).astype(np.float64)[~met]
+    before, now = np.empty((2, *hit.shape[:2], 2))
+    before[met] = projected(camera, hit[met][:, 6:9] - camera["eye"])
+    now[met] = projected(after, carried(built, hit[met]) - after["eye"])
+    before[~met], now[~met] = projected(camera, ahead), projected(after, ahead)
+    return np.nan_to_num(now - before, nan=0.0)
+
+
+def projected(camera: Description, offset: np.ndarray) -> np.ndarray:
+    """Where points are in the picture, from their offsets to the eye (n, 3): x right and y up from
+    its middle, (n, 2) [px]; NaN behind the near plane."""
+    depth = offset @ camera["forward"]
+    right = np.cross(camera["forward"], camera["up"])
+    aside = np.stack((offset @ right, offset @ camera["up"]), axis=1)
+    scale = camera["size"][0] / (2 * math.tan(math.radians(camera["fov_x_deg"]) / 2))
+    return scale * aside / np.where(depth > NEAR_M, depth, np.nan)[:, None]
+
+
+def carried(built: Built, hit: np.ndarray) -> np.ndarray:
+    """Where the points of hits (n, 9) are in the next frame, in this one's coordinates, (n, 3)."""
+    point = hit[:, 6:9].astype(np.float64)
+    shape, primitive = hit[:, 4].astype(int), hit[:, 5].astype(int)
+    for name, moves in built.description["moves"].items():
+        rows = np.flatnonzero(shape == built.names.index(name))
+        sticks = built.description["shapes"][name]
+        first = sticks["segment_indices"][primitive[rows]].astype(int)
+        start, end = (sticks["control_points"][first + k][:, :3].astype(float) for k in (0, 1))
+        point[rows] = with_stick(point[rows], start, end, moves[primitive[rows]].astype(float))
+    return point
+
+
+def with_stick(
+    point: np.ndarray, start: np.ndarray, end: np.ndarray, moves: np.ndarray
+) -> np.ndarray:
+    """Points (n, 3) carried by sticks whose ends (n, 3) move by ``moves`` (n, 2, 3), (n, 3).
+
+    A stick without length, or one that turns by more than 90° a frame, is not turned.
+    """
+    axis, moved = end - start, end + moves[:, 1] - start - moves[:, 0]
+    squared = np.maximum(np.sum(axis**2, axis=1), 1e-300)
+    along = np.clip(np.sum((point - start) * axis, axis=1) / squared, 0, 1)[:, None]
+    offset = point - start - along * axis
+    has_axis = ((axis * moved).sum(axis=1, keepdims=True) > 0) & (squared[:, None] > 1e-20)
+    turns = between(np.where(has_axis, axis, 1.0), np.where(has_axis, moved, 1.0))
+    return start + moves[:, 0] + along * moved + rotated(turns, offset)

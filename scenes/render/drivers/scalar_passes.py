@@ -1,0 +1,176 @@
+"""A frame in a scalar or spectral variant: passes of whole films, with exact haze.
+
+The renderer hands back means over a pixel, and the mean of L·T(d) is not the mean of L times T of
+the mean d. With T̄ the pixel's mean transmittance and A the airlight, it is
+
+    mean(L·T + A·(1 − T)) = T̄·mean(L) + mean(A·(1 − T)) + mean((T − T̄)·L).
+
+mean(L) comes from a picture of stratified samples. T̄ and the light of the air come from a film with
+a square of pixels for each pixel, one sample in each. The last term, 0 wherever a pixel is all at
+one distance, comes from a smaller square in which radiance and distance are passes with one seed,
+and so along the same rays (the renderer seeds each film pixel on its own). All three are
+independent: nothing is biased.
+
+Measured against 2048 samples a pixel of the JIT driver, sticks in haze of 800 m, 16 samples each:
+mean within 1e-4, relMSE 0.0009 (JIT driver: 0.0003). One sample a pass, without strata: unbiased,
+relMSE 0.0032. 4 or 16 samples a pass with the pass's mean distance: biased by −0.3 to −0.6 %.
+
+Normals, albedo and ids cost more than the picture in scalar variants, so they come from a guide
+pass of at most 2 × 2 samples.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from scenes.frame.types import Quality, sampler_seed
+from scenes.render.drivers.accumulate import Samples, Watch
+from scenes.render.drivers.film import pixel_directions
+from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups, square_sides
+from scenes.render.haze.haze import Haze, airlight_on_the_way, beyond, depth_to, veil
+from scenes.render.mitsuba.build import GUIDES, Built, sensor
+
+_IMAGE, _THROUGH, _CORRECTION, _GUIDES = range(4)
+
+
+def render_passes(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
+    """Render band by band of rows.
+
+    The sample that Z, N and the ids come from is the last of the guide pass's square: below and
+    right of the pixel's centre (anywhere in the pixel, under 4 samples).
+    """
+    width, height = built.description["camera"]["size"]
+    total = Samples.zeros(width, height)
+    step = max(1, MOST_SAMPLES // (width * quality.spp))
+    for top in range(0, height, step):
+        rows = top, min(top + step, height)
+        for run, spp in enumerate(_runs(quality.spp)):
+            band = _Band(built, haze, rows, spp, (quality.seed, frame, run, top))
+            rgb, replaced = band.colour()
+            total.rgb[slice(*rows)] += rgb * (spp / quality.spp)
+            total.replaced += replaced
+            if run == 0:
+                band.add_guides(total, 2 if quality.spp >= 4 else 1)
+            watch(spp * width * (rows[1] - rows[0]))
+    return total
+
+
+def _runs(spp: int) -> tuple[int, ...]:
+    """All samples in one run; fewer than 4 one by one, where T̄ would be too rough an estimate."""
+    return (spp,) if spp >= 4 else (1,) * spp
+
+
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """Rows of pixels, (first, one past the last), few enough to trace ``spp`` samples at once."""
+
+    built: Built
+    haze: Haze
+    rows: tuple[int, int]
+    spp: int
+    seed: tuple[int, int, int, int]
+
+    @property
+    def camera(self) -> dict[str, Any]:
+        return self.built.description["camera"]
+
+    def colour(self) -> tuple[np.ndarray, int]:
+        """The picture in its air, linear Rec.709, (h, w, 3), and how many pixels were not
+        finite."""
+        image = self._image()
+        bad = ~np.isfinite(image)
+        directions = pixel_directions(self.camera, 1, self.rows)
+        low = directions[..., 2] < max(self.haze.lowest, self._slack)
+        through, added = self._through(low)
+        seen = through * np.where(bad, 0.0, image) + added
+        if self.spp > 1:
+            seen += self._correction(low, through)
+        return seen @ self.haze.bands.to_rgb, int(np.count_nonzero(bad.any(axis=-1)))
+
+    def _image(self) -> np.ndarray:
+        """Mean radiance without air, of stratified samples, (h, w, bands)."""
+        count = len(self.haze.wavelengths)
+        total = np.zeros((self.rows[1] - self.rows[0], self.camera["size"][0], count))
+        for number, spp in enumerate(sample_groups(self.spp)):
+            total += spp * self._trace("image", 1, spp, _IMAGE, number)
+        return total / self.spp
+
+    @property
+    def _slack(self) -> float:
+        """Half a pixel's diagonal: no ray that could go below the horizon may stay black."""
+        tan_x = math.tan(math.radians(self.camera["fov_x_deg"]) / 2)
+        return math.sqrt(2) * tan_x / self.camera["size"][0]
+
+    def _through(self, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean transmittance, and the light of the air and of the sun's disc, (h, w, bands)
+        each."""
+        through = added = np.zeros((*low.shape, len(self.haze.wavelengths)))
+        for number, side in enumerate(square_sides(self.spp)):
+            distance = self._trace("distance", side, 1, _THROUGH, number)[..., :1]
+            directions = pixel_directions(self.camera, side, self.rows)
+            here, air = self._air(distance, directions, low, side)
+            disc = (directions @ self.haze.to_sun > self.haze.sun_cosine) & (distance[..., 0] == 0)
+            sun = disc[..., None] * veil(self.haze, directions) * self.haze.sun
+            through = through + _pixel_sum(here, side)
+            added = added + _pixel_sum(air + sun, side)
+        return through / self.spp, added / self.spp
+
+    def _correction(self, low: np.ndarray, through: np.ndarray) -> np.ndarray:
+        """Mean of (T − T̄)·L over a quarter of the samples, (h, w, bands)."""
+        count = max(1, self.spp // 4)
+        total = np.zeros_like(through)
+        for number, side in enumerate(square_sides(count)):
+            radiance = self._trace("image", side, 1, _CORRECTION, number)
+            distance = self._trace("distance", side, 1, _CORRECTION, number)[..., :1]
+            directions = pixel_directions(self.camera, side, self.rows)
+            here, _ = self._air(distance, directions, low, side)
+            departure = here - _spread(through, side)
+            total += _pixel_sum(departure * np.nan_to_num(radiance, posinf=0.0, neginf=0.0), side)
+        return total / count
+
+    def _air(
+        self, distance: np.ndarray, directions: np.ndarray, low: np.ndarray, side: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """T of each film pixel and the light that its air adds, up to what is met there, or to the
+        sky, (h, w, bands) each."""
+        sky, in_sky = beyond(self.haze, directions, _spread(low[..., None], side)[..., 0])
+        metres, rise = distance.astype(np.float64)[..., 0], directions[..., 2].astype(np.float64)
+        depth = depth_to(self.haze, metres.ravel(), rise.ravel()).reshape(sky.shape)
+        through = np.exp(-depth)
+        air = airlight_on_the_way(self.haze, directions, metres)
+        met = distance > 0
+        return np.where(met, through, sky), np.where(met, air * (1 - through), in_sky)
+
+    def add_guides(self, total: Samples, side: int) -> None:
+        """Albedo, and what one sample of each pixel meets."""
+        guides = self._trace("guides", side, 1, _GUIDES, 0)
+        albedo = _pixel_sum(guides[..., GUIDES["albedo"]], side) / side**2
+        total.albedo[slice(*self.rows)] = albedo / self.haze.bands.even
+        total.keep(slice(*self.rows), guides[side - 1 :: side, side - 1 :: side])
+
+    def _trace(self, name: str, side: int, spp: int, stage: int, number: int) -> np.ndarray:
+        """One pass over a film of ``side`` pixels a side to each pixel, (rows, columns, channels).
+
+        A single sample is the same one in every stage, and its haze exact without a correction.
+        """
+        rows = (self.rows[0] * side, self.rows[1] * side)
+        spectrum = name == "image" and self.haze.bands.is_spectral
+        view = sensor(self.camera, side, rows, spp, spectrum=spectrum)
+        seed = sampler_seed(*self.seed, 0 if self.spp == 1 else stage, number)
+        chosen = self.built.integrators[name]
+        image = mi.render(self.built.scene, sensor=view, integrator=chosen, spp=spp, seed=seed)
+        return np.array(image)
+
+
+def _pixel_sum(film: np.ndarray, side: int) -> np.ndarray:
+    """Sum over each pixel's square, (h·side, w·side, c) → (h, w, c)."""
+    rows, columns, channels = film.shape
+    return film.reshape(rows // side, side, columns // side, side, channels).sum(axis=(1, 3))
+
+
+def _spread(values: np.ndarray, side: int) -> np.ndarray:
+    """Each pixel's value over its square, (h, w, c) → (h·side, w·side, c)."""
+    return np.repeat(np.repeat(values, side, axis=0), side, axis=1)

@@ -1,0 +1,61 @@
+"""A frame whose haze is a medium: light scatters in it as often as it will, in any variant."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from scenes.frame.types import Quality, sampler_seed
+from scenes.render.drivers.accumulate import Samples, Watch
+from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups
+from scenes.render.drivers.wavefront import rays, sums
+from scenes.render.haze.haze import Haze
+from scenes.render.mitsuba.build import GUIDES, Built, sensor
+
+_IMAGE, _GUIDES = range(2)
+
+
+def render_medium(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
+    """Render band by band of rows; the air is in the scene, and of ``haze`` nothing is used.
+
+    The sample that Z, N and the ids come from is somewhere in the pixel.
+    """
+    width, height = built.description["camera"]["size"]
+    total = Samples.zeros(width, height)
+    for number, spp in enumerate(sample_groups(quality.spp)):
+        step = max(1, MOST_SAMPLES // (width * spp))
+        for top in range(0, height, step):
+            rows, seed = (top, min(top + step, height)), (quality.seed, frame, number, top)
+            image = _image(built, rows, spp, sampler_seed(*seed, _IMAGE))
+            bad = ~np.isfinite(image)
+            total.rgb[slice(*rows)] += np.where(bad, 0.0, image) * (spp / quality.spp)
+            total.replaced += int(np.count_nonzero(bad.any(axis=-1)))
+            watch(spp * width * (rows[1] - rows[0]))
+            if number == 0:
+                guides = _trace(built, "guides", rows, 1, sampler_seed(*seed, _GUIDES))
+                shape, prim = (
+                    guides[..., GUIDES[k]][..., 0] for k in ("shape_index", "prim_index")
+                )
+                guides[built.hit_ids(shape, prim)[..., 0] == 0] = 0.0  # the end of the air is none
+                total.albedo[slice(*rows)] = guides[..., GUIDES["albedo"]]
+                total.keep(slice(*rows), guides)
+    return total
+
+
+def _image(built: Built, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:
+    """Mean radiance of a band of rows, (rows, columns, 3)."""
+    if str(mi.variant()).startswith("scalar_"):
+        return _trace(built, "medium", rows, spp, seed)
+    size = built.description["camera"]["size"]
+    view = sensor(built.description["camera"], medium=built.medium)
+    pixels = slice(rows[0] * size[0], rows[1] * size[0])
+    sampler, ray = rays(view, size, pixels, spp, seed)
+    colour, _, _ = built.integrators["medium"].sample(built.scene, sampler, ray, built.medium)
+    dr.eval(colour)
+    return (sums(colour, spp) / spp).reshape(-1, size[0], 3)
+
+
+def _trace(built: Built, name: str, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:
+    """One pass over a band of rows, (rows, columns, channels)."""
+    view = sensor(built.description["camera"], 1, rows, spp, built.medium)
+    chosen = built.integrators[name]
+    return np.array(mi.render(built.scene, sensor=view, integrator=chosen, spp=spp, seed=seed))

@@ -1,0 +1,1 @@
+"""Frames, manifests and other files on disk."""

@@ -1,0 +1,133 @@
+"""A frame's cut as USD, for other programs: what is displayed, and where the camera stands.
+
+Sticks become linear curves with a width at every point, terrain a mesh, both with displayColor in
+linear Rec.709; metres, z up, the origin at the frame's grid corner. Light, haze and materials are
+not USD's here: the haze is noted in the layer's metadata. The only file that imports pxr (the extra
+``usd``).
+"""
+
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lod.errors import InputError
+from scenes.frame.types import FrameInput
+from scenes.render.description.describe import Description, describe
+from scenes.render.files.header import camera_from_world, software
+
+SUFFIXES = (".usda", ".usdc", ".usd")
+_APERTURE_MM = 36.0
+
+
+def check_usd(path: str | Path) -> None:
+    """Raise InputError where USD is not installed, or the file's name is none of its."""
+    if Path(path).suffix not in SUFFIXES:
+        raise InputError("-o", str(path), f"a file that ends in {', '.join(SUFFIXES)}")
+    try:
+        import pxr  # noqa: F401
+    except ImportError:
+        rule, cure = "needs usd-core", "pip install 'lodbench[usd]'"
+        raise InputError("-o", str(path), rule, cure) from None
+
+
+def write_usd(path: str | Path, made: FrameInput, notes: dict[str, str]) -> dict[str, int]:
+    """Write a frame's cut under its name or not at all; gives how many prims of each kind.
+
+    notes: more to say in the layer's metadata. Raises OSError where the disk refuses.
+    """
+    from pxr import Usd, UsdGeom
+
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    root = UsdGeom.Xform.Define(stage, "/frame")
+    stage.SetDefaultPrim(root.GetPrim())
+    corner = made.camera.corner
+    about = {"software": software(), "lod:corner": f"{corner.x},{corner.y}", **notes}
+    stage.GetRootLayer().customLayerData = about
+    _camera(stage, made)
+    counts = {"curves": 0, "sticks": 0, "meshes": 0, "triangles": 0, "cameras": 1}
+    for name, shape in describe(made.camera, made.visible, made.light, 2)["shapes"].items():
+        if shape["type"] == "mesh":
+            _mesh(stage, f"/frame/{name}", shape)
+            counts["meshes"] += 1
+            counts["triangles"] += len(shape["faces"])
+        elif len(shape["segment_indices"]):
+            _curves(stage, f"/frame/{name}", shape)
+            counts["curves"] += 1
+            counts["sticks"] += len(shape["segment_indices"])
+    _export(stage, Path(path))
+    return counts
+
+
+def _export(stage: Any, path: Path) -> None:
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    try:
+        temporary.touch()  # the system's own error, where it cannot be
+        stage.Export(str(temporary))
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _camera(stage: Any, made: FrameInput) -> None:
+    """Apertures and focal length that give the field of view; looks along −z, as USD does."""
+    from pxr import Gf, UsdGeom
+
+    camera, prim = made.camera, UsdGeom.Camera.Define(stage, "/frame/camera")
+    prim.CreateHorizontalApertureAttr(_APERTURE_MM)
+    prim.CreateVerticalApertureAttr(_APERTURE_MM * camera.height / camera.width)
+    prim.CreateFocalLengthAttr(_APERTURE_MM / (2 * math.tan(camera.fov_x / 2)))
+    prim.CreateClippingRangeAttr(Gf.Vec2f(0.05, 1e7))
+    world_from_camera = np.linalg.inv(camera_from_world(camera))
+    prim.AddTransformOp().Set(Gf.Matrix4d(world_from_camera.T.tolist()))
+
+
+def _curves(stage: Any, path: str, shape: Description) -> None:
+    """One linear curve for each chain of sticks."""
+    from pxr import UsdGeom, Vt
+
+    first, points = shape["segment_indices"].astype(np.int64), shape["control_points"]
+    begins = np.flatnonzero(np.diff(first, prepend=-2) != 1)
+    counts = np.diff(begins, append=len(first)) + 1
+    prim = UsdGeom.BasisCurves.Define(stage, path)
+    prim.CreateTypeAttr(UsdGeom.Tokens.linear)
+    prim.CreateCurveVertexCountsAttr(Vt.IntArray.FromNumpy(counts.astype(np.int32)))
+    _points(prim, points[:, :3], float(points[:, 3].max(initial=0.0)))
+    prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(2 * points[:, 3])))
+    prim.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
+    _colour(prim, shape["albedo"][None], UsdGeom.Tokens.constant)
+
+
+def _mesh(stage: Any, path: str, shape: Description) -> None:
+    from pxr import UsdGeom, Vt
+
+    prim = UsdGeom.Mesh.Define(stage, path)
+    faces = shape["faces"].astype(np.int32)
+    prim.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, np.int32)))
+    prim.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.reshape(-1)))
+    prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    prim.CreateDoubleSidedAttr(True)
+    _points(prim, shape["vertices"], 0.0)
+    prim.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(shape["normals"]))
+    prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    _colour(prim, shape["colours"], UsdGeom.Tokens.vertex)
+
+
+def _points(prim: Any, points: np.ndarray, margin: float) -> None:
+    from pxr import Vt
+
+    points = np.ascontiguousarray(points, np.float32)
+    extent = np.stack((points.min(axis=0) - margin, points.max(axis=0) + margin))
+    prim.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+    prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent.astype(np.float32)))
+
+
+def _colour(prim: Any, colours: np.ndarray, interpolation: str) -> None:
+    from pxr import Vt
+
+    made = prim.CreateDisplayColorPrimvar(interpolation)
+    made.Set(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(colours, np.float32)))

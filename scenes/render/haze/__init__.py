@@ -1,0 +1,1 @@
+"""Airlight and transmittance along each ray."""

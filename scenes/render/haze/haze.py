@@ -1,0 +1,116 @@
+"""Haze along a ray, in closed form: L·T + L_air·(1 − T), T = exp(−∫β) (Koschmieder 1924).
+
+β has one value for each band of the picture. Analytic: L_air is the horizon's sky in the ray's
+azimuth. Rays that meet nothing and go below ``HORIZON_DEG`` get it whole. Above it they get the sky
+as it is, which holds its haze already; mist, which it does not hold, veils it on the way out.
+
+Scattered: L_air is the source term of the air as it lights the path, tabulated by direction and
+distance. Rays that meet nothing see the sky through the layer.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.air import Air, PathBands, mist_extinction, optical_depth
+from lod.arrays import Reals
+from lod.mist import depth_beyond
+from scenes.render.description.direction_table import (
+    looked_up,
+    looked_up_along,
+    row_above,
+    row_by_root,
+    turn_of,
+)
+from scenes.render.haze.horizon_airlight import HORIZON_DEG, horizon
+from scenes.render.haze.scattered_layer import NEAR_M, RATIO, Layer
+from scenes.render.mitsuba.bands import Bands
+from scenes.render.mitsuba.build import Built
+from scenes.render.mitsuba.emitters import bands, sun_disc
+
+
+@dataclass(frozen=True, eq=False)
+class Haze:
+    """What the drivers need to finish a sample.
+
+    air       what lies in between; bands of the picture, wavelengths of which are (bands,) [nm]
+    eye_m     height of the eye above the datum
+    airlight  (planes, rows, columns, bands) by distance (see ``plane_at``) and direction
+        (scenes.render.description.direction_table.row_by_root)
+    seen      (rows, columns, bands) of what meets nothing, see row_above; None = as it is rendered
+    lowest    sine of the elevation below which a ray that meets nothing gets the airlight
+    to_sun    (3,); sun (bands,) radiance of the disc; sun_cosine of its angular radius
+    """
+
+    air: Air
+    bands: Bands
+    eye_m: float
+    airlight: np.ndarray
+    seen: np.ndarray | None
+    lowest: float
+    to_sun: np.ndarray
+    sun: np.ndarray
+    sun_cosine: float
+
+    @property
+    def wavelengths(self) -> np.ndarray:
+        """Of the bands [nm]."""
+        return self.bands.wavelengths
+
+
+def haze_of(built: Built, air: Air) -> Haze:
+    """The air of a built scene, and its light: scattered where the scene is lit through a layer."""
+    light = built.description["light"]
+    sun, cosine = sun_disc(light)
+    layer: Layer | None = light.get("layer")
+    return Haze(
+        air=air,
+        bands=bands(),
+        eye_m=float(built.description["camera"]["eye"][2]),
+        airlight=layer.airlight if layer else horizon(light)[None, None],
+        seen=layer.seen if layer else None,
+        lowest=0.0 if layer else float(np.sin(np.radians(HORIZON_DEG))),
+        to_sun=light["to_sun"],
+        sun=sun * layer.through_to_sun if layer else sun,
+        sun_cosine=cosine,
+    )
+
+
+def depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
+    """∫β from the eye over each distance [m], in a direction that rises by ``rise`` a metre."""
+    start = np.full_like(distance, haze.eye_m)
+    return optical_depth(haze.air, start, start + distance * rise, distance, haze.wavelengths)
+
+
+def veil(haze: Haze, directions: np.ndarray) -> np.ndarray:
+    """Transmittance of the mist from the eye to where it ends, (…, 3) → (…, bands); below the
+    horizon as at it. 1 where ``seen`` holds the mist already."""
+    rise = np.maximum(directions[..., 2].astype(np.float64).ravel(), haze.lowest)
+    if haze.seen is not None or haze.air.mist is None:
+        return np.ones((*directions.shape[:-1], len(haze.wavelengths)))
+    metres = depth_beyond(haze.air.mist, np.full_like(rise, haze.eye_m), rise)
+    depth = metres[:, None] * mist_extinction(haze.air, haze.wavelengths)
+    return np.exp(-depth).reshape(*directions.shape[:-1], -1)
+
+
+def beyond(haze: Haze, directions: np.ndarray, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of rays that meet nothing: the share they show of the sky as rendered, and the light added to
+    it, (…, bands) each. ``low`` (…) says which show the airlight alone."""
+    air = airlight_on_the_way(haze, directions, np.full(low.shape, np.inf))
+    if haze.seen is None:
+        through = np.where(low[..., None], 0.0, veil(haze, directions))
+        return through, air * (1 - through)
+    up = directions[..., 2]
+    sky = looked_up(haze.seen, row_above(len(haze.seen), up), turn_of(directions))
+    return np.zeros_like(sky), np.where(up[..., None] > 0, sky, air)
+
+
+def airlight_on_the_way(haze: Haze, directions: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Airlight of paths of a length (…) [m] from the eye, (…, bands)."""
+    row = row_by_root(haze.airlight.shape[1], directions[..., 2])
+    return looked_up_along(haze.airlight, plane_at(distance), row, turn_of(directions))
+
+
+def plane_at(distance: np.ndarray) -> np.ndarray:
+    """Where planes stand for distances NEAR_M, NEAR_M·RATIO, …"""
+    return np.log(np.maximum(distance, NEAR_M) / NEAR_M) / np.log(RATIO)

@@ -1,0 +1,168 @@
+"""Light in the layer of air that ``medium`` describes, in closed form along each line of sight.
+
+The layer reaches from the ground up to the top of the medium's box (and as far as mist is worth
+mention); lod.slab says what light it holds over level ground, on which the species of the field
+stand as a turbid medium (lod.canopy). Along a line of sight it is taken from the height above the
+ground that lies below, as the meshes show it. Three things follow: the airlight of every direction
+up to every distance; what is seen of the sky from the eye; and the light that reaches the ground,
+the sun's and that of layer and sky together. Left out: where each thing stands (its shade is that
+of the mean stand), and that slopes and hills shade and light the air beside them.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from lod.air import Air, optical_depth
+from lod.canopy import Canopy
+from lod.slab import LOWEST_SUN, RINGS, SPOKES, Lit, Scattering, directions, solve
+from scenes.render.description.describe import Description
+from scenes.render.description.direction_table import looked_up, row_above, turn_of
+from scenes.render.description.medium_box import ALBEDO, ASYMMETRY, extent
+from scenes.render.haze.ground_profile import Profile, ground_points, heights_at, profile_of
+from scenes.render.haze.horizon_airlight import sky_radiance
+from scenes.render.haze.sight_line_integral import Lines, Sources, gather
+from scenes.render.mitsuba.emitters import bands, sun_irradiance
+
+AIR = Scattering(ALBEDO, ASYMMETRY)
+
+NEAR_M, RATIO, PLANES = 4.0, 1.35, 34
+"""Airlight is tabulated for distances NEAR_M, NEAR_M·RATIO, …, in so many planes."""
+
+_STEPS = 7
+_MIST_SCALES = 4.0
+_ROWS = 65
+_SKY_ROWS, _SKY_COLUMNS = 96, 144
+
+_GROUNDS = (2.0, 50.0, 98.0)
+"""Percentiles of the ground's height for which the layer is solved; between them the light is
+taken to change evenly."""
+
+_LEVEL_M = 1.0
+"""Ground that varies by less is level."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """The light of a frame; tables as in scenes.render.description.direction_table.
+
+    airlight  (planes, rows, columns, bands) from the eye; rows by row_by_root
+    seen      (rows, columns, bands) radiance from above the horizon, at the eye; rows by row_above
+    arriving  the same at the ground
+    sun       (bands,) the share of the sun's light that is left at the ground
+    through_to_sun  (bands,) the same at the eye
+    """
+
+    airlight: np.ndarray
+    seen: np.ndarray
+    arriving: np.ndarray
+    sun: np.ndarray
+    through_to_sun: np.ndarray
+
+
+def with_layer(description: Description, air: Air) -> Description:
+    """The same frame, lit through the air; its light's ``layer`` is a Layer."""
+    return {**description, "light": {**description["light"], "layer": layer_of(description, air)}}
+
+
+def layer_of(description: Description, air: Air) -> Layer:
+    """The light of a frame before it is built, in the variant that is set."""
+    light, place = description["light"], description["camera"]["eye"]
+    profile, mean, top = _reach(description, air)
+    eye = float(place[2])
+    sources = _sources(description, air, profile, top)
+    around = partial(heights_at, profile)
+    level = partial(heights_at, np.full_like(profile, mean))
+    root = np.linspace(-1, 1, _ROWS)
+    ends = np.repeat(NEAR_M * RATIO ** np.arange(PLANES)[:, None], _ROWS, axis=1)
+    lines = Lines(eye, np.sign(root) * root**2, around)
+    sky = sky_radiance(light, _sky_directions().reshape(-1, 3))
+    sky = sky.reshape(_SKY_ROWS, _SKY_COLUMNS, -1)
+    return Layer(
+        airlight=gather(sources, lines, air, bands().wavelengths, ends).source,
+        seen=_through(sky, sources, Lines(eye, _sky_sines(), around), air, top),
+        arriving=_through(sky, sources, Lines(mean, _sky_sines(), level), air, top),
+        sun=_sun_left(light["to_sun"], air, mean, top),
+        through_to_sun=_sun_left(light["to_sun"], air, eye, top),
+    )
+
+
+def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
+    """The ground around, its mean height and that of the top of the layer; the eye stands above the
+    one and below the other."""
+    eye, (bottom, top, _) = description["camera"]["eye"], extent(description)
+    points = ground_points(description)
+    if points is None:
+        points = np.array([[*eye[:2], bottom]])
+    if air.mist is not None:
+        top = max(top, air.mist.base_m + _MIST_SCALES * air.mist.scale_m)
+    profile = profile_of(points, eye)
+    top = max(top, float(profile.max()) + description["light"]["canopy"].top_m + 1.0)
+    return profile, min(float(points[:, 2].mean()), float(eye[2])), top
+
+
+def _sources(description: Description, air: Air, profile: Profile, top: float) -> Sources:
+    """The layer solved over level ground, at every height that the profile has."""
+    heights = np.percentile(profile, _GROUNDS)
+    if np.ptp(heights) < _LEVEL_M:
+        heights = heights[1:2]
+    lit = [_lit(description, air, float(ground), top) for ground in np.unique(heights)]
+    above = np.stack([each.height - each.height[0] for each in lit])
+    return Sources(np.unique(heights), above, np.stack([solve(each, AIR) for each in lit]))
+
+
+def _lit(description: Description, air: Air, ground: float, top: float) -> Lit:
+    light, way = description["light"], directions()[RINGS // 2 :]
+    canopy: Canopy = light["canopy"]
+    free = np.linspace(ground + canopy.top_m, top, _STEPS + 1)
+    height = np.concatenate((ground + canopy.height, free[1:]))
+    step = np.diff(height)
+    return Lit(
+        height=height,
+        depth=optical_depth(air, height[:-1], height[1:], step, bands().wavelengths),
+        cover=np.concatenate((canopy.depth, np.zeros(_STEPS))),
+        to_sun=light["to_sun"],
+        sun=sun_irradiance(light),
+        sky=sky_radiance(light, way.reshape(-1, 3)).reshape(RINGS // 2, SPOKES, -1),
+        ground=_ground_albedo(description),
+        plants=canopy.albedo,
+    )
+
+
+def _ground_albedo(description: Description) -> np.ndarray:
+    """Mean colour of the vertices of all meshes, (3,); black where there is none."""
+    meshes = [s["colours"] for s in description["shapes"].values() if s["type"] == "mesh"]
+    return np.concatenate(meshes).mean(axis=0) if meshes else np.zeros(3)
+
+
+def _sky_sines() -> np.ndarray:
+    """Sines of elevation of the rows of the table of the sky, the lowest just above the horizon."""
+    return np.clip(np.linspace(0, 1, _SKY_ROWS) ** 2, 1e-5, 1.0)
+
+
+def _sky_directions() -> np.ndarray:
+    """Of the table of the sky, (rows, columns, 3)."""
+    up = _sky_sines()
+    turn = np.arange(_SKY_COLUMNS) / _SKY_COLUMNS * 2 * np.pi
+    level = np.sqrt(1 - up**2)[:, None]
+    z = np.broadcast_to(up[:, None], (_SKY_ROWS, _SKY_COLUMNS))
+    return np.stack((level * np.sin(turn), level * np.cos(turn), z), axis=2)
+
+
+def _through(sky: np.ndarray, sources: Sources, lines: Lines, air: Air, top_m: float) -> np.ndarray:
+    """The sky as seen from where lines begin, through what is left of the layer."""
+    whole = (top_m - lines.start_m) / lines.up
+    steps = NEAR_M * RATIO ** np.arange(PLANES)[:, None]
+    ends = np.concatenate((np.minimum(steps, whole), whole[None]))
+    found = gather(sources, lines, air, bands().wavelengths, ends)
+    way = _sky_directions()
+    own = looked_up(found.light[-1], row_above(_SKY_ROWS, way[..., 2]), turn_of(way))
+    return sky * np.exp(-found.depth[-1])[:, None] + own
+
+
+def _sun_left(to_sun: np.ndarray, air: Air, at_m: float, top_m: float) -> np.ndarray:
+    """Share of the sun's light that comes down to a height, (bands,)."""
+    length = (top_m - at_m) / max(float(to_sun[2]), LOWEST_SUN)
+    ends = np.array([at_m]), np.array([top_m]), np.array([length])
+    return np.exp(-optical_depth(air, *ends, bands().wavelengths)[0])

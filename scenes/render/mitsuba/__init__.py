@@ -1,0 +1,1 @@
+"""From a scene description to Mitsuba's objects."""

@@ -1,0 +1,1 @@
+"""One frame from its input to its layers."""

@@ -1,0 +1,1 @@
+"""Sequences of frames, on this machine or a cluster."""

@@ -1,0 +1,89 @@
+"""A budget for a sequence, of parts or of memory: one detail for all of its frames, decided before
+any is made.
+
+Every frame then stands alone, and detail does not jump from frame to frame.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from lod.budget import fitting_detail
+from lod.errors import InputError
+from lod.prune import prune
+from lod.view import View
+from scenes.frame.frame_input import shoot
+from scenes.preset.load import Preset
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pipeline.memory_model import foretold
+from scenes.world.world import World, build_world, view_at
+
+Need = Callable[[int, float], int]
+"""What a frame needs at a detail [px], of what there is a budget of; it never grows with it."""
+
+
+def within_budget(preset: Preset, frames: Sequence[int]) -> Preset:
+    """The preset at the finest detail whose frames all hold at most ``view.max_parts`` parts, and
+    are foretold to need at most ``view.max_memory`` bytes.
+
+    The fullest of them uses nearly all of that (``lod.budget``). Without such limits, the preset
+    as it is. Raises InputError where no detail fits.
+    """
+    view = preset.view
+    if view.max_parts is None and view.max_memory is None:
+        return preset
+    world, details = build_world(preset), []
+    if view.max_parts is not None:
+        details.append(_fitting(_parts_of(world, preset), view.max_parts, view.detail, frames))
+    if view.max_memory is not None:
+        details.append(_fitting_memory(world, preset, view.max_memory, frames))
+    return _at_detail(preset, max(details))
+
+
+def _fitting(need: Need, most: int, start: float, frames: Sequence[int]) -> float:
+    """The detail at which every frame's need is met: it grows while a frame is over."""
+    detail = start
+    for number, frame in enumerate(frames):
+
+        def at(px: float, frame: int = frame) -> int:
+            return need(frame, px)
+
+        if number == 0 or at(detail) > most:
+            detail = fitting_detail(at, most, detail).detail
+    return detail
+
+
+def _fitting_memory(world: World, preset: Preset, most: int, frames: Sequence[int]) -> float:
+    """The same of bytes, less those that every frame needs whatever it displays."""
+    variant = choose(preset.render.variant, preset.render.spectral)
+
+    def bytes_at(frame: int, px: float) -> int:
+        return foretold(shoot(world, _at_detail(preset, px), frame, variant))
+
+    made = shoot(world, preset, frames[0], variant)
+    least = foretold(replace(made, visible=()))
+    if most <= least:
+        rule = f"a frame of this size needs about {least / 1e9:.2f} GB with nothing in it"
+        cure = "allow more, or ask for fewer pixels or samples"
+        raise InputError("--max-memory --fit", f"{most / 1e9:.2f} GB", rule, cure)
+
+    def above_least(frame: int, px: float) -> int:
+        return max(bytes_at(frame, px) - least, 0)
+
+    return _fitting(above_least, most - least, preset.view.detail, frames)
+
+
+def _at_detail(preset: Preset, detail: float) -> Preset:
+    return preset.model_copy(update={"view": preset.view.model_copy(update={"detail": detail})})
+
+
+def _parts_of(world: World, preset: Preset) -> Need:
+    def parts_at(frame: int, px: float) -> int:
+        return parts_displayed(world, replace(view_at(world, preset, frame), detail=px))
+
+    return parts_at
+
+
+def parts_displayed(world: World, view: View) -> int:
+    """Displayed parts of everything but the ground, whose tiles are few."""
+    others = (each for each in world.representations if each is not world.terrain)
+    return sum(prune(each, view).displayed_parts for each in others)

@@ -1,0 +1,60 @@
+"""Who the objects of a frame are, whatever the frame calls them.
+
+A frame's ids are its own: ``id.object`` counts what that frame examined. What an object of the
+endless field is everywhere and always is its species, its cell in the species' lattice and its
+number there; its 128-bit key is a hash of those and the seed, the same in every frame that sees it.
+"""
+
+import hashlib
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.prune import prune
+from scenes.preset.load import Preset
+from scenes.render.description.describe import object_ids
+from scenes.world.world import World, view_at
+
+
+@dataclass(frozen=True)
+class Identity:
+    """One object that a frame displays.
+
+    object  what the frame calls it in ``id.object``
+    of      species, placed object or terrain
+    cell, index, key  its place in the endless field and its key; None of what is not of a field
+    """
+
+    object: int
+    of: str
+    cell: tuple[int, int] | None = None
+    index: int | None = None
+    key: str | None = None
+
+
+def identities(world: World, preset: Preset, frame: int) -> Iterator[Identity]:
+    """Every object that the frame displays, by the frame's own number."""
+    view = view_at(world, preset, frame)
+    cuts = [prune(each, view) for each in world.representations]
+    fields = {each.name: each for each in world.fields}
+    for each, cut, first in zip(world.representations, cuts, object_ids(cuts), strict=True):
+        rows = np.unique(cut.object)
+        if each.name not in fields:
+            yield from (Identity(first + row, each.name) for row in rows.tolist())
+            continue
+        draws = cut.parts.state.draws
+        for row in rows.tolist():
+            cell = int(draws.cell_x[row]), int(draws.cell_y[row])
+            index = int(draws.index[row])
+            key = object_key(fields[each.name].seed, each.name, cell, index)
+            yield Identity(first + row, each.name, cell, index, key)
+
+
+def object_key(seed: int, species: str, cell: tuple[int, int], index: int) -> str:
+    """128 bits as 32 hexadecimal digits: BLAKE2b of the species' name (UTF-8) with seed, cell x,
+    cell y and index as four 8-byte little-endian integers for a key.
+    """
+    words = struct.pack("<Qqqq", seed, *cell, index)
+    return hashlib.blake2b(species.encode(), digest_size=16, key=words).hexdigest()

@@ -1,0 +1,167 @@
+"""One process that renders frames and can be killed: by Ctrl-C at once, and without harm by itself.
+
+It stays from frame to frame, so that its world, its compiled kernels and its caches do. The
+renderer never enters the process that keeps the manifest.
+"""
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from lod.errors import InputError
+from scenes.render.mitsuba.variants import trusting
+from scenes.render.sequence.one_frame import Record, Settings
+from scenes.render.sequence.sequence import FrameFailed
+
+MOST_TRIES = 3
+"""How often a frame may kill its worker."""
+
+CHILD = (sys.executable, "-P", "-m", "scenes.render.sequence.worker_child")
+_ROOT = Path(__file__).resolve().parents[3]
+_TICK_S = 0.5
+
+Watch = Callable[[int, int, int], object]
+"""Called twice a second, and whenever samples are taken: process, samples taken, of how many."""
+
+_MALLOC = {
+    "MALLOC_MMAP_THRESHOLD_": str(2**23),
+    "MALLOC_TRIM_THRESHOLD_": str(2**24),
+    "GLIBC_TUNABLES": "glibc.malloc.hugetlb=1",
+}
+"""Has glibc give back what arrays of 8 MB and more held, once they are let go of: for
+smaller ones new memory costs more time than it saves room, and threads, which would give it back
+after each run of points, keep up to 16 MB of it. And has it ask for large pages, where the system
+gives them only to who asks: memory is new in every frame, and 512 times as many small ones would be
+to be had one by one."""
+
+
+class Worker:
+    """Renders frames in a process of its own; a context manager, at whose end that is gone.
+
+    threads     for the renderer; 0 = one for each core
+    most_bytes  that a frame may need of memory
+    """
+
+    def __init__(
+        self,
+        threads: int = 0,
+        watch: Watch = lambda process, taken, of: None,
+        most_bytes: int | None = None,
+    ) -> None:
+        self._threads, self._watch, self._most_bytes = threads, watch, most_bytes
+        self._process: subprocess.Popen[bytes] | None = None
+        self._unread = b""
+
+    def __enter__(self) -> "Worker":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.end()
+
+    def __call__(self, settings: Settings, frame: int, target: Path) -> Record:
+        """Render a frame into ``target``, as one_frame.render_one does.
+
+        Raises what that raises, and FrameFailed for any other error and for a frame that has
+        killed MOST_TRIES workers.
+        """
+        request = {"settings": settings, "frame": frame, "target": str(target)}
+        request["most_bytes"] = self._most_bytes
+        for _ in range(MOST_TRIES):
+            if self._process is None:
+                self._start(settings["render"]["variant"])
+            found = self._ask(request)
+            if found is not None:
+                return _record(found)
+            target.unlink(missing_ok=True)
+            why = self.end()
+        raise FrameFailed(f"it ended its worker {MOST_TRIES} times ({why})", MOST_TRIES)
+
+    def end(self) -> str:
+        """Kill the process, if there is one, and wait for its end; says how it ended."""
+        process, self._process, self._unread = self._process, None, b""
+        if process is None:
+            return ""
+        with process:  # closes both pipes
+            code = process.poll()
+            process.kill()
+        return _how(process.returncode if code is None else code)
+
+    def _start(self, variant: str) -> None:
+        """Start the process, deaf to Ctrl-C: ending it is this one's work."""
+        paths = os.pathsep.join([str(_ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._process = subprocess.Popen(
+                [*CHILD, str(os.getpid()), str(self._threads)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                bufsize=0,
+                env={**_MALLOC, **trusting(variant), "PYTHONPATH": paths},
+            )
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if self._answer() is None:
+            raise RuntimeError(f"the process that renders does not start ({self.end()})")
+
+    def _ask(self, request: dict[str, Any]) -> dict[str, Any] | None:
+        """The answer, None from a process that died."""
+        assert self._process is not None and self._process.stdin is not None
+        try:
+            self._process.stdin.write(json.dumps(request).encode() + b"\n")
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            return None
+        return self._answer()
+
+    def _answer(self) -> dict[str, Any] | None:
+        """The next line of the process, watched while it is awaited; None when it died."""
+        assert self._process is not None and self._process.stdout is not None
+        source = self._process.stdout.fileno()
+        taken, of = 0, 0
+        while True:
+            line, end, rest = self._unread.partition(b"\n")
+            if end:
+                self._unread = rest
+                found: dict[str, Any] = json.loads(line)
+                if "samples" not in found:
+                    return found
+                taken, of = found["samples"]
+            elif select.select([source], [], [], _TICK_S)[0]:
+                data = os.read(source, 2**16)
+                if not data:
+                    return None
+                self._unread += data
+                continue
+            self._watch(self._process.pid, taken, of)
+
+
+def _record(found: dict[str, Any]) -> Record:
+    """What the process answered, or the error that it met."""
+    if "input" in found:
+        where, arrived, rule, cure = found["input"]
+        raise InputError(where, arrived, rule, cure)
+    if "disk" in found:
+        raise OSError(*found["disk"])
+    if "failed" in found:
+        raise FrameFailed(found["failed"], 1)
+    record: Record = found["record"]
+    return record
+
+
+def _how(code: int) -> str:
+    if code >= 0:
+        return f"exit code {code}"
+    name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+    return f"{name}, perhaps for want of memory" if code == -signal.SIGKILL else name

@@ -1,0 +1,76 @@
+"""The process that renders frames for scenes/render/sequence/worker.py: a JSON object a line, both ways.
+
+In: {settings, frame, target, most_bytes}. Out: {ready} once; then, of each frame, {samples: [taken,
+of]} some times and one of {record}, {input: [where, arrived, rule, cure]}, {disk: [errno, strerror,
+file]}, {failed: text}.
+"""
+
+import ctypes
+import json
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from typing import Any, TextIO
+
+from lod.errors import InputError
+from scenes.render.sequence.one_frame import Record, render_one
+
+_PR_SET_PDEATHSIG = 1
+
+
+def end_with_parent(parent: int) -> None:
+    """Be killed when the parent dies, however it dies; where the system can (Linux)."""
+    prctl = getattr(ctypes.CDLL(None), "prctl", None)
+    if prctl is not None:
+        prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+def own_stdout() -> TextIO:
+    """What was stdout, for answers alone; what libraries print goes to stderr."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    return answers
+
+
+def answer(request: dict[str, Any], render: Callable[..., Record]) -> dict[str, Any]:
+    """Render what is asked for; whatever goes wrong becomes an answer."""
+    try:
+        return {"record": render(**request)}
+    except InputError as error:
+        return {"input": [error.where, error.arrived, error.rule, error.cure]}
+    except OSError as error:
+        return {"disk": [error.errno, error.strerror or str(error), error.filename]}
+    except Exception as error:
+        if os.environ.get("LODBENCH_TRACEBACK"):
+            traceback.print_exc()
+        text = " ".join(str(error).split())
+        return {"failed": f"{type(error).__name__}: {text}" if text else type(error).__name__}
+
+
+def serve(render: Callable[..., Record] = render_one) -> None:
+    """Answer every line of stdin until it ends. argv: the parent's number, threads (0 = all)."""
+    parent, threads = map(int, sys.argv[1:3])
+    end_with_parent(parent)
+    answers = own_stdout()
+
+    def say(data: dict[str, Any]) -> None:
+        print(json.dumps(data, default=str), file=answers, flush=True)
+
+    def watch(taken: int, of: int) -> None:
+        say({"samples": [taken, of]})
+
+    say({"ready": os.getpid()})
+    if threads:
+        import drjit
+
+        drjit.set_thread_count(threads)
+    for line in sys.stdin:
+        say(answer({**json.loads(line), "watch": watch}, render))
+
+
+if __name__ == "__main__":
+    serve()
