@@ -3,7 +3,7 @@
 ``python -m bench.calibrate.leaf_overlap [MODELS…]`` prints the overlaps that ``scenes.models.trees.species_tables`` and
 ``scenes.rig.build`` tell, level by level, of trees in leaf and bare, and of people and animals at
 rest: while the parts of a level show a quarter, a half and three quarters of themselves, as when
-they fade (``lod.fade``), the whole is to cover as much on average as with none and with all of
+they fade (``lod.pruning.crossfade``), the whole is to cover as much on average as with none and with all of
 them. After it: the cover with none and with all, over that of full detail; and in between over what
 it is to be, without overlap and with.
 """
@@ -15,8 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from bench.calibrate.leaf_light import ELEVATIONS_DEG, SIDES_DEG
-from lod.fade import blended
-from lod.parts import Look
+from lod.pruning.crossfade import blended
+from lod.pruning.parts import Look
 from scenes.far_cover.stand_appearance import toward
 from scenes.field.part_tables import Atlas
 from scenes.models.animals.catalogue import KINDS

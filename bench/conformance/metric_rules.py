@@ -9,7 +9,7 @@ from bench.conformance.rows import few
 from bench.conformance.rules import Rule, Subject, agrees_with_brute_force, limits_never_grow
 from bench.conformance.rules import same_seed_same_bytes as same_bytes
 from lod.camera import Corner, look
-from lod.metric import Metric
+from lod.metric.family import Metric
 from scenes.field.species_field import Species, SpeciesField
 from scenes.models.catalogue import made
 from scenes.plugins.entry_points import metric_named

@@ -5,10 +5,10 @@ from dataclasses import fields
 
 import numpy as np
 
-from lod.fade import looks
-from lod.parts import Look, Parts, Representation, Sticks, Triangles
-from lod.prune import prune
-from lod.view import View
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Look, Parts, Representation, Sticks, Triangles
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 
 _WIDTHS = {"position": 3, "centre": 3, "start": 3, "end": 3, "tints": 3}
 _WIDTHS |= {"vertices": 3, "normals": 3, "colours": 3, "faces": 3, "glows": 3}

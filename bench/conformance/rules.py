@@ -1,7 +1,7 @@
 """One suite of rules for every representation, those of others included (DESIGN §2).
 
 The pruner, the renderer and the law ask nothing of a representation but the protocol
-(``lod.parts.Representation``); whatever keeps these rules can be put in a scene. A rule is a
+(``lod.pruning.parts.Representation``); whatever keeps these rules can be put in a scene. A rule is a
 generator: it yields one line for each thing it finds wrong, and nothing where all is well.
 """
 
@@ -24,10 +24,10 @@ from bench.conformance.rows import (
 )
 from lod.camera import Camera
 from lod.errors import InputError
-from lod.metric import METRICS
-from lod.parts import Moving, Parts, Representation, Triangles
-from lod.prune import displayed, prune, prune_by_level
-from lod.view import View, in_view
+from lod.metric.family import METRICS
+from lod.pruning.parts import Moving, Parts, Representation, Triangles
+from lod.pruning.pruner import displayed, prune, prune_by_level
+from lod.pruning.view import View, in_view
 from scenes.plugins.entry_points import metric_named
 
 TIMES_S = (0.0, 0.37, 41.9)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lod.fade import looks
-from lod.law import chained_limits, disc_areas, expected, variance
-from lod.law_ground import Moments, moments, polar_net, reach_of
-from lod.parts import Triangles
-from lod.prune import Cut, prune
-from lod.view import View
+from lod.law.flat_ground import chained_limits, disc_areas, expected, variance
+from lod.law.uneven_ground import Moments, moments, polar_net, reach_of
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Triangles
+from lod.pruning.pruner import Cut, prune
+from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.world.world import World
 

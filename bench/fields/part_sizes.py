@@ -18,12 +18,12 @@ from bench.fields.scene import FLAT, prototypes_of
 from bench.records.records import Point
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, look
-from lod.contrast import CONTRAST_CLASSES
-from lod.law import chained_limits, disc_areas
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.sight import Sight
-from lod.view import View, distance
+from lod.law.flat_ground import chained_limits, disc_areas
+from lod.metric.family import METRICS
+from lod.pruning.pruner import prune
+from lod.pruning.view import View, distance
+from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.viewer import Sight
 from scenes.field.species_field import Species, SpeciesField
 from scenes.sticks.prototype import Prototype
 

@@ -6,11 +6,11 @@ from functools import lru_cache
 import numpy as np
 
 from bench.fields.cases import Case
-from lod.air import Air, least_extinction
+from lod.atmosphere.air import Air, least_extinction
 from lod.camera import Corner, look
-from lod.cascade import Widths
-from lod.sight import Sight
-from lod.view import View
+from lod.pruning.view import View
+from lod.vision.blur_cascade import Widths
+from lod.vision.viewer import Sight
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.figure import figure_prototypes
 from scenes.models.trees.tree import tree_prototypes

@@ -17,8 +17,8 @@ import click
 import numpy as np
 
 from bench.cli.output import table
-from lod.parts import Sticks
-from lod.view import View, in_view
+from lod.pruning.parts import Sticks
+from lod.pruning.view import View, in_view
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import FrameInput, Quality, Visible
 from scenes.preset.load import Preset, load_preset

@@ -25,10 +25,10 @@ from bench.cli.output import table
 from bench.records.provenance import provenance
 from bench.statistics.estimates import median
 from lod.camera import Corner, look
-from lod.fade import looks
-from lod.parts import Look
-from lod.prune import Cut, prune
-from lod.view import View
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Look
+from lod.pruning.pruner import Cut, prune
+from lod.pruning.view import View
 from scenes.field.species_field import Species, SpeciesField
 from scenes.models.catalogue import people
 from scenes.plugins.entry_points import metric_named

@@ -18,8 +18,8 @@ import numpy as np
 from bench.cli.output import table
 from bench.statistics.estimates import median
 from bench.studies.speed import scene
-from lod.parts import Representation
-from lod.prune import prune
+from lod.pruning.parts import Representation
+from lod.pruning.pruner import prune
 from scenes.field.species_field import SpeciesField
 from scenes.reuse.field_reuse import Hold, cut_after
 from scenes.reuse.terrain_reuse import Boxes, ground_after

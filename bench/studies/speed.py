@@ -24,10 +24,10 @@ import psutil
 from bench.cli.output import table
 from bench.statistics.estimates import Estimate, median
 from bench.studies.posing import interleaved
-from lod.comparison import vantage_of
-from lod.fade import looks
-from lod.prune import prune
-from lod.view import View
+from lod.pruning.compiled_test import vantage_of
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import walk
 from scenes.field.traversal_tables import limits_of

@@ -18,11 +18,11 @@ from numba import njit
 
 from bench.cli.output import table
 from lod.camera import Camera
-from lod.fade import looks
-from lod.metric import METRICS
-from lod.parts import Triangles
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Triangles
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.preset.load import load_preset
 from scenes.terrain.terrain import Terrain
 from scenes.world.camera_path import camera_at

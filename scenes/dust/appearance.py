@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lod.arrays import Ints
-from lod.parts import Parts
+from lod.pruning.parts import Parts
 from scenes.dust.footfalls import Footfalls, Legs, Walks, footfalls, struck
 from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, SPARK, WISPS, WISPS_EACH
 from scenes.dust.ids import fallen, grain_name, name, named, wisp_name

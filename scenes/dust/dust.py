@@ -24,10 +24,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from lod.comparison import vantage_of
-from lod.hierarchy import Hierarchy
-from lod.parts import Look, Parts, Sticks
-from lod.view import View, reach
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.compiled_test import vantage_of
+from lod.pruning.parts import Look, Parts, Sticks
+from lod.pruning.view import View, reach
 from scenes.dust import growth
 from scenes.dust.appearance import Scene, drawn, grains_in, puffs_of, wisps_in
 from scenes.dust.footfalls import Legs, Walks, fastest, keys

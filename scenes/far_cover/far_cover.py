@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Points, Reals
-from lod.cover import (
+from lod.canopy.gap_fraction import (
     LEAST_LIGHT,
     cover_depths,
     covered_share,
@@ -18,9 +18,9 @@ from lod.cover import (
     kinds_met,
     missing_share,
 )
-from lod.hierarchy import Hierarchy
-from lod.smear import smears
-from lod.view import View, distance
+from lod.metric.hierarchy import Hierarchy
+from lod.motion.image_motion import smears
+from lod.pruning.view import View, distance
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, TURNS_DEG, Stand, stand_of
 from scenes.field.species_field import Species

@@ -14,7 +14,7 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints
-from lod.runs import in_runs
+from lod.threads import in_runs
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_rays import StandField, meet_stand
 

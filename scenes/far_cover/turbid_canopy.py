@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Reals
-from lod.canopy import BARE, Canopy
+from lod.canopy.turbid_medium import BARE, Canopy
 from scenes.far_cover.stand_appearance import Kind, bare_of
 from scenes.field.species_field import Species
 from scenes.sticks.table import StickTable

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from lod.camera import Corner
-from lod.comparison import vantage_of
 from lod.errors import InputError
-from lod.view import View, reach
+from lod.pruning.compiled_test import vantage_of
+from lod.pruning.view import View, reach
 from scenes.field.poisson_cells import PoissonCells, cells_near
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals
-from lod.view import View
+from lod.pruning.view import View
 from scenes.field.part_tables import Atlas
 from scenes.field.traversal_tables import Slots
 from scenes.rig.rigged_prototype import RiggedPrototype

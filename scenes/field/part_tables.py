@@ -9,11 +9,11 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import freeze
-from lod.hierarchy import Hierarchy
-from lod.parts import Look
-from lod.runs import in_runs
-from lod.thinning import stands_for
-from lod.view import View
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.area_scaling import stands_for
+from lod.pruning.parts import Look
+from lod.pruning.view import View
+from lod.threads import in_runs
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.view_dependence import (

@@ -7,9 +7,9 @@ from functools import cached_property, partial
 import numpy as np
 
 from lod.camera import GRID_M, Corner
-from lod.parts import Look, Parts, Sticks
-from lod.prune import Cut
-from lod.view import View
+from lod.pruning.parts import Look, Parts, Sticks
+from lod.pruning.pruner import Cut
+from lod.pruning.view import View
 from scenes.field.posed_species import Objects, Troupe, troupe_of
 from scenes.field.species_field import Ground
 from scenes.rig.foot_placement import bodies_on

@@ -11,7 +11,7 @@ from scipy.stats import poisson
 
 from lod.arrays import freeze
 from lod.camera import Corner
-from lod.comparison import Vantage, into_view, sees, slack
+from lod.pruning.compiled_test import Vantage, into_view, sees, slack
 from scenes.noise.philox import philox, unit, word_of
 
 _MEAN_PER_CELL = 2.0
@@ -108,7 +108,7 @@ class PoissonCells:
 
         What is beyond every limit is turned away by its place and prototype alone.
         held: (cells, 4) takes of each cell how many of its objects are in the window, how many
-            could be displayed, and the slack of all that (``lod.comparison.slack``)
+            could be displayed, and the slack of all that (``lod.pruning.compiled_test.slack``)
         """
         key = np.uint64(self.seed), word_of(self.name)
         count = _counts(cell_x, cell_y, *key, self._cumulative)

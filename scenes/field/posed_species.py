@@ -9,10 +9,10 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Reals, freeze
-from lod.parts import Look, Parts, Sticks
-from lod.prune import Cut
-from lod.smear import smears
-from lod.view import View
+from lod.motion.image_motion import smears
+from lod.pruning.parts import Look, Parts, Sticks
+from lod.pruning.pruner import Cut
+from lod.pruning.view import View
 from scenes.field.ground_contact_detail import foot_parts, heed, heed_slack
 from scenes.field.part_tables import Atlas
 from scenes.field.stick_emission import emit
@@ -30,7 +30,7 @@ class Objects:
     """The objects of one frame that were examined: as they stand, and what they are elsewhere.
 
     bodies: place, heading, prototype and phase of each; draws: whatever identifies them (n rows)
-    smear:  (n,) how much motion hides of each, on the scale of lod.exposure
+    smear:  (n,) how much motion hides of each, on the scale of lod.motion.shutter
     """
 
     bodies: Bodies

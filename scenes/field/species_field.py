@@ -12,11 +12,11 @@ import numpy as np
 
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
-from lod.comparison import vantage_of
 from lod.errors import InputError
-from lod.parts import Look, Parts, Sticks
-from lod.prune import Cut
-from lod.view import View, reach
+from lod.pruning.compiled_test import vantage_of
+from lod.pruning.parts import Look, Parts, Sticks
+from lod.pruning.pruner import Cut
+from lod.pruning.view import View, reach
 from scenes.field.cell_search import cells_near_view, search
 from scenes.field.habitat import Habitat
 from scenes.field.poisson_cells import Draws, Near, PoissonCells

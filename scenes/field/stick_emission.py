@@ -1,7 +1,7 @@
 """Sticks of displayed parts, posed and laid out in one compiled walk.
 
 What ``rig_pose.pose_sticks`` gives, with radii that cover each stick's share of its area
-(``lod.thinning``). Positions are float64 up to the renderer's door.
+(``lod.pruning.area_scaling``). Positions are float64 up to the renderer's door.
 """
 
 import math
@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints
-from lod.parts import Sticks
-from lod.runs import in_runs
-from lod.thinning import thinning
+from lod.pruning.area_scaling import thinning
+from lod.pruning.parts import Sticks
+from lod.threads import in_runs
 from scenes.field.part_tables import Atlas, Displayed
 from scenes.rig.pose import at_point, matrix, pose_wanted, scratch, stand, want
 from scenes.rig.pose_tables import Bodies, Cast

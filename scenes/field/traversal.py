@@ -15,9 +15,17 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lod.comparison import Vantage, distance_to, into_view, passes, sees, slack, vantage_of
-from lod.runs import in_runs
-from lod.view import View
+from lod.pruning.compiled_test import (
+    Vantage,
+    distance_to,
+    into_view,
+    passes,
+    sees,
+    slack,
+    vantage_of,
+)
+from lod.pruning.view import View
+from lod.threads import in_runs
 from scenes.field.poisson_cells import NOT_HELD
 from scenes.field.traversal_tables import Slots
 from scenes.rig.pose import (
@@ -46,7 +54,7 @@ class Held(NamedTuple):
     """For how long what is found of objects holds.
 
     objects (n, 4) takes of each how many of its parts are displayed and examined, and the slack of
-            all of them (``lod.comparison.slack``) [m]
+            all of them (``lod.pruning.compiled_test.slack``) [m]
     still   whether they stay as they are; else only what is decided before anything is posed holds
     lift    how far up or down where they stand may go meanwhile [m]
     least   slack that is of no use, and not worth working out [m]

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.hierarchy import Hierarchy
-from lod.view import View
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.view import View
 from scenes.field.part_tables import Atlas
 
 _ROUNDING_M = 1e-6

@@ -8,12 +8,12 @@ from functools import partial
 import numpy as np
 
 from lod.camera import Camera
-from lod.fade import looks
-from lod.parts import Look, Moving, Parts, Representation, Sticks, Triangles
-from lod.prune import Cut, prune
-from lod.schedule import Drawn, Posed, due_in, frames_before, kept_of, past, replayed
-from lod.smear import eye_from
-from lod.view import View
+from lod.motion.image_motion import eye_from
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Look, Moving, Parts, Representation, Sticks, Triangles
+from lod.pruning.pruner import Cut, prune
+from lod.pruning.update_schedule import Drawn, Posed, due_in, frames_before, kept_of, past, replayed
+from lod.pruning.view import View
 from scenes.far_cover.turbid_canopy import canopy_of
 from scenes.field.species_field import SpeciesField
 from scenes.frame.types import Extras, FileForm, FrameInput, Instant, Light, Quality, Visible

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lod.air import Air
 from lod.arrays import freeze
+from lod.atmosphere.air import Air
 from lod.camera import Camera
-from lod.canopy import BARE, Canopy
+from lod.canopy.turbid_medium import BARE, Canopy
 from lod.errors import InputError
-from lod.parts import Sticks, Triangles
-from lod.prune import Cut
+from lod.pruning.parts import Sticks, Triangles
+from lod.pruning.pruner import Cut
 
 SKY_Z = np.float32(1e10)
 """Z of the sky [m]: farther than anything, finite, exact to read in every program."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Reals
-from lod.quaternion_arrays import rotated
+from lod.rotations import rotated
 from scenes.gait.foot_path import Leg, contacts_of
 from scenes.gait.gait import Gait
 from scenes.rig.rig import RiggedSticks

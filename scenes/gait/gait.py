@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.errors import InputError
-from lod.quaternion_arrays import products, rotated
+from lod.rotations import products, rotated
 from scenes.gait.foot_path import Contacts, Leg, contacts_of, foot_path, sole_of
 from scenes.rig.build import side_of
 from scenes.rig.footprints import Feet

@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from lod.arrays import Points
-from lod.quaternion_arrays import products
+from lod.rotations import products
 from scenes.gait.contact_errors import finest
 from scenes.gait.foot_path import contacts_of
 from scenes.rig.foot_placement import bodies_on

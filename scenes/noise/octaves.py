@@ -12,7 +12,7 @@ from numba import njit
 
 from lod.arrays import Reals
 from lod.camera import STEP_M, Corner
-from lod.runs import in_runs
+from lod.threads import in_runs
 from scenes.noise.lattice import cell_at, lattice_bits, slopes_in, twin_cells_at, value_in
 from scenes.noise.partial_sums import SoFar
 

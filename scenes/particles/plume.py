@@ -25,9 +25,9 @@ from jaxtyping import Float64, Int64
 from lod.arrays import Ints, Points, Reals
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
-from lod.hierarchy import Hierarchy
-from lod.parts import Look, Parts, Sticks, Triangles
-from lod.view import View
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.parts import Look, Parts, Sticks, Triangles
+from lod.pruning.view import View
 from scenes.field.species_field import Ground
 from scenes.particles.growth import LARGEST, Growth, Puffs
 from scenes.particles.kinds import STAND_INS, Kind

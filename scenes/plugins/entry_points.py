@@ -1,6 +1,6 @@
 """What other packages bring, by entry points: metrics and representations.
 
-A package names its metrics (``lod.metric.Metric``) in the group ``lodbench.metrics``, and what
+A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, and what
 makes its representations (``scenes.plugins.representation.Offer``) in ``lodbench.representations``. It is imported
 when something of it is asked for, so that one that is broken is in nobody else's way.
 """
@@ -13,7 +13,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from lod.errors import InputError
-from lod.metric import METRICS, Metric
+from lod.metric.family import METRICS, Metric
 
 METRIC, REPRESENTATION = "lodbench.metrics", "lodbench.representations"
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
-from lod.comparison import into_view, vantage_of
-from lod.view import View
+from lod.pruning.compiled_test import into_view, vantage_of
+from lod.pruning.view import View
 from scenes.field.poisson_cells import Draws, away_at_least, away_in_plan, near_enough
 from scenes.field.species_field import SpeciesField
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.camera import Corner
-from lod.parts import Look, Parts, Triangles
-from lod.prune import Cut, prune_by_level
-from lod.view import View
+from lod.pruning.parts import Look, Parts, Triangles
+from lod.pruning.pruner import Cut, prune_by_level
+from lod.pruning.view import View
 from scenes.terrain.point_cache import Shelf
 from scenes.terrain.quadtree import Squares
 from scenes.terrain.terrain import Terrain, TileGrid

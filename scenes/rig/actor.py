@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lod.actor import Actor, CompoundActor, SimpleActor
-from lod.actor_arrays import compile_actor
-from lod.joint import HERE, Limits, RevoluteJoint
-from lod.quaternion import Quaternion, VectorLike, vector
-from lod.stick import NOTHING, Appearance, Bundle, Stick
+from lod.actors.actor import Actor, CompoundActor, SimpleActor
+from lod.actors.appearance import NOTHING, Appearance, Bundle, Stick
+from lod.actors.compile import compile_actor
+from lod.actors.joint import HERE, Limits, RevoluteJoint
+from lod.actors.quaternion import Quaternion, VectorLike, vector
 from scenes.gait.contact_errors import finest
 from scenes.rig.keyframes import still
 from scenes.rig.rig import Rig

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Points
-from lod.runs import in_runs
+from lod.threads import in_runs
 from scenes.rig.foot_ik import plant_leg
 from scenes.rig.leg_ik import face
 from scenes.rig.pose_tables import Bodies as Bodies

@@ -15,7 +15,7 @@ from numba import njit
 
 from lod.arrays import Flags, Ints, Points, freeze
 from lod.errors import InputError
-from lod.quaternion_arrays import rotated
+from lod.rotations import rotated
 from scenes.rig.rotations import Turns, Vectors, degrees_of, times, turn, turns_of
 from scenes.sticks.table import StickTable
 

@@ -10,7 +10,7 @@
     B           the greater of the extent of the part and, over its parts, separation + B of the
         part
 
-An only part that is no smaller than its whole is one with it (``lod.as_one``): its origin is that
+An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its origin is that
 of the whole, and the two share the greater P and R.
 
 "Over all poses" is the bound of ``rig_reach``: never exceeded, and reached within a few per cent.
@@ -23,9 +23,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals, freeze
-from lod.as_one import first_of_one, shared
 from lod.errors import InputError
-from lod.hierarchy import Hierarchy
+from lod.metric.hierarchy import Hierarchy
+from lod.metric.tied_levels import first_of_one, shared
 from scenes.rig.keyframes import Motion, still
 from scenes.rig.reach_bound import farthest
 from scenes.rig.rig import Rig, RiggedSticks, placed

@@ -2,7 +2,7 @@
 are limited in.
 
 A joint's angles turn it about x first, then y, then z of its parent: R = Rz·Ry·Rx (as
-``figure_tables``). Products combine from the right, as in ``lod.quaternion``: p·q turns by q first.
+``figure_tables``). Products combine from the right, as in ``lod.actors.quaternion``: p·q turns by q first.
 Compiled scalars are for the walks of ``rig_pose``; arrays for everything else.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.quaternion_arrays import rotated
+from lod.rotations import rotated
 
 Turns = Float64[np.ndarray, "... 4"]
 Vectors = Float64[np.ndarray, "... 3"]

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals
-from lod.contrast import contrast_class, inherent_contrast
+from lod.vision.contrast import contrast_class, inherent_contrast
 from scenes.sticks.outline_area import mean_outline_areas
 from scenes.sticks.table import StickTable
 

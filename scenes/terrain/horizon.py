@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Points, freeze
-from lod.view import View
+from lod.pruning.view import View
 from scenes.terrain.relief import Relief
 
 COLUMN_PX = 12.0

@@ -17,9 +17,9 @@ import math
 import numpy as np
 
 from lod.arrays import Reals
-from lod.metric import blake
-from lod.sight import seen_limits
-from lod.view import View
+from lod.metric.family import blake
+from lod.pruning.view import View
+from lod.vision.viewer import seen_limits
 from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.relief import Relief
 

@@ -18,9 +18,9 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
-from lod.parts import Triangles
-from lod.runs import in_runs
-from lod.view import View, distance
+from lod.pruning.parts import Triangles
+from lod.pruning.view import View, distance
+from lod.threads import in_runs
 from scenes.noise.partial_sums import SoFar
 from scenes.terrain.colour import Cover, ground_colours
 from scenes.terrain.geomorph import Places, blended, lineage, names_of

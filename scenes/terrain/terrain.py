@@ -22,8 +22,8 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals, frozen
 from lod.camera import Corner
 from lod.errors import InputError
-from lod.parts import Look, Parts, Triangles
-from lod.view import View
+from lod.pruning.parts import Look, Parts, Triangles
+from lod.pruning.view import View
 from scenes.terrain.colour import COVERS
 from scenes.terrain.horizon import Horizon, beside, horizon
 from scenes.terrain.limits import limits, sizes

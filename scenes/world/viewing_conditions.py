@@ -2,12 +2,12 @@
 
 import math
 
-from lod.air import Air, least_extinction
+from lod.atmosphere.air import Air, least_extinction
+from lod.atmosphere.mist import Mist
 from lod.camera import Camera
-from lod.cascade import widths_seen
-from lod.eye import Display, Eye
-from lod.mist import Mist
-from lod.sight import Sight
+from lod.vision.blur_cascade import widths_seen
+from lod.vision.eye import Display, Eye
+from lod.vision.viewer import Sight
 from scenes.preset.load import Preset
 
 _ARCSECOND = math.radians(1 / 3600)

@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
-from lod.exposure import Exposure
-from lod.parts import Representation
-from lod.view import View
-from lod.window import blurred_s
+from lod.motion.shutter import Exposure
+from lod.motion.window_of_visibility import blurred_s
+from lod.pruning.parts import Representation
+from lod.pruning.view import View
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.far_cover.far_cover import FarCover

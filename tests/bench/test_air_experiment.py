@@ -11,7 +11,7 @@ from bench.experiments.air.measure import delta_e
 from bench.experiments.air.targets import order
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from lod.air import Air, rgb_extinction
+from lod.atmosphere.air import Air, rgb_extinction
 
 
 def targets(way="jit", factor=1.0, visibility=5e3):

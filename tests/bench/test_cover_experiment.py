@@ -13,9 +13,9 @@ from bench.experiments.cover.scene import LOOKS, Case, cases, displayed, preset_
 from bench.experiments.registry import EXPERIMENTS
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.view import in_view
+from lod.metric.family import METRICS
+from lod.pruning.pruner import prune
+from lod.pruning.view import in_view
 from scenes.frame.types import Layers
 from scenes.world.world import build_world, view_at
 

@@ -37,8 +37,8 @@ from bench.report.write import write_report
 from bench.statistics.estimates import median
 from lod.camera import Corner, look
 from lod.errors import InputError
-from lod.parts import Parts, Sticks
-from lod.prune import prune
+from lod.pruning.parts import Parts, Sticks
+from lod.pruning.pruner import prune
 
 SMALL = Effort(poses=6, distances=8, repeats=8, posed=3)
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from bench.statistics.excess_flip import FLOOR, LEAST_PAIRS, excess_flip, mean_flip
-from lod.air import CLEAR
-from lod.prune import prune
+from lod.atmosphere.air import CLEAR
+from lod.pruning.pruner import prune
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
 from scenes.world.world import build_world, view_at

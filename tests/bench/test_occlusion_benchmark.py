@@ -5,9 +5,9 @@ from functools import lru_cache
 import numpy as np
 
 from bench.studies.occlusion import seen_of, without
-from lod.fade import looks
-from lod.prune import prune
-from lod.view import in_view
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import in_view
 from scenes.frame.types import Visible
 from scenes.preset.load import preset_from
 from scenes.world.world import build_world, view_at

@@ -13,8 +13,8 @@ from bench.fields.part_sizes import camera
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
 from bench.statistics.estimates import quantile
-from lod.metric import METRICS
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.view import View
 
 VIEW = View(camera(640), METRICS["blake"], look_around=True)
 THETA = VIEW.camera.pixel_angle

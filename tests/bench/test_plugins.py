@@ -20,8 +20,8 @@ from bench.records.provenance import provenance
 from bench.runner.journal import sources
 from bench.statistics.sample_size import Effort
 from lod.errors import InputError
-from lod.metric import METRICS, Metric
-from lod.prune import prune
+from lod.metric.family import METRICS, Metric
+from lod.pruning.pruner import prune
 from scenes.plugins import entry_points as plugins
 from scenes.plugins.representation import offer_named
 from scenes.preset.load import load_preset

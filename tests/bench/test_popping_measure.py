@@ -10,10 +10,10 @@ from bench.experiments.popping.silhouettes import LUMINANCE, silhouettes
 from bench.experiments.popping.unexplained_change import Frame, Seen, popped, walk
 from bench.studies.popping_film import MOST, settings_of
 from lod.camera import Corner, look
-from lod.fade import looks
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.frame.frame_input import Shown
 from scenes.frame.types import Light, Quality

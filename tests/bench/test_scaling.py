@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import lod.metric
-import lod.view
+import lod.metric.family
+import lod.pruning.view
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import count_field as scaling_measure
 from bench.experiments.scaling import measure as scaling
@@ -20,8 +20,8 @@ from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case, cases
 from bench.fields.scene import prototypes_of, view_of
 from bench.records.records import Point, read_record, write_record
 from bench.statistics.sample_size import Effort, sample, worst_error
-from lod.law import chained_limits
-from lod.metric import METRICS
+from lod.law.flat_ground import chained_limits
+from lod.metric.family import METRICS
 
 SMALL = Case("density", "figure", "blake", density=0.01, detail=20.0)
 FIGURES = [case for case in cases() if case.species == "figure"]
@@ -101,8 +101,8 @@ def test_predictions_owe_nothing_to_the_pruner(monkeypatch):
     def broken(*_):
         raise AssertionError("the pruner's limits were asked for")
 
-    monkeypatch.setattr(lod.metric, "limit_distances", broken)
-    monkeypatch.setattr(lod.view, "limit_distances", broken)
+    monkeypatch.setattr(lod.metric.family, "limit_distances", broken)
+    monkeypatch.setattr(lod.pruning.view, "limit_distances", broken)
     assert predict(SMALL).parts > predict(SMALL).objects > 0
 
 

@@ -9,8 +9,8 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.fields import part_sizes as sight_measure
 from bench.fields.part_sizes import SIZES, prototypes_with, size_class, total
 from bench.statistics.estimates import share
-from lod.contrast import CONTRAST_CLASSES
 from lod.errors import InputError
+from lod.vision.contrast import CONTRAST_CLASSES
 
 
 @pytest.fixture(scope="module")

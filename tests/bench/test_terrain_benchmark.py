@@ -6,9 +6,9 @@ from click.testing import CliRunner
 
 from bench.studies.terrain_skyline import main, skyline, slice_of
 from lod.camera import Corner, look
-from lod.metric import METRICS
-from lod.parts import Triangles
-from lod.view import View, in_view
+from lod.metric.family import METRICS
+from lod.pruning.parts import Triangles
+from lod.pruning.view import View, in_view
 
 
 def test_the_skyline_of_a_gable_is_its_outline():

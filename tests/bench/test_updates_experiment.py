@@ -10,7 +10,7 @@ from bench.experiments.updates import measure as updates_experiment
 from bench.experiments.updates import plots as updates_plots
 from bench.experiments.updates.claims import judge, off_px, redrawn
 from bench.experiments.updates.measure import BUDGET, CROWD, MOVES, SPEEDS, THRESHOLDS
-from lod.schedule import WINDOW
+from lod.pruning.update_schedule import WINDOW
 from scenes.preset.load import load_preset
 from scenes.world.world import build_world
 

@@ -6,16 +6,16 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from lod.actor import Actor, CompoundActor, PositionableObject, SimpleActor
-from lod.actor_camera import Camera
+from lod.actors.actor import Actor, CompoundActor, PositionableObject, SimpleActor
+from lod.actors.appearance import Bundle, Stick
+from lod.actors.camera import Camera
+from lod.actors.dispatch import changing, query
+from lod.actors.joint import HERE, Limits, RevoluteJoint
+from lod.actors.message import Answer, Message, Refusal, Refused, ask, change
+from lod.actors.object_with_parts import ObjectWithParts
+from lod.actors.quaternion import NORTH, UP, components, rotate, rotation
 from lod.camera import look, split
 from lod.errors import InputError
-from lod.joint import HERE, Limits, RevoluteJoint
-from lod.message import Answer, Message, Refusal, Refused, ask, change
-from lod.quaternion import NORTH, UP, components, rotate, rotation
-from lod.stick import Bundle, Stick
-from lod.understood import changing, query
-from lod.whole import ObjectWithParts
 
 SHIN = Stick((0, 0, 0), (0, 0, -0.4), 0.05, 0.04)
 STUMP = Stick((0, 0, 0), (0, 0, -0.5), 0.05, 0.04)

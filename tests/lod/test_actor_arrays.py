@@ -3,16 +3,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.actor import CompoundActor, SimpleActor
-from lod.actor_arrays import compile_actor, posed
-from lod.actor_camera import Camera
+from lod.actors.actor import CompoundActor, SimpleActor
+from lod.actors.appearance import Bundle, Stick
+from lod.actors.camera import Camera
+from lod.actors.compile import compile_actor, posed
+from lod.actors.dispatch import query
+from lod.actors.joint import Limits, RevoluteJoint
+from lod.actors.message import Refused, change
+from lod.actors.quaternion import UP, rotation
 from lod.errors import InputError
-from lod.joint import Limits, RevoluteJoint
-from lod.message import Refused, change
-from lod.quaternion import UP, rotation
-from lod.quaternion_arrays import rotated
-from lod.stick import Bundle, Stick
-from lod.understood import query
+from lod.rotations import rotated
 
 RED, GREY = (0.8, 0.1, 0.1), (0.5, 0.5, 0.5)
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from lod.air import (
+from lod.atmosphere.air import (
     CLEAR,
     Air,
     extinction,
@@ -15,15 +15,15 @@ from lod.air import (
     optical_depth,
     rgb_extinction,
 )
-from lod.errors import InputError
-from lod.extinction import (
+from lod.atmosphere.extinction import (
     angstrom_exponent,
     extinction_of_visibility,
     rayleigh_extinction,
     visibility_of_extinction,
 )
-from lod.mist import Mist, depth_beyond, mean_share, mist_extinction
-from lod.rgb_bands import rgb_wavelengths
+from lod.atmosphere.mist import Mist, depth_beyond, mean_share, mist_extinction
+from lod.atmosphere.rgb_bands import rgb_wavelengths
+from lod.errors import InputError
 
 GREEN = np.array([550.0])
 VISIBILITY = st.floats(math.log(50), math.log(3e5)).map(math.exp)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.as_one import first_of_one, shared
-from lod.metric import METRICS, limit_distances
+from lod.metric.family import METRICS, limit_distances
+from lod.metric.tied_levels import first_of_one, shared
 from scenes.sticks.prototype import assemble
 from scenes.sticks.table import StickTable
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.budget import ENOUGH, MOST_PRUNES, fitting_detail
 from lod.errors import InputError
+from lod.pruning.detail_for_budget import ENOUGH, MOST_PRUNES, fitting_detail
 
 
 @given(

@@ -6,9 +6,16 @@ from colour.contrast import optical_MTF_Barten1999
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.cascade import FULL_WIDTH, Widths, eye_width, transfer, turbulence_width, widths_seen
 from lod.errors import InputError
-from lod.eye import Display, Eye, optical_sigma
+from lod.vision.blur_cascade import (
+    FULL_WIDTH,
+    Widths,
+    eye_width,
+    transfer,
+    turbulence_width,
+    widths_seen,
+)
+from lod.vision.eye import Display, Eye, optical_sigma
 
 ANGLE = st.floats(1e-6, 1e-2)
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lod.actor import CompoundActor, SimpleActor
+from lod.actors.actor import CompoundActor, SimpleActor
+from lod.actors.dispatch import changing
+from lod.actors.joint import RevoluteJoint
+from lod.actors.message import Action, Answer, Message, Refusal, ask, change
 from lod.errors import InputError
-from lod.joint import RevoluteJoint
-from lod.message import Action, Answer, Message, Refusal, ask, change
-from lod.understood import changing
 
 # Unlike one another, so that a name with one letter wrong is still nearest to itself.
 NAMES = "torso chest hand forearm big-toe skull knee liver whisker tail fin eyelid".split()

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.contrast import CONTRAST_CLASSES, contrast_class, inherent_contrast
 from lod.errors import InputError
+from lod.vision.contrast import CONTRAST_CLASSES, contrast_class, inherent_contrast
 
 LUMINANCE = st.floats(0, 1e4)
 

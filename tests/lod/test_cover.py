@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.cover import (
+from lod.canopy.gap_fraction import (
     cover_depths,
     covered_share,
     irradiance_on,

@@ -9,8 +9,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
-from lod.exposure import EASE, STEPS, Exposure, growth
-from lod.smear import smears
+from lod.motion.image_motion import smears
+from lod.motion.shutter import EASE, STEPS, Exposure, growth
 
 HERE = Corner(0, 0)
 THETA = 1e-3

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from lod.eye import BARS, Display, Eye, envelope, optical_sigma, sensitivity, sensitivity_at
+from lod.vision.eye import BARS, Display, Eye, envelope, optical_sigma, sensitivity, sensitivity_at
 
 DISPLAYS = st.builds(Display, st.floats(20, 120), st.floats(0.1, 1000), st.floats(5, 100))
 EYES = st.builds(Eye, st.floats(0.2, 2), st.floats(0, 0.2), st.floats(1, 6))

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, look
 from lod.errors import InputError
-from lod.fade import looks, shown_shares
-from lod.metric import METRICS
-from lod.parts import Parts
-from lod.prune import Cut, cut_of
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks, shown_shares
+from lod.pruning.parts import Parts
+from lod.pruning.pruner import Cut, cut_of
+from lod.pruning.view import View
 
 CAMERA = look(Corner(0, 0), np.zeros(3), 0.0, 0.0, 60.0, (64, 36))
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from lod.hierarchy import Hierarchy
+from lod.metric.hierarchy import Hierarchy
 
 
 def chain(**changes):

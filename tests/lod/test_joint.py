@@ -3,9 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.errors import InputError
-from lod.joint import HERE, Limits, RevoluteJoint
-from lod.quaternion import (
+from lod.actors.joint import HERE, Limits, RevoluteJoint
+from lod.actors.quaternion import (
     NORTH,
     UP,
     Quaternion,
@@ -16,6 +15,7 @@ from lod.quaternion import (
     rotation,
     unit,
 )
+from lod.errors import InputError
 
 numbers = st.floats(-10, 10, allow_subnormal=False)
 quaternions = st.builds(Quaternion, numbers, numbers, numbers, numbers)

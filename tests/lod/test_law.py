@@ -5,17 +5,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import lod.metric
+import lod.metric.family
 from lod.camera import Corner, look
-from lod.cascade import Widths
-from lod.contrast import CONTRAST_CLASSES
-from lod.hierarchy import Hierarchy
-from lod.law import chained_limits, disc_areas, expected, variance
-from lod.law_ground import moments, polar_net, reach_of
-from lod.metric import METRICS, limit_distances
-from lod.sight import Sight
-from lod.view import View
-from lod.weighted_distance import WeightedDistance
+from lod.law.flat_ground import chained_limits, disc_areas, expected, variance
+from lod.law.uneven_ground import moments, polar_net, reach_of
+from lod.metric.family import METRICS, limit_distances
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.view import View
+from lod.vision.blur_cascade import Widths
+from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.viewer import Sight
+from lod.vision.weighted_distance import WeightedDistance
 
 AREAS = st.lists(st.floats(0, 1e6), min_size=1, max_size=30).map(np.array)
 
@@ -79,7 +79,7 @@ def test_the_law_does_not_ask_the_pruner_how_far_one_sees(monkeypatch):
     before = chained_limits(tree, METRICS["blake"], 0.01, sight)
     assert (before < chained_limits(tree, METRICS["blake"], 0.01)).any()
     monkeypatch.setattr(WeightedDistance, "unweight", lambda *_: 1 / 0)
-    monkeypatch.setattr(lod.metric, "seen_limits", lambda *_: 1 / 0)
+    monkeypatch.setattr(lod.metric.family, "seen_limits", lambda *_: 1 / 0)
     assert (chained_limits(tree, METRICS["blake"], 0.01, sight) == before).all()
 
 

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.hierarchy import Hierarchy
-from lod.metric import METRICS, limit_distances
+from lod.metric.family import METRICS, limit_distances
+from lod.metric.hierarchy import Hierarchy
 
 SIZES = st.floats(1e-3, 1e3)
 

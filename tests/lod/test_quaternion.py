@@ -8,9 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from lod import quaternion_arrays
-from lod.errors import InputError
-from lod.quaternion import (
+from lod import rotations as quaternion_arrays
+from lod.actors.quaternion import (
     AS_IT_IS,
     EAST,
     NORTH,
@@ -28,6 +27,7 @@ from lod.quaternion import (
     unit,
     vector_part,
 )
+from lod.errors import InputError
 
 numbers = st.floats(-10, 10, allow_subnormal=False)
 vectors = st.tuples(numbers, numbers, numbers)
@@ -177,7 +177,7 @@ def test_a_vector_comes_back_from_its_pure_quaternion():
 
 def test_needs_neither_llvm_nor_mitsuba(tmp_path):
     code = (
-        "import sys; from lod.quaternion import UP, rotate, rotation;"
+        "import sys; from lod.actors.quaternion import UP, rotate, rotation;"
         "assert rotate(rotation(UP, 180), (1, 0, 0))[0] == -1; assert 'mitsuba' not in sys.modules"
     )
     nowhere = {"DRJIT_LIBLLVM_PATH": str(tmp_path / "none.so"), "PYTHONPATH": ":".join(sys.path)}

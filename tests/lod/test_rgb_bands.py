@@ -15,9 +15,14 @@ from colour.contrast import (
 from colour.phenomena import scattering_cross_section
 from colour.phenomena.rayleigh import molecular_density
 
-from lod.barten import contrast_sensitivity, optics_sigma, pupil_diameter, retinal_illuminance
-from lod.extinction import rayleigh_extinction
-from lod.rgb_bands import rgb_wavelengths
+from lod.atmosphere.extinction import rayleigh_extinction
+from lod.atmosphere.rgb_bands import rgb_wavelengths
+from lod.vision.barten import (
+    contrast_sensitivity,
+    optics_sigma,
+    pupil_diameter,
+    retinal_illuminance,
+)
 
 
 def test_the_three_wavelengths_are_the_centroids_of_the_channels():

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.parts import Sticks
-from lod.schedule import (
+from lod.pruning.parts import Sticks
+from lod.pruning.update_schedule import (
     WINDOW,
     Posed,
     all_drawn,

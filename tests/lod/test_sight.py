@@ -9,15 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
-from lod.cascade import Widths, widths_seen
-from lod.contrast import CONTRAST_CLASSES, NEVER_LOST
 from lod.errors import InputError
-from lod.eye import Display, Eye, sensitivity
-from lod.hierarchy import Hierarchy
-from lod.metric import METRICS, limit_distances
-from lod.sight import Sight, seen_limits
-from lod.view import View
-from lod.weighted_distance import UNWEIGHTED, weighted_distance
+from lod.metric.family import METRICS, limit_distances
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.view import View
+from lod.vision.blur_cascade import Widths, widths_seen
+from lod.vision.contrast import CONTRAST_CLASSES, NEVER_LOST
+from lod.vision.eye import Display, Eye, sensitivity
+from lod.vision.viewer import Sight, seen_limits
+from lod.vision.weighted_distance import UNWEIGHTED, weighted_distance
 
 CAMERA = look(Corner(0, 0), np.array([0.0, 0.0, 2.0]), 0.0, 0.0, 60.0, (640, 360))
 PIXEL = CAMERA.pixel_angle

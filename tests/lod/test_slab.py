@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.slab import (
+from lod.atmosphere.plane_parallel import (
     RINGS,
     SPOKES,
     Lit,

@@ -7,8 +7,8 @@ from scipy.integrate import quad
 from scipy.special import j1
 
 from lod.errors import InputError
-from lod.metric import solid_angle
-from lod.spectral_width import priority_of_area, spectral_width
+from lod.metric.family import solid_angle
+from lod.metric.spectral_width import priority_of_area, spectral_width
 
 SAMPLES, PITCH = 512, 0.01
 _AXIS = (np.arange(SAMPLES) - SAMPLES // 2) * PITCH

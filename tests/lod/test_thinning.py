@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.parts import Sticks
-from lod.thinning import stands_for, thinning
+from lod.pruning.area_scaling import stands_for, thinning
+from lod.pruning.parts import Sticks
 from scenes.sticks.outline_area import mean_outline_areas
 from scenes.sticks.table import StickTable
 

@@ -11,12 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
-from lod.air import Air, least_extinction
-from lod.cascade import Widths, widths_seen
-from lod.contrast import CONTRAST_CLASSES
+from lod.atmosphere.air import Air, least_extinction
 from lod.errors import InputError
-from lod.eye import BARS, Display, Eye, optical_sigma
-from lod.weighted_distance import UNWEIGHTED, WeightedDistance, frequency_of, weighted_distance
+from lod.vision.blur_cascade import Widths, widths_seen
+from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.eye import BARS, Display, Eye, optical_sigma
+from lod.vision.weighted_distance import (
+    UNWEIGHTED,
+    WeightedDistance,
+    frequency_of,
+    weighted_distance,
+)
 
 PIXEL = 1e-3
 

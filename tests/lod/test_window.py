@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.window import LIMIT_HZ, blurred_s, critical_hz
+from lod.motion.window_of_visibility import LIMIT_HZ, blurred_s, critical_hz
 
 
 @given(st.floats(0.1, 500), st.floats(0.01, 60), st.floats(5, 80))

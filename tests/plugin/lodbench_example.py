@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.camera import GRID_M, Corner, look
-from lod.hierarchy import Hierarchy
-from lod.metric import Metric
-from lod.parts import Look, Parts, Sticks
-from lod.view import View
+from lod.metric.family import Metric
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.parts import Look, Parts, Sticks
+from lod.pruning.view import View
 from scenes.field.species_field import Ground
 from scenes.plugins.representation import Offer
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lod.parts import Look
+from lod.pruning.parts import Look
 from scenes.field.part_tables import Atlas
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
@@ -30,7 +30,7 @@ def test_runs_do_not_show(monkeypatch, atlas, shortest):
     """Told by two threads and by one."""
     rows = np.random.default_rng(5).integers(0, len(atlas.level), 301)
     whole = atlas.sticks_of(rows, looked_at(len(rows)))
-    monkeypatch.setattr("lod.runs.get_num_threads", lambda: 2)
+    monkeypatch.setattr("lod.threads.get_num_threads", lambda: 2)
     monkeypatch.setattr("scenes.field.part_tables._SHORTEST_RUN", shortest)
     for alone, shared in zip(whole, atlas.sticks_of(rows, looked_at(len(rows))), strict=True):
         assert alone.tobytes() == shared.tobytes() and alone.dtype == shared.dtype

@@ -2,8 +2,8 @@
 
 import pytest
 
-from lod.budget import ENOUGH
 from lod.errors import InputError
+from lod.pruning.detail_for_budget import ENOUGH
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose

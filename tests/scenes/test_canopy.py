@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.canopy import BARE
+from lod.canopy.turbid_medium import BARE
 from scenes.far_cover.stand_appearance import bare_of
 from scenes.far_cover.turbid_canopy import canopy_of, outlines_between
 from scenes.field.species_field import Species

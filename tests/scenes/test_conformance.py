@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from bench.conformance.rules import RULES, Subject, broken_rules
+from lod.actors.message import change
+from lod.actors.quaternion import Quaternion
 from lod.camera import Corner, look
 from lod.errors import InputError
-from lod.message import change
-from lod.quaternion import Quaternion
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.field.placed_object import Placed

@@ -8,9 +8,9 @@ import pytest
 
 from lod.camera import GRID_M, Corner, look
 from lod.errors import InputError
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.dust.appearance import Scene
 from scenes.dust.dust import Dust
 from scenes.dust.footfalls import Walks, footfalls, keys, struck

@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from numpy.random import Philox
 
 from lod.camera import GRID_M, Corner, look, split
-from lod.cascade import Widths
-from lod.contrast import CONTRAST_CLASSES
 from lod.errors import InputError
-from lod.eye import Display, Eye
-from lod.fade import looks
-from lod.hierarchy import Hierarchy
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.sight import Sight
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
+from lod.vision.blur_cascade import Widths
+from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.eye import Display, Eye
+from lod.vision.viewer import Sight
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species_field import Species, SpeciesField
 from scenes.noise.philox import word_of

@@ -8,8 +8,8 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
-from lod.parts import Sticks
-from lod.prune import prune
+from lod.pruning.parts import Sticks
+from lod.pruning.pruner import prune
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
 from scenes.reuse.field_reuse import FARTHEST_WALKING_M, cut_after

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from lod.metric import METRICS, limit_distances
+from lod.metric.family import METRICS, limit_distances
 from scenes.models.people.figure import figure_prototypes
 from scenes.models.people.people import human
 from scenes.models.people.skeleton import SIDE_JOINTS, TRUNK_JOINTS

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from lod.prune import prune
+from lod.pruning.pruner import prune
 from scenes.models.people.people import human
 from scenes.models.people.skeleton import FINGERS
 from scenes.preset.load import load_preset

@@ -5,9 +5,9 @@ import pytest
 
 from bench.count.count_frame import count
 from lod.camera import Corner, look
-from lod.metric import METRICS
-from lod.prune import prune, prune_by_level
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.pruner import prune, prune_by_level
+from lod.pruning.view import View
 from scenes.far_cover.far_cover import FarCover
 from scenes.far_cover.sky import sky_of
 from scenes.field.habitat import Habitat

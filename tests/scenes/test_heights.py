@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from bench.calibrate.leaf_light import from_heights
 from lod.camera import Corner, look
 from lod.errors import InputError
-from lod.fade import sides
-from lod.metric import METRICS
-from lod.parts import Look
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import sides
+from lod.pruning.parts import Look
+from lod.pruning.view import View
 from scenes.far_cover.stand_appearance import bare_of
 from scenes.field.part_tables import Atlas
 from scenes.models.trees.species_tables import SPECIES

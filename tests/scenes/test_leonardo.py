@@ -10,9 +10,9 @@ import pytest
 from scipy.stats import spearmanr
 
 from lod.camera import Corner, look
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import KINDS, animal, parts_of_kind
 from scenes.models.catalogue import standing

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from lod.camera import GRID_M
-from lod.exposure import growth
-from lod.metric import METRICS, limit_distances
-from lod.prune import prune, prune_by_level
-from lod.smear import smears
-from lod.view import distance
+from lod.metric.family import METRICS, limit_distances
+from lod.motion.image_motion import smears
+from lod.motion.shutter import growth
+from lod.pruning.pruner import prune, prune_by_level
+from lod.pruning.view import distance
 from scenes.preset.load import load_preset
 from scenes.rig.speed_bound import swing
 from scenes.world.world import build_world, view_at
@@ -146,7 +146,7 @@ def _all_parts_of(field, wholes, view):
 
 
 def _everything(n):
-    from lod.parts import Look
+    from lod.pruning.parts import Look
 
     return Look(np.ones(n), np.ones(n))
 

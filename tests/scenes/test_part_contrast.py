@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.contrast import CONTRAST_CLASSES, NEVER_LOST
+from lod.vision.contrast import CONTRAST_CLASSES, NEVER_LOST
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.weather import CALM_SUMMER
 from scenes.sticks.contrast import (

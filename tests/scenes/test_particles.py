@@ -7,10 +7,10 @@ import pytest
 
 from lod.camera import GRID_M, Corner, look
 from lod.errors import InputError
-from lod.metric import METRICS
-from lod.parts import Look, Triangles
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.parts import Look, Triangles
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.particles.kinds import FLAMES, KINDS, SMOKE, STAND_INS
 from scenes.particles.plume import Plume
 from scenes.sticks.outline_area import directions, mean_area

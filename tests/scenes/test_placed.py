@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import GRID_M, look, split
-from lod.fade import looks
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people, standing

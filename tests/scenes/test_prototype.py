@@ -48,7 +48,7 @@ def rigid_prototypes():
 
 
 def by_themselves(h):
-    """Rows of the parts that are one with no other (``lod.as_one``)."""
+    """Rows of the parts that are one with no other (``lod.metric.tied_levels``)."""
     with_whole = np.flatnonzero(h.separation[1:] == 0) + 1
     return np.setdiff1d(np.arange(len(h)), np.union1d(with_whole, h.whole[with_whole]))
 

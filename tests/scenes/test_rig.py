@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
 from lod.errors import InputError
-from lod.quaternion_arrays import products, rotated
+from lod.rotations import products, rotated
 from scenes.gait.gait import KEYS
 from scenes.models.people.figure import figure_prototypes
 from scenes.models.people.people import child_sizes, human, rigged_people

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lod.message import Refusal, ask, change
-from lod.quaternion import Quaternion, rotation
+from lod.actors.message import Refusal, ask, change
+from lod.actors.quaternion import Quaternion, rotation
 from scenes.gait.contact_errors import finest
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import rigged_people

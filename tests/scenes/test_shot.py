@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.air import CLEAR, haze_extinction
+from lod.atmosphere.air import CLEAR, haze_extinction
 from scenes.frame.frame_input import light_of, quality_of, shoot
 from scenes.preset.load import load_preset
 from scenes.world.viewing_conditions import air_of

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from lod.air import Air, least_extinction, rgb_extinction
-from lod.contrast import CONTRAST_CLASSES
-from lod.eye import Display, Eye
-from lod.mist import Mist
-from lod.prune import prune
+from lod.atmosphere.air import Air, least_extinction, rgb_extinction
+from lod.atmosphere.mist import Mist
+from lod.pruning.pruner import prune
+from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.eye import Display, Eye
 from scenes.preset.load import load_preset, preset_names
 from scenes.world.viewing_conditions import air_of
 from scenes.world.world import build_world, view_at

@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 from numba import njit
 
 from lod.camera import GRID_M, Corner, look
-from lod.cascade import Widths
-from lod.contrast import CONTRAST_CLASSES
 from lod.errors import InputError
-from lod.fade import looks
-from lod.metric import METRICS
-from lod.parts import Parts, Triangles
-from lod.prune import Cut, prune
-from lod.sight import Sight
-from lod.view import View, distance
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Parts, Triangles
+from lod.pruning.pruner import Cut, prune
+from lod.pruning.view import View, distance
+from lod.vision.blur_cascade import Widths
+from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.viewer import Sight
 from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import SIDES, Patches, balanced, morton, uncovered_quarters

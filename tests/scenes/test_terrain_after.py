@@ -8,10 +8,10 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
-from lod.fade import looks
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.preset.load import load_preset
 from scenes.reuse.terrain_reuse import ground_after
 from scenes.terrain.relief import Relief

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, look
-from lod.metric import METRICS
-from lod.parts import Parts
-from lod.prune import displayed, prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.parts import Parts
+from lod.pruning.pruner import displayed, prune
+from lod.pruning.view import View
 from scenes.terrain.horizon import horizon
 from scenes.terrain.terrain import Terrain, unpacked
 

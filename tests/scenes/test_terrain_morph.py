@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from lod.fade import looks
-from lod.prune import prune
-from lod.view import distance
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import distance
 from scenes.terrain.geomorph import blended, forebears_of, level_of, lineage
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import Patches, balanced

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, look
-from lod.fade import looks
-from lod.metric import METRICS, limit_distances
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS, limit_distances
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.models.trees.leaf_appearance import upright
 from scenes.models.trees.species_tables import SPECIES

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, look
-from lod.fade import looks
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.view import View
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.field.species_field import Species, SpeciesField
 from scenes.models.catalogue import made

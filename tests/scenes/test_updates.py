@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lod.schedule import WINDOW
+from lod.pruning.update_schedule import WINDOW
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
 from scenes.world.world import build_world

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lod.comparison import distance_to, passes, sees, vantage_of
-from lod.fade import looks
-from lod.parts import Parts
-from lod.prune import displayed, prune, prune_by_level
-from lod.view import distance, in_view
+from lod.pruning.compiled_test import distance_to, passes, sees, vantage_of
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Parts
+from lod.pruning.pruner import displayed, prune, prune_by_level
+from lod.pruning.view import distance, in_view
 from scenes.preset.load import load_preset
 from scenes.world.world import build_world, view_at
 
@@ -82,7 +82,7 @@ def test_a_frame_of_a_preset_is_cut_the_same(name):
 
 
 def test_the_number_of_threads_changes_nothing(monkeypatch):
-    for name in ("lod.fade", "scenes.rig.pose", "scenes.field.stick_emission"):
+    for name in ("lod.pruning.crossfade", "scenes.rig.pose", "scenes.field.stick_emission"):
         monkeypatch.setattr(f"{name}._SHORTEST_RUN", 97)
     world, view = seen_in("crowd", "render.size=200x100", frame=5)
     field = world.fields[0]

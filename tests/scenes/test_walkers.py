@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import Philox
 
-from lod import law
 from lod.camera import GRID_M, Corner, look, split
-from lod.fade import looks
-from lod.metric import METRICS
-from lod.prune import prune
-from lod.view import View
+from lod.law import flat_ground as law
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.ground_contact_detail import PLACE, PRINTS, SOLES
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species_field import Species, SpeciesField

@@ -28,7 +28,7 @@ def command(names: tuple[str, ...], as_json: bool) -> None:
 
 def _chosen(names: tuple[str, ...]) -> Iterable[tuple[str, str]]:
     """Kind and name of what is to be checked."""
-    from lod.metric import METRICS
+    from lod.metric.family import METRICS
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, installed
 
     known = {"metric": (*METRICS, *installed(METRIC)), "representation": installed(REPRESENTATION)}

@@ -10,7 +10,7 @@ from bench.cli.output import output, table
 def command(as_json: bool) -> None:
     """Presets, metrics, what other packages bring, and experiments."""
     from bench.experiments.registry import EXPERIMENTS
-    from lod.metric import METRICS, Metric
+    from lod.metric.family import METRICS, Metric
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
     from scenes.plugins.representation import Offer
     from scenes.preset.load import preset_names

@@ -90,7 +90,7 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
 def _check_metric(metric: str, names: Sequence[str]) -> None:
     """Raises InputError for a metric that cannot be had, is ours, or that some do not try."""
     from bench.experiments.registry import EXPERIMENTS
-    from lod.metric import METRICS
+    from lod.metric.family import METRICS
     from scenes.plugins.entry_points import metric_named
 
     metric_named(metric)

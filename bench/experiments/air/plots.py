@@ -7,7 +7,7 @@ from bench.experiments.air.targets import DISTANCES
 from bench.plots.plot import Curve, Figure, curves
 from bench.records.records import Point, Record
 from bench.statistics.estimates import mean
-from lod.air import Air, rgb_extinction
+from lod.atmosphere.air import Air, rgb_extinction
 
 _VISIBILITY_M = 5e3
 """Of the targets that are drawn."""

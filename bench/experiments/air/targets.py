@@ -9,10 +9,10 @@ from jaxtyping import Float64
 from scipy.optimize import brentq
 
 from bench.statistics.estimates import Estimate
-from lod.air import Air, rgb_extinction
+from lod.atmosphere.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, look
-from lod.parts import Parts, Triangles
-from lod.prune import Cut, cut_of
+from lod.pruning.parts import Parts, Triangles
+from lod.pruning.pruner import Cut, cut_of
 from scenes.frame.types import Light, Quality, Visible
 from scenes.render.pipeline.render import render_frame
 

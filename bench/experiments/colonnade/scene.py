@@ -11,12 +11,12 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from lod.air import CLEAR
+from lod.atmosphere.air import CLEAR
 from lod.camera import Camera, Corner, look
-from lod.fade import looks
-from lod.parts import Representation
-from lod.prune import prune
-from lod.view import View
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Representation
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.frame.frame_input import short_ids
 from scenes.frame.types import Light, Quality, Visible

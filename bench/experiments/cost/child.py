@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from lod.air import CLEAR
-from lod.prune import prune
-from lod.view import View
+from lod.atmosphere.air import CLEAR
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import FrameInput, Layers
 from scenes.preset.load import load_preset

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lod.fade import looks
-from lod.parts import Representation
-from lod.prune import prune
-from lod.view import View
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Representation
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.frame.frame_input import Shown, visible_at
 from scenes.frame.types import Visible
 from scenes.preset.load import Preset, load_preset

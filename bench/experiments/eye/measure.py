@@ -26,10 +26,10 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import measured, record_of
-from lod.cascade import Widths, widths_seen
-from lod.eye import Display
-from lod.sight import STANDARD_EYE, Sight
-from lod.view import View
+from lod.pruning.view import View
+from lod.vision.blur_cascade import Widths, widths_seen
+from lod.vision.eye import Display
+from lod.vision.viewer import STANDARD_EYE, Sight
 
 NAME, VERSION = "eye", 1
 

@@ -12,10 +12,10 @@ from functools import lru_cache
 import numpy as np
 
 from lod.errors import InputError
-from lod.fade import looks
-from lod.parts import Representation
-from lod.prune import Cut, cut_of, prune
-from lod.view import View, in_view
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Representation
+from lod.pruning.pruner import Cut, cut_of, prune
+from lod.pruning.view import View, in_view
 from scenes.frame.frame_input import short_ids
 from scenes.frame.types import Visible
 from scenes.plugins.entry_points import metric_named

@@ -16,7 +16,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Reals
 from lod.camera import Corner, look
-from lod.view import View
+from lod.pruning.view import View
 from scenes.models.animals.catalogue import KINDS, animal
 from scenes.models.people.people import rigged_people
 from scenes.plugins.entry_points import metric_named

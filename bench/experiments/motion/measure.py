@@ -19,7 +19,7 @@ from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
 from bench.statistics.excess_flip import LEAST_PAIRS
-from lod.prune import prune
+from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
 from scenes.world.world import World, build_world, view_at

@@ -19,10 +19,10 @@ from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import measured, record_of
 from lod.arrays import Ints
-from lod.fade import looks
-from lod.parts import Sticks
-from lod.prune import prune
-from lod.view import View
+from lod.pruning.crossfade import looks
+from lod.pruning.parts import Sticks
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.field.species_field import Species, SpeciesField
 from scenes.plugins.entry_points import metric_named
 from scenes.sticks.table import StickTable

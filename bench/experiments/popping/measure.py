@@ -25,10 +25,10 @@ from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import measured, record_of
 from lod.arrays import Reals
 from lod.camera import Corner, look
-from lod.law import chained_limits
-from lod.metric import METRICS
-from lod.prune import Cut, prune
-from lod.view import View, distance
+from lod.law.flat_ground import chained_limits
+from lod.metric.family import METRICS
+from lod.pruning.pruner import Cut, prune
+from lod.pruning.view import View, distance
 from scenes.field.species_field import Species, SpeciesField
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose

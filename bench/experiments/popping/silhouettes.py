@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float32
 
-from lod.air import CLEAR
+from lod.atmosphere.air import CLEAR
 from lod.camera import Camera
-from lod.parts import Sticks
-from lod.smear import eye_from
+from lod.motion.image_motion import eye_from
+from lod.pruning.parts import Sticks
 from scenes.frame.frame_input import Shown, visible_at
 from scenes.frame.types import Light, Quality, Visible
 from scenes.render.pipeline.render import staged, taken

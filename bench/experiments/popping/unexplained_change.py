@@ -15,9 +15,9 @@ from jaxtyping import Float64
 from bench.experiments.popping.silhouettes import silhouettes
 from lod.arrays import Points, Reals, freeze
 from lod.camera import GRID_M, Camera
-from lod.fade import looks
-from lod.prune import Cut, prune
-from lod.view import View, in_view
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import Cut, prune
+from lod.pruning.view import View, in_view
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import Shown, light_of, quality_of, with_schedule
 from scenes.preset.load import Preset

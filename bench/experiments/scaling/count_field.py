@@ -8,7 +8,7 @@ import numpy as np
 from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from bench.statistics.sample_size import Row
-from lod.prune import Cut, prune
+from lod.pruning.pruner import Cut, prune
 from scenes.field.species_field import Species, SpeciesField
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")

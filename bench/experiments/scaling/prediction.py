@@ -7,11 +7,11 @@ import numpy as np
 from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from lod.arrays import Reals
-from lod.hierarchy import Hierarchy
-from lod.law import chained_limits, disc_areas, expected, variance
-from lod.law_ground import moments, polar_net, reach_of
-from lod.metric import Metric
-from lod.sight import Sight
+from lod.law.flat_ground import chained_limits, disc_areas, expected, variance
+from lod.law.uneven_ground import moments, polar_net, reach_of
+from lod.metric.family import Metric
+from lod.metric.hierarchy import Hierarchy
+from lod.vision.viewer import Sight
 from scenes.plugins.entry_points import metric_named
 from scenes.sticks.prototype import Prototype
 

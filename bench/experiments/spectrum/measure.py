@@ -21,11 +21,11 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
-from lod.air import CLEAR
 from lod.arrays import Reals
-from lod.fade import looks
-from lod.metric import METRICS
-from lod.prune import prune
+from lod.atmosphere.air import CLEAR
+from lod.metric.family import METRICS
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
 from scenes.frame.frame_input import short_ids
 from scenes.frame.types import Light, Quality, Visible
 from scenes.preset.load import Preset, load_preset

@@ -2,7 +2,7 @@
 
 A crowd of walkers among trees in the wind, from a camera that stands, walks, turns and flies. Of
 every field one frame is scheduled by each rule, from the window of frames before it that it depends
-on (``lod.schedule``). Then a small frame is rendered with a schedule and without, turn by turn.
+on (``lod.pruning.update_schedule``). Then a small frame is rendered with a schedule and without, turn by turn.
 """
 
 import hashlib
@@ -19,9 +19,9 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
-from lod.fade import looks
-from lod.prune import prune
-from lod.schedule import (
+from lod.pruning.crossfade import looks
+from lod.pruning.pruner import prune
+from lod.pruning.update_schedule import (
     WINDOW,
     Posed,
     all_drawn,

@@ -6,7 +6,7 @@ from bench.experiments.updates.claims import JUDGED_PX, off_px, redrawn
 from bench.plots.plot import Curve, Figure, curves
 from bench.records.records import Point, Record
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE
-from lod.window import critical_hz
+from lod.motion.window_of_visibility import critical_hz
 
 FPS = 24.0
 FINEST_CPD = PIXELS_PER_DEGREE / 2

@@ -18,8 +18,8 @@ from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import record_of
 from bench.studies.posing import interleaved
 from bench.studies.speed import described, digest, scene, size_of
-from lod.law_ground import reach_of
-from lod.prune import prune
+from lod.law.uneven_ground import reach_of
+from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
 
 NAME, VERSION = "world", 1

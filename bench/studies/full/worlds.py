@@ -10,7 +10,7 @@ hold those of ``meadow`` once, and some 3 kB for every object. Nothing of ``crow
 import math
 from dataclasses import dataclass, replace
 
-from lod.law_ground import reach_of
+from lod.law.uneven_ground import reach_of
 from scenes.preset.load import Preset, load_preset
 from scenes.world.world import build_world, view_at
 

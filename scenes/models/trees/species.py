@@ -88,7 +88,7 @@ class TreeSpecies:
     sides: tone of the shapes of the tree, a limb, … by the angle between eye and sun
         (``scenes.sticks.view_dependence.TURNS_DEG``), over that of all sides, ``lit``; measured likewise; () for 1
     overlap: how much of the leaf appearance of the tree, a limb, … and of the parts that it stands
-        for lies in one another, half of each shown (``lod.thinning.stands_for``), for trees in
+        for lies in one another, half of each shown (``lod.pruning.area_scaling.stands_for``), for trees in
         leaf, and bare; measured (``bench.calibrate.leaf_overlap``)
     """
 

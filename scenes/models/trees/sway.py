@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals
-from lod.hierarchy import Hierarchy
+from lod.metric.hierarchy import Hierarchy
 from scenes.models.trees.species import TreeSpecies
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.keyframes import Motion, key_phases

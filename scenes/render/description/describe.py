@@ -12,9 +12,9 @@ import numpy as np
 
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
-from lod.parts import Sticks, Triangles
-from lod.prune import Cut
-from lod.runs import in_runs
+from lod.pruning.parts import Sticks, Triangles
+from lod.pruning.pruner import Cut
+from lod.threads import in_runs
 from scenes.frame.types import Light, Visible
 from scenes.render.description.stick_batches import Batch, batches
 

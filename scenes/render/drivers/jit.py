@@ -7,8 +7,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from lod.air import haze_extinction, mist_extinction
-from lod.mist import Mist
+from lod.atmosphere.air import haze_extinction, mist_extinction
+from lod.atmosphere.mist import Mist
 from scenes.frame.types import Quality, sampler_seed
 from scenes.render.drivers.accumulate import Samples, Watch
 from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups

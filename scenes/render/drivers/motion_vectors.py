@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from lod.quaternion_arrays import rotated
+from lod.rotations import rotated
 from scenes.render.description.describe import NEAR_M, Description
 from scenes.render.drivers.film import pixel_directions
 from scenes.render.mitsuba.build import Built

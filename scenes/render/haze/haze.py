@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.air import Air, PathBands, mist_extinction, optical_depth
 from lod.arrays import Reals
-from lod.mist import depth_beyond
+from lod.atmosphere.air import Air, PathBands, mist_extinction, optical_depth
+from lod.atmosphere.mist import depth_beyond
 from scenes.render.description.direction_table import (
     looked_up,
     looked_up_along,

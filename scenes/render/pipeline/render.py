@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from lod.air import Air
+from lod.atmosphere.air import Air
 from lod.camera import Camera
 from scenes.frame.types import USUAL, Extras, Layers, Light, Quality, Visible
 from scenes.render.description.describe import MEDIUM, Description, describe, recaptured

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from lod.air import Air
 from lod.arrays import Reals
+from lod.atmosphere.air import Air
 from lod.errors import InputError
 from scenes.frame.types import Instant, Layers, Light, Quality, Visible, sampler_seed
 from scenes.render.pictures.denoise import check_denoiser

@@ -7,10 +7,10 @@ Every frame then stands alone, and detail does not jump from frame to frame.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from lod.budget import fitting_detail
 from lod.errors import InputError
-from lod.prune import prune
-from lod.view import View
+from lod.pruning.detail_for_budget import fitting_detail
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import Preset
 from scenes.render.mitsuba.variants import choose
@@ -25,7 +25,7 @@ def within_budget(preset: Preset, frames: Sequence[int]) -> Preset:
     """The preset at the finest detail whose frames all hold at most ``view.max_parts`` parts, and
     are foretold to need at most ``view.max_memory`` bytes.
 
-    The fullest of them uses nearly all of that (``lod.budget``). Without such limits, the preset
+    The fullest of them uses nearly all of that (``lod.pruning.detail_for_budget``). Without such limits, the preset
     as it is. Raises InputError where no detail fits.
     """
     view = preset.view

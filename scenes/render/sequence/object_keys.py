@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.prune import prune
+from lod.pruning.pruner import prune
 from scenes.preset.load import Preset
 from scenes.render.description.describe import object_ids
 from scenes.world.world import World, view_at

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lod.air import CLEAR
+from lod.atmosphere.air import CLEAR
 from lod.camera import Corner, look
-from lod.parts import Parts, Sticks, Triangles
-from lod.prune import cut_of
+from lod.pruning.parts import Parts, Sticks, Triangles
+from lod.pruning.pruner import cut_of
 from scenes.frame.types import Light, Quality, Visible
 from scenes.render.mitsuba import variants
 

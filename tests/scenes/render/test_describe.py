@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from lod.parts import Sticks
+from lod.pruning.parts import Sticks
 from scenes.frame.types import Light, Quality, sampler_seed
 from scenes.render.description.describe import describe
 from scenes.render.description.stick_batches import batches
@@ -228,7 +228,7 @@ def test_what_glows_is_a_mesh_of_each_radiance(make):
 @pytest.mark.parametrize("row", [0, 70, 199])
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
 def test_one_wrong_number_is_found_in_whichever_run_it_is(make, monkeypatch, row, wrong):
-    monkeypatch.setattr("lod.runs.get_num_threads", lambda: 3)
+    monkeypatch.setattr("lod.threads.get_num_threads", lambda: 3)
     monkeypatch.setattr("scenes.render.description.describe._SHORTEST_RUN", 10)
     balls = make.balls([(x, 5, 0) for x in range(200)])
     start = balls.shape.start.copy()

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lod.air import Air
-from lod.mist import Mist
+from lod.atmosphere.air import Air
+from lod.atmosphere.mist import Mist
 from scenes.render.pipeline.render import render_frame
 
 LAYERS = ("rgb", "Z", "N", "albedo", "object", "part", "level")

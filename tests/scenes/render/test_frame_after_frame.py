@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.parts import Sticks
+from lod.pruning.parts import Sticks
 from scenes.frame.types import Visible
 from scenes.render.mitsuba import variants
 from scenes.render.pipeline.render import render_frame, staged, taken

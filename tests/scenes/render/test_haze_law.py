@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lod.air import Air, mist_extinction, optical_depth, rgb_extinction
-from lod.mist import Mist, depth_beyond
-from lod.rgb_bands import rgb_wavelengths
+from lod.atmosphere.air import Air, mist_extinction, optical_depth, rgb_extinction
+from lod.atmosphere.mist import Mist, depth_beyond
+from lod.atmosphere.rgb_bands import rgb_wavelengths
 from scenes.frame.types import SKY_Z, Light
 from scenes.render.haze.horizon_airlight import horizon
 from scenes.render.mitsuba import variants

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lod.air import CLEAR, Air
+from lod.atmosphere.air import CLEAR, Air
+from lod.atmosphere.mist import Mist
 from lod.errors import InputError
-from lod.mist import Mist
 from scenes.frame.types import SKY_Z, Quality
 from scenes.render.description.describe import describe
 from scenes.render.haze.haze import airlight_on_the_way, haze_of

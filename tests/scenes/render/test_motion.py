@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, look
-from lod.fade import looks
-from lod.quaternion_arrays import rotated
+from lod.pruning.crossfade import looks
+from lod.rotations import rotated
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import SKY_Z, Extras
 from scenes.preset.load import load_preset

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lod.air import Air
-from lod.mist import Mist
+from lod.atmosphere.air import Air
+from lod.atmosphere.mist import Mist
 from scenes.frame.types import Quality
 from scenes.render.description import medium_box as medium
 from scenes.render.description.describe import describe

@@ -7,7 +7,7 @@ import pytest
 
 from lod.camera import Corner, look
 from lod.errors import InputError
-from lod.parts import Sticks
+from lod.pruning.parts import Sticks
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import Instant, Visible
 from scenes.preset.load import load_preset

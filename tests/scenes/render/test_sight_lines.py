@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lod.air import Air
-from lod.mist import Mist
-from lod.slab import RINGS, SPOKES, directions
+from lod.atmosphere.air import Air
+from lod.atmosphere.mist import Mist
+from lod.atmosphere.plane_parallel import RINGS, SPOKES, directions
 from scenes.render.haze.ground_profile import DISTANCES_M, heights_at, profile_of
 from scenes.render.haze.sight_line_integral import Lines, Sources, gather
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.air import CLEAR, Air, haze_extinction, rgb_extinction
+from lod.atmosphere.air import CLEAR, Air, haze_extinction, rgb_extinction
 from lod.errors import InputError
 from scenes.frame.types import Light, Quality
 from scenes.render.haze.horizon_airlight import horizon

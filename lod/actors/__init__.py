@@ -1,0 +1,1 @@
+"""Part-whole actors, compound messages and quaternions, as the paper has them."""

@@ -1,0 +1,237 @@
+"""Actors: objects with a place, a look and parts; the classes of figure 3 (§3.1.1).
+
+    ObjectWithParts ── PositionableObject ─┬─ Camera (lod/actors/camera.py)
+                                           └─ Actor ─┬─ SimpleActor    a part that has none
+                                                     ├─ CompoundActor  assembled from a table
+                                                     └─ the parts of a figure, a class each
+
+Figure 4: joe's right foot is asked for its orientation, and then to replace it by the same, turned
+by 40° about a vector along y.
+
+>>> from lod.actors.message import ask, change
+>>> from lod.actors.quaternion import NORTH, rotation
+>>> class LowerLeg(Actor):
+...     part_types = {"foot": SimpleActor}
+>>> class Leg(Actor):
+...     part_types = {"lower leg": LowerLeg}
+>>> class Person(Actor):
+...     part_types = {"left leg": Leg, "right leg": Leg}
+>>> joe = Person(name="joe")
+>>> right_foot = "right leg/lower leg/foot"
+>>> orientation = joe.receive(ask(right_foot, "orientation")).value
+>>> joe.receive(change(right_foot, "orient", orientation * rotation(NORTH, 40)))
+Answer(value=None)
+>>> joe.receive(ask(right_foot, "orientation")).value
+0.34202j+0.939693
+>>> joe.receive(ask("right leg/foot", "orientation"))  # doctest: +NORMALIZE_WHITESPACE
+Refusal(who='joe/right leg',
+        why="has no part 'foot'; the nearest known route is 'right leg/lower leg/foot'")
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from lod.actors.appearance import NOTHING, Appearance, Stick
+from lod.actors.dispatch import changing, query
+from lod.actors.joint import HERE, RevoluteJoint
+from lod.actors.message import Route, ask
+from lod.actors.object_with_parts import ObjectWithParts
+from lod.actors.quaternion import Quaternion, Vector, VectorLike, rotation
+from lod.errors import InputError
+
+Test = Callable[[Route, Vector], bool]
+
+
+def always(route: Route, position: Vector) -> bool:
+    """The test that displays every part."""
+    return True
+
+
+@dataclass(frozen=True)
+class Described:
+    """What an assembled actor says of one of its parts: values only, never the part.
+
+    joint  in the frame of its whole;  look, leaf_look  inner and leaf appearance, in its own frame
+    """
+
+    route: Route
+    joint: RevoluteJoint
+    look: Appearance = NOTHING
+    leaf_look: Appearance = NOTHING
+
+
+class PositionableObject(ObjectWithParts, abstract=True):
+    """An object in space: six degrees of freedom through a RevoluteJoint; abstract (§3.1.1)."""
+
+    def __init__(
+        self,
+        parts: Mapping[str, ObjectWithParts] | None = None,
+        joint: RevoluteJoint = HERE,
+        part_types: Mapping[str, type[ObjectWithParts]] | None = None,
+        name: str | None = None,
+    ) -> None:
+        """``joint``: where it is and how it is turned, in the frame of its whole."""
+        super().__init__(parts, part_types, name)
+        self._joint = joint
+
+    @query
+    def joint(self) -> RevoluteJoint:
+        """Position, orientation and limits in the frame of its whole."""
+        return self._joint
+
+    @query
+    def position(self) -> Vector:
+        """Origin in the frame of its whole [m]."""
+        return self._joint.position
+
+    @query
+    def orientation(self) -> Quaternion:
+        """Orientation in the frame of its whole, a number of the asker's own."""
+        return self._joint.orientation
+
+    @changing
+    def place(self, position: VectorLike) -> None:
+        """Move the origin there, in the frame of its whole [m]; turned as before."""
+        self._joint = self._joint.placed(position)
+
+    @changing
+    def orient(self, orientation: Quaternion) -> None:
+        """Replace the orientation (figure 4). Refused beyond the joint's limits."""
+        self._joint = self._joint.oriented(orientation)
+
+    @changing
+    def turn(self, axis: VectorLike, angle_deg: float) -> None:
+        """Turn in place about an axis of the frame of its whole. Refused beyond the limits."""
+        self._joint = self._joint.oriented(rotation(axis, angle_deg) * self._joint.orientation)
+
+    @changing
+    def bend(self, angles_deg: VectorLike) -> None:
+        """Set the turn from rest to a rotation vector [degrees]. Refused beyond the limits."""
+        self._joint = self._joint.bent(angles_deg)
+
+    @query
+    def frames(self) -> tuple[tuple[Route, RevoluteJoint], ...]:
+        """The frame of this object and of every part below it, in the frame of its whole.
+
+        Every part answers for those below it, and its whole carries the answers into its own frame.
+        """
+        found = [((), HERE.carry(self._joint))]
+        for name in self.part_names():
+            below = self._tell(ask((name,), "frames"))
+            found += [((name, *route), self._joint.carry(frame)) for route, frame in below]
+        return tuple(found)
+
+    @query
+    def description(self) -> tuple[Described, ...]:
+        """This object and every part below it, wholes before their parts."""
+        found = [Described((), self._joint)]
+        return tuple(found) + self._descriptions_below()
+
+    def _descriptions_below(self) -> tuple[Described, ...]:
+        return tuple(
+            Described((name, *part.route), part.joint, part.look, part.leaf_look)
+            for name in self.part_names()
+            for part in self._tell(ask((name,), "description"))
+        )
+
+    @query
+    def shown(
+        self, whole: RevoluteJoint = HERE, displayed: Test = always
+    ) -> tuple[tuple[Route, Stick], ...] | None:
+        """The sticks of every displayed part from here down, each with its route from the root.
+
+        whole      frame of the whole, in the frame that the sticks are wanted in
+        displayed  test of a part's route and origin; below one that fails, nothing is asked (§2.4)
+        None where this object fails that test itself.
+        """
+        frame = whole.carry(self._joint)
+        if not displayed(self._route, frame.position):
+            return None
+        below = [self._tell(ask((name,), "shown", frame, displayed)) for name in self.part_names()]
+        there = [sticks for sticks in below if sticks is not None]
+        own = self._look_as(is_leaf=not there).sticks_in(frame)
+        return tuple((self._route, stick) for stick in own) + sum(there, ())
+
+    def _look_as(self, is_leaf: bool) -> Appearance:
+        """Nothing is to be seen of an object that is only somewhere."""
+        return NOTHING
+
+
+class Actor(PositionableObject, abstract=True):
+    """A positionable object that can be seen: it has an appearance slot; abstract (§3.1.1).
+
+    Its two guises are its look as an inner node and its leaf look, which stands for parts too small
+    to be displayed; by default they are the same (§2.4).
+    """
+
+    def __init__(
+        self,
+        parts: Mapping[str, ObjectWithParts] | None = None,
+        joint: RevoluteJoint = HERE,
+        look: Appearance = NOTHING,
+        leaf_look: Appearance | None = None,
+        part_types: Mapping[str, type[ObjectWithParts]] | None = None,
+        name: str | None = None,
+    ) -> None:
+        super().__init__(parts, joint, part_types, name)
+        self._look, self._leaf_look = look, look if leaf_look is None else leaf_look
+
+    @query
+    def appearance(self) -> Appearance:
+        """What fills the slot: its look as an inner node, in its own frame."""
+        return self._look
+
+    @query
+    def leaf_appearance(self) -> Appearance:
+        """Its look while none of its parts is displayed (§2.4)."""
+        return self._leaf_look
+
+    @changing
+    def wear(self, look: Appearance, leaf_look: Appearance | None = None) -> None:
+        """Fill the appearance slot anew, the leaf look with the same unless another is given."""
+        self._look, self._leaf_look = look, look if leaf_look is None else leaf_look
+
+    @query
+    def description(self) -> tuple[Described, ...]:
+        """This actor and every part below it, wholes before their parts."""
+        own = Described((), self._joint, self._look, self._leaf_look)
+        return (own, *self._descriptions_below())
+
+    def _look_as(self, is_leaf: bool) -> Appearance:
+        return self._leaf_look if is_leaf else self._look
+
+
+class SimpleActor(Actor):
+    """A part without parts: a terminal node, whose capability for parts is disabled (§3.1.1)."""
+
+    def __init_subclass__(cls, abstract: bool = False) -> None:
+        super().__init_subclass__(abstract)
+        if cls.part_types:
+            raise InputError(f"{cls.__name__}.part_types", list(cls.part_types), _NO_PARTS, _CURE)
+
+    def __init__(
+        self,
+        joint: RevoluteJoint = HERE,
+        look: Appearance = NOTHING,
+        name: str | None = None,
+    ) -> None:
+        super().__init__(joint=joint, look=look, name=name)
+
+
+_NO_PARTS = "a SimpleActor has no parts"
+_CURE = "use another class of Actor"
+
+
+class CompoundActor(Actor):
+    """An actor assembled from a table: it learns its part types from the parts it is given."""
+
+    def __init__(
+        self,
+        parts: Mapping[str, ObjectWithParts],
+        joint: RevoluteJoint = HERE,
+        look: Appearance = NOTHING,
+        leaf_look: Appearance | None = None,
+        name: str | None = None,
+    ) -> None:
+        types = {part_name: type(part) for part_name, part in parts.items()}
+        super().__init__(parts, joint, look, leaf_look, types, name)

@@ -1,0 +1,155 @@
+"""An assembled actor as frozen arrays, wholes before their parts, and its poses by the array.
+
+A crowd is posed by these, never by one Python object per part; the actors' own recursive answers
+(``PositionableObject.frames``) are the reference that they are tested against.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.actors.actor import Described, PositionableObject
+from lod.actors.appearance import Stick
+from lod.actors.joint import HERE
+from lod.actors.message import Route, ask, read, written
+from lod.actors.nearest_route import nearest
+from lod.actors.quaternion import AS_IT_IS, Vector
+from lod.arrays import freeze
+from lod.errors import InputError
+from lod.rotations import products, rotated, units
+
+
+@dataclass(frozen=True, eq=False)
+class StickArrays:
+    """The sticks of every part, in its own frame, part after part.
+
+    first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
+    start, end (k, 3), start_radius, end_radius (k,) [m];  tint (k,) row of the actor's tints
+    """
+
+    first: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    start_radius: np.ndarray
+    end_radius: np.ndarray
+    tint: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, first=np.int64, tint=np.int64, start=np.float64, end=np.float64)
+        freeze(self, start_radius=np.float64, end_radius=np.float64)
+
+    def __len__(self) -> int:
+        return len(self.tint)
+
+    @property
+    def part(self) -> np.ndarray:
+        """Part that each stick belongs to, (k,)."""
+        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+
+
+@dataclass(frozen=True, eq=False)
+class ActorArrays:
+    """An actor and its n parts, row 0 the actor itself, every part after the part that owns it.
+
+    routes             (n,) the way to each part; () for row 0
+    whole              (n,) row of the part that owns this one; -1 for row 0
+    position           (n, 3) origin in the frame of its whole [m]
+    orientation        (n, 4) orientation in the frame of its whole: unit quaternions x, y, z, w
+    rest               (n, 4) orientation that the limits count from
+    low_deg, high_deg  (n, 3) box of rotation vectors from rest [degrees]; ±inf for a free joint
+    inner, leaf        sticks of the two appearances (§2.4)
+    tints              (t, 3) linear Rec.709 albedo, 0 to 1
+    """
+
+    routes: tuple[Route, ...]
+    whole: np.ndarray
+    position: np.ndarray
+    orientation: np.ndarray
+    rest: np.ndarray
+    low_deg: np.ndarray
+    high_deg: np.ndarray
+    inner: StickArrays
+    leaf: StickArrays
+    tints: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, whole=np.int64, position=np.float64, orientation=np.float64, rest=np.float64)
+        freeze(self, low_deg=np.float64, high_deg=np.float64, tints=np.float64)
+
+    def __len__(self) -> int:
+        return len(self.whole)
+
+    @cached_property
+    def depth(self) -> np.ndarray:
+        """Steps from row 0 to each part, (n,)."""
+        return np.array([len(route) for route in self.routes])
+
+    def row(self, route: str | Sequence[str]) -> int:
+        """Row of the part at a route. Raises InputError that names the nearest known one."""
+        names = read(route)
+        if names not in self.routes:
+            cure = f"did you mean {written(nearest(names, self.routes))!r}?"
+            raise InputError("route", written(names), f"one of {len(self)} known routes", cure)
+        return self.routes.index(names)
+
+
+def compile_actor(actor: PositionableObject) -> ActorArrays:
+    """The arrays of an actor as it stands, by its own answers; Refused where a whole refuses."""
+    parts: tuple[Described, ...] = actor.receive(ask("", "description")).value
+    row = {part.route: i for i, part in enumerate(parts)}
+    joints = [part.joint for part in parts]
+    boxes = [joint.limits for joint in joints]
+    inner = [part.look.sticks_in(HERE) for part in parts]
+    leaf = [part.leaf_look.sticks_in(HERE) for part in parts]
+    tints = {stick.albedo: None for sticks in (*inner, *leaf) for stick in sticks}
+    tint = {albedo: i for i, albedo in enumerate(tints)}
+    return ActorArrays(
+        routes=tuple(part.route for part in parts),
+        whole=np.array([row[part.route[:-1]] if part.route else -1 for part in parts]),
+        position=np.array([joint.position for joint in joints]),
+        orientation=np.array([joint.turn for joint in joints]),
+        rest=np.array([box.rest if box else AS_IT_IS for box in boxes]),
+        low_deg=np.array([box.low_deg if box else (-np.inf,) * 3 for box in boxes]),
+        high_deg=np.array([box.high_deg if box else (np.inf,) * 3 for box in boxes]),
+        inner=_stick_arrays(inner, tint),
+        leaf=_stick_arrays(leaf, tint),
+        tints=np.array(list(tints), np.float64).reshape(-1, 3),
+    )
+
+
+def _stick_arrays(looks: list[tuple[Stick, ...]], tint: dict[Vector, int]) -> StickArrays:
+    sticks = [stick for look in looks for stick in look]
+    return StickArrays(
+        first=np.cumsum([0, *map(len, looks)]),
+        start=np.array([stick.start for stick in sticks], np.float64).reshape(-1, 3),
+        end=np.array([stick.end for stick in sticks], np.float64).reshape(-1, 3),
+        start_radius=np.array([stick.start_radius for stick in sticks], np.float64),
+        end_radius=np.array([stick.end_radius for stick in sticks], np.float64),
+        tint=np.array([tint[stick.albedo] for stick in sticks], np.int64),
+    )
+
+
+def posed(
+    actor: ActorArrays,
+    orientation: Float64[np.ndarray, "poses n 4"],
+    position: Float64[np.ndarray, "poses n 3"] | None = None,
+) -> tuple[Float64[np.ndarray, "poses n 3"], Float64[np.ndarray, "poses n 4"]]:
+    """Where all parts are, and how turned, in many poses at once: forward kinematics (§3.3).
+
+    orientation  of each part in the frame of its whole: unit quaternions x, y, z, w
+    position     of each part's origin in the frame of its whole [m]; None = as assembled
+    Row 0 is the actor's own. Gives positions [m] and orientations in the frame in which it stands.
+    """
+    origins, turns = np.empty((*orientation.shape[:2], 3)), np.empty(orientation.shape)
+    local = np.broadcast_to(actor.position if position is None else position, origins.shape)
+    origins[:, 0], turns[:, 0] = local[:, 0], units(orientation[:, 0])
+    for depth in range(1, int(actor.depth.max()) + 1):
+        part = np.flatnonzero(actor.depth == depth)
+        whole = actor.whole[part]
+        # A part's origin is carried by its whole: turned with it, then moved.
+        origins[:, part] = origins[:, whole] + rotated(turns[:, whole], local[:, part])
+        turns[:, part] = units(products(turns[:, whole], orientation[:, part]))
+    return origins, turns

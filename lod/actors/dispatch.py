@@ -1,0 +1,73 @@
+"""Which of an object's methods messages may name: its queries and its changing methods (§3.2)."""
+
+from collections.abc import Callable
+from functools import wraps
+from inspect import Parameter, signature
+from typing import Any, Concatenate, ParamSpec, TypeVar
+
+from lod.actors.message import Action, Message
+from lod.actors.nearest_route import nearest
+
+Self = TypeVar("Self")
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+
+
+def query(
+    method: Callable[Concatenate[Self, Given], Result],
+) -> Callable[Concatenate[Self, Given], Result]:
+    """A method that messages may ask: it gives information and changes nothing."""
+    return _by_message(method, changes=False)
+
+
+def changing(
+    method: Callable[Concatenate[Self, Given], Result],
+) -> Callable[Concatenate[Self, Given], Result]:
+    """A method that messages may have carried out: it changes state, all or nothing.
+
+    State is kept in attributes that are bound anew, to values that never change; what a method
+    alters within a list or an array of its own stays altered when the change is refused.
+    """
+    return _by_message(method, changes=True)
+
+
+def _by_message(
+    method: Callable[Concatenate[Self, Given], Result], changes: bool
+) -> Callable[Concatenate[Self, Given], Result]:
+    """Called from outside, a method is a message to the object itself: an owned part refuses it."""
+    if any(p.kind is Parameter.KEYWORD_ONLY for p in signature(method).parameters.values()):
+        raise TypeError(f"{method.__name__}: messages carry arguments by position only")
+
+    @wraps(method)
+    def called(self: Any, *arguments: Given.args, **named: Given.kwargs) -> Any:
+        if self._acts:
+            return method(self, *arguments, **named)
+        bound = signature(method).bind(self, *arguments, **named)
+        bound.apply_defaults()
+        return self.receive(Message((), Action(method.__name__, bound.args[1:], changes))).value
+
+    called.changes = changes  # type: ignore[attr-defined]
+    return called
+
+
+def misunderstood(receiver: object, action: Action) -> str:
+    """Why ``receiver`` cannot be sent that action; empty where it can."""
+    kind = type(receiver)
+    method: Any = getattr(kind, action.name, None)
+    if getattr(method, "changes", None) is not action.changes:
+        return _not_known(kind, action)
+    try:
+        signature(method).bind(receiver, *action.arguments)
+    except TypeError as error:
+        return f"{action.name} takes {signature(method)}: {error}"
+    return ""
+
+
+def _not_known(kind: type, action: Action) -> str:
+    attributes = {name: getattr(kind, name) for name in dir(kind)}
+    known = [n for n, a in attributes.items() if getattr(a, "changes", None) is action.changes]
+    doing = "change" if action.changes else "question"
+    if not known:
+        return f"understands no {doing} at all"
+    closest = nearest((action.name,), [(name,) for name in known])[0]
+    return f"understands no {doing} {action.name!r}; the nearest is {closest!r}"

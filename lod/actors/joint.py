@@ -1,0 +1,142 @@
+"""The revolute joint: where a part is on its whole, and how turned, kept apart (§3.1.1, §3.3)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.actors.quaternion import (
+    AS_IT_IS,
+    Components,
+    Quaternion,
+    Vector,
+    VectorLike,
+    components,
+    from_rotation_vector,
+    rotate,
+    rotation_vector,
+    unit,
+    vector,
+)
+from lod.errors import InputError
+
+Turn = Quaternion | Sequence[float] | np.ndarray
+_TOLERANCE_DEG = 1e-9
+
+
+@dataclass(frozen=True, init=False)
+class Limits:
+    """How far a joint turns from rest: a box of rotation vectors (axis times angle) [degrees].
+
+    A hinge has room on one axis only, and (0, 0, 0) need not lie inside.
+    rest: orientation from which the turn is counted, about the axes of the part itself.
+    """
+
+    low_deg: Vector
+    high_deg: Vector
+    rest: Components
+
+    def __init__(self, low_deg: VectorLike, high_deg: VectorLike, rest: Turn = AS_IT_IS) -> None:
+        low, high = vector(low_deg, "limits.low"), vector(high_deg, "limits.high")
+        if any(a > b for a, b in zip(low, high, strict=True)):
+            raise InputError("limits.low", low, f"at most the high limits, {high}, on every axis")
+        object.__setattr__(self, "low_deg", low)
+        object.__setattr__(self, "high_deg", high)
+        object.__setattr__(self, "rest", _rotation_components(rest, "limits.rest"))
+
+    def oriented(self, angles_deg: VectorLike) -> Quaternion:
+        """Orientation after the turn ``angles_deg`` from rest."""
+        return unit(Quaternion(*self.rest) * from_rotation_vector(angles_deg))
+
+    def admit(self, orientation: Quaternion) -> bool:
+        """Whether the turn from rest lies in the box, taken the short or the long way round."""
+        short = rotation_vector(1 / Quaternion(*self.rest) * orientation)
+        return self._holds(short) or self._holds(_long_way(short))
+
+    def _holds(self, angles_deg: Vector) -> bool:
+        slack = _TOLERANCE_DEG
+        box = zip(self.low_deg, angles_deg, self.high_deg, strict=True)
+        return all(low - slack <= angle <= high + slack for low, angle, high in box)
+
+
+@dataclass(frozen=True, init=False)
+class RevoluteJoint:
+    """Where a part is in the frame of its whole, and how it is turned: a value, never changed.
+
+    position  of the part's origin, which is the centre of its rotation [m]
+    turn      the orientation, whole_from_part, as components x, y, z, w of length 1
+    limits    how far it turns; None for a free joint
+    """
+
+    position: Vector
+    turn: Components
+    limits: Limits | None
+
+    def __init__(
+        self,
+        position: VectorLike = (0.0, 0.0, 0.0),
+        turn: Turn = AS_IT_IS,
+        limits: Limits | None = None,
+    ) -> None:
+        """``turn``: a Quaternion or its components. Raises InputError beyond the limits."""
+        object.__setattr__(self, "position", vector(position, "position"))
+        object.__setattr__(self, "turn", _rotation_components(turn, "orientation"))
+        object.__setattr__(self, "limits", limits)
+        if limits and not limits.admit(self.orientation):
+            angles = tuple(round(angle, 2) for angle in self.angles_deg)
+            rule = f"turned from {limits.low_deg} to {limits.high_deg} degrees from rest"
+            raise InputError("orientation", angles, rule)
+
+    @property
+    def orientation(self) -> Quaternion:
+        """The orientation as a number of its own: changing it changes no joint."""
+        return Quaternion(*self.turn)
+
+    @property
+    def angles_deg(self) -> Vector:
+        """The turn from rest as a rotation vector [degrees], the short way round."""
+        rest = Quaternion(*self.limits.rest) if self.limits else Quaternion(*AS_IT_IS)
+        return rotation_vector(1 / rest * self.orientation)
+
+    def placed(self, position: VectorLike) -> "RevoluteJoint":
+        """The same orientation elsewhere."""
+        return RevoluteJoint(position, self.turn, self.limits)
+
+    def oriented(self, orientation: Quaternion) -> "RevoluteJoint":
+        """The same place, turned another way. Raises InputError beyond the limits."""
+        return RevoluteJoint(self.position, orientation, self.limits)
+
+    def bent(self, angles_deg: VectorLike) -> "RevoluteJoint":
+        """Turned by a rotation vector from rest [degrees]. Raises InputError beyond the limits."""
+        if self.limits is None:
+            return self.oriented(from_rotation_vector(angles_deg))
+        return self.oriented(self.limits.oriented(angles_deg))
+
+    def to_whole(self, point: VectorLike) -> Vector:
+        """A point of the part in the frame of its whole [m]: turned, then moved."""
+        x, y, z = rotate(self.orientation, point)
+        return self.position[0] + x, self.position[1] + y, self.position[2] + z
+
+    def carry(self, part: "RevoluteJoint") -> "RevoluteJoint":
+        """A part's joint on this part, as seen from the frame of this joint; without limits."""
+        turned = unit(self.orientation * part.orientation)
+        return RevoluteJoint(self.to_whole(part.position), turned)
+
+
+def _rotation_components(turn: Turn, where: str) -> Components:
+    try:
+        return components(unit(Quaternion(*(float(value) for value in turn))))
+    except (TypeError, ValueError, RuntimeError):
+        raise InputError(
+            where, turn, "a quaternion, not 0: x, y, z, w", "try rotation(UP, 40)"
+        ) from None
+
+
+def _long_way(short: Vector) -> Vector:
+    angle = sum(value**2 for value in short) ** 0.5
+    scale = 1 - 360 / angle if angle else 1.0
+    return short[0] * scale, short[1] * scale, short[2] * scale
+
+
+HERE = RevoluteJoint()
+"""The joint that changes nothing: the frame in which a whole stands by itself."""

@@ -1,0 +1,301 @@
+"""Wholes and their parts: the part-whole hierarchy, hidden state, compound messages (§3.2).
+
+* An object is assembled from parts; a whole knows the types of its parts when it is made.
+* A part is hidden state of its whole. Nothing hands it out: it is reached by messages to the whole,
+  which may watch, modify or reject them (``intercept``).
+* A change is atomic: refused, or broken off by an error, it leaves every part as it was.
+"""
+
+import copy
+from collections.abc import Mapping
+from types import MethodType
+from typing import Any, ClassVar, Never, TypeVar
+
+from lod.actors.dispatch import misunderstood, query
+from lod.actors.message import (
+    Action,
+    Answer,
+    Message,
+    Refusal,
+    Refused,
+    Reply,
+    Route,
+    read,
+    written,
+)
+from lod.actors.nearest_route import nearest
+from lod.errors import InputError
+
+Self = TypeVar("Self", bound="ObjectWithParts")
+
+
+class ObjectWithParts:
+    """An object that can consist of parts: the top of figure 3, abstract (§3.1.1).
+
+    part_types  names of the parts and their classes, known before the whole is made. A part that
+                is not given is made from its class, without arguments.
+    """
+
+    __slots__ = ("__active", "__name", "__owner", "__parts")
+    __active: int
+    __name: str
+    __owner: "ObjectWithParts | None"
+    __parts: "dict[str, ObjectWithParts] | None"
+
+    part_types: ClassVar[Mapping[str, type["ObjectWithParts"]]] = {}
+    is_abstract: ClassVar[bool] = True
+
+    def __init_subclass__(cls, abstract: bool = False) -> None:
+        super().__init_subclass__()
+        if "__slots__" in vars(cls):
+            raise TypeError(
+                f"{cls.__name__} has __slots__: what it keeps there could not be put back"
+            )
+        cls.is_abstract = abstract
+        _check_types(cls.__name__, cls.part_types)
+
+    def __new__(cls: type[Self], *_: Any, **__: Any) -> Self:
+        if cls.is_abstract:
+            raise TypeError(f"{cls.__name__} is abstract: make an object of one of its subclasses")
+        self = super().__new__(cls)
+        self.__active, self.__name = 0, cls.__name__
+        self.__owner = self.__parts = None
+        return self
+
+    def __init__(
+        self,
+        parts: Mapping[str, "ObjectWithParts"] | None = None,
+        part_types: Mapping[str, type["ObjectWithParts"]] | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Assemble the whole, which owns its parts from now on: others reach them through it only.
+
+        parts       parts made already, by name; none of them has an owner yet
+        part_types  more part types, or other ones than those of the class
+        name        what refusals call it while it has no owner (an owner has its own name for it)
+        """
+        if self.__parts is not None:
+            raise InputError(str(self), "a second time", "a whole is assembled once")
+        types = {**type(self).part_types, **(part_types or {})}
+        _check_types(str(self), types)
+        self.__name = name or type(self).__name__
+        assembled = _assembled(str(self), types, parts or {})
+        for part_name, part in assembled.items():
+            part.__owner, part.__name = self, part_name
+        self.__parts = assembled
+
+    def receive(self, message: Message) -> Reply:
+        """Carry out a compound message, or say who refused and why. A part is asked via its whole.
+
+        >>> Box = type("Box", (ObjectWithParts,), {})
+        >>> Box().receive(Message(("lid",), Action("part_names")))
+        Refusal(who='Box', why="has no part 'lid'; it has no parts at all")
+        """
+        if self.__owner is not None:
+            return Refusal(str(self), f"is part of {self.__owner}; send the message there")
+        return self.__carry_out(message)
+
+    def intercept(self, message: Message) -> Message | Refusal:
+        """What this whole does with a message on the way to one of its parts: by default, nothing.
+
+        Override it to watch messages (give them back as they are), to modify them (give back
+        another, of the same kind) or to reject them (give back ``self.refuse(why)``). What it binds
+        to its own attributes is undone with a change that is refused; what it adds to a list stays.
+        """
+        return message
+
+    def refuse(self, why: str) -> Refusal:
+        """A refusal in this object's name."""
+        return Refusal(str(self), why)
+
+    @query
+    def part_names(self) -> tuple[str, ...]:
+        """Names of its own parts, in order: names, never the parts."""
+        return tuple(self.__parts or ())
+
+    @query
+    def routes(self) -> tuple[Route, ...]:
+        """The route of every part below this object, wholes before their parts."""
+        return tuple(self.__all_routes())
+
+    def __all_routes(self) -> list[Route]:
+        found: list[Route] = []
+        for name, part in (self.__parts or {}).items():
+            found += [(name,), *((name, *route) for route in part.__all_routes())]
+        return found
+
+    def _tell(self, message: Message) -> Any:
+        """For a whole's own methods: the answer of a part of its own. Raises Refused.
+
+        Wholes on the way intercept it, this one does not.
+        """
+        return self.__carry_out(message, intercepts=False).value
+
+    @property
+    def _acts(self) -> bool:
+        """Whether it carries out a message now, so that its methods are its own to call."""
+        return self.__active > 0
+
+    @property
+    def _owned_by(self) -> str:
+        """Name of the whole that owns it; empty while it has no owner."""
+        return "" if self.__owner is None else str(self.__owner)
+
+    @property
+    def _route(self) -> Route:
+        """The way to this object from the whole that has no owner."""
+        return () if self.__owner is None else (*self.__owner._route, self.__name)
+
+    def __carry_out(self, message: Message, intercepts: bool = True) -> Reply:
+        """Deliver; if nothing comes of it, put every part back as it was."""
+        if not message.action.changes:
+            return self.__deliver(message, intercepts)
+        before = self.__remember()
+        reply = None
+        try:
+            reply = self.__deliver(message, intercepts)
+        finally:
+            if not isinstance(reply, Answer):
+                _put_back(before)
+        return reply
+
+    def __deliver(self, message: Message, intercepts: bool = True) -> Reply:
+        """Forward the message to the part at the head of the route, or carry it out here."""
+        if not message.route:
+            return self.__perform(message.action)
+        passed = self.__intercepted(message) if intercepts else message
+        if isinstance(passed, Refusal) or not passed.route:
+            return passed if isinstance(passed, Refusal) else self.__perform(passed.action)
+        head, *rest = passed.route
+        part = (self.__parts or {}).get(head)
+        if part is None:
+            return self.refuse(self.__unknown(passed.route))
+        return part.__deliver(Message(tuple(rest), passed.action))
+
+    def __intercepted(self, message: Message) -> Message | Refusal:
+        self.__active += 1
+        try:
+            passed = self.intercept(message)
+        except (Refused, InputError) as refused:
+            return _refusal(str(self), refused)
+        finally:
+            self.__active -= 1
+        if isinstance(passed, Message) and passed.action.changes != message.action.changes:
+            raise TypeError(f"{type(self).__name__}.intercept turned a question and a change about")
+        return passed
+
+    def __perform(self, action: Action) -> Reply:
+        """Carry out an action on this very object."""
+        if why := misunderstood(self, action):
+            return self.refuse(why)
+        self.__active += 1
+        try:
+            value = getattr(self, action.name)(*action.arguments)
+        except (Refused, InputError) as refused:
+            return _refusal(str(self), refused)
+        finally:
+            self.__active -= 1
+        if _hands_out(value):
+            return self.refuse(f"{action.name} would hand out a part, which is hidden state")
+        return Answer(value)
+
+    def __unknown(self, route: Route) -> str:
+        if not (known := self.__all_routes()):
+            return f"has no part {route[0]!r}; it has no parts at all"
+        closest = written((*self._route, *nearest(route, known)))
+        return f"has no part {route[0]!r}; the nearest known route is {closest!r}"
+
+    def __remember(self) -> list[tuple["ObjectWithParts", dict[str, Any]]]:
+        """The attributes of this object and of every part below, as they are bound now."""
+        below = [pair for part in (self.__parts or {}).values() for pair in part.__remember()]
+        return [(self, dict(vars(self))), *below]
+
+    def __str__(self) -> str:
+        root: ObjectWithParts = self
+        while root.__owner is not None:
+            root = root.__owner
+        return written((root.__name, *self._route))
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self}>"
+
+    def __copy__(self: Self) -> Self:
+        return self.__deepcopy__({})
+
+    def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
+        """A whole of its own, with parts of its own; a part is copied with its whole only."""
+        if self.__owner is not None:
+            raise InputError(str(self), "a copy", f"part of {self.__owner}: copy the whole")
+        return self.__cloned(memo)
+
+    def __cloned(self: Self, memo: dict[int, Any]) -> Self:
+        new = type(self).__new__(type(self))
+        memo[id(self)] = new
+        new.__name = self.__name
+        new.__parts = {name: part.__cloned(memo) for name, part in (self.__parts or {}).items()}
+        for part in new.__parts.values():
+            part.__owner = new
+        vars(new).update(copy.deepcopy(vars(self), memo))
+        return new
+
+    def __getstate__(self) -> Never:
+        raise TypeError(f"{self} stays in its process: send what compile_actor makes of it")
+
+
+def _check_types(where: str, types: Mapping[str, type[ObjectWithParts]]) -> None:
+    for name, kind in types.items():
+        if not (isinstance(name, str) and name.strip() and read(name) == (name,)):
+            raise InputError(f"{where}.part_types", name, "a name without / and .", "try 'foot'")
+        if not (isinstance(kind, type) and issubclass(kind, ObjectWithParts)):
+            raise InputError(f"{where}.part_types[{name!r}]", kind, "a class of objects with parts")
+
+
+def _assembled(
+    whole: str,
+    types: Mapping[str, type[ObjectWithParts]],
+    given: Mapping[str, ObjectWithParts],
+) -> dict[str, ObjectWithParts]:
+    """The parts of a whole in the order of their types: those given, and new ones for the rest."""
+    for name in given:
+        if name not in types:
+            cure = f"did you mean {nearest((name,), [(t,) for t in types])[0]!r}?" if types else ""
+            raise InputError(f"{whole}.parts", name, "a part whose type the whole knows", cure)
+    parts = {name: given[name] if name in given else kind() for name, kind in types.items()}
+    seen: dict[int, str] = {}
+    for name, part in parts.items():
+        where = f"{whole}.parts[{name!r}]"
+        if not isinstance(part, types[name]):
+            raise InputError(where, part, f"of class {types[name].__name__}")
+        if part._owned_by:
+            rule = f"a part has one owner, and this belongs to {part._owned_by}"
+            raise InputError(where, part, rule, "make another")
+        if id(part) in seen:
+            raise InputError(where, part, f"a part has one place; this is {seen[id(part)]!r} too")
+        seen[id(part)] = name
+    return parts
+
+
+def _put_back(before: list[tuple[ObjectWithParts, dict[str, Any]]]) -> None:
+    for part, attributes in before:
+        vars(part).clear()
+        vars(part).update(attributes)
+
+
+def _refusal(who: str, refused: Refused | InputError) -> Refusal:
+    """The first to refuse is named, not those who passed its refusal on."""
+    return (
+        Refusal(refused.who, refused.why)
+        if isinstance(refused, Refused)
+        else Refusal(who, str(refused))
+    )
+
+
+def _hands_out(value: Any) -> bool:
+    """Whether an answer is, or holds, a part that has an owner."""
+    if isinstance(value, ObjectWithParts):
+        return bool(value._owned_by)
+    if isinstance(value, MethodType):
+        return _hands_out(value.__self__)
+    if isinstance(value, Mapping):
+        return any(_hands_out(item) for pair in value.items() for item in pair)
+    return isinstance(value, (tuple, list, set, frozenset)) and any(map(_hands_out, value))

@@ -1,0 +1,1 @@
+"""What air takes from light on its way, and what it adds."""

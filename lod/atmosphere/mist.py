@@ -1,0 +1,75 @@
+"""A second layer: mist that fills a valley and thins out upwards."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import Reals
+from lod.atmosphere.extinction import (
+    Bands,
+    extinction_of_visibility,
+    particle_extinction,
+)
+from lod.errors import InputError
+
+
+@dataclass(frozen=True)
+class Mist:
+    """Mist of one thickness up to its base, and e times thinner every ``scale_m`` above it.
+
+    visibility_m  Koschmieder visibility in the mist alone, at and below the base [m]
+    base_m        height of the base above the datum [m]
+    scale_m       height over which β falls by a factor of e [m]
+    """
+
+    visibility_m: float
+    base_m: float
+    scale_m: float
+
+    def __post_init__(self) -> None:
+        extinction_of_visibility(self.visibility_m)
+        if not math.isfinite(self.base_m):
+            raise InputError("mist.base", self.base_m, "a finite height above the datum")
+        if not (math.isfinite(self.scale_m) and self.scale_m > 0):
+            raise InputError("mist.scale", self.scale_m, "finite and above 0 m", "try 50m")
+
+
+def mist_extinction(mist: Mist, wavelengths_nm: Bands) -> Bands:
+    """β of the mist at its base [1/m]: droplets only, by Ångström's law for its own visibility."""
+    at_550 = extinction_of_visibility(mist.visibility_m)
+    return particle_extinction(mist.visibility_m, at_550, wavelengths_nm)
+
+
+def share_at(mist: Mist, height_m: Reals) -> Reals:
+    """β there over β at the base: exp(−(z − z₀)/H) above it, 1 below."""
+    return np.exp(-np.maximum(height_m - mist.base_m, 0.0) / mist.scale_m)
+
+
+def mean_share(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
+    """Mean of ``share_at`` over a straight path between two heights, exact, (n,).
+
+    On a straight path the height is linear in the length, so this is the mean over height: 1 over
+    the stretch below the base; over one from u to u + h above it, exp(−u/H)·(1 − exp(−h/H))/(h/H).
+    """
+    low = np.minimum(start_m, end_m) - mist.base_m
+    high = np.maximum(start_m, end_m) - mist.base_m
+    rise = high - low
+    low_above, high_above = np.maximum(low, 0.0), np.maximum(high, 0.0)
+    level = rise == 0.0
+    share_above = np.where(level, 1.0, (high_above - low_above) / np.where(level, 1.0, rise))
+    x = (high_above - low_above) / mist.scale_m
+    mean_above = np.exp(-low_above / mist.scale_m) * np.where(
+        x > 0.0, -np.expm1(-x) / np.where(x > 0.0, x, 1.0), 1.0
+    )
+    return 1.0 - share_above + share_above * mean_above
+
+
+def depth_beyond(mist: Mist, start_m: Reals, rise: Reals) -> Reals:
+    """Metres at the base that hold as much mist as a path upwards without end, exact, (n,) [m].
+
+    From the height ``start_m``, rising by ``rise`` > 0 a metre: (z₀ − z)/rise up to the base, where
+    the path begins below it, and H/rise·exp(−(z − z₀)/H) from where it is above.
+    """
+    below = np.maximum(mist.base_m - start_m, 0.0)
+    return (below + mist.scale_m * share_at(mist, start_m)) / rise

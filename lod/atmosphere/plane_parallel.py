@@ -1,0 +1,180 @@
+"""Light in an even layer of air over even ground, lit from above: all orders of scattering.
+
+The equation of transfer of a plane-parallel layer (Chandrasekhar, "Radiative Transfer", 1950, §6
+and §§9 to 11), by discrete directions and heights. Radiance is attenuated light from without, plus
+the source term of the air on the way,
+
+    J(z, ω) = ϖ·(p(ω·ω₀)·E·exp(−τ/sin e) + ∫p(ω·ω′)·L(z, ω′)dω′),
+
+repeated until it stays. p is Henyey & Greenstein's phase function (Astrophys. J. 93, 1941). The
+ground is Lambertian; what stands on it is a second medium in the lowest steps (lod.canopy.turbid_medium), whose
+source is alike in all directions, ϱ/4π·(E + ∫L·dω). Directions stand in rings of equal solid angle;
+the integral is a convolution in azimuth, so it is done frequency by frequency.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Reals, freeze
+
+Field = Float64[np.ndarray, "rings spokes bands"]
+
+RINGS, SPOKES = 64, 72
+"""Directions: rings are the middles of even steps in the sine of elevation, spokes stand
+clockwise from north."""
+
+LOWEST_SUN = 1e-3
+"""Sine of the elevation below which the sun is as at it: the way to it would be endless."""
+
+_SMALL = 1e-3
+_SETTLED, _MOST_ROUNDS = 1e-4, 200
+"""Repeated until J changes by less than this share of its greatest value."""
+
+
+@dataclass(frozen=True)
+class Scattering:
+    """What happens to light that the air takes: the share ϖ that goes on, and the mean cosine g of
+    the angle by which it turns."""
+
+    albedo: float
+    asymmetry: float
+
+
+@dataclass(frozen=True, eq=False)
+class Lit:
+    """What the layer is between and lit by.
+
+    height   (levels,) from the ground up to the top [m]
+    depth    (levels − 1, bands) ∫β of each step, straight up
+    cover    (levels − 1,) the same of what stands there, K·ΔA
+    to_sun   (3,) unit vector; sun (bands,) irradiance, above the layer, of what faces the sun
+    sky      (RINGS / 2, SPOKES, bands) radiance above the layer
+    ground   (bands,) albedo; plants (bands,) that of what stands there
+    """
+
+    height: np.ndarray
+    depth: np.ndarray
+    cover: np.ndarray
+    to_sun: np.ndarray
+    sun: np.ndarray
+    sky: np.ndarray
+    ground: np.ndarray
+    plants: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
+
+    @property
+    def taken(self) -> np.ndarray:
+        """Optical depth of each step straight up, by all that is in it, (levels − 1, bands)."""
+        return self.depth + self.cover[:, None]
+
+
+def directions() -> np.ndarray:
+    """Unit vectors, (RINGS, SPOKES, 3), from straight below to straight above."""
+    up, turn = _up(), np.arange(SPOKES) / SPOKES * 2 * np.pi
+    level = np.sqrt(1 - up**2)[:, None]
+    z = np.broadcast_to(up[:, None], (RINGS, SPOKES))
+    return np.stack((level * np.sin(turn), level * np.cos(turn), z), axis=2)
+
+
+def phase(cosine: np.ndarray, asymmetry: float) -> np.ndarray:
+    """Henyey & Greenstein's p [1/sr] of the cosine between where light comes from and the line of
+    sight: at 1 light goes on as it came."""
+    g = asymmetry
+    return (1 - g**2) / (4 * np.pi * (1 + g**2 - 2 * g * cosine) ** 1.5)
+
+
+def path_share(depth: np.ndarray) -> np.ndarray:
+    """How far along a path of optical depth t its scattered light comes from on the average, from 0
+    (here) to ½ (t = 0): ∫x·exp(−tx)dx / ∫exp(−tx)dx over 0 to 1 = 1/t − 1/(exp(t) − 1)."""
+    t = np.maximum(depth, _SMALL)
+    with np.errstate(over="ignore"):
+        return np.where(depth > _SMALL, 1 / t - 1 / np.expm1(t), 0.5 - depth / 12)
+
+
+def solve(lit: Lit, air: Scattering) -> Float64[np.ndarray, "levels rings spokes bands"]:
+    """J of the air at every height; light may scatter as often as it will."""
+    kernel = _kernel(air)
+    toward_sun = phase(directions() @ lit.to_sun, air.asymmetry)
+    first = air.albedo * toward_sun[None, ..., None] * sun_at(lit)[:, None, None]
+    source, sent = first, lit.plants / (4 * np.pi) * sun_at(lit)
+    for _ in range(_MOST_ROUNDS):
+        light = radiance(lit, source, sent)
+        before, source = source, first + _scatter(kernel, light)
+        around = light.sum(axis=(1, 2)) * _SOLID_ANGLE
+        sent = lit.plants / (4 * np.pi) * (sun_at(lit) + around)
+        if np.abs(source - before).max() <= _SETTLED * np.abs(source).max():
+            break
+    return source
+
+
+def sun_at(lit: Lit) -> Float64[np.ndarray, "levels bands"]:
+    """The sun's irradiance that is left at each height."""
+    above = np.concatenate((lit.taken[::-1].cumsum(axis=0)[::-1], np.zeros((1, len(lit.sun)))))
+    return lit.sun * np.exp(-above / max(float(lit.to_sun[2]), LOWEST_SUN))
+
+
+def radiance(
+    lit: Lit, source: np.ndarray, sent: Float64[np.ndarray, "levels bands"]
+) -> Float64[np.ndarray, "levels rings spokes bands"]:
+    """L at every height: downwards through the layer, off the ground, and up again; where the
+    source is ``source`` in the air, and ``sent`` in what stands there."""
+    half, up = RINGS // 2, _up()[RINGS // 2 :]
+    steps = lit.taken[:, None, None] / up[:, None, None]
+    through, share = np.exp(-steps), path_share(steps)
+    low, high = _mixed(lit, source, sent)
+    light = np.empty_like(source)
+    light[-1, half:] = lit.sky
+    for k in range(len(lit.depth) - 1, -1, -1):
+        own = low[k, half:] * (1 - share[k]) + high[k, half:] * share[k]
+        light[k, half:] = light[k + 1, half:] * through[k] + own * (1 - through[k])
+    light[0, :half] = lit.ground / np.pi * irradiance(lit, light[0, half:])
+    through, share = through[:, ::-1], share[:, ::-1]  # rings below the horizon, from the lowest
+    for k in range(len(lit.depth)):
+        own = high[k, :half] * (1 - share[k]) + low[k, :half] * share[k]
+        light[k + 1, :half] = light[k, :half] * through[k] + own * (1 - through[k])
+    return light
+
+
+def _mixed(lit: Lit, source: np.ndarray, sent: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The source at the lower and the upper end of each step, of all that is in it."""
+    nothing = np.ones_like(lit.depth)
+    air = np.divide(lit.depth, lit.taken, out=nothing, where=lit.taken > 0)[:, None, None]
+    there = sent[:, None, None]
+    return air * source[:-1] + (1 - air) * there[:-1], air * source[1:] + (1 - air) * there[1:]
+
+
+def irradiance(lit: Lit, down: Field) -> Reals:
+    """Of the ground, by the sun that is left and by what comes down, (bands,)."""
+    diffuse = (down * _up()[RINGS // 2 :, None, None]).sum(axis=(0, 1)) * _SOLID_ANGLE
+    return sun_at(lit)[0] * max(float(lit.to_sun[2]), 0.0) + diffuse
+
+
+_SOLID_ANGLE = 4 * np.pi / (RINGS * SPOKES)
+
+
+def _up() -> Reals:
+    return (np.arange(RINGS) + 0.5) / RINGS * 2 - 1
+
+
+def _kernel(air: Scattering) -> np.ndarray:
+    """ϖ·p·dω between rings by difference of azimuth, as its Fourier transform, (frequencies, rings,
+    rings); no light is lost or made by the steps between directions."""
+    up, turn = _up(), np.arange(SPOKES) / SPOKES * 2 * np.pi
+    level = np.sqrt(1 - up**2)
+    cosine = up[:, None, None] * up[None, :, None]
+    cosine = cosine + (level[:, None] * level[None])[..., None] * np.cos(turn)
+    between = phase(cosine, air.asymmetry)
+    between *= air.albedo / between.sum(axis=(1, 2), keepdims=True)
+    return np.fft.rfft(between, axis=2).transpose(2, 0, 1)
+
+
+def _scatter(kernel: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """ϖ·∫p·L at every height."""
+    levels, rings, spokes, bands = light.shape
+    waves = np.fft.rfft(light, axis=2).transpose(2, 1, 0, 3).reshape(-1, rings, levels * bands)
+    turned = (kernel @ waves).reshape(-1, rings, levels, bands).transpose(2, 1, 0, 3)
+    return np.fft.irfft(turned, n=spokes, axis=2)

@@ -1,0 +1,1 @@
+"""Cover of plants that are not displayed one by one."""

@@ -1,0 +1,1 @@
+"""The counts that the law predicts, derived without the pruner."""

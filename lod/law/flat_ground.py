@@ -1,0 +1,84 @@
+"""What the law predicts, prefactor and all (§4.1), derived without the pruner.
+
+Objects of density K [1/m²] stand isotropically on flat ground; the eye is h above a part's origin;
+a part is displayed within its limit distance D. Through a full turn that is a disc of area π(D² −
+h²).
+"""
+
+import numpy as np
+
+from lod.arrays import Ints, Reals
+from lod.metric.family import Metric
+from lod.metric.hierarchy import Hierarchy
+from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.viewer import Sight
+
+_HALVINGS = 60
+"""Of an interval: to the last bits of a float64."""
+
+
+def chained_limits(
+    hierarchy: Hierarchy, metric: Metric, m: float, sight: Sight | None = None
+) -> np.ndarray:
+    """Limit distance of every part, (n,) [m], for the metrics that have a law.
+
+    A part is displayed while its own test and those of every part above it pass, in whatever pose:
+    D = max(0, min over ancestors j of (D_j − length of the chain of separations from j down)).
+    Through air and eye, D_j is the farthest d of which W(d) is within its limit in clear air.
+    Raises KeyError for a metric without a law.
+    """
+    P, R = hierarchy.P, hierarchy.R
+    family = {
+        "blake": (P + R) / m,
+        "bounded": P / m + R,
+        "solid_angle": P / m,
+        "full": np.full(len(P), np.inf),
+    }
+    if metric.along_axis:
+        raise KeyError(metric.name)
+    # Of a metric that is not of the family, only its own formula is known.
+    alone = family[metric.name] if metric.name in family else metric.limit(P, R, m)
+    if sight is not None and metric.finite:
+        alone = _farthest_seen(alone, hierarchy.contrast, sight, m)
+    limit, chain, above = alone.copy(), np.zeros(len(P)), np.arange(len(P))
+    while (above > 0).any():
+        chain = chain + np.where(above > 0, hierarchy.separation[above], 0.0)
+        above = np.where(above > 0, hierarchy.whole[above], 0)
+        limit = np.minimum(limit, alone[above] - chain)
+    return np.maximum(limit, 0.0)
+
+
+def _farthest_seen(clear: Reals, contrast: Ints, sight: Sight, m: float) -> Reals:
+    """The d at which W(d) comes up to the limit in clear air, by halving: W increases, (n,) [m]."""
+    near, far = np.zeros_like(clear), clear.copy()
+    tables = [
+        (contrast == row, sight.weighted(CONTRAST_CLASSES[row], m)) for row in np.unique(contrast)
+    ]
+    for _ in range(_HALVINGS):
+        middle = (near + far) / 2
+        weighted = np.empty_like(clear)
+        for of_class, W in tables:
+            weighted[of_class] = W.weight(middle[of_class])
+        within = weighted <= clear
+        near, far = np.where(within, middle, near), np.where(within, far, middle)
+    return far
+
+
+def disc_areas(D: np.ndarray, h: np.ndarray) -> np.ndarray:
+    """Area of ground from which a part is displayed, π·max(0, D² − h²), (n,) [m²]."""
+    return np.pi * np.maximum(np.square(D) - np.square(h), 0.0)
+
+
+def expected(K: float, areas: np.ndarray) -> float:
+    """Expected number of parts displayed, K·Σ areas; of objects, where only wholes are given."""
+    return K * float(np.sum(areas))
+
+
+def variance(K: float, areas: np.ndarray) -> float:
+    """Variance of the number of parts displayed: compound Poisson, K·ΣᵢΣⱼ min(areaᵢ, areaⱼ).
+
+    Parts of one object come together: the discs are concentric, so those of i and j overlap in the
+    smaller one. With areas sorted downwards, ΣΣ min = Σ (2k + 1)·area_k, k = 0, 1, …
+    """
+    down = np.sort(np.asarray(areas, np.float64))[::-1]
+    return K * float(np.sum((2 * np.arange(len(down)) + 1) * down))

@@ -1,0 +1,162 @@
+"""The law where no disc is whole: hills, a field of view, a coarser detail out of it, a window.
+
+The number displayed is compound Poisson whatever the ground (Campbell's theorem; Kingman, "Poisson
+Processes", 1993, §3.2): its mean is K∫n dA and its variance K∫n² dA, where n(q) is the number of
+parts displayed of an object that stands at q, averaged over its headings. The integral is taken on
+one point per cell of a polar net, with cells equal in log r, and every part of the object there is
+tested by itself: no pruner, no walk down the tree.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import freeze
+from lod.law.flat_ground import chained_limits
+from lod.metric.hierarchy import Hierarchy
+from lod.pruning.view import View
+
+_INNER_M = 0.25
+"""Radius of the one disc about the eye that is not divided further."""
+
+
+@dataclass(frozen=True, eq=False)
+class Net:
+    """Points of ground about the eye, one in each cell of a polar net.
+
+    xy (n, 2) relative to the frame's corner [m]; area (n,) of the cell [m²]; turn (n,) heading
+    [rad]
+    """
+
+    xy: np.ndarray
+    area: np.ndarray
+    turn: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, xy=np.float64, area=np.float64, turn=np.float64)
+
+
+def polar_net(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> Net:
+    """A net over the disc of radius ``reach_m`` about the eye; the place in each cell is drawn
+    once.
+    """
+    chance = np.random.default_rng((rings, spokes))
+    edges = np.geomspace(_INNER_M, max(reach_m, 2 * _INNER_M), rings)
+    edges = np.concatenate(([0.0], edges))
+    inner, outer = np.square(edges[:-1])[:, None], np.square(edges[1:])[:, None]
+    shape = (rings, spokes)
+    radius = np.sqrt(inner + chance.random(shape) * (outer - inner))
+    angle = 2 * np.pi * (np.arange(spokes) + chance.random(shape)) / spokes
+    xy = eye[:2] + np.stack((radius * np.cos(angle), radius * np.sin(angle)), axis=-1).reshape(
+        -1, 2
+    )
+    area = np.broadcast_to(np.pi * (outer - inner) / spokes, shape).ravel()
+    return Net(xy, area, 2 * np.pi * chance.random(rings * spokes))
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Mean and variance per unit density [m²]: of objects, of parts, and of parts level by
+    level.
+    """
+
+    objects: float
+    objects_variance: float
+    parts: float
+    parts_variance: float
+    parts_by_level: tuple[float, ...]
+
+
+def reach_of(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
+    """Farthest in plan that an object of these can stand and have a part displayed [m]."""
+    return max(
+        float(chained_limits(h, view.metric, view.m, view.sight)[0] + np.hypot(*h.position[0, :2]))
+        for h in hierarchies
+    )
+
+
+def moments(
+    hierarchies: tuple[Hierarchy, ...], view: View, net: Net, ground: np.ndarray
+) -> Moments:
+    """Integrals of n and n² over the net, (n,) heights of ``ground`` [m], for equally likely kinds.
+
+    Kinds take turns along each ring. Cells outside a window are given area 0 by the caller.
+    """
+    levels = 1 + max(int(h.level.max()) for h in hierarchies)
+    total, by_level = np.zeros(4), np.zeros(levels)
+    for turn, hierarchy in enumerate(hierarchies):
+        rows = slice(turn, None, len(hierarchies))
+        where = net.xy[rows], net.area[rows] * len(hierarchies), net.turn[rows], ground[rows]
+        sums, level_sums = _integrate(_falling(hierarchy, view), where, _frustum(view), levels)
+        total += sums
+        by_level += level_sums
+    objects, objects_variance, parts, parts_variance = (total / len(hierarchies)).tolist()
+    shares = tuple((by_level / len(hierarchies)).tolist())
+    return Moments(objects, objects_variance, parts, parts_variance, shares)
+
+
+def _falling(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
+    """Parts in falling order of how far in plan the object can stand while they are displayed."""
+    inside = chained_limits(hierarchy, view.metric, view.m, view.sight)
+    outside = chained_limits(hierarchy, view.metric, view.m_offscreen, view.sight)
+    outside = np.minimum(inside, outside)  # nothing is kept only because it is out of view
+    farthest = inside + np.hypot(hierarchy.position[:, 0], hierarchy.position[:, 1])
+    order = np.argsort(-farthest, kind="stable")
+    tables = (hierarchy.position, hierarchy.B, hierarchy.level, inside, outside, farthest)
+    return *(table[order] for table in tables), order == 0
+
+
+def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
+    """The eye, the inward unit normals of the pyramid's planes, (5, 3), and whether to look
+    around.
+    """
+    camera = view.camera
+    tan_x, tan_y = camera.tan_half
+    planes = [camera.forward]
+    for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):
+        for sign in (1.0, -1.0):
+            planes.append((camera.forward * tangent + sign * axis) / math.hypot(1.0, tangent))
+    return camera.eye, np.array(planes), view.look_around
+
+
+@njit(cache=True)
+def _integrate(falling, where, frustum, levels):  # type: ignore[no-untyped-def]
+    """Sums of area·(objects, objects², parts, parts²) displayed, and area·parts of each level."""
+    position, bound, level, inside, outside, farthest, is_whole = falling
+    xy, area, turn, ground = where
+    eye, planes, look_around = frustum
+    total = np.zeros(4)
+    by_level = np.zeros(levels)
+    for q in range(len(area)):
+        if area[q] == 0.0:
+            continue
+        c, s = math.cos(turn[q]), math.sin(turn[q])
+        in_plan = math.hypot(xy[q, 0] - eye[0], xy[q, 1] - eye[1])
+        parts, wholes = 0, 0
+        for i in range(len(bound)):
+            if in_plan > farthest[i]:
+                break
+            x = xy[q, 0] + c * position[i, 0] - s * position[i, 1] - eye[0]
+            y = xy[q, 1] + s * position[i, 0] + c * position[i, 1] - eye[1]
+            z = ground[q] + position[i, 2] - eye[2]
+            seen = look_around or _in_view(planes, x, y, z, bound[i])
+            limit = inside[i] if seen else outside[i]
+            if x * x + y * y + z * z < limit * limit:
+                parts += 1
+                wholes += is_whole[i]
+                by_level[level[i]] += area[q]
+        total[:2] += area[q] * wholes
+        total[2] += area[q] * parts
+        total[3] += area[q] * parts * parts
+    return total, by_level
+
+
+@njit(cache=True)
+def _in_view(planes, x, y, z, bound):  # type: ignore[no-untyped-def]
+    """Whether a ball about a point relative to the eye is not wholly outside of any plane."""
+    for plane in planes:
+        if plane[0] * x + plane[1] * y + plane[2] * z <= -bound:
+            return False
+    return True

@@ -1,0 +1,91 @@
+"""The metric family: how far away a part of given P and R is still displayed (§2.4).
+
+Each member is a pure function of priority P [m], range R [m] and the detail angle m [rad] to a
+limit distance D [m]; a part is displayed while d < D. Which distance d is, and which parts are in
+view, is said by ``Metric.along_axis``.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from lod.errors import InputError
+from lod.metric.hierarchy import Hierarchy
+from lod.vision.viewer import Sight, seen_limits
+
+LimitFunction = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+
+
+def blake(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+    """P + R > m·d, as printed in §2.4; the K(P+R)² law follows from it."""
+    return (P + R) / m
+
+
+def bounded(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+    """P > m·(d − R): R read as a bound on position, so that the nearest extreme decides (§2.4)."""
+    return P / m + R
+
+
+def solid_angle(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+    """P > m·d: what the part itself subtends, without a bound (§2.1)."""
+    return P / m + 0.0 * R
+
+
+def full(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+    """Everything, always: the reference; it needs a finite world."""
+    return np.full(np.broadcast_shapes(np.shape(P), np.shape(R)), np.inf)
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A named member of the family.
+
+    ``along_axis``: d is the depth along the camera's axis, and parts out of view are dropped; what
+    the paper argues against (§2.1). Otherwise d is the true distance from the eye.
+    """
+
+    name: str
+    limit: LimitFunction
+    about: str
+    along_axis: bool = False
+    finite: bool = True
+
+
+METRICS: dict[str, Metric] = {
+    metric.name: metric
+    for metric in (
+        Metric("blake", blake, "P + R > m·d, as printed in §2.4 (default)"),
+        Metric("bounded", bounded, "P > m·(d − R): the nearest extreme decides"),
+        Metric("solid_angle", solid_angle, "P > m·d: no bound on position"),
+        Metric("depth", blake, "P + R > m·(depth along the view axis), in view only", True),
+        Metric("full", full, "everything, always; needs a finite world", False, False),
+    )
+}
+
+
+@lru_cache(maxsize=4096)
+def limit_distances(
+    hierarchy: Hierarchy, metric: Metric, m: float, sight: Sight | None = None
+) -> np.ndarray:
+    """Limit distance D of every part, clamped once so that every cut is connected, (n,) [m].
+
+    Through air and eye (``sight``) a part's own D is first W⁻¹ of that in clear air, W by its class
+    of contrast; ``full`` keeps everything all the same, and along an axis it is the depth that W
+    weighs. Then D_part = max(0, min(D_part, D_whole − separation)): a part within its D has, by the
+    triangle inequality, its whole within the whole's D. 0 means never displayed.
+    Raises InputError unless m is finite and above 0.
+    """
+    if not (np.isfinite(m) and m > 0):
+        raise InputError("m", m, "the detail angle is finite and above 0 rad", "check --detail")
+    D = np.asarray(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)
+    if sight is not None and metric.finite:
+        D = seen_limits(sight, D, hierarchy.contrast, m)
+    D = D.copy()
+    for depth in range(1, int(hierarchy.depth.max()) + 1):
+        rows = np.flatnonzero(hierarchy.depth == depth)
+        reach = D[hierarchy.whole[rows]] - hierarchy.separation[rows]
+        D[rows] = np.maximum(0.0, np.minimum(D[rows], reach))
+    D.setflags(write=False)
+    return D

@@ -1,0 +1,155 @@
+"""A compiled part hierarchy: one whole object as arrays, parents before children (§2.3)."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from lod.arrays import freeze
+from lod.errors import InputError
+from lod.vision.contrast import NEVER_LOST
+
+
+@dataclass(frozen=True, eq=False)
+class Hierarchy:
+    """The parts of one object, row 0 the whole object, every part after the part that owns it.
+
+    whole      (n,)   row of the part that owns this one; -1 for row 0
+    level      (n,)   detail level; 0 = one blob; never decreases down the tree
+    position   (n, 3) origin of the part in the object's own frame [m]
+    P          (n,)   priority: √ of the largest cross-section of the leaf appearance (§2.4) [m]
+    R          (n,)   range: reach of the part's extremes and its parts' ends from its origin [m]
+    B          (n,)   bound: radius about the origin that holds everything in it, any pose [m]
+    separation (n,)   greatest distance to the origin of its whole, any pose; 0 for row 0 [m]
+    contrast   (n,)   class of inherent contrast, a row of lod.vision.contrast.CONTRAST_CLASSES; if none
+                      is given the last, which no air and no eye ever lose
+    overlap    (n,)   of its leaf appearance and its parts', where half of either shows: how much of
+                      them lies in one another (``lod.pruning.area_scaling.stands_for``), below 1; 0 by default
+
+    Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0, nested bounds
+    (B of a whole ≥ separation + B of its part, so that what is in view has its whole in view).
+    """
+
+    whole: np.ndarray
+    level: np.ndarray
+    position: np.ndarray
+    P: np.ndarray
+    R: np.ndarray
+    B: np.ndarray
+    separation: np.ndarray
+    contrast: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    overlap: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if len(self.contrast) == 0:
+            object.__setattr__(self, "contrast", np.full(len(self.whole), NEVER_LOST))
+        if len(self.overlap) == 0:
+            object.__setattr__(self, "overlap", np.zeros(len(self.whole)))
+        freeze(self, whole=np.int64, level=np.int64, position=np.float64)
+        freeze(self, P=np.float64, R=np.float64, B=np.float64, separation=np.float64)
+        freeze(self, contrast=np.int64, overlap=np.float64)
+        _check_shapes(self)
+        _check_tree(self)
+        _check_sizes(self)
+
+    def __len__(self) -> int:
+        return len(self.whole)
+
+    @cached_property
+    def depth(self) -> np.ndarray:
+        """Steps from row 0 to each part, (n,)."""
+        depth = np.zeros(len(self), np.int64)
+        for row in range(1, len(self)):
+            depth[row] = depth[self.whole[row]] + 1
+        return depth
+
+    @cached_property
+    def order(self) -> np.ndarray:
+        """Rows sorted so that the parts of one whole stand together, (n - 1,)."""
+        return np.argsort(self.whole[1:], kind="stable") + 1
+
+    @cached_property
+    def part_count(self) -> np.ndarray:
+        """Number of parts that each part owns directly, (n,)."""
+        return np.bincount(self.whole[1:], minlength=len(self))
+
+    @cached_property
+    def first_part(self) -> np.ndarray:
+        """Where in ``order`` the parts of each part begin, (n,)."""
+        return np.concatenate(([0], np.cumsum(self.part_count)[:-1]))
+
+    @cached_property
+    def share(self) -> np.ndarray:
+        """Area P² of each part over that of all direct parts of its whole, (n,); row 0: 1."""
+        area = self.P**2
+        siblings = np.bincount(self.whole[1:], area[1:], len(self))
+        share = np.ones(len(self))
+        share[1:] = area[1:] / siblings[self.whole[1:]]
+        share.setflags(write=False)
+        return share
+
+    def scaled(self, factor: float) -> "Hierarchy":
+        """The same object ``factor`` times as large: every length grows alike."""
+        if not (np.isfinite(factor) and factor > 0):
+            raise InputError("scale", factor, "a size factor is finite and above 0", "try 1.0")
+        lengths = {k: getattr(self, k) * factor for k in ("position", "P", "R", "B", "separation")}
+        return replace(self, **lengths)
+
+
+def _check_shapes(h: Hierarchy) -> None:
+    n = len(h.whole)
+    if n == 0:
+        raise InputError("hierarchy", 0, "an object has at least one part, itself")
+    for name in ("level", "P", "R", "B", "separation", "contrast", "overlap"):
+        if getattr(h, name).shape != (n,):
+            raise InputError(f"hierarchy.{name}", getattr(h, name).shape, f"its shape is ({n},)")
+    if h.position.shape != (n, 3):
+        raise InputError("hierarchy.position", h.position.shape, f"its shape is ({n}, 3)")
+
+
+def _check_tree(h: Hierarchy) -> None:
+    if h.whole[0] != -1:
+        raise InputError("hierarchy.whole[0]", int(h.whole[0]), "row 0 is the root, owned by -1")
+    rows = np.arange(1, len(h))
+    wrong = rows[(h.whole[1:] < 0) | (h.whole[1:] >= rows)]
+    if len(wrong):
+        row = int(wrong[0])
+        raise InputError(
+            f"hierarchy.whole[{row}]",
+            int(h.whole[row]),
+            "a part stands after the part that owns it",
+        )
+    wrong = rows[h.level[1:] < h.level[h.whole[1:]]]
+    if len(wrong) or h.level[0] != 0:
+        row = int(wrong[0]) if len(wrong) else 0
+        raise InputError(
+            f"hierarchy.level[{row}]", int(h.level[row]), "levels start at 0 and never decrease"
+        )
+
+
+def _check_sizes(h: Hierarchy) -> None:
+    if h.contrast.min() < 0 or h.contrast.max() > NEVER_LOST:
+        wrong = int(h.contrast.max() if h.contrast.min() >= 0 else h.contrast.min())
+        raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
+    if not (np.isfinite(h.overlap) & (h.overlap < 1)).all():
+        raise InputError("hierarchy.overlap", float(h.overlap.max()), "finite and below 1")
+    rules = {"position": None, "P": "> 0", "R": ">= 0", "B": ">= 0", "separation": ">= 0"}
+    for name, rule in rules.items():
+        values = getattr(h, name)
+        good = np.isfinite(values)
+        if rule:
+            good &= values > 0 if rule == "> 0" else values >= 0
+        if not good.all():
+            row = int(np.argwhere(~good)[0][0])
+            raise InputError(
+                f"hierarchy.{name}[{row}]", float(values[~good][0]), f"finite {rule or ''}".strip()
+            )
+    needed = h.separation[1:] + h.B[1:]
+    short = np.flatnonzero(h.B[h.whole[1:]] < needed * (1 - 1e-12) - 1e-12)
+    if len(short):
+        row = int(short[0]) + 1
+        raise InputError(
+            f"hierarchy.B[{int(h.whole[row])}]",
+            float(h.B[h.whole[row]]),
+            f"a whole's bound holds its part {row}: at least {needed[row - 1]:.6g} m",
+        )

@@ -1,0 +1,1 @@
+"""What motion of the image hides."""

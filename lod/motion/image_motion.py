@@ -1,0 +1,157 @@
+"""How far an object moves on the image while the shutter is open, at the least (§5.2).
+
+L is one for a whole object: the least that anything of it moves, so that all its parts have one m,
+and by the clamp of ``limit_distances`` a connected cut. It is found as a lower bound from the eye
+and the object at both ends of the exposure. With o → R·o + c the motion of a point o [m] relative
+to the camera, |c| what the object shifts against the eye, φ = |R − I|, every point of it within B
+of its origin and farther than n from the eye all the while, and s what it moves by itself,
+
+    L ≥ |change of the origin's direction| − B·(φ + 2|c|/n)/n − s/n,    and
+    L ≥ φ·sin(α − β) − |c|/n − s/n,
+
+α the least angle between the origin's direction and the axis of R, sin β = B/d: the first because
+the change is a Lipschitz function of the point, the second because a turn alone moves a direction
+by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n. What is
+told is eased (``lod.motion.shutter``): what moves is taken to go on through the frames about as it does
+in this one.
+"""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import Points, Reals
+from lod.camera import GRID_M, Camera, Corner
+from lod.motion.shutter import EASE, NEAR, STEPS, Exposure
+
+
+def smears(
+    exposure: Exposure,
+    corner: Corner,
+    theta: float,
+    start: Points,
+    end: Points,
+    bound: Reals,
+    own: Reals,
+) -> Reals:
+    """Where each object is on the scale of smears, (n,); 0 = nothing is hidden.
+
+    theta       θ of all blurs but motion [rad]
+    start, end  (n, 3) its origin as the shutter opens and closes, from ``corner`` [m]
+    bound, own  (n,) radius that holds it, and farthest anything of it moves but for that shift [m]
+    """
+    smear, objects = np.empty(len(bound)), (theta, start, end, bound, own)
+    _smears(_path(exposure, corner, 0), *objects, smear)
+    most = float(smear.max(initial=0.0))
+    if most and exposure.near is not None:
+        _smears(_path(exposure, corner, min(math.ceil(most / EASE), NEAR)), *objects, smear)
+    return smear
+
+
+class _Path(NamedTuple):
+    """A camera in a frame and those about it, (k, …).
+
+    eyes (k, 2, 3) [m] and axes (k, 2, 3, 3) as the shutter opens and as it closes
+    ease   least that is hidden by what is hidden then, beyond that: steps on the scale
+    later  how much later than the frame itself, over the time that its shutter is open
+    """
+
+    eyes: np.ndarray
+    axes: np.ndarray
+    ease: np.ndarray
+    later: np.ndarray
+
+
+@lru_cache(maxsize=64)
+def _path(exposure: Exposure, corner: Corner, near: int) -> _Path:
+    """From so many frames before to as many after, nearest first: asked for by every species."""
+    every = [exposure]
+    if exposure.near is not None:
+        every += [exposure.near(k) for far in range(1, near + 1) for k in (-far, far)]
+    cameras = [camera for each in every for camera in (each.opens, each.closes)]
+    eyes = np.stack([eye_from(corner, camera) for camera in cameras])
+    axes = np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
+    away = (np.arange(len(every)) + 1) // 2
+    later = np.array([each.opens_s - exposure.opens_s for each in every]) / exposure.seconds
+    return _Path(eyes.reshape(-1, 2, 3), axes.reshape(-1, 2, 3, 3), EASE * away, later)
+
+
+def eye_from(corner: Corner, camera: Camera) -> np.ndarray:
+    """The eye of a camera in the coordinates of another frame's corner, (3,) [m]."""
+    away = camera.corner.x - corner.x, camera.corner.y - corner.y, 0
+    return camera.eye + GRID_M * np.array(away, np.float64)
+
+
+@njit(cache=True)
+def _smears(path, theta, start, end, bound, own, smear):  # type: ignore[no-untyped-def]
+    eyes, axes, ease, later = path
+    turn = axes[:, 1] - axes[:, 0]
+    phi = np.array([math.sqrt((each * each).sum() / 2) for each in turn])
+    opened, closed = np.empty(3), np.empty(3)
+    for i in range(len(bound)):
+        smear[i] = math.inf
+        for k in range(len(ease)):
+            if ease[k] >= smear[i]:
+                break
+            shift = 0.0
+            for c in range(3):
+                gone = later[k] * (end[i, c] - start[i, c])
+                opened[c] = start[i, c] + gone - eyes[k, 0, c]
+                closed[c] = end[i, c] + gone - eyes[k, 1, c]
+                shift += (closed[c] - opened[c]) ** 2
+            shift = math.sqrt(shift)
+            length = _least(axes[k], turn[k], phi[k], opened, closed, shift, bound[i], own[i])
+            if k == 0 or length / theta < _ratio(smear[i] - ease[k]):
+                smear[i] = _steps(length / theta) + ease[k]
+
+
+@njit(cache=True)
+def _ratio(steps):  # type: ignore[no-untyped-def]
+    """L/θ at a place on the scale."""
+    x = 2.0 ** (2.0 * steps / STEPS)
+    return math.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0.0))
+
+
+@njit(cache=True)
+def _steps(ratio):  # type: ignore[no-untyped-def]
+    """Where L/θ is on the scale: x = g² of 4x⁴ = (x + 1)(x + 1 + (L/θ)²), by Newton from above."""
+    squared = ratio * ratio
+    x = 1.0 + np.cbrt(squared)
+    while True:
+        value = 4 * x**4 - (x + 1) * (x + 1 + squared)
+        after = x - value / (16 * x**3 - 2 * (x + 1) - squared)
+        if not after < x:
+            return STEPS / 2 * math.log2(x)
+        x = after
+
+
+@njit(cache=True)
+def _least(axes, turn, phi, opened, closed, shift, bound, own):  # type: ignore[no-untyped-def]
+    """The least L [rad] of anything within an object, from what its origin does."""
+    far, farther = 0.0, 0.0
+    for c in range(3):
+        far += opened[c] ** 2
+        farther += closed[c] ** 2
+    far, farther = math.sqrt(far), math.sqrt(farther)
+    near = min(far, farther) - bound - own
+    if near <= 0:
+        return 0.0
+    moved, turned = 0.0, 0.0
+    for row in range(3):
+        before, after, by_turn = 0.0, 0.0, 0.0
+        for c in range(3):
+            before += axes[0, row, c] * opened[c] / far
+            after += axes[1, row, c] * closed[c] / farther
+            by_turn += turn[row, c] * opened[c] / far
+        moved += (after - before) ** 2
+        turned += by_turn**2
+    least = math.sqrt(moved) - bound * (phi + 2 * shift / near) / near - own / near
+    if phi > 0:
+        sine, wide = min(math.sqrt(turned) / phi, 1.0), bound / far
+        if sine > wide:
+            inner = sine * math.sqrt(1 - wide * wide) - math.sqrt(1 - sine * sine) * wide
+            least = max(least, phi * inner - (shift + own) / near)
+    return max(least, 0.0)

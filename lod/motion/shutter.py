@@ -1,0 +1,67 @@
+"""What motion hides: the blur of an open shutter, and the detail that it leaves (§5.2, §2.1).
+
+The paper leaves the metric of motion to the future; its own argument joins it to the spatial one.
+Variances of successive blurs add (Bracewell, ch. 8). What passes by an angle L while the shutter is
+open is convolved with a box of that full width, along its path alone, and a part of size s and
+contrast C is then spread over √(s² + θ²) across it and √(s² + θ² + L²) along, θ that of all other
+blurs. Its contrast falls by so much and its area grows by so much; what counts is the square of the
+contrast over the area, the error that leaving it out makes (Parseval: its energy, in frequencies):
+
+    E = C²s⁴/(√(s² + θ²)·√(s² + θ² + L²)),    m grows by the g of E(g·θ, L) = E(θ, 0) = C²θ²/2,
+    L²/θ² = 4g⁸/(g² + 1) − (g² + 1),          which is g = (L/2θ)^⅓ where L is long.
+
+A part as large as its blurred area √(θ·√(θ² + L²)) is too much to leave out: g = (L/θ)^½ makes an
+error that grows with L, because a part of that size has lost contrast and not its area (the
+experiment ``motion`` has its planted cut about there). Even parts are meant: a pole along the pan
+keeps more of its contrast, one across it less.
+The growth g of m is told on a scale of STEPS to each octave.
+
+L is one for a whole object: the least that anything of it moves (``lod.motion.image_motion``).
+
+A camera can stop between two frames, and all that its motion hid would come at once. So what is
+hidden eases: from one frame to the next the scale goes by EASE at most,
+
+    smear(f) = min over k of own(f + k) + EASE·|k|,
+
+the largest such that is never more than the frame's own. The path of a camera is known ahead:
+detail comes back before the motion ends, and goes after it has begun. At rest it is 0, and where
+all frames are alike it is their own.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from lod.camera import Camera
+
+STEPS = 8
+"""Steps of the scale of smears to each doubling of m."""
+
+EASE = 0.5
+"""Steps between two frames at most: by 4 % of D, of which a fade band is five times as wide."""
+
+NEAR = 48
+"""Frames before and after that are asked at most: farther ones matter only where L > 1100 θ."""
+
+
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """While the shutter is open: the camera as it opens and as it closes, and when [s].
+
+    near  the same so many frames later, or before where it is below 0; None = nothing is eased
+    """
+
+    opens: Camera
+    closes: Camera
+    opens_s: float
+    closes_s: float
+    near: Callable[[int], "Exposure"] | None = None
+
+    @property
+    def seconds(self) -> float:
+        """How long the shutter is open [s]."""
+        return self.closes_s - self.opens_s
+
+
+def growth(smear: float) -> float:
+    """How much m grows at a place on the scale of smears, from 0: a factor, 1 or more."""
+    return float(2.0 ** (smear / STEPS))

@@ -1,0 +1,129 @@
+"""The one comparison of the metric, compiled: d < D, as every compiled walk asks it (§2.4).
+
+The same arithmetic in the same order as ``prune.displayed``, in float64, so that both agree to the
+last bit. Whether a part is in view is worked out only where it decides.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from lod.pruning.view import View
+
+ENTRY = 0.25
+"""Share of its diameter with which a sphere has entered the view: what it holds fills little of it,
+and would be seen thin along the picture's edges if that took longer."""
+
+
+class Vantage(NamedTuple):
+    """A view as compiled walks read it: the eye, the camera's axes, and its pyramid of view, of
+    whose sides ``length`` is √(1 + tan²).
+    """
+
+    eye_x: float
+    eye_y: float
+    eye_z: float
+    forward_x: float
+    forward_y: float
+    forward_z: float
+    right_x: float
+    right_y: float
+    right_z: float
+    up_x: float
+    up_y: float
+    up_z: float
+    tan_x: float
+    tan_y: float
+    length_x: float
+    length_y: float
+    along_axis: bool
+    look_around: bool
+
+
+def vantage_of(view: View) -> Vantage:
+    """What the walks need of a view."""
+    camera = view.camera
+    x, y, z = camera.eye.tolist()
+    axes = camera.forward.tolist(), camera.right.tolist(), camera.up.tolist()
+    (fx, fy, fz), (rx, ry, rz), (ux, uy, uz) = axes
+    tan_x, tan_y = camera.tan_half
+    sides = tan_x, tan_y, math.hypot(1.0, tan_x), math.hypot(1.0, tan_y)
+    rules = view.metric.along_axis, view.look_around
+    return Vantage(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *sides, *rules)
+
+
+@njit(cache=True)
+def distance_to(s, x, y, z):  # type: ignore[no-untyped-def]
+    """``view.distance`` of one point [m]."""
+    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
+    if s.along_axis:
+        return max(x * s.forward_x + y * s.forward_y + z * s.forward_z, 0.0)
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True)
+def sees(s, x, y, z, radius):  # type: ignore[no-untyped-def]
+    """``view.in_view`` of one sphere."""
+    if s.look_around:
+        return True
+    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
+    ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
+    if not ahead > -radius:
+        return False
+    aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
+    if not (ahead * s.tan_x - aside) / s.length_x > -radius:
+        return False
+    above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
+    return (ahead * s.tan_y - above) / s.length_y > -radius
+
+
+@njit(cache=True)
+def into_view(s, x, y, z):  # type: ignore[no-untyped-def]
+    """How far a point is inside the pyramid of view, by the plane that it is least inside of; below
+    0 outside [m].
+
+    Plane by plane as ``sees``: a sphere is seen while this is above minus its radius.
+    """
+    if s.look_around:
+        return math.inf
+    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
+    ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
+    aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
+    above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
+    across = (ahead * s.tan_x - aside) / s.length_x
+    return min(ahead, across, (ahead * s.tan_y - above) / s.length_y)
+
+
+@njit(cache=True)
+def entered(s, x, y, z, radius):  # type: ignore[no-untyped-def]
+    """How far a sphere that ``sees`` has come into the pyramid of view, 0 to 1: ENTRY of its
+    diameter."""
+    if s.look_around or radius <= 0.0:
+        return 1.0
+    return min((into_view(s, x, y, z) + radius) / (2.0 * ENTRY * radius), 1.0)
+
+
+@njit(cache=True)
+def slack(d, away, within, least, most, inside, outside, passed):  # type: ignore[no-untyped-def]
+    """How far a point may come or go before its comparison could turn out otherwise [m]: by its
+    distance, and by what is in view (inf where that does not decide).
+
+    d, within: distance and ``into_view`` of the point, or of one that it is never further from than
+    ``away``; in view it counts while that is above ``least``, and out of it below −``most``.
+    """
+    if passed and d + away < outside:
+        return outside - d - away, math.inf
+    if not d - away < inside:
+        return d - away - inside, math.inf
+    if passed:
+        return inside - d - away, within - least
+    return d - away - outside, -within - most
+
+
+@njit(cache=True)
+def passes(s, x, y, z, bound, limit, limit_offscreen):  # type: ignore[no-untyped-def]
+    """Whether a part is displayed: d < D, with the coarser D for what is out of view."""
+    d = distance_to(s, x, y, z)
+    inside, outside = d < limit, d < limit_offscreen
+    return inside if inside == outside or sees(s, x, y, z, bound) else outside

@@ -1,0 +1,141 @@
+"""A view: a camera, a metric and a detail, and with them the one test of every part."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lod.camera import Camera
+from lod.errors import InputError
+from lod.metric.family import Metric, limit_distances
+from lod.metric.hierarchy import Hierarchy
+from lod.motion.shutter import Exposure, growth
+from lod.vision.viewer import Sight
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What one frame asks of every representation.
+
+    detail            τ: detail threshold [px]
+    offscreen_detail  detail kept out of view, as a share of that in view (0 to 1]
+    look_around       no field of view: every direction counts as in view (experiments on the law)
+    fade              share of D before it over which a part shrinks away; 0 = it is clipped at D
+    time_s            when the frame is taken, for what moves [s]
+    sight             air, display and eye; None = clear air and an ideal eye
+    exposure          while the shutter is open; None = no time at all, and motion hides nothing
+    sun               unit vector on the map to where the sun stands, for looks that mind it; None =
+                      they look from all sides alike
+    """
+
+    camera: Camera
+    metric: Metric
+    detail: float = 1.0
+    offscreen_detail: float = 0.25
+    look_around: bool = False
+    fade: float = 0.0
+    time_s: float = 0.0
+    sight: Sight | None = None
+    exposure: Exposure | None = None
+    sun: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.detail) and self.detail > 0):
+            raise InputError("detail", self.detail, "a threshold above 0 px", "try --detail 1.0")
+        if not 0 < self.offscreen_detail <= 1:
+            raise InputError("offscreen_detail", self.offscreen_detail, "above 0, at most 1")
+        if not 0 <= self.fade < 1:
+            raise InputError("fade", self.fade, "at least 0, below 1", "try 0.2")
+        if self.look_around and self.metric.along_axis:
+            raise InputError("metric", self.metric.name, "needs a view axis, not a full turn")
+        if self.sight is not None and self.sight.widths.pixel != self.camera.pixel_angle:
+            arrived = self.sight.widths.pixel
+            raise InputError("sight.widths.pixel", arrived, "the angle of the camera's own pixel")
+
+    @property
+    def theta(self) -> float:
+        """θ of one pixel, or of all blurs together but that of motion (§2.1) [rad]."""
+        return self.camera.pixel_angle if self.sight is None else self.sight.widths.effective
+
+    @property
+    def m(self) -> float:
+        """m = τ·θ in view (§2.4) [rad]."""
+        return self.detail * self.theta
+
+    @property
+    def m_offscreen(self) -> float:
+        """The coarser m for what is out of view, seen only through shadow and bounce [rad]."""
+        return self.m / self.offscreen_detail
+
+    def limits(self, hierarchy: Hierarchy, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Clamped limit distances of every part, in view and out of it, (n,) each [m].
+
+        smear: of the object, a whole step on the scale of ``exposure``.
+        None is greater out of view: an eye's W grows faster at a finer m, and could turn them
+        round where much of D is the range (``bounded``); and what motion hides in view is not kept
+        for its shadow. None grows with smear.
+        """
+        inside = limit_distances(hierarchy, self.metric, self.m, self.sight)
+        if smear and self.metric.finite:
+            m, sight = self.m * growth(smear), self._smeared_sight(smear)
+            inside = np.minimum(inside, limit_distances(hierarchy, self.metric, m, sight))
+        if self.metric.along_axis:
+            return inside, np.zeros_like(inside)
+        outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.sight)
+        return inside, np.minimum(inside, outside)
+
+    def _smeared_sight(self, smear: int) -> Sight | None:
+        """What is looked through while things move: θ_motion is the even blur of the same m."""
+        if self.sight is None:
+            return None
+        motion = self.theta * math.sqrt(growth(smear) ** 2 - 1)
+        return replace(self.sight, widths=replace(self.sight.widths, motion=motion))
+
+
+def along(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Products of vectors (n, 3) with one, summed from x to z whatever n is: same point, same bits,
+    and the bits of ``comparison``. (n,)
+    """
+    return offset[:, 0] * axis[0] + offset[:, 1] * axis[1] + offset[:, 2] * axis[2]
+
+
+def distance(view: View, position: np.ndarray) -> np.ndarray:
+    """d of each point, (n, 3) → (n,) [m]: from the eye, or along the axis where the metric says so.
+
+    Never below 0, so that nothing passes a limit of 0; a point behind the eye has depth 0.
+    """
+    offset = position - view.camera.eye
+    if view.metric.along_axis:
+        return np.maximum(along(offset, view.camera.forward), 0.0)
+    return np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2)
+
+
+def reach(view: View, limit: float, bound: float) -> float:
+    """Greatest true distance at which something of that D and B in view can pass its test [m].
+
+    Along the axis it can be D deep and still lie aside of it, by D·tan + B·√(1 + tan²) on each
+    axis.
+    """
+    if not view.metric.along_axis:
+        return limit
+    aside = [limit * tan + bound * math.hypot(1.0, tan) for tan in view.camera.tan_half]
+    return math.hypot(limit, *aside)
+
+
+def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Whether each sphere reaches into the pyramid of view, (n, 3), (n,) → (n,).
+
+    Plane by plane, so a sphere beyond an edge of the pyramid may count as in view; never the
+    reverse. A sphere inside another is in view only if the other is: with nested bounds, cuts stay
+    connected.
+    """
+    if view.look_around:
+        return np.ones(len(centre), bool)
+    camera, offset = view.camera, centre - view.camera.eye
+    tan_x, tan_y = camera.tan_half
+    ahead = along(offset, camera.forward)
+    seen = ahead > -radius
+    for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):
+        aside, length = along(offset, axis), math.hypot(1.0, tangent)
+        seen &= (ahead * tangent - np.abs(aside)) / length > -radius
+    return seen

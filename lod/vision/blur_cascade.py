@@ -1,0 +1,109 @@
+"""Blur adds in quadrature: the widths of pixel, eye, atmosphere and motion, and their sum (§2.1).
+
+The variance of a convolution is the sum of the variances (Bracewell, "The Fourier Transform and Its
+Applications", ch. 8), so θ_eff² = θ_pixel² + θ_eye² + θ_atmosphere² + θ_motion² where each θ is a
+full width √12·σ: that of the box with the same variance, so a box pixel has its own width. In
+quadrature nothing has to be Gaussian; as a transfer function each blur is taken for the Gaussian of
+its variance.
+"""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from lod.arrays import Reals
+from lod.errors import InputError
+from lod.vision.eye import Display, Eye, optical_sigma
+
+FULL_WIDTH = math.sqrt(12.0)
+"""Full width of a box over its standard deviation."""
+
+
+@dataclass(frozen=True)
+class Widths:
+    """Full widths √12·σ of the blurs between scene and sight, as angles at the camera [rad].
+
+    pixel       angle of one pixel: a box of that width, σ = θ/√12
+    eye         the viewer's optics, carried to the camera by the display (``widths_seen``)
+    atmosphere  seeing (``turbulence_width``)
+    motion      what passes by while the shutter is open: a box of angular speed × exposure
+    """
+
+    pixel: float
+    eye: float = 0.0
+    atmosphere: float = 0.0
+    motion: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and value >= 0):
+                raise InputError(f"width.{field.name}", value, "finite and at least 0 rad")
+        if self.pixel == 0:
+            raise InputError("width.pixel", self.pixel, "above 0 rad: a camera has pixels")
+
+    @property
+    def effective(self) -> float:
+        """θ_eff [rad]: the root of the sum of the squares; m = τ·θ_eff."""
+        return math.hypot(self.pixel, self.eye, self.atmosphere, self.motion)
+
+    @property
+    def before_eye(self) -> float:
+        """The same without the eye [rad]: what has happened by the time light reaches it."""
+        return math.hypot(self.pixel, self.atmosphere, self.motion)
+
+
+def widths_seen(
+    pixel_angle: float,
+    display: Display,
+    eye: Eye | None,
+    atmosphere: float = 0.0,
+    motion: float = 0.0,
+) -> Widths:
+    """The cascade of a camera whose picture is looked at on a display; angles at the camera [rad].
+
+    The display shows a camera's pixel under an angle of its own. So the eye's width, an angle at
+    the viewer, covers (eye width)/(display pixel) pixels, each of which is ``pixel_angle`` at the
+    camera. An ideal eye (None) has no width.
+    """
+    seen = 0.0 if eye is None else eye_width(display, eye) * pixel_angle / display.pixel_angle
+    return Widths(pixel_angle, seen, atmosphere, motion)
+
+
+def eye_width(display: Display, eye: Eye) -> float:
+    """Full width √12·σ_opt of the eye's optics, an angle at the viewer [rad].
+
+    Barten's optical transfer function is exp(−2π²σ²f²), a Gaussian (1999, ch. 3).
+    """
+    return FULL_WIDTH * math.radians(optical_sigma(display, eye))
+
+
+def turbulence_width(
+    structure_constant: float, path_m: float, wavelength_nm: float = 550.0
+) -> float:
+    """Full width of the seeing over a level path, for θ_atmosphere [rad]; long exposure.
+
+    Fried's length for a point source, r₀ = (0.16·k²·C_n²·L)^(−3/5) with k = 2π/λ, and a point seen
+    with a full width at half maximum of 0.98·λ/r₀ (Fried, J. Opt. Soc. Am. 56, 1966, p. 1372),
+    taken for a Gaussian: σ = FWHM/√(8·ln 2). C_n² [m^(−2/3)] near ground runs from 1e-16 (calm) to
+    1e-13 (midday). Light scattered forward by particles blurs too (Kaufman, Applied Optics
+    20, 1981, p. 1525), over degrees rather than seconds of arc; here all of it is lost contrast, β.
+    """
+    for where, value in (("C_n²", structure_constant), ("path", path_m)):
+        if not (math.isfinite(value) and value >= 0):
+            raise InputError(where, value, "finite and at least 0")
+    if not (math.isfinite(wavelength_nm) and wavelength_nm > 0):
+        raise InputError("wavelength", wavelength_nm, "finite and above 0 nm", "try 550")
+    wavelength_m = wavelength_nm * 1e-9
+    k = 2 * math.pi / wavelength_m
+    inverse_r0 = (0.16 * k**2 * structure_constant * path_m) ** 0.6
+    return FULL_WIDTH * 0.98 * wavelength_m * inverse_r0 / math.sqrt(8 * math.log(2))
+
+
+def transfer(width: float, frequency: Reals) -> Reals:
+    """Share of a sinusoid's contrast that a blur leaves, (n,): exp(−2π²σ²f²), σ = width/√12.
+
+    ``width`` and 1/``frequency`` are in the same unit. The Fourier transform of a Gaussian.
+    """
+    return np.exp(-((math.pi * width * frequency) ** 2) / 6)
