@@ -1,6 +1,7 @@
 """Rotations by the array: the quaternions of many poses at once (§3.3).
 
-Components stand last, in the order x, y, z, w of lod.actors.quaternion; everything before them broadcasts.
+Components stand last, in the order x, y, z, w of lod.actors.quaternion; everything before them
+broadcasts.
 """
 
 import numpy as np

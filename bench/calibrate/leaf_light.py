@@ -1,10 +1,12 @@
 """How much light the leaf appearances of trees send, over what the tree in full detail sends.
 
 ``python -m bench.calibrate.leaf_light [--sides | --heights] [SPECIES…]`` prints the shares by which
-``scenes.models.trees.species_tables`` takes colour from the shapes that stand for hidden leaves, level by level:
+``scenes.models.trees.species_tables`` takes colour from the shapes that stand for hidden leaves,
+level by level:
 what they hide shades itself, and one smooth shape does not. A stand of one species, of the very
 trees that presets have, is looked at from all sides, every tree cut at one level, in the light of a
-sun 40° up, its sky and the ground (``scenes.far_cover.stand_paths``). Paths of light and places of trees are
+sun 40° up, its sky and the ground (``scenes.far_cover.stand_paths``). Paths of light and places of
+trees are
 the same at all levels. With ``--sides`` it prints instead how much more or less would be right
 toward each side, 0° with the sun behind the viewer; with ``--heights`` what the shapes of a level
 lack from each height, in cover and then in light (``scenes.sticks.view_dependence``).

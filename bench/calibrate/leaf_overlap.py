@@ -1,9 +1,11 @@
 """How much of leaf appearances and of what they stand for lies in one another.
 
-``python -m bench.calibrate.leaf_overlap [MODELS…]`` prints the overlaps that ``scenes.models.trees.species_tables`` and
+``python -m bench.calibrate.leaf_overlap [MODELS…]`` prints the overlaps that
+``scenes.models.trees.species_tables`` and
 ``scenes.rig.build`` tell, level by level, of trees in leaf and bare, and of people and animals at
 rest: while the parts of a level show a quarter, a half and three quarters of themselves, as when
-they fade (``lod.pruning.crossfade``), the whole is to cover as much on average as with none and with all of
+they fade (``lod.pruning.crossfade``), the whole is to cover as much on average as with none and
+with all of
 them. After it: the cover with none and with all, over that of full detail; and in between over what
 it is to be, without overlap and with.
 """

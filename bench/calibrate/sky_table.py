@@ -1,4 +1,5 @@
-"""Where the light of the sky comes from: ``python -m bench.calibrate.sky_table`` writes ``scenes/far_cover/sky.csv``.
+"""Where the light of the sky comes from: ``python -m bench.calibrate.sky_table`` writes
+``scenes/far_cover/sky.csv``.
 
 Mitsuba's ``sunsky`` by turbidity, elevation of the sun and cells of directions, the mean over the
 solid angle of each, in red, green and blue, over what white level ground sends in the light of sun

@@ -1,7 +1,8 @@
 """One suite of rules for every representation, those of others included (DESIGN §2).
 
 The pruner, the renderer and the law ask nothing of a representation but the protocol
-(``lod.pruning.parts.Representation``); whatever keeps these rules can be put in a scene. A rule is a
+(``lod.pruning.parts.Representation``); whatever keeps these rules can be put in a scene. A rule is
+a
 generator: it yields one line for each thing it finds wrong, and nothing where all is well.
 """
 

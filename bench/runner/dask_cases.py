@@ -27,7 +27,8 @@ def in_turn(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]) -> I
 
 @contextlib.contextmanager
 def spread_over(where: str | None, say: Callable[[str], object]) -> Iterator[Each]:
-    """Over a cluster as scenes.render.sequence.dask_cluster has it; None = here. ``say`` hears of a dashboard."""
+    """Over a cluster as scenes.render.sequence.dask_cluster has it; None = here. ``say`` hears of
+    a dashboard."""
     if where is None:
         yield in_turn
         return

@@ -47,7 +47,8 @@ def page(presets: Sequence[tuple[str, str]]) -> str:
     """The gallery as Markdown, from names and what they show."""
     head = (
         "# What there is to see\n\nEvery preset, and beside it the same frame by detail level"
-        " (`--view level`): dark is coarse, light is fine. Made by `python -m bench.studies.gallery`, 16"
+        " (`--view level`): dark is coarse, light is fine. Made by"
+        " `python -m bench.studies.gallery`, 16"
         " samples a pixel, denoised. [Clips](motion.md) of what motion hides lie beside.\n"
     )
     rows = [

@@ -1,4 +1,5 @@
-"""`python -m bench.studies.motion_clips`: clips in which nothing should pop or stutter, and a table.
+"""`python -m bench.studies.motion_clips`: clips in which nothing should pop or stutter, and a
+table.
 
 A fast pan, a walk past walkers, a turn that stops, and a flight over trees, each as it is pruned
 (by motion too, and with parts kept for as long as they are off by less than half a pixel) beside

@@ -1,4 +1,5 @@
-"""A walk through the forest, frame by frame: ``python -m bench.studies.popping_film DIR [--frames 120]``.
+"""A walk through the forest, frame by frame: ``python -m bench.studies.popping_film DIR [--frames
+120]``.
 
 The walk is measured unpruned, fading and clipped, in a wood small enough to be held whole, and so
 coarsely that branches which come and go are several pixels large. DIR keeps what is measured, pair

@@ -1,7 +1,8 @@
 """What frames that follow each other save: ``python -m bench.studies.reuse [--quick]``.
 
 A camera walks at 1.4 m/s and 24 frames a second. Every frame is pruned from scratch, and from what
-held of the frame before (``scenes.reuse.field_reuse``), the two taking turns, in the processor's seconds
+held of the frame before (``scenes.reuse.field_reuse``), the two taking turns, in the processor's
+seconds
 of one thread; the first frame, which holds nothing yet, and compiling are left out, and frames that
 begin anew at the edge of a grid square are not. Two ratios: of the cut alone, and with all that is
 known of its parts, for which who walks must be put in place in any frame.

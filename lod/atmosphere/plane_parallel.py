@@ -7,7 +7,8 @@ the source term of the air on the way,
     J(z, ω) = ϖ·(p(ω·ω₀)·E·exp(−τ/sin e) + ∫p(ω·ω′)·L(z, ω′)dω′),
 
 repeated until it stays. p is Henyey & Greenstein's phase function (Astrophys. J. 93, 1941). The
-ground is Lambertian; what stands on it is a second medium in the lowest steps (lod.canopy.turbid_medium), whose
+ground is Lambertian; what stands on it is a second medium in the lowest steps
+(lod.canopy.turbid_medium), whose
 source is alike in all directions, ϱ/4π·(E + ∫L·dω). Directions stand in rings of equal solid angle;
 the integral is a convolution in azimuth, so it is done frequency by frequency.
 """

@@ -4,7 +4,8 @@ Objects stand at random (Poisson), K of them to the square metre. A line at heig
 them a metre, w being the mean width of an object there, seen from the side; so of lines at the
 elevation e exp(−K·ΔA/sin e) pass a layer in which each has the outline ΔA. This is Beer's law in a
 stand of plants (Monsi & Saeki, "Über den Lichtfaktor in den Pflanzengesellschaften", Japanese
-Journal of Botany 14, 1953; Nilson 1971, as in ``lod.canopy.gap_fraction``). What is met sends a share of its
+Journal of Botany 14, 1953; Nilson 1971, as in ``lod.canopy.gap_fraction``). What is met sends a
+share of its
 light on, alike to all sides (isotropic leaf scattering: Ross, "The Radiation Regime and
 Architecture of Plant Stands", 1981).
 """

@@ -21,10 +21,12 @@ class Hierarchy:
     R          (n,)   range: reach of the part's extremes and its parts' ends from its origin [m]
     B          (n,)   bound: radius about the origin that holds everything in it, any pose [m]
     separation (n,)   greatest distance to the origin of its whole, any pose; 0 for row 0 [m]
-    contrast   (n,)   class of inherent contrast, a row of lod.vision.contrast.CONTRAST_CLASSES; if none
+    contrast   (n,)   class of inherent contrast, a row of lod.vision.contrast.CONTRAST_CLASSES; if
+    none
                       is given the last, which no air and no eye ever lose
     overlap    (n,)   of its leaf appearance and its parts', where half of either shows: how much of
-                      them lies in one another (``lod.pruning.area_scaling.stands_for``), below 1; 0 by default
+                      them lies in one another (``lod.pruning.area_scaling.stands_for``), below 1;
+                      0 by default
 
     Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0, nested bounds
     (B of a whole ≥ separation + B of its part, so that what is in view has its whole in view).

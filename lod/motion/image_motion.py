@@ -12,7 +12,8 @@ of its origin and farther than n from the eye all the while, and s what it moves
 α the least angle between the origin's direction and the axis of R, sin β = B/d: the first because
 the change is a Lipschitz function of the point, the second because a turn alone moves a direction
 by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n. What is
-told is eased (``lod.motion.shutter``): what moves is taken to go on through the frames about as it does
+told is eased (``lod.motion.shutter``): what moves is taken to go on through the frames about as it
+does
 in this one.
 """
 

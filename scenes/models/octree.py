@@ -29,7 +29,8 @@ SUNK = 1.7
 """Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""
 
 OVERLAP = 0.95
-"""Of a cell's ball and those of its own cells (``lod.pruning.area_scaling``): one lies in the others. Measured
+"""Of a cell's ball and those of its own cells (``lod.pruning.area_scaling``): one lies in the
+others. Measured
 (``bench.calibrate.leaf_overlap``)."""
 
 _JITTER = 0.3

@@ -1,7 +1,9 @@
 """What other packages bring, by entry points: metrics and representations.
 
-A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, and what
-makes its representations (``scenes.plugins.representation.Offer``) in ``lodbench.representations``. It is imported
+A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, and
+what
+makes its representations (``scenes.plugins.representation.Offer``) in
+``lodbench.representations``. It is imported
 when something of it is asked for, so that one that is broken is in nobody else's way.
 """
 

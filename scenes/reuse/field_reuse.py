@@ -1,6 +1,7 @@
 """A field's cut from that of the frame before: only what may have changed is examined again.
 
-Every comparison holds until the eye has gone as far as its slack (``lod.pruning.compiled_test.slack``). A cell
+Every comparison holds until the eye has gone as far as its slack
+(``lod.pruning.compiled_test.slack``). A cell
 holds as long as its own comparison and those of its objects' homes; an object as long as the least
 of all its parts', in steps of the eye added up, and of its own where it walks. What is left is
 examined anew by the same walks, and woven into what held: the same cut as from scratch, to the last

@@ -27,7 +27,8 @@ MEAN = "mean"
 """Material of a blob: the mean tint of everything, by outline area."""
 
 WHOLE_OVERLAP, LIMB_OVERLAP = 0.62, 0.97
-"""Of the leaf appearance and the parts of a body, and of any part of it (``lod.pruning.area_scaling``): a limb
+"""Of the leaf appearance and the parts of a body, and of any part of it
+(``lod.pruning.area_scaling``): a limb
 lies right in its own parts. Measured (``bench.calibrate.leaf_overlap``)."""
 
 

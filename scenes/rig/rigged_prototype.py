@@ -10,7 +10,8 @@
     B           the greater of the extent of the part and, over its parts, separation + B of the
         part
 
-An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its origin is that
+An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its
+origin is that
 of the whole, and the two share the greater P and R.
 
 "Over all poses" is the bound of ``rig_reach``: never exceeded, and reached within a few per cent.

@@ -2,7 +2,8 @@
 are limited in.
 
 A joint's angles turn it about x first, then y, then z of its parent: R = Rz·Ry·Rx (as
-``figure_tables``). Products combine from the right, as in ``lod.actors.quaternion``: p·q turns by q first.
+``figure_tables``). Products combine from the right, as in ``lod.actors.quaternion``: p·q turns by
+q first.
 Compiled scalars are for the walks of ``rig_pose``; arrays for everything else.
 """
 

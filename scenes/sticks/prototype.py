@@ -13,7 +13,8 @@ rigid object (one that is only placed, turned about the vertical and scaled):
     B           the greater of the extent of the part and, over its parts, separation + B of the
         part
 
-An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its origin is that
+An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its
+origin is that
 of the whole, and the two share the greater P and R.
 """
 

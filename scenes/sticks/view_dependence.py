@@ -4,7 +4,8 @@ A few smooth shapes cover and shine otherwise than what they stand for: the gaps
 flat boughs open and close with the height of the eye, and the shade beneath them is seen from the
 side and not from above. So what shapes cover, and how bright they are, is right on average over
 heights alone. Where a species says how far they are off, height by height (measured:
-``bench.calibrate.leaf_light``), they are thinned (``lod.pruning.area_scaling``) and darkened by as much. Cover is the
+``bench.calibrate.leaf_light``), they are thinned (``lod.pruning.area_scaling``) and darkened by as
+much. Cover is the
 same from below as from above; light from below is taken for that from the side. And who stands
 between a tree and the sun sees less of the shade among its leaves than who looks toward the sun:
 where a species says how much, by the angle between the two, they are darkened by that as well.

@@ -2,7 +2,8 @@
 
 A crowd of walkers among trees in the wind, from a camera that stands, walks, turns and flies. Of
 every field one frame is scheduled by each rule, from the window of frames before it that it depends
-on (``lod.pruning.update_schedule``). Then a small frame is rendered with a schedule and without, turn by turn.
+on (``lod.pruning.update_schedule``). Then a small frame is rendered with a schedule and without,
+turn by turn.
 """
 
 import hashlib

@@ -1,4 +1,5 @@
-"""What the unpruned scene costs beside the pruned one: ``python -m bench.studies.full.benchmark -o DIR``.
+"""What the unpruned scene costs beside the pruned one: ``python -m bench.studies.full.benchmark -o
+DIR``.
 
 At the detail τ whose excess FLIP over the whole picture is 0.01, frames of ever larger worlds
 (``full_scene``) take turns, whole and pruned: time to a written frame, and the most memory of a

@@ -81,14 +81,17 @@ class TreeSpecies:
     broken: share of branches that have snapped; thinnest: radius of the thinnest twig [m]
     clear: how many of the trunk's 8 sticks, from the foot up, are seen from afar
     lit: share of its colour that a leaf appearance of the tree, a limb, a branch, … has, so that it
-        sends as much light as what it hides, which shades itself; measured (``bench.calibrate.leaf_light``);
+        sends as much light as what it hides, which shades itself; measured
+        (``bench.calibrate.leaf_light``);
         () for all of it; lit_bare: the same without leaves
     heights: how the leaf appearances of the tree, a limb, … look from heights, measured likewise;
         () for the same from all; ``lit`` is then the share where they are brightest
     sides: tone of the shapes of the tree, a limb, … by the angle between eye and sun
-        (``scenes.sticks.view_dependence.TURNS_DEG``), over that of all sides, ``lit``; measured likewise; () for 1
+        (``scenes.sticks.view_dependence.TURNS_DEG``), over that of all sides, ``lit``; measured
+        likewise; () for 1
     overlap: how much of the leaf appearance of the tree, a limb, … and of the parts that it stands
-        for lies in one another, half of each shown (``lod.pruning.area_scaling.stands_for``), for trees in
+        for lies in one another, half of each shown (``lod.pruning.area_scaling.stands_for``), for
+        trees in
         leaf, and bare; measured (``bench.calibrate.leaf_overlap``)
     """
 

@@ -1,8 +1,10 @@
 """Light in the layer of air that ``medium`` describes, in closed form along each line of sight.
 
 The layer reaches from the ground up to the top of the medium's box (and as far as mist is worth
-mention); lod.atmosphere.plane_parallel says what light it holds over level ground, on which the species of the field
-stand as a turbid medium (lod.canopy.turbid_medium). Along a line of sight it is taken from the height above the
+mention); lod.atmosphere.plane_parallel says what light it holds over level ground, on which the
+species of the field
+stand as a turbid medium (lod.canopy.turbid_medium). Along a line of sight it is taken from the
+height above the
 ground that lies below, as the meshes show it. Three things follow: the airlight of every direction
 up to every distance; what is seen of the sky from the eye; and the light that reaches the ground,
 the sun's and that of layer and sky together. Left out: where each thing stands (its shade is that

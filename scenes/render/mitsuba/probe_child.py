@@ -1,6 +1,7 @@
 """Render a tiny scene with one variant, in a process of its own: a libLLVM may abort it.
 
-Run as a script by scenes/render/mitsuba/variants.py with the variant's name; prints "works" at the end.
+Run as a script by scenes/render/mitsuba/variants.py with the variant's name; prints "works" at the
+end.
 """
 
 import contextlib

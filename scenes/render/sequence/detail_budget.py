@@ -25,7 +25,8 @@ def within_budget(preset: Preset, frames: Sequence[int]) -> Preset:
     """The preset at the finest detail whose frames all hold at most ``view.max_parts`` parts, and
     are foretold to need at most ``view.max_memory`` bytes.
 
-    The fullest of them uses nearly all of that (``lod.pruning.detail_for_budget``). Without such limits, the preset
+    The fullest of them uses nearly all of that (``lod.pruning.detail_for_budget``). Without such
+    limits, the preset
     as it is. Raises InputError where no detail fits.
     """
     view = preset.view

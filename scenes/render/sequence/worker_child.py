@@ -1,4 +1,5 @@
-"""The process that renders frames for scenes/render/sequence/worker.py: a JSON object a line, both ways.
+"""The process that renders frames for scenes/render/sequence/worker.py: a JSON object a line, both
+ways.
 
 In: {settings, frame, target, most_bytes}. Out: {ready} once; then, of each frame, {samples: [taken,
 of]} some times and one of {record}, {input: [where, arrived, rule, cure]}, {disk: [errno, strerror,

@@ -23,7 +23,7 @@ from scenes.models.catalogue import people
 from scenes.preset.load import preset_from
 from scenes.terrain.relief import Relief
 from scenes.world.world import build_world
-from tests.scenes.test_particles import drawn, level
+from tests.scenes.particles.test_plume import drawn, level
 
 HOME = Corner(0, 0)
 SOIL = Soil(Relief(1, 0.0, 64.0, 0.8), "bare")

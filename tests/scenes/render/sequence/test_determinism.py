@@ -30,18 +30,18 @@ def small_frame(make, variant, seed=1, frame=0, spp=5):
 
 
 def in_a_fresh_process(variant, threads):
-    folder = str(Path(__file__).parent)
+    room = Path(__file__).parents[1]
     code = f"""
 import importlib.util
 import drjit as dr
 dr.set_thread_count({threads})
-def load(name):
-    spec = importlib.util.spec_from_file_location(name, {folder!r} + f"/{{name}}.py")
+def load(name, file):
+    spec = importlib.util.spec_from_file_location(name, {str(room)!r} + "/" + file)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-test = load("test_determinism")
-print(test.digest(test.small_frame(load("conftest").Making, {variant!r})))
+test = load("test_determinism", "sequence/test_determinism.py")
+print(test.digest(test.small_frame(load("conftest", "conftest.py").Making, {variant!r})))
 """
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
@@ -68,8 +68,8 @@ def test_seed_and_frame_change_the_noise(make, variant, change):
 def test_bands_are_seamless_and_independent_of_memory(make, variant, monkeypatch):
     """Tracing in small runs gives another noise, but the same picture and as many samples."""
     whole = small_frame(make, variant, spp=64)
-    for driver in ("jit_frame", "passes_frame"):
-        monkeypatch.setattr(f"scenes.render.{driver}.MOST_SAMPLES", 20_000)
+    for driver in ("jit", "scalar_passes"):
+        monkeypatch.setattr(f"scenes.render.drivers.{driver}.MOST_SAMPLES", 20_000)
     pieces = small_frame(make, variant, spp=64)
     assert np.abs(whole.rgb - pieces.rgb).mean() < 0.02 * whole.rgb.mean()
     assert (whole.object != pieces.object).mean() < 0.05

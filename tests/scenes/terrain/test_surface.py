@@ -13,7 +13,7 @@ from scenes.terrain import surface as terrain_look
 from scenes.terrain.relief import upward
 from scenes.terrain.surface import LEAST_FACING, LEVEL_FACING, SHOWN_PX, toward_eye
 from scenes.terrain.terrain import Terrain
-from tests.scenes.test_terrain import HILLS, made, view_of
+from tests.scenes.terrain.test_terrain import HILLS, made, view_of
 
 RIDGES = Terrain(9, 190.0, 4096.0, 0.95, reach=6000.0, ridged=True)
 ways = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 1e-3)

@@ -1,10 +1,11 @@
 """A tree keeps its silhouette, its gaps and its colour when its parts go (issue 4).
 
 Colour is albedo here, of trees whose shapes are not darker for the shade in what they hide: that
-is another measurement (tests/bench/test_leaf_light.py).
+is another measurement (tests/bench/calibrate/test_leaf_light.py).
 
 Cuts are the pruner's own: a tree on flat ground, seen from farther and farther away; every
-direction sees them as they look from there (``scenes.sticks.view_dependence``). As long as all its branches (level
+direction sees them as they look from there (``scenes.sticks.view_dependence``). As long as all its
+branches (level
 2) are displayed, and none, some or all of what they bear, the mean cover over 64 directions stays
 within 5 % of the whole tree's, each direction within 15 %, mean albedo 3 %.
 """

@@ -7,13 +7,13 @@ from lod.actors.message import Answer, Refusal, Refused, ask, change, read
 from lod.actors.nearest_route import nearest
 from lod.errors import InputError
 
-MODULES = ("quaternion", "message", "nearest_route", "whole", "actor")
+MODULES = ("quaternion", "message", "nearest_route", "object_with_parts", "actor")
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_the_examples_in_the_docstrings_run(module):
     # figure 4's request to joe's right foot is the one in lod/actors/actor.py
-    outcome = doctest.testmod(importlib.import_module(f"lod.{module}"))
+    outcome = doctest.testmod(importlib.import_module(f"lod.actors.{module}"))
     assert outcome.attempted > 0
     assert outcome.failed == 0
 

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from scenes.terrain.terrain import Terrain
-from tests.scenes.test_terrain import HILLS, LACUNAR, ROUGH, made, sides, view_of
+from tests.scenes.terrain.test_terrain import HILLS, LACUNAR, ROUGH, made, sides, view_of
 
 MOUNTAIN = Terrain(2, 260.0, 4096.0, 0.95, reach=20_000.0, finest=0.5, ridged=True)
 GROUNDS = {"hills": HILLS, "rough": ROUGH, "mountain": MOUNTAIN, "lacunar": LACUNAR}

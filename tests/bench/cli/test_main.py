@@ -15,7 +15,7 @@ from bench.cli import main as cli
 from bench.cli.output import output, table
 from lod.errors import InputError
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def leave(arguments: list[str]) -> int:

@@ -12,7 +12,7 @@ from lod.pruning.view import distance
 from scenes.terrain.geomorph import blended, forebears_of, level_of, lineage
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import Patches, balanced
-from tests.scenes.test_terrain import (
+from tests.scenes.terrain.test_terrain import (
     HILLS,
     ROUGH,
     assert_watertight,

@@ -14,7 +14,7 @@ from bench.records.records import read_record
 from bench.report.words import MARKS
 from lod.errors import InputError
 
-PLACE = Path(__file__).parents[2] / "results" / "reference"
+PLACE = Path(__file__).parents[3] / "results" / "reference"
 LONG = {"scaling", "fidelity", "figure"}
 EXPERIMENT = [
     pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in EXPERIMENTS
