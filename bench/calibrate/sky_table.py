@@ -56,7 +56,7 @@ def rows() -> Iterator[str]:
 def main() -> None:
     """Write the file anew."""
     use(SCALAR_VARIANT)
-    path = Path(str(resources.files("scenes") / "sky.csv"))
+    path = Path(str(resources.files("scenes.far_cover") / "sky.csv"))
     path.write_text("\n".join(rows()) + "\n", encoding="ascii")
 
 

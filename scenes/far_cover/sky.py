@@ -57,6 +57,6 @@ def _ends(nodes: tuple[float, ...]) -> tuple[float, float]:
 @lru_cache(maxsize=1)
 def _table() -> np.ndarray:
     """Every cell by turbidity and elevation, (t, e, RISES, TURNS, 3)."""
-    with (resources.files("scenes") / "sky.csv").open(encoding="ascii") as file:
+    with (resources.files("scenes.far_cover") / "sky.csv").open(encoding="ascii") as file:
         rows = np.loadtxt(file, delimiter=",", skiprows=1)
     return rows[:, -3:].reshape(len(TURBIDITIES), len(ELEVATIONS_DEG), RISES, TURNS, 3)
