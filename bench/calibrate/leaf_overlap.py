@@ -24,7 +24,7 @@ from scenes.field.part_tables import Atlas
 from scenes.models.animals.catalogue import KINDS
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.weather import Weather
-from scenes.rig.rigged_prototype import RiggedPrototype, rigid
+from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.table import StickTable
 from scenes.sticks.view_dependence import thinned
@@ -66,7 +66,7 @@ def cover(objects: tuple[Prototype, ...], level: int, share: float) -> float:
     [m²]."""
     found = 0.0
     for one in objects:
-        atlas, spacing = Atlas.of((rigid(one),)), one.hierarchy.R[0] / RAYS
+        atlas, spacing = Atlas.of((rigid_prototype(one),)), one.hierarchy.R[0] / RAYS
         for height in ELEVATIONS_DEG:
             table = shown_as(one, atlas, level, share, height)
             views = np.array([toward(height, side) for side in SIDES_DEG])

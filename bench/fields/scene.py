@@ -12,7 +12,7 @@ from lod.pruning.view import View
 from lod.vision.blur_cascade import Widths
 from lod.vision.viewer import Sight
 from scenes.models.boulder import boulder_prototypes
-from scenes.models.people.figure import figure_prototypes
+from scenes.models.people.figure import standing_people
 from scenes.models.trees.tree import tree_prototypes
 from scenes.plugins.entry_points import metric_named
 from scenes.sticks.prototype import Prototype
@@ -28,7 +28,7 @@ HILLS_M = 512.0
 """The longest wave of hilly ground."""
 
 _STANDING = {
-    "figure": lambda: figure_prototypes(0, 4),
+    "figure": lambda: standing_people(0, 4),
     "tree": lambda: tree_prototypes(0, 2),
     "boulder": lambda: boulder_prototypes(0, 2),
 }

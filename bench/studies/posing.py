@@ -138,16 +138,16 @@ def preset_rows(repeats: int) -> list[Row]:
 
 def _walk(field: SpeciesField, cut: Cut, shown: Look) -> tuple[Callable[[], Any], int]:
     """The compiled walk over the sticks of a cut, ready to go, and how many they are."""
-    atlas, cast = field.troupe.atlas, field.troupe.cast
+    atlas, pose_tables = field.troupe.atlas, field.troupe.pose_tables
     order = np.argsort(cut.parts.object, kind="stable")
     ordered = shown.take(order)
     owner, stick, _, _ = atlas.sticks_of(cut.parts.part[order], ordered)
-    rows, bodies = cut.parts.object[order][owner], cut.parts.state.bodies
+    rows, instances = cut.parts.object[order][owner], cut.parts.state.instances
     columns = (getattr(atlas.sticks, k) for k in ("start", "end", "start_joint", "end_joint"))
     start, end, start_joint, end_joint = columns
 
     def walk() -> Any:
-        return pose_sticks(cast, bodies, rows, stick, start, end, start_joint, end_joint)
+        return pose_sticks(pose_tables, instances, rows, stick, start, end, start_joint, end_joint)
 
     return walk, len(stick)
 

@@ -7,29 +7,31 @@ far any joint of a leg goes beyond its limits, and how far feet that stand sink,
 import numpy as np
 
 from bench.cli.output import table
-from scenes.gait.patrol import SHORTEST
-from scenes.gait.slope_errors import OnSlope, Steps
+from scenes.gait.patrol import MIN_STRIDE_FACTOR
+from scenes.gait.slope_errors import ContactErrors, SlopeTrial
 from scenes.models.animals.catalogue import KINDS, animal
-from scenes.models.people.people import rigged_people
-from scenes.models.people.walking import walkers
+from scenes.models.people.people import people_at_rest
+from scenes.models.people.walking import walking_people
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 SLOPES = (0.0, 0.05, 0.1, 0.16, 0.2, 0.3)
-PACES = (SHORTEST, (1 + SHORTEST) / 2, 1.0)
+PACES = (MIN_STRIDE_FACTOR, (1 + MIN_STRIDE_FACTOR) / 2, 1.0)
 DIRECTIONS = 8
 
 
-def worst(who: RiggedPrototype, slope: float) -> Steps:
+def worst(who: RiggedPrototype, slope: float) -> ContactErrors:
     """The worst of all directions and strides, each measure by itself."""
     angles = 2 * np.pi * np.arange(DIRECTIONS if slope else 1) / DIRECTIONS
     planes = slope * np.stack((np.cos(angles), np.sin(angles)), axis=1)
-    each = [OnSlope(who, plane, pace).steps() for plane in planes for pace in PACES]
-    return Steps(*np.max(each, axis=0).tolist())
+    each = [
+        SlopeTrial(who, plane, stride_factor).steps() for plane in planes for stride_factor in PACES
+    ]
+    return ContactErrors(*np.max(each, axis=0).tolist())
 
 
 def _kinds() -> dict[str, RiggedPrototype]:
     """An adult, a child, and every animal that has legs."""
-    people = {name: walkers(rigged_people(5, 1, share), 0)[0] for name, share in
+    people = {name: walking_people(people_at_rest(5, 1, share), 0)[0] for name, share in
               (("person", 0.0), ("child", 1.0))}  # fmt: skip
     return people | {name: animal(name) for name, kind in KINDS.items() if kind.gait.legs}
 

@@ -74,10 +74,10 @@ def rate(count: int, seconds: Sequence[float]) -> str:
 def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float) -> Rows:
     """One species: part tests, objects turned away, sticks emitted."""
     cut = prune(field, view)
-    bodies, look = cut.parts.state.bodies, looks(cut, view)
-    slots, atlas, cast = field.troupe.slots, field.troupe.atlas, field.troupe.cast
+    instances, look = cut.parts.state.instances, looks(cut, view)
+    slots, atlas, pose_tables = field.troupe.slots, field.troupe.atlas, field.troupe.pose_tables
     limits = limits_of(slots, atlas, view, 0.0)
-    still = np.zeros(len(bodies))
+    still = np.zeros(len(instances))
     coarse = View(view.camera, view.metric, view.detail * _FAR, view.offscreen_detail)
     beyond, vantage, corner = field.near(coarse), vantage_of(view), view.camera.corner
 
@@ -85,16 +85,16 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
         return field.cells.near(*field._cells_near(view), corner, vantage, beyond)
 
     kept, away, searched = len(turn_away()[0]), turn_away()[1], objects_searched(field, view)
-    tests = walk(cast, slots, limits, bodies, still, view).examined
+    tests = walk(pose_tables, slots, limits, instances, still, view).examined
     sticks = len(field.appearance(cut.parts, look))
     tasks: list[Callable[[], Any]] = [
-        lambda: walk(cast, slots, limits, bodies, still, view),
+        lambda: walk(pose_tables, slots, limits, instances, still, view),
         turn_away,
         lambda: field.appearance(cut.parts, look),
         lambda: looks(cut, view),
     ]
     test_s, away_s, emit_s, look_s = interleaved(tasks, repeats)
-    floor = (len(cut) * _OUT_BYTES + len(bodies) * _BODY_BYTES) / speed
+    floor = (len(cut) * _OUT_BYTES + len(instances) * _BODY_BYTES) / speed
     one, any_way = (median(np.array(away_s) * 1e9 / n) for n in (away, searched))
     return [
         (f"{name}: part tests", f"{tests:,}", f"{rate(tests, test_s)} M/s"),

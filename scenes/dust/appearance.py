@@ -124,7 +124,7 @@ def _recent(scene: Scene, parts: Parts, rows: Ints) -> tuple[np.ndarray, Footfal
     legs, slots = scene.legs, scene.legs.slots(LIFE_S)
     each = footfalls(scene.walks, legs, parts.object[rows], slots, scene.time_s)
     whole = np.repeat(rows, slots * legs.strike.shape[1])
-    treads = legs.walks[scene.walks.variant[each.owner], each.leg]
+    treads = legs.walks[scene.walks.prototype[each.owner], each.leg]
     return whole[treads], each.take(treads)
 
 

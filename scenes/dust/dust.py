@@ -104,12 +104,12 @@ class Dust:
         cells = cells_near_view(view, search(field.cells, field.extent, view, *sizes))
         draws, _ = field.cells.near(*cells, corner, vantage_of(view), near)
         draws = draws.take(field.grown(corner, draws))
-        variant, pace, rounds = field.rounds(draws)
+        prototype, stride_factor, rounds = field.rounds(draws)
         key = keys(draws.cell_x, draws.cell_y, draws.index, self.air.seed, self.air.word)
-        walks = Walks(corner, field.homes(corner, draws), variant, pace, rounds, key)
+        walks = Walks(corner, field.homes(corner, draws), prototype, stride_factor, rounds, key)
         row = np.arange(len(walks))
         at = trails(self.air, walks, row, view.time_s)
-        at[:, 2] += growth.HIGH / 2 * self.legs.stride[variant]
+        at[:, 2] += growth.HIGH / 2 * self.legs.stride[prototype]
         moment = Moment(walks, view.time_s, limits)
         return self._parts(moment, 0 * row, at, row, 0 * row, 0 * row - 1, np.ones(len(row)))
 
@@ -130,7 +130,7 @@ class Dust:
         """Balls: leaf appearances alone, as much as each shows."""
         moment = parts.state
         owner, place, area, struck = drawn(self._scene(moment), parts, look.leaf > 0)
-        stride = self.legs.stride[moment.walks.variant[parts.object[owner]]]
+        stride = self.legs.stride[moment.walks.prototype[parts.object[owner]]]
         radius = growth.GRAIN * stride * np.sqrt(area * look.leaf[owner])
         tint = self.soil.tint(moment.walks.corner, struck)
         return balls(place, radius, tint, self.soil.tints, owner)
@@ -171,14 +171,14 @@ class Dust:
         whole: Ints,
         share: Reals,
     ) -> Parts:
-        variant = moment.walks.variant[object_]
+        prototype = moment.walks.prototype[object_]
         bound = np.array([each.B for each in self.hierarchies])
         return Parts(
             position=position,
             centre=position,
-            bound=bound[variant, level],
-            limit=moment.limits[0, variant, level],
-            limit_offscreen=moment.limits[1, variant, level],
+            bound=bound[prototype, level],
+            limit=moment.limits[0, prototype, level],
+            limit_offscreen=moment.limits[1, prototype, level],
             level=level,
             object=object_,
             part=part,

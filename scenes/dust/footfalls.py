@@ -15,7 +15,7 @@ from numba import njit
 
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
-from scenes.gait.patrol import Rounds
+from scenes.gait.patrol import PatrolOrbit
 from scenes.noise.philox import philox, unit
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
@@ -76,13 +76,13 @@ class Walks:
 
     corner: Corner
     home: np.ndarray
-    variant: np.ndarray
-    pace: np.ndarray
-    rounds: Rounds
+    prototype: np.ndarray
+    stride_factor: np.ndarray
+    rounds: PatrolOrbit
     key: np.ndarray
 
     def __len__(self) -> int:
-        return len(self.variant)
+        return len(self.prototype)
 
 
 class Footfalls(NamedTuple):
@@ -116,17 +116,17 @@ def footfalls(walks: Walks, legs: Legs, owner: Ints, slots: int, time_s: float) 
     leg = np.tile(np.repeat(np.arange(most), slots), len(owner))
     slot = np.tile(np.arange(slots), len(owner) * most)
     cycles = walks.rounds.phase + time_s / walks.rounds.period
-    newest = np.floor(cycles[who] - legs.strike[walks.variant[who], leg]).astype(np.int64)
+    newest = np.floor(cycles[who] - legs.strike[walks.prototype[who], leg]).astype(np.int64)
     return Footfalls(who, leg, newest - np.mod(newest - slot, slots))
 
 
 def struck(walks: Walks, legs: Legs, of: Footfalls) -> Struck:
     """When and where these footfalls are."""
-    variant, rounds = walks.variant[of.owner], walks.rounds.take(of.owner)
-    where = variant, of.leg
+    prototype, rounds = walks.prototype[of.owner], walks.rounds.take(of.owner)
+    where = prototype, of.leg
     time_s = (of.number + legs.strike[where] - rounds.phase) * rounds.period
     body = rounds.at(time_s)
-    ahead = legs.ahead[where] + walks.pace[of.owner] * legs.stance[where]
+    ahead = legs.ahead[where] + walks.stride_factor[of.owner] * legs.stance[where]
     aside = legs.aside[where]
     x = body.cos * ahead - body.sin * aside
     y = body.sin * ahead + body.cos * aside

@@ -71,7 +71,7 @@ def puffs_at(air: Air, walks: Walks, legs: Legs, falls: Footfalls, time_s: float
     """
     fell = struck(walks, legs, falls)
     age = np.clip(time_s - fell.time_s, 0.0, LIFE_S)
-    dome = growth.domes(age, legs.stride[walks.variant[falls.owner]])
+    dome = growth.domes(age, legs.stride[walks.prototype[falls.owner]])
     key, number = walks.key[falls.owner], footfall(legs, falls)
     u = chances(key, number, 0 * key, air.seed, air.word)
     turn = 2 * np.pi * u[:, 0]

@@ -40,13 +40,13 @@ def heed(
     feet: np.ndarray,
     view: View,
     xy: Float64[np.ndarray, "n 2"],
-    variant: Ints,
+    prototype: Ints,
 ) -> Ints:
     """SOLES, PRINTS or PLACE of bodies at xy (n, 2) [m] of the frame.
 
     feet (m,): as ``foot_parts`` gives them, of the rows of the atlas
     """
-    return np.count_nonzero(_within(atlas, slots, feet, view, xy, variant) > 0, axis=1)
+    return np.count_nonzero(_within(atlas, slots, feet, view, xy, prototype) > 0, axis=1)
 
 
 def heed_slack(
@@ -55,10 +55,10 @@ def heed_slack(
     feet: np.ndarray,
     view: View,
     xy: Float64[np.ndarray, "n 2"],
-    variant: Ints,
+    prototype: Ints,
 ) -> Reals:
     """How far the eye may go until these bodies could mind the ground otherwise, (n,) [m]."""
-    return np.abs(_within(atlas, slots, feet, view, xy, variant)).min(axis=1)
+    return np.abs(_within(atlas, slots, feet, view, xy, prototype)).min(axis=1)
 
 
 def _within(
@@ -67,13 +67,13 @@ def _within(
     feet: np.ndarray,
     view: View,
     xy: Float64[np.ndarray, "n 2"],
-    variant: Ints,
+    prototype: Ints,
 ) -> Float64[np.ndarray, "n 2"]:
     """How far each body is within the two distances [m]."""
     root = slots.rest[:, :2]
     away = slots.spread[:, 0] + np.hypot(root[:, 0], root[:, 1])
-    near = np.hypot(*(xy - view.camera.eye[:2]).T) - away[variant]
-    return _farthest(atlas, feet, view)[variant] - near[:, None]
+    near = np.hypot(*(xy - view.camera.eye[:2]).T) - away[prototype]
+    return _farthest(atlas, feet, view)[prototype] - near[:, None]
 
 
 def _farthest(atlas: Atlas, feet: np.ndarray, view: View) -> Float64[np.ndarray, "v 2"]:

@@ -12,8 +12,8 @@ from lod.pruning.pruner import Cut
 from lod.pruning.view import View
 from scenes.field.posed_species import Objects, Troupe, troupe_of
 from scenes.field.species_field import Ground
-from scenes.rig.foot_placement import bodies_on
-from scenes.rig.pose_tables import Bodies
+from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
@@ -52,22 +52,22 @@ class Placed:
         """The same parts as they look at another time."""
         if not self.troupe.moves:
             return parts
-        bodies = self._bodies(view.camera.corner, time_s)
-        return replace(parts, state=replace(parts.state, bodies=bodies))
+        instances = self._bodies(view.camera.corner, time_s)
+        return replace(parts, state=replace(parts.state, instances=instances))
 
-    def _bodies(self, corner: Corner, time_s: float) -> Bodies:
+    def _bodies(self, corner: Corner, time_s: float) -> Instances:
         """The object as it stands at a time."""
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         facing = math.radians(90.0 - self.heading_deg)
-        return bodies_on(
-            self.troupe.cast,
+        return place_on_ground(
+            self.troupe.pose_tables,
             partial(self.ground.height, corner),
             xy,
             cos=np.array([math.cos(facing)]),
             sin=np.array([math.sin(facing)]),
-            variant=np.zeros(1, np.int64),
+            prototype=np.zeros(1, np.int64),
             phase=np.array([time_s / self.troupe.rigged[0].motion.period]),
-            pace=np.ones(1),
+            stride_factor=np.ones(1),
         )
 
     def parts_of(self, parts: Parts, view: View) -> Parts:

@@ -19,9 +19,9 @@ from scenes.field.stick_emission import emit
 from scenes.field.traversal import Rows, walk
 from scenes.field.traversal_tables import Slots, limits_of, slots_of
 from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import Bodies, Cast
-from scenes.rig.rigged_prototype import RiggedPrototype, rigid
-from scenes.rig.speed_bound import swing
+from scenes.rig.pose_tables import Instances, PoseTables
+from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
+from scenes.rig.speed_bound import speed_bound
 from scenes.sticks.prototype import Prototype
 
 
@@ -33,7 +33,7 @@ class Objects:
     smear:  (n,) how much motion hides of each, on the scale of lod.motion.shutter
     """
 
-    bodies: Bodies
+    instances: Instances
     draws: Any
     smear: np.ndarray
 
@@ -41,7 +41,7 @@ class Objects:
         freeze(self, smear=np.float64)
 
     def __len__(self) -> int:
-        return len(self.bodies)
+        return len(self.instances)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,9 @@ class Troupe:
     @cached_property
     def rigged(self) -> tuple[RiggedPrototype, ...]:
         """Every prototype as something that can be posed, if only in one way."""
-        return tuple(p if isinstance(p, RiggedPrototype) else rigid(p) for p in self.prototypes)
+        return tuple(
+            p if isinstance(p, RiggedPrototype) else rigid_prototype(p) for p in self.prototypes
+        )
 
     @cached_property
     def atlas(self) -> Atlas:
@@ -61,9 +63,9 @@ class Troupe:
         return Atlas.of(self.rigged)
 
     @cached_property
-    def cast(self) -> Cast:
+    def pose_tables(self) -> PoseTables:
         """All rigs and motions."""
-        return Cast.of(self.rigged)
+        return PoseTables.of(self.rigged)
 
     @cached_property
     def slots(self) -> Slots:
@@ -89,44 +91,44 @@ class Troupe:
     @cached_property
     def moves(self) -> bool:
         """Whether any of them has a motion, and does not just stand."""
-        return any(len(prototype.motion.turns) > 1 for prototype in self.rigged)
+        return any(len(prototype.motion.rotations) > 1 for prototype in self.rigged)
 
     @cached_property
     def swing(self) -> np.ndarray:
         """How fast anything of each prototype moves by its own motion, (v,) [m/s]."""
-        return np.array([swing(prototype) for prototype in self.rigged])
+        return np.array([speed_bound(prototype) for prototype in self.rigged])
 
-    def heed(self, view: View, xy: np.ndarray, variant: Ints) -> Ints:
+    def heed(self, view: View, xy: np.ndarray, prototype: Ints) -> Ints:
         """How closely bodies at xy (n, 2) [m] mind the ground."""
-        return heed(self.atlas, self.slots, self.feet, view, xy, variant)
+        return heed(self.atlas, self.slots, self.feet, view, xy, prototype)
 
-    def heed_slack(self, view: View, xy: np.ndarray, variant: Ints) -> Reals:
+    def heed_slack(self, view: View, xy: np.ndarray, prototype: Ints) -> Reals:
         """How far the eye may go until they could mind it otherwise, (n,) [m]."""
-        return heed_slack(self.atlas, self.slots, self.feet, view, xy, variant)
+        return heed_slack(self.atlas, self.slots, self.feet, view, xy, prototype)
 
-    def seen(self, draws: Any, view: View, bodies_at: Callable[[float], Bodies]) -> Objects:
+    def seen(self, draws: Any, view: View, bodies_at: Callable[[float], Instances]) -> Objects:
         """Objects as they are in a view, and how much motion hides of each.
 
         ``bodies_at`` gives them as they are at a time [s]; the same where none of them moves.
         """
-        bodies = bodies_at(view.time_s)
-        exposure, still = view.exposure, np.zeros(len(bodies))
+        instances = bodies_at(view.time_s)
+        exposure, still = view.exposure, np.zeros(len(instances))
         if exposure is None or not view.metric.finite:
-            return Objects(bodies, draws, still)
+            return Objects(instances, draws, still)
         opens, closes = (bodies_at(t) for t in (exposure.opens_s, exposure.closes_s))
         start, end = self._origins(opens), self._origins(closes)
-        bound = self.atlas.bound[self.atlas.root][bodies.variant]
+        bound = self.atlas.bound[self.atlas.root][instances.prototype]
         turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
         # The origin of the whole may swing one way and something of it the other.
-        own = 2 * self.swing[bodies.variant] * exposure.seconds + turn * bound
+        own = 2 * self.swing[instances.prototype] * exposure.seconds + turn * bound
         smear = smears(exposure, view.camera.corner, view.theta, start, end, bound, own)
-        return Objects(bodies, draws, smear)
+        return Objects(instances, draws, smear)
 
-    def _origins(self, bodies: Bodies) -> np.ndarray:
+    def _origins(self, instances: Instances) -> np.ndarray:
         """Origins of the wholes, (n, 3) [m]."""
-        atlas, rows = self.atlas, np.arange(len(bodies))
-        part = atlas.root[bodies.variant]
-        return pose_points(self.cast, bodies, rows, part, atlas.origin, atlas.joint)
+        atlas, rows = self.atlas, np.arange(len(instances))
+        part = atlas.root[instances.prototype]
+        return pose_points(self.pose_tables, instances, rows, part, atlas.origin, atlas.joint)
 
     def cut(self, objects: Objects, view: View, examined: int) -> Cut:
         """What is displayed of these objects, by the compiled walk.
@@ -134,7 +136,7 @@ class Troupe:
         examined: objects that were tested, of which these are left.
         """
         limits = limits_of(self.slots, self.atlas, view, _most(objects))
-        rows = walk(self.cast, self.slots, limits, objects.bodies, objects.smear, view)
+        rows = walk(self.pose_tables, self.slots, limits, objects.instances, objects.smear, view)
         rejected = examined - len(objects)
         level = self.atlas.level.astype(np.int16)[rows.part]
         counted = examined, rejected + rows.examined
@@ -155,7 +157,7 @@ class Troupe:
     def wholes(self, objects: Objects, view: View) -> Parts:
         """The wholes of these objects."""
         rows = np.arange(len(objects))
-        part = self.atlas.root[objects.bodies.variant]
+        part = self.atlas.root[objects.instances.prototype]
         return self._parts(objects, rows, part, np.full(len(rows), -1), view)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
@@ -169,13 +171,15 @@ class Troupe:
         Parts of one object stand together, so that every joint is posed once.
         """
         displayed = self.atlas.sticks_of(parts.part, look)
-        return emit(self.cast, self.atlas, parts.state.bodies, parts.object, displayed)
+        return emit(self.pose_tables, self.atlas, parts.state.instances, parts.object, displayed)
 
     def _parts(
         self, objects: Objects, rows: np.ndarray, part: np.ndarray, whole: np.ndarray, view: View
     ) -> Parts:
         atlas = self.atlas
-        position = pose_points(self.cast, objects.bodies, rows, part, atlas.origin, atlas.joint)
+        position = pose_points(
+            self.pose_tables, objects.instances, rows, part, atlas.origin, atlas.joint
+        )
         limits = _between(atlas.smeared_limits(view, _most(objects)), part, rows, objects.smear)
         return Parts(
             position=position,
@@ -216,7 +220,7 @@ def _between(limits, part, rows, smear):  # type: ignore[no-untyped-def]
 def _sway(prototype: RiggedPrototype) -> float:
     """More than the origin of the whole moves from where it rests: what bounds it all [m]."""
     motion = prototype.motion
-    moves = len(motion.turns) > 1 or len(motion.feet) > 0
+    moves = len(motion.rotations) > 1 or len(motion.feet) > 0
     return float(prototype.hierarchy.B[0]) if moves else 0.0
 
 

@@ -21,9 +21,9 @@ from scenes.field.cell_search import cells_near_view, search
 from scenes.field.habitat import Habitat
 from scenes.field.poisson_cells import Draws, Near, PoissonCells
 from scenes.field.posed_species import Objects, Troupe, troupe_of
-from scenes.gait.patrol import Rounds, paces
-from scenes.rig.foot_placement import bodies_on
-from scenes.rig.pose_tables import Bodies
+from scenes.gait.patrol import PatrolOrbit, stride_factors
+from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
@@ -120,7 +120,7 @@ class SpeciesField:
         now = self._bodies(corner, draws, view.time_s if self.moves else 0.0, view)
         moves = self.moves and view.exposure is not None
 
-        def bodies_at(time_s: float) -> Bodies:
+        def bodies_at(time_s: float) -> Instances:
             return self._bodies(corner, draws, time_s, view) if moves else now
 
         return self.troupe.seen(draws, view, bodies_at)
@@ -164,37 +164,39 @@ class SpeciesField:
         """The same parts as they look at another time."""
         if not self.moves:
             return parts
-        bodies = self._bodies(view.camera.corner, parts.state.draws, time_s, view)
-        return replace(parts, state=replace(parts.state, bodies=bodies))
+        instances = self._bodies(view.camera.corner, parts.state.draws, time_s, view)
+        return replace(parts, state=replace(parts.state, instances=instances))
 
-    def _bodies(self, corner: Corner, draws: Draws, time_s: float, view: View | None) -> Bodies:
+    def _bodies(self, corner: Corner, draws: Draws, time_s: float, view: View | None) -> Instances:
         """Where these objects are at a time, and how they stand, as closely as a view can tell."""
-        home, (variant, pace, rounds) = self.homes(corner, draws), self.rounds(draws)
+        home, (prototype, stride_factor, rounds) = self.homes(corner, draws), self.rounds(draws)
         walkers = rounds.at(time_s)
         heights = partial(self.ground.height, corner)
         facing = walkers.cos, walkers.sin
-        cast, xy = self.troupe.cast, home + walkers.offset
-        heed = None if view is None else self.troupe.heed(view, xy, variant)
-        return bodies_on(cast, heights, xy, *facing, variant, walkers.phase, pace, heed)
+        pose_tables, xy = self.troupe.pose_tables, home + walkers.offset
+        heed = None if view is None else self.troupe.heed(view, xy, prototype)
+        return place_on_ground(
+            pose_tables, heights, xy, *facing, prototype, walkers.phase, stride_factor, heed
+        )
 
-    def rounds(self, draws: Draws) -> tuple[Ints, Reals, Rounds]:
+    def rounds(self, draws: Draws) -> tuple[Ints, Reals, PatrolOrbit]:
         """Prototype of each of these objects, its stride as a share of that one's, and how it goes
         round.
         """
         u = draws.u
-        variant = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
+        prototype = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
         motions = [prototype.motion for prototype in self.troupe.rigged]
         stride, period = (np.array([getattr(m, k) for m in motions]) for k in ("stride", "period"))
-        pace, tempo = paces(u[:, 6])
-        rounds = Rounds(
+        stride_factor, tempo = stride_factors(u[:, 6])
+        rounds = PatrolOrbit(
             self.species.patrol_m or 1.0,  # what has no patrol has no stride either
             2 * np.pi * u[:, 2],
             u[:, 5] < 0.5,
             u[:, 4],
-            stride[variant] * pace * (self.species.patrol_m > 0),
-            period[variant] * np.where(stride[variant] > 0, tempo, 1.0),
+            stride[prototype] * stride_factor * (self.species.patrol_m > 0),
+            period[prototype] * np.where(stride[prototype] > 0, tempo, 1.0),
         )
-        return variant, pace, rounds
+        return prototype, stride_factor, rounds
 
     def homes(self, corner: Corner, draws: Draws) -> np.ndarray:
         """Where these objects are at home, (n, 2) [m] from the corner."""

@@ -14,17 +14,24 @@ from lod.pruning.area_scaling import thinning
 from lod.pruning.parts import Sticks
 from lod.threads import in_runs
 from scenes.field.part_tables import Atlas, Displayed
-from scenes.rig.pose import at_point, matrix, pose_wanted, scratch, stand, want
-from scenes.rig.pose_tables import Bodies, Cast
+from scenes.rig.pose import (
+    begin_pose,
+    mark_joint,
+    pose_buffers,
+    pose_marked,
+    rotation_matrix,
+    transform_point,
+)
+from scenes.rig.pose_tables import Instances, PoseTables
 
 _SHORTEST_RUN = 8192
 """Sticks for which another thread is worth its start."""
 
 
 def emit(
-    cast: Cast,
+    pose_tables: PoseTables,
     atlas: Atlas,
-    bodies: Bodies,
+    instances: Instances,
     objects: Ints,
     displayed: Displayed,
 ) -> Sticks:
@@ -33,14 +40,14 @@ def emit(
     ends = table.start, table.end, table.start_joint, table.end_joint
     sizes = table.start_radius, table.end_radius
     owner, stick, share, tint = displayed
-    n, columns = len(stick), bodies.columns()
+    n, columns = len(stick), instances.columns()
     start, end, radii = np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
         which = objects, owner[rows], stick[rows], share[rows]
         out = start[rows], end[rows], radii[:, rows]
-        _emit(cast.tables, cast.most_joints, *columns, *which, ends, sizes, *out)
+        _emit(pose_tables.tables, pose_tables.max_joints, *columns, *which, ends, sizes, *out)
 
     in_runs(run, n, _SHORTEST_RUN)
     return Sticks(start, end, radii[0], radii[1], tint, atlas.tints, owner)
@@ -53,7 +60,7 @@ def _emit(  # type: ignore[no-untyped-def]
     origin,
     cos,
     sin,
-    variant,
+    prototype,
     phase,
     feet,
     objects,
@@ -69,29 +76,29 @@ def _emit(  # type: ignore[no-untyped-def]
     start, end, joint0, joint1 = ends
     radius0, radius1 = sizes
     n = len(stick)
-    frame, state = scratch(most)
+    frame, state = pose_buffers(most)
     m = 0
     while m < n:
         o = objects[owner[m]]
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = stand(t, frame, state, variant[o], phase[o], at)
+        stance = begin_pose(t, frame, state, prototype[o], phase[o], at)
         last = m
         while last < n and objects[owner[last]] == o:
-            want(t.joint, stance, state, joint0[stick[last]] + 1)
-            want(t.joint, stance, state, joint1[stick[last]] + 1)
+            mark_joint(t.joint, stance, state, joint0[stick[last]] + 1)
+            mark_joint(t.joint, stance, state, joint1[stick[last]] + 1)
             last += 1
-        pose_wanted(t, frame, state, stance, feet, o, 1, stance[2])
-        row, turn = 0, matrix(frame, 0)
+        pose_marked(t, frame, state, stance, feet, o, 1, stance[2])
+        row, turn = 0, rotation_matrix(frame, 0)
         while m < last:
             k = stick[m]
             if joint0[k] + 1 != row:
                 row = joint0[k] + 1
-                turn = matrix(frame, row)
-            a = at_point(frame, row, turn, start[k, 0], start[k, 1], start[k, 2])
+                turn = rotation_matrix(frame, row)
+            a = transform_point(frame, row, turn, start[k, 0], start[k, 1], start[k, 2])
             if joint1[k] + 1 != row:
                 row = joint1[k] + 1
-                turn = matrix(frame, row)
-            b = at_point(frame, row, turn, end[k, 0], end[k, 1], end[k, 2])
+                turn = rotation_matrix(frame, row)
+            b = transform_point(frame, row, turn, end[k, 0], end[k, 1], end[k, 2])
             starts[m, 0], starts[m, 1], starts[m, 2] = a
             stops[m, 0], stops[m, 1], stops[m, 2] = b
             factor = 1.0

@@ -29,17 +29,17 @@ from lod.threads import in_runs
 from scenes.field.poisson_cells import NOT_HELD
 from scenes.field.traversal_tables import Slots
 from scenes.rig.pose import (
-    NO_STANCE,
-    NO_TURN,
+    IDENTITY,
+    NO_POSE,
     POSED,
-    at_point,
-    matrix,
-    pose_wanted,
-    scratch,
-    stand,
-    want,
+    begin_pose,
+    mark_joint,
+    pose_buffers,
+    pose_marked,
+    rotation_matrix,
+    transform_point,
 )
-from scenes.rig.pose_tables import Bodies, Cast
+from scenes.rig.pose_tables import Instances, PoseTables
 
 _ROOM = 2**20
 """Rows in one buffer at first; memory is taken only as it fills."""
@@ -78,27 +78,27 @@ class Rows(NamedTuple):
 
 
 def walk(
-    cast: Cast,
+    pose_tables: PoseTables,
     slots: Slots,
     limits: np.ndarray,
-    bodies: Bodies,
+    instances: Instances,
     smear: np.ndarray,
     view: View,
     held: Held | None = None,
 ) -> Rows:
     """Everything displayed of these objects; smear (n,): of each; held: takes for how long."""
-    vantage, columns = vantage_of(view), (*bodies.columns(), smear)
+    vantage, columns = vantage_of(view), (*instances.columns(), smear)
     asked = Held(NOT_HELD, True, 0.0, 0.0) if held is None else held
 
     def run(first: int, last: int) -> list[Rows]:
-        return _run(cast, slots, limits, columns, vantage, asked, first, last)
+        return _run(pose_tables, slots, limits, columns, vantage, asked, first, last)
 
-    runs = in_runs(run, len(bodies), _SHORTEST_RUN)
+    runs = in_runs(run, len(instances), _SHORTEST_RUN)
     return _joined([rows for each in runs for rows in each])
 
 
 def _run(
-    cast: Cast,
+    pose_tables: PoseTables,
     slots: Slots,
     limits: np.ndarray,
     columns: tuple[np.ndarray, ...],
@@ -114,8 +114,8 @@ def _run(
         out = np.empty((3, room), np.int32)
         table = (slots.place, limits, slots.links, slots.rest, slots.spread)
         first, filled, examined = _walk(
-            cast.tables,
-            cast.most_joints,
+            pose_tables.tables,
+            pose_tables.max_joints,
             vantage,
             *columns,
             table,
@@ -150,7 +150,7 @@ def _walk(  # type: ignore[no-untyped-def]
     origin,
     cos,
     sin,
-    variant,
+    prototype,
     phase,
     feet,
     smear,
@@ -166,15 +166,15 @@ def _walk(  # type: ignore[no-untyped-def]
     Gives the object it stopped before, rows filled, and parts examined.
     """
     place, limits, links, rest, spread = table
-    frame, state = scratch(joints)
+    frame, state = pose_buffers(joints)
     slot = np.empty(most, np.int32)
     n, examined, o, holding = 0, 0, first, len(held.objects) > 0
     while o < last and n + most <= out.shape[1]:
-        v = variant[o]
+        v = prototype[o]
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
         middle = _rests(at, rest[v, 0], rest[v, 1], rest[v, 2])
         d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
-        stance, turn = NO_STANCE, NO_TURN
+        stance, turn = NO_POSE, IDENTITY
         base, i, whole, k, end = n, n, -1, v, v + 1
         room, room_view, before = math.inf, math.inf, examined
         within = into_view(vantage, *middle) if holding else 0.0
@@ -198,20 +198,24 @@ def _walk(  # type: ignore[no-untyped-def]
                         passed, decided = seen == _SEEN, seen != _PARTLY
                 if not decided:
                     if not stands:
-                        stance = stand(t, frame, state, v, phase[o], at)
-                        turn, stands = matrix(frame, 0), True
+                        stance = begin_pose(t, frame, state, v, phase[o], at)
+                        turn, stands = rotation_matrix(frame, 0), True
                     row = links[k, 1]
                     if row == 0:
-                        x, y, z = at_point(frame, 0, turn, place[k, 0], place[k, 1], place[k, 2])
+                        x, y, z = transform_point(
+                            frame, 0, turn, place[k, 0], place[k, 1], place[k, 2]
+                        )
                     else:
                         if state[row] != POSED:
-                            lowest = want(t.joint, stance, state, row)
-                            pose_wanted(t, frame, state, stance, feet, o, lowest, row)
+                            lowest = mark_joint(t.joint, stance, state, row)
+                            pose_marked(t, frame, state, stance, feet, o, lowest, row)
                         x, y, z = place[k, 0], place[k, 1], place[k, 2]
                         if x == 0.0 and y == 0.0 and z == 0.0:
                             x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
                         else:
-                            x, y, z = at_point(frame, row, matrix(frame, row), x, y, z)
+                            x, y, z = transform_point(
+                                frame, row, rotation_matrix(frame, row), x, y, z
+                            )
                     passed = passes(vantage, x, y, z, limits[step, k, 3], inside, outside)
                 if holding and room > held.least:
                     by_d, by_view = 0.0, 0.0

@@ -8,31 +8,31 @@ import numpy as np
 
 from lod.arrays import Reals
 from lod.rotations import rotated
-from scenes.gait.foot_path import Leg, contacts_of
+from scenes.gait.foot_path import Leg, heel_and_ball
 from scenes.gait.gait import Gait
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Turns, Vectors
+from scenes.rig.rotations import Quaternions, Vectors
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
+class SampledCycle:
     """One cycle at K phases: turns (K, j, 4) in the parents; origin (K, j, 3), facing (K, j, 4)
     of joints.
     """
 
     phase: np.ndarray
-    turns: np.ndarray
+    rotations: np.ndarray
     origin: np.ndarray
     facing: np.ndarray
 
 
-def cycle(prototype: RiggedPrototype, count: int = 240) -> Cycle:
+def sample_cycle(prototype: RiggedPrototype, count: int = 240) -> SampledCycle:
     """A cycle sampled evenly, off the keys."""
     phase = (np.arange(count) + 0.37) / count
     poses = [prototype.motion.at(float(p)) for p in phase]
-    turns, shift = (np.array(column) for column in zip(*poses, strict=True))
-    return Cycle(phase, turns, *prototype.rig.frames(turns, shift))
+    rotations, shift = (np.array(column) for column in zip(*poses, strict=True))
+    return SampledCycle(phase, rotations, *prototype.rig.frames(rotations, shift))
 
 
 def finest(prototype: RiggedPrototype) -> tuple[RiggedSticks, RiggedSticks]:
@@ -42,7 +42,7 @@ def finest(prototype: RiggedPrototype) -> tuple[RiggedSticks, RiggedSticks]:
     return prototype.inner.only(owns), prototype.leaf.only(~owns)
 
 
-def lowest(prototype: RiggedPrototype, seen: Cycle) -> Reals:
+def lowest_heights(prototype: RiggedPrototype, seen: SampledCycle) -> Reals:
     """Height of the lowest point of any stick at each phase, (K,) [m]."""
     low = np.full(len(seen.phase), np.inf)
     for table in finest(prototype):
@@ -57,7 +57,7 @@ def lowest(prototype: RiggedPrototype, seen: Cycle) -> Reals:
     return low
 
 
-def slide(prototype: RiggedPrototype, gait: Gait, seen: Cycle) -> float:
+def foot_slide(prototype: RiggedPrototype, gait: Gait, seen: SampledCycle) -> float:
     """Farthest that a contact moves over the ground while the foot rolls over it, of all legs
     [m].
     """
@@ -68,7 +68,7 @@ def slide(prototype: RiggedPrototype, gait: Gait, seen: Cycle) -> float:
             row = prototype.rig.row(f"{side} {leg.ankle}")
             own = (seen.phase - leg.strike - (leg.apart if side == "right" else 0.0)) % 1.0
             stances = (own < min(heel_until, gait.duty), (own >= ball_from) & (own < gait.duty))
-            for (x, z, _), stands in zip(contacts_of(prototype, row), stances, strict=True):
+            for (x, z, _), stands in zip(heel_and_ball(prototype, row), stances, strict=True):
                 point = np.array((x, 0.0, z))
                 path = _placed(seen.origin[stands, row], seen.facing[stands, row], point)[:, :2]
                 path[:, 0] += prototype.motion.stride * own[stands]
@@ -85,5 +85,5 @@ def _rolls(leg: Leg) -> tuple[float, float]:
     return (max(flat), min(flat)) if flat else (0.0, 1.0)
 
 
-def _placed(origin: Vectors, facing: Turns, point: Vectors) -> Vectors:
+def _placed(origin: Vectors, facing: Quaternions, point: Vectors) -> Vectors:
     return origin + rotated(facing, np.broadcast_to(point, origin.shape))

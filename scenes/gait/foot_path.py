@@ -83,14 +83,14 @@ class FootPath(NamedTuple):
     curl: np.ndarray
 
 
-def contacts_of(prototype: RiggedPrototype, ankle: int) -> Contacts:
+def heel_and_ball(prototype: RiggedPrototype, ankle: int) -> Contacts:
     """The hindmost and foremost of the lowest spheres of the foot by itself, toes apart."""
     low = _lowest(prototype, ankle)
     heel, ball = low[np.argmin(low[:, 0])], low[np.argmax(low[:, 0])]
     return Contacts(heel[[0, 2, 3]], ball[[0, 2, 3]])
 
 
-def sole_of(prototype: RiggedPrototype, ankle: int) -> Points2:
+def sole_points(prototype: RiggedPrototype, ankle: int) -> Points2:
     """Where a flat foot touches the ground: behind its heel, and on either side of its ball, x and
     y from the ankle, (3, 2) [m].
 
@@ -127,11 +127,11 @@ def _spheres(prototype: RiggedPrototype, joint: int) -> Spheres:
     """
     owns = np.zeros(len(prototype.joint), bool)
     owns[prototype.hierarchy.whole[1:]] = True
-    bodies = (prototype.inner.only(owns), prototype.leaf.only(~owns))
+    instances = (prototype.inner.only(owns), prototype.leaf.only(~owns))
     return np.concatenate(
         [
             np.column_stack((point, radius))[on == joint]
-            for table in bodies
+            for table in instances
             for on, point, radius in (
                 (table.start_joint, table.start, table.start_radius),
                 (table.end_joint, table.end, table.end_radius),

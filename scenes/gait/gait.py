@@ -18,13 +18,13 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.rotations import products, rotated
-from scenes.gait.foot_path import Contacts, Leg, contacts_of, foot_path, sole_of
+from scenes.gait.foot_path import Contacts, Leg, foot_path, heel_and_ball, sole_points
 from scenes.rig.build import side_of
 from scenes.rig.footprints import Feet
 from scenes.rig.keyframes import Motion, key_phases
 from scenes.rig.rig import Rig
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Turns, Vectors, degrees_of, inverse, turns_of
+from scenes.rig.rotations import Quaternions, Vectors, from_euler, inverse, to_euler
 
 GRAVITY = 9.81
 KEYS = 32
@@ -72,37 +72,37 @@ class Gait:
     steepest: float = 0.3
     tilts: bool = False
 
-    def stride_of(self, height: float) -> float:
+    def stride_m(self, height: float) -> float:
         """Ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
         relative = 2.3 * self.froude**0.3 if self.stride is None else self.stride
         return relative * height
 
-    def period_of(self, height: float) -> float:
+    def period_s(self, height: float) -> float:
         """Duration of one cycle [s]."""
         if self.period is not None:
             return self.period
-        return self.stride_of(height) / math.sqrt(self.froude * GRAVITY * height)
+        return self.stride_m(height) / math.sqrt(self.froude * GRAVITY * height)
 
 
-def walking(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> RiggedPrototype:
+def with_gait(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> RiggedPrototype:
     """The same object, moving. Raises InputError where a stride is too long for a leg."""
-    return prototype.moving(motion_of(prototype, gait, keys))
+    return prototype.with_motion(make_motion(prototype, gait, keys))
 
 
-def motion_of(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motion:
+def make_motion(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motion:
     """Key poses of one cycle; the left foot of the first leg lands at its ``strike`` phase."""
     rig, phase = prototype.rig, key_phases(keys)
     height = _hip_height(rig, gait)
-    stride = gait.stride_of(height)
-    turns, shift = _body(rig, gait, phase, height)
+    stride = gait.stride_m(height)
+    rotations, shift = _body(rig, gait, phase, height)
     placed = [
         _placed_leg(prototype, gait, leg, side, phase, stride, height)
         for leg in gait.legs
         for side in ("left ", "right ")
     ]
-    shift[:, 2] += min(0.0, min((_room(rig, p, turns, shift) for p in placed), default=0.0))
+    shift[:, 2] += min(0.0, min((_room(rig, p, rotations, shift) for p in placed), default=0.0))
     for p in placed:
-        _bend_leg(rig, p, turns, shift)
+        _bend_leg(rig, p, rotations, shift)
     feet = Feet(
         legs=np.array([p.rows for p in placed]).reshape(-1, 3),
         sticks_out=np.array([p.leg.sticks_out for p in placed], bool),
@@ -113,7 +113,7 @@ def motion_of(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motio
         steepest=np.full(len(placed), gait.steepest),
         sole=np.array([p.sole for p in placed]).reshape(-1, 3, 2),
     )
-    return Motion(turns, shift, stride, gait.period_of(height), feet, gait.tilts)
+    return Motion(rotations, shift, stride, gait.period_s(height), feet, gait.tilts)
 
 
 def _hip_height(rig: Rig, gait: Gait) -> float:
@@ -122,9 +122,9 @@ def _hip_height(rig: Rig, gait: Gait) -> float:
     return float(rig.frames()[0][rig.row(f"left {gait.legs[0].hip}"), 2])
 
 
-def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Turns, Vectors]:
+def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Quaternions, Vectors]:
     """Turns of every joint by the waves alone, (K, j, 4), and bob and sway, (K, 3) [m]."""
-    rest = degrees_of(rig.rest)
+    rest = to_euler(rig.rest)
     angles = np.broadcast_to(rest, (len(phase), *rest.shape)).copy()
     shift, moved = np.zeros((len(phase), 3)), np.zeros(rest.shape, bool)
     for wave in gait.waves:
@@ -149,9 +149,9 @@ def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Turns
         angles[:, row, axis] += 360.0 * count * phase
         moved[row, axis] = True
     still = ~moved.any(axis=1)
-    turns = turns_of(angles)
-    turns[:, still] = rig.rest[still]
-    return turns, shift
+    rotations = from_euler(angles)
+    rotations[:, still] = rig.rest[still]
+    return rotations, shift
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +183,7 @@ def _placed_leg(
 ) -> _Placed:
     rig, sign = prototype.rig, 1.0 if side == "left " else -1.0
     rows = rig.row(side + leg.hip), rig.row(side + leg.knee), rig.row(side + leg.ankle)
-    contacts: Contacts = contacts_of(prototype, rows[2])
+    contacts: Contacts = heel_and_ball(prototype, rows[2])
     strike = (leg.strike + (0.0 if side == "left " else leg.apart)) % 1.0
     own = phase - strike
     path = foot_path(leg, contacts, own % 1.0, stride, gait.duty, leg.clearance * height)
@@ -201,11 +201,11 @@ def _placed_leg(
         tuple(rig.row(side + toe) for toe in leg.toes),
         turnout,
         home + ahead + along,
-        turns_of(degrees),
+        from_euler(degrees),
         path.curl,
         strike,
         home[:2],
-        sole_of(prototype, rows[2]) @ _spin(turnout).T,
+        sole_points(prototype, rows[2]) @ _spin(turnout).T,
     )
 
 
@@ -214,7 +214,7 @@ def _spin(angle: float) -> np.ndarray:
     return np.array(((cos, -sin), (sin, cos)))
 
 
-def standing_feet(prototype: RiggedPrototype) -> Feet:
+def rest_feet(prototype: RiggedPrototype) -> Feet:
     """The feet of a walker at rest: every one stands, where it is, all of the time."""
     feet = prototype.motion.feet
     origin, turn = prototype.rig.frames()
@@ -222,7 +222,7 @@ def standing_feet(prototype: RiggedPrototype) -> Feet:
     ahead = rotated(turn[ankles], np.broadcast_to((1.0, 0.0, 0.0), (len(feet), 3)))
     yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
     soles = [
-        sole_of(prototype, int(row)) @ _spin(angle).T
+        sole_points(prototype, int(row)) @ _spin(angle).T
         for row, angle in zip(ankles, yaw, strict=True)
     ]
     return replace(
@@ -233,11 +233,11 @@ def standing_feet(prototype: RiggedPrototype) -> Feet:
     )
 
 
-def _room(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> float:
+def _room(rig: Rig, p: _Placed, rotations: Quaternions, shift: Vectors) -> float:
     """How far the body may rise (or must sink, below 0) for this leg to reach its foot all the way
     [m].
     """
-    hip = rig.frames(turns, shift)[0][:, p.rows[0]]
+    hip = rig.frames(rotations, shift)[0][:, p.rows[0]]
     length = REACH * sum(float(np.linalg.norm(rig.offset[row])) for row in p.rows[1:])
     aside = np.linalg.norm((p.ankle - hip)[:, :2], axis=1)
     if aside.max() >= length:
@@ -245,26 +245,28 @@ def _room(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> float:
     return float((np.sqrt(length**2 - aside**2) + p.ankle[:, 2] - hip[:, 2]).min())
 
 
-def _bend_leg(rig: Rig, p: _Placed, turns: Turns, shift: Vectors) -> None:
+def _bend_leg(rig: Rig, p: _Placed, rotations: Quaternions, shift: Vectors) -> None:
     """Turns of hip, knee, ankle and toes that put the ankle where it must be, written into
     ``turns``.
     """
     hip, knee, ankle = p.rows
-    origin, frame = rig.frames(turns, shift)
+    origin, frame = rig.frames(rotations, shift)
     above = (
-        frame[:, rig.parent[hip]] if rig.parent[hip] >= 0 else turns_of(np.zeros((len(turns), 3)))
+        frame[:, rig.parent[hip]]
+        if rig.parent[hip] >= 0
+        else from_euler(np.zeros((len(rotations), 3)))
     )
     reach = rotated(inverse(above), p.ankle - origin[:, hip])
     upper, lower = (float(np.linalg.norm(rig.offset[row])) for row in (knee, ankle))
-    hip_degrees, knee_degrees = two_links(reach, upper, lower, p.leg, p.turnout)
-    turns[:, hip], turns[:, knee] = turns_of(hip_degrees), turns_of(knee_degrees)
-    shank = products(products(above, turns[:, hip]), turns[:, knee])
-    turns[:, ankle] = products(inverse(shank), p.foot)
+    hip_degrees, knee_degrees = hip_and_knee_angles(reach, upper, lower, p.leg, p.turnout)
+    rotations[:, hip], rotations[:, knee] = from_euler(hip_degrees), from_euler(knee_degrees)
+    shank = products(products(above, rotations[:, hip]), rotations[:, knee])
+    rotations[:, ankle] = products(inverse(shank), p.foot)
     for toe in p.toes:
-        turns[:, toe] = turns_of(np.stack((0 * p.curl, p.curl, 0 * p.curl), axis=1))
+        rotations[:, toe] = from_euler(np.stack((0 * p.curl, p.curl, 0 * p.curl), axis=1))
 
 
-def two_links(
+def hip_and_knee_angles(
     reach: Vectors, upper: float, lower: float, leg: Leg, turnout: float
 ) -> tuple[Vectors, Vectors]:
     """Angles about x, y, z of hip and knee that put the ankle at ``reach`` in the hip's parent

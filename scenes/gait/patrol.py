@@ -10,7 +10,7 @@ for
 them unchanged.
 
 The motion was made for a straight path. On a circle of radius ρ a print that is x ahead and y
-aside of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``least_radius``
+aside of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``min_radius``
 keeps that small.
 """
 
@@ -24,7 +24,7 @@ from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.rig.keyframes import Motion
 
-SHORTEST = 0.82
+MIN_STRIDE_FACTOR = 0.82
 """The shortest stride of any one, as a share of its prototype's, which is the longest."""
 
 
@@ -43,7 +43,7 @@ class Walkers:
         freeze(self, offset=np.float64, cos=np.float64, sin=np.float64, phase=np.float64)
 
 
-class Rounds(NamedTuple):
+class PatrolOrbit(NamedTuple):
     """How walkers go round, as ``patrol`` takes it: (n,) each, but for ``radius``."""
 
     radius: Reals | float
@@ -57,9 +57,9 @@ class Rounds(NamedTuple):
         """Where they are at a time, or each at a time of its own [s]."""
         return patrol(*self, time_s)
 
-    def take(self, rows: np.ndarray) -> "Rounds":
+    def take(self, rows: np.ndarray) -> "PatrolOrbit":
         """The walkers at ``rows``."""
-        return Rounds(self.radius, *(each[rows] for each in self[1:]))
+        return PatrolOrbit(self.radius, *(each[rows] for each in self[1:]))
 
 
 def patrol(
@@ -84,27 +84,27 @@ def patrol(
     if not (np.isfinite(time).all() and np.isfinite(radius).all() and np.all(radius > 0)):
         arrived = float(np.max(time, initial=0.0)), float(radius.min(initial=math.inf))
         raise InputError("patrol", arrived, "a finite time, a radius above 0 m")
-    turns = np.where(clockwise, -1.0, 1.0)
+    rotations = np.where(clockwise, -1.0, 1.0)
     # Whole rounds and whole cycles drop out before they cost any digits.
     rounds = np.fmod(time * (stride / period) / (2 * np.pi * radius), 1.0)
-    facing = heading + turns * 2 * np.pi * rounds
+    facing = heading + rotations * 2 * np.pi * rounds
     cos, sin = np.cos(facing), np.sin(facing)
-    away = np.where(stride > 0, radius, 0.0) * turns
+    away = np.where(stride > 0, radius, 0.0) * rotations
     offset = np.stack((away * sin, -away * cos), axis=1)
     return Walkers(offset, cos, sin, np.mod(phase + np.fmod(time / period, 1.0), 1.0))
 
 
-def paces(u: Reals) -> tuple[Reals, Reals]:
+def stride_factors(u: Reals) -> tuple[Reals, Reals]:
     """Each one's stride and period as shares of its prototype's, from uniform numbers (n,).
 
     By the rule that gaits are made by (``gait``): stride goes as Froude^0.3 and speed as its root,
     so that one whose stride is s times as long takes s^(−2/3) times as long over it.
     """
-    stride = SHORTEST + (1.0 - SHORTEST) * u
+    stride = MIN_STRIDE_FACTOR + (1.0 - MIN_STRIDE_FACTOR) * u
     return stride, stride ** (-2 / 3)
 
 
-def slip(stance: float, ahead: float, aside: float, radius: float) -> float:
+def foot_slip(stance: float, ahead: float, aside: float, radius: float) -> float:
     """How far a print moves under a foot that stands while the body goes ``stance`` m along a
     circle [m].
 
@@ -123,7 +123,7 @@ def slip(stance: float, ahead: float, aside: float, radius: float) -> float:
     return float(np.linalg.norm(at[:, None] - at[None], axis=-1).max())
 
 
-def least_radius(motion: Motion, duty: float, ahead: float, aside: float, most: float) -> float:
+def min_radius(motion: Motion, duty: float, ahead: float, aside: float, most: float) -> float:
     """The tightest circle on which prints move by at most ``most`` m; 0 for what stays at home
     [m].
     """
@@ -131,6 +131,6 @@ def least_radius(motion: Motion, duty: float, ahead: float, aside: float, most: 
         return 0.0
     stance = duty * motion.stride
     radius = stance
-    while max(slip(stance, ahead, side * aside, radius) for side in (1, -1)) > most:
+    while max(foot_slip(stance, ahead, side * aside, radius) for side in (1, -1)) > most:
         radius *= 1.05
     return radius

@@ -11,18 +11,18 @@ from scipy.spatial.transform import Rotation
 from lod.arrays import Points
 from lod.rotations import products
 from scenes.gait.contact_errors import finest
-from scenes.gait.foot_path import contacts_of
-from scenes.rig.foot_placement import bodies_on
+from scenes.gait.foot_path import heel_and_ball
+from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import Bodies, Cast
+from scenes.rig.pose_tables import Instances, PoseTables
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Turns, inverse
+from scenes.rig.rotations import Quaternions, inverse
 
 _TOUCHES = 0.003
 """A contact touches while it is no higher than this above the lower one of its foot [m]."""
 
 
-class Steps(NamedTuple):
+class ContactErrors(NamedTuple):
     """The worst of one cycle.
 
     beyond  of any leg's joint beyond its limits [degrees]
@@ -30,13 +30,13 @@ class Steps(NamedTuple):
     slides  farthest that a contact goes over the ground while the foot rolls over it [m]
     """
 
-    beyond: float
+    limit_excess: float
     sinks: float
     floats: float
     slides: float
 
 
-class OnSlope:
+class SlopeTrial:
     """One walker in two cycles straight ahead along x over a plane.
 
     slope (2,): rise of the plane along x and y; pace: its stride as a share of the prototype's;
@@ -47,39 +47,45 @@ class OnSlope:
         self,
         who: RiggedPrototype,
         slope: Float64[np.ndarray, "2"],
-        pace: float = 1.0,
+        stride_factor: float = 1.0,
         count: int = 32,
     ) -> None:
-        self.who, self.slope, self.cast = who, slope, Cast.of((who,))
+        self.who, self.slope, self.pose_tables = who, slope, PoseTables.of((who,))
         self.phase = (np.arange(2 * count) + 0.37) / count
-        self.level, self.bodies = (self._on(plane, pace) for plane in (0 * slope, slope))
+        self.level, self.instances = (
+            self._on(plane, stride_factor) for plane in (0 * slope, slope)
+        )
 
-    def _on(self, plane: Float64[np.ndarray, "2"], pace: float) -> Bodies:
+    def _on(self, plane: Float64[np.ndarray, "2"], stride_factor: float) -> Instances:
         n = len(self.phase)
-        xy = np.outer(pace * self.who.motion.stride * self.phase, (1.0, 0.0))
+        xy = np.outer(stride_factor * self.who.motion.stride * self.phase, (1.0, 0.0))
         same = xy, np.ones(n), np.zeros(n), np.zeros(n, np.int64)
-        return bodies_on(self.cast, lambda at: at @ plane, *same, self.phase, np.full(n, pace))
+        return place_on_ground(
+            self.pose_tables, lambda at: at @ plane, *same, self.phase, np.full(n, stride_factor)
+        )
 
-    def riding(self, bodies: Bodies, joints: list[int], places: Points) -> np.ndarray:
+    def riding(self, instances: Instances, joints: list[int], places: Points) -> np.ndarray:
         """Points (m, 3) that ride on joints (m,), at every phase, (phases, m, 3) [m]."""
-        rows, items = np.divmod(np.arange(len(bodies) * len(joints)), len(joints))
-        at = pose_points(self.cast, bodies, rows, items, places, np.array(joints))
-        return at.reshape(len(bodies), len(joints), 3)
+        rows, items = np.divmod(np.arange(len(instances) * len(joints)), len(joints))
+        at = pose_points(self.pose_tables, instances, rows, items, places, np.array(joints))
+        return at.reshape(len(instances), len(joints), 3)
 
-    def facing(self, joint: int) -> Turns:
+    def facing(self, joint: int) -> Quaternions:
         """How a joint is turned in the frame at every phase, (phases, 4)."""
-        at = self.riding(self.bodies, [joint] * 4, np.vstack((np.zeros(3), np.eye(3))))
+        at = self.riding(self.instances, [joint] * 4, np.vstack((np.zeros(3), np.eye(3))))
         return Rotation.from_matrix(np.swapaxes(at[:, 1:] - at[:, :1], 1, 2)).as_quat()
 
-    def turns(self) -> Turns:
+    def rotations(self) -> Quaternions:
         """Turns of all joints in their parents, those of legs as they stand, (phases, j, 4)."""
         rig = self.who.rig
-        turns = np.tile(rig.rest, (len(self.phase), 1, 1))
+        rotations = np.tile(rig.rest, (len(self.phase), 1, 1))
         for row in self.who.motion.feet.legs.ravel().tolist():
-            turns[:, row] = products(inverse(self.facing(int(rig.parent[row]))), self.facing(row))
-        return turns
+            rotations[:, row] = products(
+                inverse(self.facing(int(rig.parent[row]))), self.facing(row)
+            )
+        return rotations
 
-    def steps(self) -> Steps:
+    def steps(self) -> ContactErrors:
         """How joints and feet fare."""
         feet, above, slides = self.who.motion.feet, [np.zeros(1)], 0.0
         for foot, ankle in enumerate(feet.legs[:, 2].tolist()):
@@ -88,8 +94,8 @@ class OnSlope:
             above.append(self._above(ankle)[stands])
             slides = max(slides, self._slides(ankle, stands))
         heights = np.concatenate(above)
-        beyond = float(self.who.rig.beyond(self.turns()).max())
-        return Steps(beyond, -float(heights.min()), float(heights.max()), slides)
+        beyond = float(self.who.rig.limit_excess(self.rotations()).max())
+        return ContactErrors(beyond, -float(heights.min()), float(heights.max()), slides)
 
     def _above(self, ankle: int) -> np.ndarray:
         """How far the lowest point of a foot and its toes is above the ground, (phases,) [m]."""
@@ -107,16 +113,16 @@ class OnSlope:
             if joint in below
         ]
         joints, points, radii = zip(*ends, strict=True)
-        at = self.riding(self.bodies, list(joints), np.array(points))
+        at = self.riding(self.instances, list(joints), np.array(points))
         return (at[..., 2] - at[..., :2] @ self.slope - np.array(radii)).min(axis=1)
 
     def _slides(self, ankle: int, stands: np.ndarray) -> float:
         """Farthest that heel or ball goes while it would be on level ground [m]."""
-        contacts = contacts_of(self.who, ankle)
+        contacts = heel_and_ball(self.who, ankle)
         centres = np.array([(x, 0.0, z) for x, z, _ in contacts])
         radii = np.array([radius for _, _, radius in contacts])
         low = self.riding(self.level, [ankle] * 2, centres)[..., 2] - radii
-        path = self.riding(self.bodies, [ankle] * 2, centres)[..., :2]
+        path = self.riding(self.instances, [ankle] * 2, centres)[..., :2]
         rolls = stands[:, None] & (low <= low.min(axis=1, keepdims=True) + _TOUCHES)
         return max(
             float(np.linalg.norm(np.ptp(path[rolls[:, k], k], axis=0)))

@@ -5,17 +5,17 @@ from dataclasses import replace
 from functools import lru_cache
 
 from lod.errors import InputError
-from scenes.gait.gait import standing_feet
+from scenes.gait.gait import rest_feet
 from scenes.models.animals.catalogue import KINDS, animal
 from scenes.models.boulder import boulder_prototypes
-from scenes.models.people.people import rigged_people
-from scenes.models.people.walking import walkers
+from scenes.models.people.people import people_at_rest
+from scenes.models.people.walking import walking_people
 from scenes.models.trees.species import TreeSpecies
 from scenes.models.trees.species_tables import BIRCH, BROADLEAF, CONIFER, DEAD_TREE, SHRUB
 from scenes.models.trees.sway import swaying_trees
 from scenes.models.trees.tree import tree_prototypes
 from scenes.models.trees.weather import CALM_SUMMER, Weather
-from scenes.rig.keyframes import still
+from scenes.rig.keyframes import rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
@@ -25,7 +25,7 @@ Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]
 
 def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
     """Adults and children, each with a walk of their own."""
-    return walkers(rigged_people(seed, count), seed)
+    return walking_people(people_at_rest(seed, count), seed)
 
 
 def one_animal(name: str) -> Made:
@@ -75,10 +75,10 @@ def standing(prototype: RiggedPrototype) -> RiggedPrototype:
     """The same object at rest, its feet on the ground; what does not walk goes on as it does."""
     if prototype.motion.stride == 0:
         return prototype
-    return prototype.moving(
+    return prototype.with_motion(
         replace(
-            still(prototype.rig),
-            feet=standing_feet(prototype),
+            rest_motion(prototype.rig),
+            feet=rest_feet(prototype),
             tilts=prototype.motion.tilts,
         )
     )

@@ -24,8 +24,8 @@ from scenes.field.traversal import Held, Rows, walk
 from scenes.field.traversal_tables import limits_of
 from scenes.reuse.cell_reuse import drawn_anew
 from scenes.reuse.merge_cuts import picked, sources, stale_cells, woven
-from scenes.rig.height_bound import lift, pace_most
-from scenes.rig.pose_tables import Bodies
+from scenes.rig.height_bound import height_bound, max_speed
+from scenes.rig.pose_tables import Instances
 
 FARTHEST_M, FARTHEST_WALKING_M = 32.0, 2.0
 """Nothing is said to hold for longer than so many metres; the ground rises under who walks."""
@@ -110,7 +110,9 @@ def _begun(
         limits=limits,
         spans=spans,
         table=limits_of(troupe.slots, troupe.atlas, view, 0.0),
-        lift=lift(troupe.cast, field.ground, FARTHEST_WALKING_M) if field.moves else 0.0,
+        lift=height_bound(troupe.pose_tables, field.ground, FARTHEST_WALKING_M)
+        if field.moves
+        else 0.0,
         moved=0.0,
         gone=0.0,
         step=_USUAL_STEP_M,
@@ -131,7 +133,7 @@ def _moved(field: SpeciesField, view: View, before: Hold) -> Hold:
     """The hold of the frame before as this one has it."""
     a, b = before.view, view
     eye = float(np.linalg.norm(b.camera.eye - a.camera.eye)) + _ROUNDING_M
-    walked = pace_most(field.troupe.rigged) if field.species.patrol_m else 0.0
+    walked = max_speed(field.troupe.rigged) if field.species.patrol_m else 0.0
     step = eye + walked * abs(b.time_s - a.time_s)
     axes = ("forward", "right", "up")
     turn = sum(float(np.linalg.norm(getattr(b.camera, k) - getattr(a.camera, k))) for k in axes)
@@ -190,19 +192,21 @@ def _until(room: np.ndarray, far: np.ndarray, gone: float, turned: float) -> np.
 
 def _walked(field: SpeciesField, hold: Hold, objects: Objects) -> tuple[np.ndarray, Rows]:
     """Parts displayed of these objects, and ``held`` of each."""
-    troupe, held, bodies = field.troupe, np.zeros((len(objects), 4)), objects.bodies
+    troupe, held, instances = field.troupe, np.zeros((len(objects), 4)), objects.instances
     asked = Held(held, not field.moves, hold.lift, hold.step)
-    rows = walk(troupe.cast, troupe.slots, hold.table, bodies, objects.smear, hold.view, asked)
+    rows = walk(
+        troupe.pose_tables, troupe.slots, hold.table, instances, objects.smear, hold.view, asked
+    )
     if field.moves:
         held[:, 2:] = np.minimum(held[:, 2:], FARTHEST_WALKING_M)
-    elif troupe.cast.most_legs:
-        room = troupe.heed_slack(hold.view, bodies.origin[:, :2], bodies.variant)
+    elif troupe.pose_tables.max_legs:
+        room = troupe.heed_slack(hold.view, instances.origin[:, :2], instances.prototype)
         held[:, 2] = np.minimum(held[:, 2], room)
     return held, rows
 
 
 _DRAWN = ("cell_x", "cell_y", "index", "u")
-_STOOD = ("origin", "cos", "sin", "variant", "phase", "feet")
+_STOOD = ("origin", "cos", "sin", "prototype", "phase", "foot_contacts")
 
 
 def _joined(a: Draws, b: Draws) -> Draws:
@@ -217,8 +221,8 @@ def _draws_at(hold: Hold, rows: np.ndarray) -> Draws:
 
 def _taken(hold: Hold) -> Objects:
     """The kept objects in their order, as they were when they were examined."""
-    bodies = [each.bodies for each in hold.pool]
-    stood = Bodies(*(_gathered([getattr(b, k) for b in bodies], hold.order) for k in _STOOD))
+    instances = [each.instances for each in hold.pool]
+    stood = Instances(*(_gathered([getattr(b, k) for b in instances], hold.order) for k in _STOOD))
     return Objects(stood, _draws_at(hold, hold.order), np.zeros(len(hold.order)))
 
 

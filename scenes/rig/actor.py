@@ -3,7 +3,7 @@
 The modelling tree is an actor each joint (§2.3): the figure itself owns its pelvis, the pelvis the
 waist and the hips, and so on to the finger tips. Every actor wears the sticks that ride on its
 joint when all detail is displayed. Both are built from the same tables, and a crowd is posed from
-the compiled actor by the same walk as from key poses (``in_pose_of``).
+the compiled actor by the same walk as from key poses (``pose_from_actor``).
 """
 
 from dataclasses import dataclass, replace
@@ -16,10 +16,10 @@ from lod.actors.compile import compile_actor
 from lod.actors.joint import HERE, Limits, RevoluteJoint
 from lod.actors.quaternion import Quaternion, VectorLike, vector
 from scenes.gait.contact_errors import finest
-from scenes.rig.keyframes import still
+from scenes.rig.keyframes import rest_motion
 from scenes.rig.rig import Rig
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import degrees_of, turns_of
+from scenes.rig.rotations import from_euler, to_euler
 
 _SLACK_DEG = 1e-6
 
@@ -32,11 +32,11 @@ class AngleLimits(Limits):
 
     def oriented(self, angles_deg: VectorLike) -> Quaternion:
         """Orientation by those angles."""
-        return Quaternion(*turns_of(np.array(vector(angles_deg))).tolist())
+        return Quaternion(*from_euler(np.array(vector(angles_deg))).tolist())
 
     def admit(self, orientation: Quaternion) -> bool:
         """Whether its angles lie in the box; the same turn has a second set of them."""
-        angles = degrees_of(np.array([float(orientation[k]) for k in range(4)]))
+        angles = to_euler(np.array([float(orientation[k]) for k in range(4)]))
         other = angles * np.array((1.0, -1.0, 1.0)) + 180.0
         return self._within(angles) or self._within(other)
 
@@ -47,7 +47,7 @@ class AngleLimits(Limits):
         return bool(np.all((near >= low - _SLACK_DEG) & (near <= high + _SLACK_DEG)))
 
 
-def actor_of(prototype: RiggedPrototype) -> CompoundActor:
+def to_actor(prototype: RiggedPrototype) -> CompoundActor:
     """The prototype at rest as an actor; the names of its parts are those of the rig's joints."""
     rig, looks = prototype.rig, _looks(prototype)
 
@@ -63,7 +63,7 @@ def actor_of(prototype: RiggedPrototype) -> CompoundActor:
     return CompoundActor(parts_of(-1), HERE, NOTHING, name=prototype.name)
 
 
-def rig_of(actor: Actor, like: Rig) -> Rig:
+def compile_rig(actor: Actor, like: Rig) -> Rig:
     """The rig that an actor compiles to, at rest as it is posed now: joints in the order of
     ``like``, which says how far the whole sways.
 
@@ -79,10 +79,10 @@ def rig_of(actor: Actor, like: Rig) -> Rig:
     return Rig(like.name, *lengths, *limits, like.shift_low, like.shift_high)
 
 
-def in_pose_of(prototype: RiggedPrototype, actor: Actor) -> RiggedPrototype:
+def pose_from_actor(prototype: RiggedPrototype, actor: Actor) -> RiggedPrototype:
     """The prototype, held in the pose that its actor is in."""
-    return prototype.moving(
-        replace(still(prototype.rig), turns=rig_of(actor, prototype.rig).rest[None])
+    return prototype.with_motion(
+        replace(rest_motion(prototype.rig), rotations=compile_rig(actor, prototype.rig).rest[None])
     )
 
 

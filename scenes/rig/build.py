@@ -13,11 +13,18 @@ import numpy as np
 
 from lod.arrays import Ints
 from scenes.models.people.skeleton import Joint, Part, Rod, Vector
-from scenes.rig.keyframes import still
-from scenes.rig.leaf_appearance import Colour, chosen, grouped, inner, leaves, under
+from scenes.rig.keyframes import rest_motion
+from scenes.rig.leaf_appearance import (
+    Colour,
+    fit_leaf_appearances,
+    group_by_owner,
+    inner_appearances,
+    select_sticks,
+    sticks_below,
+)
 from scenes.rig.rig import Rig, RiggedSticks
-from scenes.rig.rigged_prototype import RiggedPrototype, hierarchy_of
-from scenes.rig.rotations import turns_of
+from scenes.rig.rigged_prototype import RiggedPrototype, build_hierarchy
+from scenes.rig.rotations import from_euler
 
 SIDES = {"left": 1.0, "right": -1.0}
 
@@ -77,7 +84,7 @@ class Build:
     sizes: dict[str, float] = field(default_factory=dict)
 
 
-def rigged(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
+def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
     """A posable prototype at rest, with no motion yet."""
     parts = _both_sides(anatomy, anatomy.parts, anatomy.side_parts)
     row = {part: i for i, part in enumerate(parts)} | {"": -1}
@@ -87,16 +94,16 @@ def rigged(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
     given = _sticks(_both_sides(anatomy, anatomy.leaf, anatomy.side_leaf), row, rig, build)
     core = _sticks(_both_sides(anatomy, anatomy.core, {}), row, rig, build)
     rig, (body, given, core) = _standing(rig, (body, given, core), build.height)
-    full = under(whole, body.posed(*rig.frames()))
-    leaf, tints = leaves(rig, body, given, full, build.materials)
-    inside = inner(whole, body, leaf, core)
+    full = sticks_below(whole, body.posed(*rig.frames()))
+    leaf, tints = fit_leaf_appearances(rig, body, given, full, build.materials)
+    inside = inner_appearances(whole, body, leaf, core)
     joint = np.array([rig.row(part.joint) for part in parts.values()])
     level = np.array([part.level for part in parts.values()])
     twin = _twins(parts, row, rig)
     tables = inside, leaf, tints
-    hierarchy, joint = hierarchy_of(rig, whole, level, joint, *tables, twin)
+    hierarchy, joint = build_hierarchy(rig, whole, level, joint, *tables, twin)
     hierarchy = replace(hierarchy, overlap=np.where(level, LIMB_OVERLAP, WHOLE_OVERLAP))
-    return RiggedPrototype(name, rig, joint, hierarchy, inside, leaf, tints, still(rig))
+    return RiggedPrototype(name, rig, joint, hierarchy, inside, leaf, tints, rest_motion(rig))
 
 
 def _twins(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Ints:
@@ -160,7 +167,7 @@ def _rig(anatomy: Anatomy, build: Build) -> Rig:
         low[i], high[i] = np.sort(limits * mirror, axis=0)
     parent = np.array([row[joint.parent] for joint in joints.values()])
     shift = np.array(anatomy.shift)
-    return Rig(tuple(joints), parent, offset, turns_of(rest), low, high, *shift)
+    return Rig(tuple(joints), parent, offset, from_euler(rest), low, high, *shift)
 
 
 def _entry(table: dict, name: str, default):  # type: ignore[no-untyped-def]
@@ -184,9 +191,9 @@ def _sticks(
                 tint = material[rod.material]
                 columns.append((row[name], *ends, *radii, tint, joint, joint))
     if not columns:
-        return chosen(None, np.zeros(0, np.int64), np.zeros(0, np.int64), len(row) - 1)
+        return select_sticks(None, np.zeros(0, np.int64), np.zeros(0, np.int64), len(row) - 1)
     owner, *rest = (np.array(column) for column in zip(*columns, strict=True))
-    return grouped(owner, rest, len(row) - 1)
+    return group_by_owner(owner, rest, len(row) - 1)
 
 
 def _standing(

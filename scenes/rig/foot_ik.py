@@ -15,12 +15,12 @@ import math
 
 from numba import njit
 
-from scenes.rig.leg_ik import face, half_of, reach_leg
-from scenes.rig.rotations import times, turn
+from scenes.rig.leg_ik import half_angle, set_rotation, two_bone_ik
+from scenes.rig.rotations import quaternion_product, rotate_vector
 
 
 @njit(cache=True)
-def plant_leg(frame, rows, legs, leg, feet, o, number, cos, sin):  # type: ignore[no-untyped-def]
+def solve_foot(frame, rows, legs, leg, feet, o, number, cos, sin):  # type: ignore[no-untyped-def]
     """Bend the leg in rows hip, knee, ankle of ``frame`` (x, y, z and quaternion), changing them.
 
     rows: hip, knee, ankle, and what the hip rides on
@@ -40,9 +40,9 @@ def plant_leg(frame, rows, legs, leg, feet, o, number, cos, sin):  # type: ignor
     ez = frame[ankle, 2] - frame[0, 2]
     px, py, pz = px - frame[hip, 0], py - frame[hip, 1], pz - frame[hip, 2]
     foot = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
-    x, y, z = turn(*slope, ex, ey, ez)
-    reach_leg(frame, rows, bones, arc, leg, reach[leg, 5], x + px, y + py, z + pz)
-    face(frame, ankle, times(*slope, *foot))
+    x, y, z = rotate_vector(*slope, ex, ey, ez)
+    two_bone_ik(frame, rows, bones, arc, leg, reach[leg, 5], x + px, y + py, z + pz)
+    set_rotation(frame, ankle, quaternion_product(*slope, *foot))
     _within(frame, knee, ankle, limits, leg)
 
 
@@ -54,7 +54,7 @@ def _within(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
     """
     ux, uy, uz, uw = frame[knee, 3], frame[knee, 4], frame[knee, 5], frame[knee, 6]
     f = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
-    x, y, z, w = times(-ux, -uy, -uz, uw, *f)
+    x, y, z, w = quaternion_product(-ux, -uy, -uz, uw, *f)
     a, across = 2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)
     c, along = 2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)
     b = 2.0 * (w * y - z * x)
@@ -67,12 +67,12 @@ def _within(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
     if p == a and q == b and r == c:
         return
     a, c = 1.0 / math.sqrt(1.0 + p * p), 1.0 / math.sqrt(1.0 + r * r)
-    sa, ca = half_of(a, p * a)
-    sb, cb = half_of(math.sqrt(1.0 - q * q), q)
-    sc, cc = half_of(c, r * c)
-    turned = times(0.0, 0.0, sc, cc, 0.0, sb, 0.0, cb)
-    turned = times(*turned, sa, 0.0, 0.0, ca)
-    face(frame, ankle, times(ux, uy, uz, uw, *turned))
+    sa, ca = half_angle(a, p * a)
+    sb, cb = half_angle(math.sqrt(1.0 - q * q), q)
+    sc, cc = half_angle(c, r * c)
+    turned = quaternion_product(0.0, 0.0, sc, cc, 0.0, sb, 0.0, cb)
+    turned = quaternion_product(*turned, sa, 0.0, 0.0, ca)
+    set_rotation(frame, ankle, quaternion_product(ux, uy, uz, uw, *turned))
 
 
 @njit(cache=True, inline="always")

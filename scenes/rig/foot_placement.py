@@ -25,42 +25,42 @@ from numba import njit
 from lod.arrays import Ints, Reals
 from scenes.field.ground_contact_detail import PLACE, PRINTS, SOLES
 from scenes.rig.footprints import print_and_swing
-from scenes.rig.pose_tables import Bodies, Cast
+from scenes.rig.pose_tables import Instances, PoseTables
 
 Heights = Callable[[Float64[np.ndarray, "m 2"]], Reals]
 
 
-def bodies_on(
-    cast: Cast,
+def place_on_ground(
+    pose_tables: PoseTables,
     heights: Heights,
     xy: Float64[np.ndarray, "n 2"],
     cos: Reals,
     sin: Reals,
-    variant: Ints,
+    prototype: Ints,
     phase: Reals,
-    pace: Reals,
+    stride_factor: Reals,
     heed: Ints | None = None,
-) -> Bodies:
+) -> Instances:
     """Bodies at xy (n, 2) [m] with headings, prototypes and phases, (n,) each.
 
     heights: of the ground [m] at points of the frame; pace (n,): each one's stride as a share of
         its prototype's; heed (n,): how closely each minds the ground, SOLES by default
     """
-    heed = np.full(len(variant), SOLES) if heed is None else heed
-    t, within = cast.tables, phase - np.floor(phase)
-    places = (xy, cos, sin, variant, within, pace, heed)
-    points = _soles(t.cast, t.leg, t.sole, *places)
+    heed = np.full(len(prototype), SOLES) if heed is None else heed
+    t, within = pose_tables.tables, phase - np.floor(phase)
+    places = (xy, cos, sin, prototype, within, stride_factor, heed)
+    points = _soles(t.pose_tables, t.leg, t.sole, *places)
     ground = np.ascontiguousarray(heights(points))
-    base, feet = _stand(t.cast, t.leg, t.plane, t.hip, cast.most_legs, *places, ground)
-    return Bodies(np.column_stack((xy, base)), cos, sin, variant, within, feet)
+    base, feet = _stand(t.pose_tables, t.leg, t.plane, t.hip, pose_tables.max_legs, *places, ground)
+    return Instances(np.column_stack((xy, base)), cos, sin, prototype, within, feet)
 
 
 @njit(cache=True)
-def _soles(cast, leg, sole, xy, cos, sin, variant, phase, pace, heed):  # type: ignore[no-untyped-def]
+def _soles(pose_tables, leg, sole, xy, cos, sin, prototype, phase, stride_factor, heed):  # type: ignore[no-untyped-def]
     """Points under every sole that stands, and under both prints of one that swings, (m, 2)."""
-    points, m = np.empty((_most_points(cast, leg, variant, phase, heed), 2)), 0
-    for o in range(len(variant)):
-        first, legs = cast[variant[o], 5], cast[variant[o], 6]
+    points, m = np.empty((_most_points(pose_tables, leg, prototype, phase, heed), 2)), 0
+    for o in range(len(prototype)):
+        first, legs = pose_tables[prototype[o], 5], pose_tables[prototype[o], 6]
         if legs == 0 or heed[o] == PLACE:
             points[m, 0], points[m, 1] = xy[o, 0], xy[o, 1]
             m += 1
@@ -70,7 +70,7 @@ def _soles(cast, leg, sole, xy, cos, sin, variant, phase, pace, heed):  # type: 
             own = (phase[o] - leg[row, 0]) % 1.0
             last, _ = print_and_swing(own, leg[row, 1])
             for step in range(2 if own > leg[row, 1] else 1):
-                ahead = leg[row, 2] + pace[o] * leg[row, 4] * (last + step)
+                ahead = leg[row, 2] + stride_factor[o] * leg[row, 4] * (last + step)
                 for k in range(3 if closely else 1):
                     x, y = ahead, leg[row, 3]
                     if closely:
@@ -82,11 +82,11 @@ def _soles(cast, leg, sole, xy, cos, sin, variant, phase, pace, heed):  # type: 
 
 
 @njit(cache=True)
-def _most_points(cast, leg, variant, phase, heed):  # type: ignore[no-untyped-def]
+def _most_points(pose_tables, leg, prototype, phase, heed):  # type: ignore[no-untyped-def]
     """How many points that takes."""
     count = 0
-    for o in range(len(variant)):
-        first, legs = cast[variant[o], 5], cast[variant[o], 6]
+    for o in range(len(prototype)):
+        first, legs = pose_tables[prototype[o], 5], pose_tables[prototype[o], 6]
         if legs == 0 or heed[o] == PLACE:
             count += 1
             continue
@@ -97,13 +97,15 @@ def _most_points(cast, leg, variant, phase, heed):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True)
-def _stand(cast, leg, plane, hip, most, xy, cos, sin, variant, phase, pace, heed, ground):  # type: ignore[no-untyped-def]
+def _stand(  # type: ignore[no-untyped-def]
+    pose_tables, leg, plane, hip, most, xy, cos, sin, prototype, phase, stride_factor, heed, ground
+):
     """Height of each body (n,), and of each foot (n, most, 6) what ``rig_plant`` reads."""
-    n, m = len(variant), 0
+    n, m = len(prototype), 0
     base, feet, under = np.empty(n), np.zeros((n, most, 6)), np.empty((most, 3))
     for o in range(n):
-        v = variant[o]
-        first, legs = cast[v, 5], cast[v, 6]
+        v = prototype[o]
+        first, legs = pose_tables[v, 5], pose_tables[v, 6]
         if legs == 0 or heed[o] == PLACE:
             base[o] = ground[m]
             feet[o, :, 2] = ground[m]  # level ground, at the prototype's own stride
@@ -113,13 +115,13 @@ def _stand(cast, leg, plane, hip, most, xy, cos, sin, variant, phase, pace, heed
         for k in range(legs):
             m = _under(leg, plane, ground, m, first + k, phase[o], heed[o], under[k])
             mean += under[k, 0] / legs
-        along = phase[o] * cast[v, 3]
-        key = min(int(along), cast[v, 3] - 1)
+        along = phase[o] * pose_tables[v, 3]
+        key = min(int(along), pose_tables[v, 3] - 1)
         drop = 0.0
         for k in range(legs):
-            rows = cast[v, 7] + key * legs + k, cast[v, 7] + (key + 1) * legs + k
+            rows = pose_tables[v, 7] + key * legs + k, pose_tables[v, 7] + (key + 1) * legs + k
             foot = feet[o, k]
-            at = along - key, phase[o], pace[o], mean
+            at = along - key, phase[o], stride_factor[o], mean
             drop = min(drop, _foot(leg, hip, first + k, rows, at, under[k], foot))
             x, y, ax, ay = foot[0], foot[1], foot[4], foot[5]
             foot[0] = xy[o, 0] + cos[o] * x - sin[o] * y
@@ -159,15 +161,15 @@ def _foot(leg, hip, row, keys, at, under, foot):  # type: ignore[no-untyped-def]
     """Where a foot's print is, in the object's frame; gives how far the body may rise for the leg
     to reach it [m].
     """
-    share, phase, pace, mean = at
+    share, phase, stride_factor, mean = at
     last, swing = print_and_swing((phase - leg[row, 0]) % 1.0, leg[row, 1])
     ahead, longest = leg[row, 4] * (last + swing), leg[row, 5]
     rise = min(max(under[0] - mean, -leg[row, 7]), leg[row, 7])
     normal = math.sqrt(1.0 + under[1] * under[1] + under[2] * under[2])
     unit = 1.0 / math.sqrt(2.0 * normal * (1.0 + normal))
     ax, ay, w = under[2] * unit, -under[1] * unit, (1.0 + normal) * unit
-    foot[0], foot[1], foot[2] = leg[row, 2] + pace * ahead, leg[row, 3], mean + rise
-    foot[3], foot[4], foot[5] = (pace - 1.0) * ahead, ax, ay
+    foot[0], foot[1], foot[2] = leg[row, 2] + stride_factor * ahead, leg[row, 3], mean + rise
+    foot[3], foot[4], foot[5] = (stride_factor - 1.0) * ahead, ax, ay
     a, b = keys
     x = (1 - share) * hip[a, 3] + share * hip[b, 3]
     y = (1 - share) * hip[a, 4] + share * hip[b, 4]

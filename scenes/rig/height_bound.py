@@ -14,29 +14,29 @@ from typing import Any
 
 import numpy as np
 
-from scenes.rig.pose_tables import Cast
+from scenes.rig.pose_tables import PoseTables
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 
-def pace_most(prototypes: Sequence[RiggedPrototype]) -> float:
+def max_speed(prototypes: Sequence[RiggedPrototype]) -> float:
     """Speed that nobody's steps are above [m/s]: own strides are shorter, and slower."""
     return max(each.motion.speed for each in prototypes)
 
 
-def lift(cast: Cast, ground: Any, gone: float) -> float:
+def height_bound(pose_tables: PoseTables, ground: Any, gone: float) -> float:
     """Farthest up or down that the origin of any of them goes while it walks ``gone`` m [m]."""
-    t = cast.tables
+    t = pose_tables.tables
     if not len(t.leg):
-        return rise_of(ground, gone)
+        return max_rise(ground, gone)
     soles = np.linalg.norm(t.sole, axis=-1).max()
     reach = np.hypot(t.leg[:, 2], t.leg[:, 3]).max() + np.abs(t.leg[:, 4]).max() + soles
     weight = np.abs(t.plane[:, 0]).sum(axis=-1).max()
     leg = np.linalg.norm(t.hip[:, 3:], axis=1).max() + np.abs(t.hip[:, 2]).max()
     short = float(leg + t.leg[:, 7].max())
-    return 2 * float(weight) * rise_of(ground, float(reach)) + rise_of(ground, gone) + short
+    return 2 * float(weight) * max_rise(ground, float(reach)) + max_rise(ground, gone) + short
 
 
-def rise_of(ground: Any, radius: float) -> float:
+def max_rise(ground: Any, radius: float) -> float:
     """How much higher or lower than at a point the ground can be that far from it [m]."""
     low, high = ground.bounds()
     rise = getattr(ground, "rise", None)

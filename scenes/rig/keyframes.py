@@ -9,7 +9,7 @@ from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.rig.footprints import NO_FEET, Feet
 from scenes.rig.rig import Rig
-from scenes.rig.rotations import Turns
+from scenes.rig.rotations import Quaternions
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Motion:
     tilts   whether feet follow slopes across their way, too: those of ankles near the ground
     """
 
-    turns: np.ndarray
+    rotations: np.ndarray
     shift: np.ndarray
     stride: float
     period: float
@@ -33,8 +33,8 @@ class Motion:
     tilts: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "turns", one_sign(np.asarray(self.turns, np.float64)))
-        freeze(self, turns=np.float64, shift=np.float64)
+        object.__setattr__(self, "turns", continuous_signs(np.asarray(self.rotations, np.float64)))
+        freeze(self, rotations=np.float64, shift=np.float64)
         _check(self)
 
     @property
@@ -42,12 +42,12 @@ class Motion:
         """Ground speed at which the feet do not slide [m/s]."""
         return self.stride / self.period
 
-    def at(self, phase: float) -> tuple[Turns, Reals]:
+    def at(self, phase: float) -> tuple[Quaternions, Reals]:
         """Turns (j, 4) and shift (3,) at a phase in cycles: the readable form of ``rig_pose``."""
-        along = (phase % 1.0) * len(self.turns)
-        key = min(int(along), len(self.turns) - 1)
-        after, share = (key + 1) % len(self.turns), along - key
-        a, b = self.turns[key], self.turns[after]
+        along = (phase % 1.0) * len(self.rotations)
+        key = min(int(along), len(self.rotations) - 1)
+        after, share = (key + 1) % len(self.rotations), along - key
+        a, b = self.rotations[key], self.rotations[after]
         shift = (1 - share) * self.shift[key] + share * self.shift[after]
         return slerp(a, b, share), shift
 
@@ -60,15 +60,15 @@ class Motion:
         """
         period = self.period * math.sqrt(factor) if self.stride else self.period
         lengths = (self.shift * factor, self.stride * factor)
-        return Motion(self.turns, *lengths, period, self.feet.scaled(factor), self.tilts)
+        return Motion(self.rotations, *lengths, period, self.feet.scaled(factor), self.tilts)
 
 
-def still(rig: Rig) -> Motion:
+def rest_motion(rig: Rig) -> Motion:
     """No motion at all: one key, the pose at rest."""
     return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0)
 
 
-def slerp(a: Turns, b: Turns, share: float) -> Turns:
+def slerp(a: Quaternions, b: Quaternions, share: float) -> Quaternions:
     """Spherical interpolation from a (share 0) to b (share 1), the short way [Shoemake, 41]."""
     cos = (a * b).sum(axis=-1, keepdims=True)
     b, cos = np.where(cos < 0, -b, b), np.abs(cos)
@@ -81,11 +81,11 @@ def slerp(a: Turns, b: Turns, share: float) -> Turns:
     return first * a + second * b
 
 
-def one_sign(turns: Turns) -> Turns:
+def continuous_signs(rotations: Quaternions) -> Quaternions:
     """The same turns, each quaternion on the same side as the key before it, (K, j, 4)."""
-    dots = (turns[1:] * turns[:-1]).sum(axis=-1)
+    dots = (rotations[1:] * rotations[:-1]).sum(axis=-1)
     flips = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
-    return np.concatenate((turns[:1], turns[1:] * flips[..., None]))
+    return np.concatenate((rotations[:1], rotations[1:] * flips[..., None]))
 
 
 def key_phases(keys: int) -> Reals:
@@ -94,17 +94,17 @@ def key_phases(keys: int) -> Reals:
 
 
 def _check(motion: Motion) -> None:
-    keys = len(motion.turns)
-    if motion.turns.ndim != 3 or keys == 0 or motion.turns.shape[2] != 4:
-        raise InputError("motion.turns", motion.turns.shape, "at least one key, (K, j, 4)")
+    keys = len(motion.rotations)
+    if motion.rotations.ndim != 3 or keys == 0 or motion.rotations.shape[2] != 4:
+        raise InputError("motion.turns", motion.rotations.shape, "at least one key, (K, j, 4)")
     if motion.shift.shape != (keys, 3):
         raise InputError("motion.shift", motion.shift.shape, f"its shape is ({keys}, 3)")
-    if not (np.isfinite(motion.turns).all() and np.isfinite(motion.shift).all()):
+    if not (np.isfinite(motion.rotations).all() and np.isfinite(motion.shift).all()):
         raise InputError("motion", "a number that is not finite", "every key is finite")
     if not (math.isfinite(motion.stride) and motion.stride >= 0):
         raise InputError("motion.stride", motion.stride, "finite, at least 0 m")
     if not (math.isfinite(motion.period) and motion.period > 0):
         raise InputError("motion.period", motion.period, "finite, above 0 s")
     legs = motion.feet.legs
-    if legs.size and legs.max() >= motion.turns.shape[1]:
+    if legs.size and legs.max() >= motion.rotations.shape[1]:
         raise InputError("motion.feet", int(legs.max()), "a joint of the rig")

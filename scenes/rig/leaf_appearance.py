@@ -15,22 +15,22 @@ CORE = 0.75
 _COLUMNS = ("start", "end", "start_radius", "end_radius", "tint", "start_joint", "end_joint")
 
 
-def grouped(owner: Ints, columns: list[np.ndarray], n: int) -> RiggedSticks:
+def group_by_owner(owner: Ints, columns: list[np.ndarray], n: int) -> RiggedSticks:
     """Sticks in any order, sorted by owner."""
     order = np.argsort(owner, kind="stable")
     first = np.concatenate(([0], np.cumsum(np.bincount(owner, minlength=n))))
     return RiggedSticks(first, *(column[order] for column in columns))
 
 
-def chosen(table: RiggedSticks | None, stick: Ints, owner: Ints, n: int) -> RiggedSticks:
+def select_sticks(table: RiggedSticks | None, stick: Ints, owner: Ints, n: int) -> RiggedSticks:
     """The sticks at these rows, with new owners; none of them without a table."""
     if table is None:
         empty = (np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
         return RiggedSticks(np.zeros(n + 1, np.int64), *empty, *(stick,) * 3)
-    return grouped(owner, [getattr(table, name)[stick] for name in _COLUMNS], n)
+    return group_by_owner(owner, [getattr(table, name)[stick] for name in _COLUMNS], n)
 
 
-def under(whole: Ints, body: StickTable) -> StickTable:
+def sticks_below(whole: Ints, body: StickTable) -> StickTable:
     """For every part, the bodies of itself and of everything below it, at rest."""
     owner, stick = body.owner, np.arange(len(body))
     owners, sticks = [], []
@@ -45,7 +45,7 @@ def under(whole: Ints, body: StickTable) -> StickTable:
     return StickTable.of(len(whole), np.concatenate(owners), *columns)
 
 
-def leaves(
+def fit_leaf_appearances(
     rig: Rig,
     body: RiggedSticks,
     given: RiggedSticks,
@@ -62,15 +62,15 @@ def leaves(
     mean = (weight[:, None] * palette[full.tint[own]]).sum(axis=0) / weight.sum()
     target = mean_area(full)
     if given.first[1] == 0:
-        given = joined(n, (_upright(full, float(target[0]), len(palette)), given))
-    fitted = _fitted(rig, given, target)
+        given = concatenate(n, (_upright_stick(full, float(target[0]), len(palette)), given))
+    fitted = _fit_radii(rig, given, target)
     given_count = np.bincount(given.owner, minlength=n)
     plain = np.flatnonzero(given_count[body.owner] == 0)
-    leaf = joined(n, (fitted, chosen(body, plain, body.owner[plain], n)))
+    leaf = concatenate(n, (fitted, select_sticks(body, plain, body.owner[plain], n)))
     return leaf, np.concatenate((palette, mean[None]))
 
 
-def _upright(full: StickTable, area: float, tint: int) -> RiggedSticks:
+def _upright_stick(full: StickTable, area: float, tint: int) -> RiggedSticks:
     """The whole as one upright stick: of even radius r and height h over all, its mean area is
     π·r·h/2.
     """
@@ -86,15 +86,15 @@ def _upright(full: StickTable, area: float, tint: int) -> RiggedSticks:
     return RiggedSticks(first, *ends, radii, radii, np.array([tint]), none, none)
 
 
-def joined(n: int, tables: tuple[RiggedSticks, ...]) -> RiggedSticks:
+def concatenate(n: int, tables: tuple[RiggedSticks, ...]) -> RiggedSticks:
     """Several tables of the same parts as one."""
     owner = np.concatenate([table.owner for table in tables])
-    return grouped(
+    return group_by_owner(
         owner, [np.concatenate([getattr(t, name) for t in tables]) for name in _COLUMNS], n
     )
 
 
-def _fitted(rig: Rig, given: RiggedSticks, target: Reals, rounds: int = 4) -> RiggedSticks:
+def _fit_radii(rig: Rig, given: RiggedSticks, target: Reals, rounds: int = 4) -> RiggedSticks:
     """The same sticks with each part's radii scaled alike, so that its mean area at rest is the
     target.
     """
@@ -102,20 +102,22 @@ def _fitted(rig: Rig, given: RiggedSticks, target: Reals, rounds: int = 4) -> Ri
     factor = np.ones(len(target))
     frames = rig.frames()
     for _ in range(rounds):
-        area = mean_area(_thickened(given, factor).posed(*frames))
+        area = mean_area(_scale_radii(given, factor).posed(*frames))
         # Area is almost in proportion to the radius of a slender stick: this converges.
         factor[rows] *= target[rows] / area[rows]
-    return _thickened(given, factor)
+    return _scale_radii(given, factor)
 
 
-def _thickened(table: RiggedSticks, factor: Reals) -> RiggedSticks:
+def _scale_radii(table: RiggedSticks, factor: Reals) -> RiggedSticks:
     scale = factor[table.owner]
     radii = table.start_radius * scale, table.end_radius * scale
     joints = (table.tint, table.start_joint, table.end_joint)
     return RiggedSticks(table.first, table.start, table.end, *radii, *joints)
 
 
-def inner(whole: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedSticks) -> RiggedSticks:
+def inner_appearances(
+    whole: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedSticks
+) -> RiggedSticks:
     """Bodies of the parts that own parts; for those that have none the core that is given, or
     their leaf appearance thinned (the blob's is no core).
     """
@@ -127,6 +129,9 @@ def inner(whole: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedStic
     cores = owns & bare[0] & bare[1]
     cores[0] = False
     core = np.flatnonzero(cores[leaf.owner])
-    thin = _thickened(leaf, np.full(n, CORE))
-    pieces = (chosen(body, kept, body.owner[kept], n), chosen(thin, core, leaf.owner[core], n))
-    return joined(n, (*pieces, given))
+    thin = _scale_radii(leaf, np.full(n, CORE))
+    pieces = (
+        select_sticks(body, kept, body.owner[kept], n),
+        select_sticks(thin, core, leaf.owner[core], n),
+    )
+    return concatenate(n, (*pieces, given))

@@ -14,13 +14,13 @@ from numba import njit
 
 from scenes.rig.keyframes import Motion
 from scenes.rig.rig import Rig
-from scenes.rig.rotations import degrees_of, times, turn
+from scenes.rig.rotations import quaternion_product, rotate_vector, to_euler
 
 HIP_X, HIP_Y, HIP_Z, KNEE = range(4)
 """Rows of a leg's arcs: what its angles stay within."""
 
 
-def bones_of(rig: Rig, motion: Motion) -> np.ndarray:
+def bone_lengths(rig: Rig, motion: Motion) -> np.ndarray:
     """Of each leg: both bones [m], its bend, whether it sticks out, cosine and sine of the hip's
     angle that stays as posed, (l, 6).
     """
@@ -33,7 +33,7 @@ def bones_of(rig: Rig, motion: Motion) -> np.ndarray:
     return np.stack(columns, axis=1).astype(np.float64)
 
 
-def arcs_of(rig: Rig, motion: Motion) -> np.ndarray:
+def joint_limit_arcs(rig: Rig, motion: Motion) -> np.ndarray:
     """What the angles of HIP_X … KNEE stay within: cosine and sine of the middle, and of how far
     to either side, (l, 4, 4).
     """
@@ -49,7 +49,7 @@ def _posed(rig: Rig, motion: Motion, hip: int, sticks_out: bool) -> float:
 
     The same turn has a second set of angles: the one within the joint's limits is meant.
     """
-    angle = degrees_of(motion.turns[0, hip])
+    angle = to_euler(motion.rotations[0, hip])
     other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
     middle = (rig.low[hip] + rig.high[hip]) / 2
     sets = [middle + (each - middle + 180.0) % 360.0 - 180.0 for each in (angle, other)]
@@ -58,7 +58,7 @@ def _posed(rig: Rig, motion: Motion, hip: int, sticks_out: bool) -> float:
 
 
 @njit(cache=True)
-def reach_leg(frame, rows, bones, arc, leg, longest, x, y, z):  # type: ignore[no-untyped-def]
+def two_bone_ik(frame, rows, bones, arc, leg, longest, x, y, z):  # type: ignore[no-untyped-def]
     """Turn hip and knee for the ankle to be (x, y, z) from the hip, and place what they carry.
 
     rows: of ``frame``: hip, knee, ankle, and what the hip rides on; bones, arc: as above, of which
@@ -69,38 +69,38 @@ def reach_leg(frame, rows, bones, arc, leg, longest, x, y, z):  # type: ignore[n
     distance2 = min(x * x + y * y + z * z, longest * longest)
     cosine = (distance2 - upper * upper - lower * lower) / (2 * upper * lower)
     cosine = min(1.0, max(-1.0, cosine))
-    ck, sk = within_arc(cosine, bones[leg, 2] * math.sqrt(1.0 - cosine * cosine), arc, leg, KNEE)
+    ck, sk = clamp_to_arc(cosine, bones[leg, 2] * math.sqrt(1.0 - cosine * cosine), arc, leg, KNEE)
     along, down = -lower * sk, -(upper + lower * ck)
     # Where the ankle should be, in the frame that the hip turns in.
     ux, uy, uz, uw = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
-    x, y, z = turn(-ux, -uy, -uz, uw, x, y, z)
+    x, y, z = rotate_vector(-ux, -uy, -uz, uw, x, y, z)
     if sticks_out:
         cx, sx = bones[leg, 4], bones[leg, 5]
         ahead = math.sqrt(x * x + y * y)
         cz, sz = _direction(x, y)
-        cz, sz = within_arc(cz, sz, arc, leg, HIP_Z)
+        cz, sz = clamp_to_arc(cz, sz, arc, leg, HIP_Z)
         low = down
     else:
         cz, sz = bones[leg, 4], bones[leg, 5]
         ahead, sx = x * cz + y * sz, min(1.0, max(-1.0, (x * sz - y * cz) / down))
-        cx, sx = within_arc(math.sqrt(1.0 - sx * sx), sx, arc, leg, HIP_X)
+        cx, sx = clamp_to_arc(math.sqrt(1.0 - sx * sx), sx, arc, leg, HIP_X)
         low = down * cx
     cy, sy = _direction(along * ahead + low * z, low * ahead - along * z)
-    cy, sy = within_arc(cy, sy, arc, leg, HIP_Y)
-    hx, hy, hz, hw = times(ux, uy, uz, uw, *_turned(cx, sx, cy, sy, cz, sz))
-    face(frame, hip, (hx, hy, hz, hw))
-    _hang(frame, knee, hip, upper)
-    sk, ck = half_of(ck, sk)
-    face(frame, knee, times(hx, hy, hz, hw, 0.0, sk, 0.0, ck))
-    _hang(frame, ankle, knee, lower)
+    cy, sy = clamp_to_arc(cy, sy, arc, leg, HIP_Y)
+    hx, hy, hz, hw = quaternion_product(ux, uy, uz, uw, *_turned(cx, sx, cy, sy, cz, sz))
+    set_rotation(frame, hip, (hx, hy, hz, hw))
+    set_child_origin(frame, knee, hip, upper)
+    sk, ck = half_angle(ck, sk)
+    set_rotation(frame, knee, quaternion_product(hx, hy, hz, hw, 0.0, sk, 0.0, ck))
+    set_child_origin(frame, ankle, knee, lower)
 
 
 @njit(cache=True, inline="always")
 def _turned(cx, sx, cy, sy, cz, sz):  # type: ignore[no-untyped-def]
     """Quaternion of Rz·Ry·Rx from cosines and sines of its angles."""
-    sx, cx = half_of(cx, sx)
-    sy, cy = half_of(cy, sy)
-    sz, cz = half_of(cz, sz)
+    sx, cx = half_angle(cx, sx)
+    sy, cy = half_angle(cy, sy)
+    sz, cz = half_angle(cz, sz)
     return (
         sx * cy * cz - cx * sy * sz,
         cx * sy * cz + sx * cy * sz,
@@ -110,7 +110,7 @@ def _turned(cx, sx, cy, sy, cz, sz):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def within_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
+def clamp_to_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
     """Cosine and sine of an angle, or of the limit that is nearest."""
     mc, ms, hc, hs = arc[leg, which, 0], arc[leg, which, 1], arc[leg, which, 2], arc[leg, which, 3]
     if c * mc + s * ms >= hc:
@@ -121,13 +121,13 @@ def within_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def half_of(c, s):  # type: ignore[no-untyped-def]
+def half_angle(c, s):  # type: ignore[no-untyped-def]
     """Sine and cosine of half an angle within ±180°."""
     return math.copysign(math.sqrt(max(0.0, (1.0 - c) / 2)), s), math.sqrt(max(0.0, (1.0 + c) / 2))
 
 
 @njit(cache=True, inline="always")
-def face(frame, row, q):  # type: ignore[no-untyped-def]
+def set_rotation(frame, row, q):  # type: ignore[no-untyped-def]
     """Turn a frame."""
     frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6] = q
 
@@ -140,7 +140,7 @@ def _direction(x, y):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _hang(frame, row, up, length):  # type: ignore[no-untyped-def]
+def set_child_origin(frame, row, up, length):  # type: ignore[no-untyped-def]
     """Place what hangs straight down from a frame."""
     x, y, z, w = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
     frame[row, 0] = frame[up, 0] - 2 * length * (x * z + w * y)

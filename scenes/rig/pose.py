@@ -17,16 +17,16 @@ from numba import njit
 
 from lod.arrays import Ints, Points
 from lod.threads import in_runs
-from scenes.rig.foot_ik import plant_leg
-from scenes.rig.leg_ik import face
-from scenes.rig.pose_tables import Bodies as Bodies
-from scenes.rig.pose_tables import Cast as Cast
-from scenes.rig.rotations import Vectors, slerp_weights, times, turn
+from scenes.rig.foot_ik import solve_foot
+from scenes.rig.leg_ik import set_rotation
+from scenes.rig.pose_tables import Instances as Bodies
+from scenes.rig.pose_tables import PoseTables as Cast
+from scenes.rig.rotations import Vectors, quaternion_product, rotate_vector, slerp_weights
 
 
 def pose_sticks(
-    cast: Cast,
-    bodies: Bodies,
+    pose_tables: Cast,
+    instances: Bodies,
     rows: Ints,
     sticks: Ints,
     start: Vectors,
@@ -42,13 +42,15 @@ def pose_sticks(
     """
     ends = ((start, start_joint), (end, end_joint))
     both = np.empty((2, len(rows), 3))
-    _pose_ends(cast.tables, cast.most_joints, *bodies.columns(), rows, sticks, ends, both)
+    _pose_ends(
+        pose_tables.tables, pose_tables.max_joints, *instances.columns(), rows, sticks, ends, both
+    )
     return both[0], both[1]
 
 
 def pose_points(
-    cast: Cast,
-    bodies: Bodies,
+    pose_tables: Cast,
+    instances: Bodies,
     rows: Ints,
     points: Ints,
     place: Vectors,
@@ -58,33 +60,33 @@ def pose_points(
 
     place (k, 3), joint (k,): the table (joint −1 = the object's frame).
     """
-    columns, ends, found = bodies.columns(), ((place, joint),), np.empty((1, len(rows), 3))
+    columns, ends, found = instances.columns(), ((place, joint),), np.empty((1, len(rows), 3))
 
     def run(first: int, last: int) -> None:
         of, out = (rows[first:last], points[first:last]), found[:, first:last]
-        _pose_ends(cast.tables, cast.most_joints, *columns, *of, ends, out)
+        _pose_ends(pose_tables.tables, pose_tables.max_joints, *columns, *of, ends, out)
 
     in_runs(run, len(rows), _SHORTEST_RUN)
     return found[0]
 
 
 @njit(cache=True, nogil=True)
-def _pose_ends(t, most, origin, cos, sin, variant, phase, feet, rows, items, ends, out):  # type: ignore[no-untyped-def]
+def _pose_ends(t, most, origin, cos, sin, prototype, phase, feet, rows, items, ends, out):  # type: ignore[no-untyped-def]
     """Every end of the items into ``out`` (ends, m, 3). ``ends``: places and joints of items."""
-    frame, state = scratch(most)
+    frame, state = pose_buffers(most)
     m = 0
     while m < len(rows):
         o, first = rows[m], m
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = stand(t, frame, state, variant[o], phase[o], at)
+        stance = begin_pose(t, frame, state, prototype[o], phase[o], at)
         while m < len(rows) and rows[m] == o:
             for _, on in ends:
-                want(t.joint, stance, state, on[items[m]] + 1)
+                mark_joint(t.joint, stance, state, on[items[m]] + 1)
             m += 1
-        pose_wanted(t, frame, state, stance, feet, o, 1, stance[2])
+        pose_marked(t, frame, state, stance, feet, o, 1, stance[2])
         e = 0
         for place, on in ends:
-            _put(frame, items, place, on, out[e], first, m)
+            _place_ends(frame, items, place, on, out[e], first, m)
             e += 1
 
 
@@ -94,15 +96,15 @@ _SHORTEST_RUN = 16384
 _UNKNOWN, _WANTED, POSED = 0, 1, 2
 """How far the frame of a joint is."""
 
-NO_TURN = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 """The matrix that turns nothing."""
 
-NO_STANCE = (0, 0, 0, 0, 0, 0.0, 0.0, 0.0)
-"""What ``stand`` gives, before anything stands."""
+NO_POSE = (0, 0, 0, 0, 0, 0.0, 0.0, 0.0)
+"""What ``begin_pose`` gives, before anything stands."""
 
 
 @njit(cache=True)
-def matrix(frame, row):  # type: ignore[no-untyped-def]
+def rotation_matrix(frame, row):  # type: ignore[no-untyped-def]
     """Rotation matrix of a frame, row by row: for many points of a joint it costs least."""
     x, y, z, w = frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6]
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
@@ -113,7 +115,7 @@ def matrix(frame, row):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def at_point(frame, row, turn, x, y, z):  # type: ignore[no-untyped-def]
+def transform_point(frame, row, turn, x, y, z):  # type: ignore[no-untyped-def]
     """Where (x, y, z) of a frame is, given its rotation matrix."""
     a, b, c, d, e, f, g, h, i = turn
     return (
@@ -124,20 +126,20 @@ def at_point(frame, row, turn, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _put(frame, sticks, points, joints, out, first, last):  # type: ignore[no-untyped-def]
+def _place_ends(frame, sticks, points, joints, out, first, last):  # type: ignore[no-untyped-def]
     """Place one end of sticks first to last."""
-    row, turn = 0, matrix(frame, 0)
+    row, turn = 0, rotation_matrix(frame, 0)
     for m in range(first, last):
         k = sticks[m]
         if joints[k] + 1 != row:
             row = joints[k] + 1
-            turn = matrix(frame, row)
-        place = at_point(frame, row, turn, points[k, 0], points[k, 1], points[k, 2])
+            turn = rotation_matrix(frame, row)
+        place = transform_point(frame, row, turn, points[k, 0], points[k, 1], points[k, 2])
         out[m, 0], out[m, 1], out[m, 2] = place
 
 
 @njit(cache=True)
-def scratch(most):  # type: ignore[no-untyped-def]
+def pose_buffers(most):  # type: ignore[no-untyped-def]
     """Room to pose one object of up to ``most`` joints: frames, and how far each of them is.
 
     Row 0 of the frames is the object's own, row j + 1 that of joint j; the last is its bob.
@@ -146,24 +148,24 @@ def scratch(most):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def stand(t, frame, state, v, p, at):  # type: ignore[no-untyped-def]
+def begin_pose(t, frame, state, v, p, at):  # type: ignore[no-untyped-def]
     """Begin an object of prototype v at phase p: its own frame and bob."""
     x, y, z, cos, sin = at
     frame[0, 0], frame[0, 1], frame[0, 2], frame[0, 3], frame[0, 4] = x, y, z, 0.0, 0.0
     frame[0, 5] = math.copysign(math.sqrt(max(0.0, (1.0 - cos) / 2)), sin)
     frame[0, 6] = math.sqrt(max(0.0, (1.0 + cos) / 2))
-    keys, n, first = t.cast[v, 3], t.cast[v, 1], t.cast[v, 0]
+    keys, n, first = t.pose_tables[v, 3], t.pose_tables[v, 1], t.pose_tables[v, 0]
     state[0], state[1 : n + 1] = POSED, _UNKNOWN
     along = p * keys
     k = min(int(along), keys - 1)
-    share, bob, s = along - k, len(frame) - 1, t.cast[v, 4] + k
+    share, bob, s = along - k, len(frame) - 1, t.pose_tables[v, 4] + k
     for c in range(3):
         frame[bob, c] = (1 - share) * t.shift[s, c] + share * t.shift[s + 1, c]
-    return v, first, n, t.cast[v, 2], k * n, share, cos, sin
+    return v, first, n, t.pose_tables[v, 2], k * n, share, cos, sin
 
 
 @njit(cache=True, inline="always")
-def want(joint, stance, state, row):  # type: ignore[no-untyped-def]
+def mark_joint(joint, stance, state, row):  # type: ignore[no-untyped-def]
     """Mark the joint in a row of ``frame``, and all that it rides on, as wanted; gives the first
     row that is.
     """
@@ -175,13 +177,13 @@ def want(joint, stance, state, row):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def pose_wanted(t, frame, state, stance, feet, o, lowest, highest):  # type: ignore[no-untyped-def]
+def pose_marked(t, frame, state, stance, feet, o, lowest, highest):  # type: ignore[no-untyped-def]
     """Pose the joints of object ``o`` that are wanted, from row to row, parents first; with a hip,
     all of its leg.
 
     feet (n, legs, 6): as in ``Bodies``.
     """
-    joint, offset, turns = t.joint, t.offset, t.turns
+    joint, offset, rotations = t.joint, t.offset, t.rotations
     v, first, _, _, _, _, cos, sin = stance
     row = lowest
     while row <= highest:
@@ -193,7 +195,7 @@ def pose_wanted(t, frame, state, stance, feet, o, lowest, highest):  # type: ign
         # With a hip that stands on ground of its own its knee and ankle.
         k = row
         while True:
-            _pose_joint(joint, offset, turns, frame, stance, k)
+            _pose_joint(joint, offset, rotations, frame, stance, k)
             state[k] = POSED
             if not plants or k == joint[first + row - 1, 3] + 1:
                 break
@@ -201,33 +203,39 @@ def pose_wanted(t, frame, state, stance, feet, o, lowest, highest):  # type: ign
         if plants:
             rows = row, joint[first + row - 1, 2] + 1, k, joint[first + row - 1, 0] + 1
             legs = t.leg, t.bones, t.arc, t.ankle
-            plant_leg(frame, rows, legs, t.cast[v, 5] + leg, feet, o, leg, cos, sin)
+            solve_foot(frame, rows, legs, t.pose_tables[v, 5] + leg, feet, o, leg, cos, sin)
         row += 1
 
 
 @njit(cache=True, inline="always")
-def _pose_joint(joint, offset, turns, frame, stance, row):  # type: ignore[no-untyped-def]
+def _pose_joint(joint, offset, rotations, frame, stance, row):  # type: ignore[no-untyped-def]
     """The frame of a joint from that of its parent, which is done: slerp, product, offset."""
     _, first, joints, keys, key, share, _, _ = stance
     at, a = first + row - 1, keys + row - 1
     if joint[at, 1]:
         a += key
         b = a + joints
-        g, h = slerp_weights(share, turns[a, 4], turns[a, 5])
-        qx, qy = g * turns[a, 0] + h * turns[b, 0], g * turns[a, 1] + h * turns[b, 1]
-        qz, qw = g * turns[a, 2] + h * turns[b, 2], g * turns[a, 3] + h * turns[b, 3]
+        g, h = slerp_weights(share, rotations[a, 4], rotations[a, 5])
+        qx, qy = (
+            g * rotations[a, 0] + h * rotations[b, 0],
+            g * rotations[a, 1] + h * rotations[b, 1],
+        )
+        qz, qw = (
+            g * rotations[a, 2] + h * rotations[b, 2],
+            g * rotations[a, 3] + h * rotations[b, 3],
+        )
     else:
-        qx, qy, qz, qw = turns[a, 0], turns[a, 1], turns[a, 2], turns[a, 3]
+        qx, qy, qz, qw = rotations[a, 0], rotations[a, 1], rotations[a, 2], rotations[a, 3]
     up = joint[at, 0] + 1
     x, y, z = offset[at, 0], offset[at, 1], offset[at, 2]
     if up == 0:
         bob = len(frame) - 1
         x, y, z = x + frame[bob, 0], y + frame[bob, 1], z + frame[bob, 2]
     ux, uy, uz, uw = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
-    x, y, z = turn(ux, uy, uz, uw, x, y, z)
+    x, y, z = rotate_vector(ux, uy, uz, uw, x, y, z)
     frame[row, 0], frame[row, 1] = frame[up, 0] + x, frame[up, 1] + y
     frame[row, 2] = frame[up, 2] + z
-    face(frame, row, times(ux, uy, uz, uw, qx, qy, qz, qw))
+    set_rotation(frame, row, quaternion_product(ux, uy, uz, uw, qx, qy, qz, qw))
 
 
 @njit(cache=True, inline="always")

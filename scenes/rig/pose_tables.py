@@ -11,7 +11,7 @@ from lod.arrays import freeze
 from lod.errors import InputError
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
-from scenes.rig.leg_ik import arcs_of, bones_of
+from scenes.rig.leg_ik import bone_lengths, joint_limit_arcs
 from scenes.rig.rig import Rig
 from scenes.rig.rigged_prototype import RiggedPrototype
 
@@ -22,7 +22,7 @@ _LEAST_ANGLE = 1e-9
 """Two keys are never taken to be nearer: weights are the shares themselves there [rad]."""
 
 
-class Tables(NamedTuple):
+class PoseColumns(NamedTuple):
     """What the walks read. Rows of joints and keys are those of all prototypes end to end.
 
     cast  (v, 8) of each prototype: its first joint, joints, first key row, keys, first row of
@@ -42,10 +42,10 @@ class Tables(NamedTuple):
     hip   (k, 6) of each key and leg: the hip in the object's frame, and the ankle from its print
     """
 
-    cast: np.ndarray
+    pose_tables: np.ndarray
     joint: np.ndarray
     offset: np.ndarray
-    turns: np.ndarray
+    rotations: np.ndarray
     shift: np.ndarray
     leg: np.ndarray
     bones: np.ndarray
@@ -57,81 +57,88 @@ class Tables(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Cast:
+class PoseTables:
     """The rigs and motions of a species' prototypes, ready for the walks."""
 
-    tables: Tables
-    most_joints: int
-    most_legs: int
+    tables: PoseColumns
+    max_joints: int
+    max_legs: int
 
     @staticmethod
-    def of(prototypes: tuple[RiggedPrototype, ...]) -> "Cast":
+    def of(prototypes: tuple[RiggedPrototype, ...]) -> "PoseTables":
         """Lay them end to end."""
         if not prototypes:
             raise InputError("prototypes", 0, "at least one prototype")
         rigs, motions = [p.rig for p in prototypes], [p.motion for p in prototypes]
         sizes = np.array([len(rig) for rig in rigs])
-        keys = np.array([len(motion.turns) for motion in motions])
+        keys = np.array([len(motion.rotations) for motion in motions])
         legs = np.array([len(motion.feet) for motion in motions])
         pairs = list(zip(rigs, motions, strict=True))
         counts = (sizes, keys + 1, legs, (keys + 1) * legs)
         first_joint, first_shift, first_leg, first_hip = map(_starts, counts)
-        first_key, turns = _shared_keys(motions)
+        first_key, rotations = _shared_keys(motions)
         columns = first_joint, sizes, first_key, keys, first_shift, first_leg, legs, first_hip
-        tables = Tables(
-            cast=np.stack(columns, axis=1),
+        tables = PoseColumns(
+            pose_tables=np.stack(columns, axis=1),
             joint=np.concatenate([_joint_rows(rig, motion) for rig, motion in pairs]),
             offset=np.concatenate([rig.offset for rig in rigs]),
-            turns=turns,
+            rotations=rotations,
             shift=np.concatenate([np.vstack((m.shift, m.shift[:1])) for m in motions]),
             leg=np.concatenate([_leg_rows(rig, motion) for rig, motion in pairs]),
-            bones=np.concatenate([bones_of(rig, motion) for rig, motion in pairs]),
-            arc=np.concatenate([arcs_of(rig, motion) for rig, motion in pairs]),
+            bones=np.concatenate([bone_lengths(rig, motion) for rig, motion in pairs]),
+            arc=np.concatenate([joint_limit_arcs(rig, motion) for rig, motion in pairs]),
             ankle=np.concatenate([_ankle_rows(rig, motion) for rig, motion in pairs]),
             sole=np.concatenate([motion.feet.sole for motion in motions]),
             plane=np.concatenate([motion.feet.plane for motion in motions]),
             hip=np.concatenate([_hip_rows(rig, motion) for rig, motion in pairs]),
         )
-        return Cast(tables, int(sizes.max()), int(legs.max()))
+        return PoseTables(tables, int(sizes.max()), int(legs.max()))
 
 
 @dataclass(frozen=True, eq=False)
-class Bodies:
+class Instances:
     """Objects to be posed.
 
     origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
-    variant (n,) its prototype in the cast; phase (n,) of its motion [cycles]
-    feet   (n, legs, 6) of each foot: its print x, y, z; how far that is ahead of the prototype's
-        own; and the turn of the ground under it, x and y of a quaternion (``rig_stand``)
+    prototype (n,) its row in the pose tables; phase (n,) of its motion [cycles]
+    foot_contacts (n, legs, 6) of each foot: its print x, y, z; how far that is ahead of the
+        prototype's own; and the turn of the ground under it, x and y of a quaternion
+        (``foot_placement``)
     """
 
     origin: np.ndarray
     cos: np.ndarray
     sin: np.ndarray
-    variant: np.ndarray
+    prototype: np.ndarray
     phase: np.ndarray
-    feet: np.ndarray
+    foot_contacts: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, variant=np.int64)
-        freeze(self, phase=np.float64, feet=np.float64)
-        n = len(self.variant)
+        freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, prototype=np.int64)
+        freeze(self, phase=np.float64, foot_contacts=np.float64)
+        n = len(self.prototype)
         shapes = {"origin": (n, 3), "cos": (n,), "sin": (n,), "phase": (n,)}
         for key, shape in shapes.items():
             if getattr(self, key).shape != shape:
-                raise InputError(f"bodies.{key}", getattr(self, key).shape, f"its shape is {shape}")
+                raise InputError(
+                    f"instances.{key}", getattr(self, key).shape, f"its shape is {shape}"
+                )
         if not np.isfinite(self.phase).all():
-            raise InputError("bodies.phase", "a number that is not finite", "every phase is finite")
-        if self.feet.ndim != 3 or self.feet.shape[::2] != (n, 6):
-            raise InputError("bodies.feet", self.feet.shape, f"its shape is ({n}, legs, 6)")
+            raise InputError(
+                "instances.phase", "a number that is not finite", "every phase is finite"
+            )
+        if self.foot_contacts.ndim != 3 or self.foot_contacts.shape[::2] != (n, 6):
+            raise InputError(
+                "instances.foot_contacts", self.foot_contacts.shape, f"its shape is ({n}, legs, 6)"
+            )
 
     def __len__(self) -> int:
-        return len(self.variant)
+        return len(self.prototype)
 
     def columns(self) -> tuple[np.ndarray, ...]:
         """What the walks read; phases within one cycle."""
-        places = (self.origin, self.cos, self.sin, self.variant)
-        return *places, self.phase - np.floor(self.phase), self.feet
+        places = (self.origin, self.cos, self.sin, self.prototype)
+        return *places, self.phase - np.floor(self.phase), self.foot_contacts
 
 
 def _starts(counts: np.ndarray) -> np.ndarray:
@@ -142,7 +149,7 @@ def _starts(counts: np.ndarray) -> np.ndarray:
 def _joint_rows(rig: Rig, motion: Motion) -> np.ndarray:
     rows = np.full((len(rig), 5), -1)
     rows[:, 0] = rig.parent
-    rows[:, 1] = (np.abs(motion.turns - motion.turns[:1]) > 1e-15).any(axis=(0, 2))
+    rows[:, 1] = (np.abs(motion.rotations - motion.rotations[:1]) > 1e-15).any(axis=(0, 2))
     for number, (hip, knee, ankle) in enumerate(motion.feet.legs):
         rows[hip, 2:] = knee, ankle, number
     return rows
@@ -155,7 +162,7 @@ def _leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
     middle = feet.home.sum(axis=0) / max(len(feet), 1)
     away = np.linalg.norm(feet.home - middle, axis=1) + motion.stride / 2
     highest = feet.steepest * away
-    origin, _ = rig.frames(motion.turns, motion.shift)
+    origin, _ = rig.frames(motion.rotations, motion.shift)
     posed = np.linalg.norm(origin[:, feet.legs[:, 2]] - origin[:, feet.legs[:, 0]], axis=-1)
     longest = np.maximum(STRAIGHTEST * bones, posed.max(axis=0) * (1 + 1e-9))
     columns = (
@@ -181,8 +188,8 @@ def _ankle_rows(rig: Rig, motion: Motion) -> np.ndarray:
 
 def _hip_rows(rig: Rig, motion: Motion) -> np.ndarray:
     """Hips, and ankles from their prints, at every key and at key 0 again."""
-    feet, keys = motion.feet, len(motion.turns)
-    origin, _ = rig.frames(motion.turns, motion.shift)
+    feet, keys = motion.feet, len(motion.rotations)
+    origin, _ = rig.frames(motion.rotations, motion.shift)
     own = (np.arange(keys)[:, None] / keys - feet.strike) % 1.0
     ahead = np.array([[sum(print_and_swing(o, d)) for o, d in zip(row, feet.duty, strict=True)]
                       for row in own]).reshape(keys, len(feet))  # fmt: skip
@@ -198,7 +205,7 @@ def _shared_keys(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
     first: dict[bytes, int] = {}
     rows, starts, count = [np.zeros((0, 6))], [], 0
     for motion in motions:
-        name = motion.turns.tobytes()
+        name = motion.rotations.tobytes()
         if name not in first:
             first[name] = count
             rows.append(_key_rows(motion))
@@ -211,10 +218,10 @@ def _key_rows(motion: Motion) -> np.ndarray:
     """Keys, with key 0 again at the end and every sign as the key before; and the way to the
     next.
     """
-    cos = (motion.turns[-1:] * motion.turns[:1]).sum(axis=-1, keepdims=True)
-    turns = np.concatenate((motion.turns, motion.turns[:1] * np.copysign(1.0, cos)))
-    after = np.concatenate((turns[1:], turns[-1:]))
-    cos = (turns * after).sum(axis=-1, keepdims=True)
-    sine = np.linalg.norm(after - cos * turns, axis=-1, keepdims=True)
+    cos = (motion.rotations[-1:] * motion.rotations[:1]).sum(axis=-1, keepdims=True)
+    rotations = np.concatenate((motion.rotations, motion.rotations[:1] * np.copysign(1.0, cos)))
+    after = np.concatenate((rotations[1:], rotations[-1:]))
+    cos = (rotations * after).sum(axis=-1, keepdims=True)
+    sine = np.linalg.norm(after - cos * rotations, axis=-1, keepdims=True)
     angle = np.maximum(np.arctan2(sine, cos), _LEAST_ANGLE)
-    return np.concatenate((turns, angle, 1.0 / np.sin(angle)), axis=-1).reshape(-1, 6)
+    return np.concatenate((rotations, angle, 1.0 / np.sin(angle)), axis=-1).reshape(-1, 6)

@@ -30,7 +30,7 @@ STEP_DEG = 7.5
 """Largest step between angles."""
 
 
-def farthest(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
+def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
     """Bound on the distance from the origin of ``joint`` to spheres in the frames of ``joints``
     [m].
     """

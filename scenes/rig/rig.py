@@ -16,7 +16,14 @@ from numba import njit
 from lod.arrays import Flags, Ints, Points, freeze
 from lod.errors import InputError
 from lod.rotations import rotated
-from scenes.rig.rotations import Turns, Vectors, degrees_of, times, turn, turns_of
+from scenes.rig.rotations import (
+    Quaternions,
+    Vectors,
+    from_euler,
+    quaternion_product,
+    rotate_vector,
+    to_euler,
+)
 from scenes.sticks.table import StickTable
 
 _SLACK_DEG = 1e-6
@@ -59,14 +66,16 @@ class Rig:
         return self.name.index(name)
 
     def frames(
-        self, turns: Turns | None = None, shift: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0)
-    ) -> tuple[Vectors, Turns]:
+        self,
+        rotations: Quaternions | None = None,
+        shift: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
+    ) -> tuple[Vectors, Quaternions]:
         """Origin (…, j, 3) [m] and turn (…, j, 4) of every joint in the object's frame.
 
         As posed by turns (…, j, 4), at rest without; shift (…, 3) moves the joints of the object's
             frame.
         """
-        local = self.rest if turns is None else turns
+        local = self.rest if rotations is None else rotations
         before = local.shape[:-2]
         poses = math.prod(before)
         shifts = np.broadcast_to(np.asarray(shift, np.float64), (*before, 3)).reshape(poses, 3)
@@ -74,9 +83,9 @@ class Rig:
         origin, turn = _frames(self.parent, self.offset, flat, shifts)
         return origin.reshape(*before, len(self), 3), turn.reshape(local.shape)
 
-    def beyond(self, turns: Turns) -> Float64[np.ndarray, "..."]:
+    def limit_excess(self, rotations: Quaternions) -> Float64[np.ndarray, "..."]:
         """How far each joint is beyond its limits, (…, j); 0 within them [degrees]."""
-        angle = degrees_of(turns)
+        angle = to_euler(rotations)
         # The same turn has a second set of angles, (x ± 180, ±180 − y, z ± 180).
         other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
         return np.minimum(self._outside(angle), self._outside(other))
@@ -86,10 +95,10 @@ class Rig:
         near = middle + (angle - middle + 180.0) % 360.0 - 180.0
         return np.maximum(0, np.maximum(self.low - near, near - self.high)).max(axis=-1)
 
-    def random_turns(self, rng: np.random.Generator, count: int) -> Turns:
+    def random_turns(self, rng: np.random.Generator, count: int) -> Quaternions:
         """Allowed poses, even over the angles, every limit met now and then, (count, j, 4)."""
         share = np.clip(rng.uniform(-0.25, 1.25, (count, len(self), 3)), 0, 1)
-        return turns_of(self.low + share * (self.high - self.low))
+        return from_euler(self.low + share * (self.high - self.low))
 
     def scaled(self, factor: float) -> "Rig":
         """Every length times ``factor``."""
@@ -117,10 +126,10 @@ class RiggedSticks(StickTable):
             if joints.shape != self.tint.shape or np.any(joints < -1):
                 raise InputError(f"sticks.{key}", joints.shape, "a joint, or -1, for every stick")
 
-    def posed(self, origin: Vectors, turn: Turns) -> StickTable:
+    def posed(self, origin: Vectors, turn: Quaternions) -> StickTable:
         """The sticks in the object's frame, from the frames of all joints."""
         start, end = (
-            placed(origin, turn, joint, point)
+            to_object_frame(origin, turn, joint, point)
             for joint, point in ((self.start_joint, self.start), (self.end_joint, self.end))
         )
         return StickTable(self.first, start, end, self.start_radius, self.end_radius, self.tint)
@@ -134,7 +143,7 @@ class RiggedSticks(StickTable):
         return RiggedSticks(first, *(getattr(self, name)[keep] for name in columns))
 
 
-def placed(origin: Vectors, turn: Turns, joint: Ints, point: Points) -> Points:
+def to_object_frame(origin: Vectors, turn: Quaternions, joint: Ints, point: Points) -> Points:
     """Points in the frames of joints, as they are in the object's frame, (k, 3) [m]."""
     row = np.maximum(joint, 0)
     at = origin[row] + rotated(turn[row], point)
@@ -142,20 +151,20 @@ def placed(origin: Vectors, turn: Turns, joint: Ints, point: Points) -> Points:
 
 
 @njit(cache=True)
-def _frames(parent, offset, turns, shift):  # type: ignore[no-untyped-def]
+def _frames(parent, offset, rotations, shift):  # type: ignore[no-untyped-def]
     """Origins (m, j, 3) and turns (m, j, 4) of m poses, from turns (m, j, 4) and shifts (m, 3)."""
-    m, j = turns.shape[:2]
+    m, j = rotations.shape[:2]
     origin, facing = np.empty((m, j, 3)), np.empty((m, j, 4))
     for o in range(m):
         for k in range(j):
             up, x, y, z = parent[k], offset[k, 0], offset[k, 1], offset[k, 2]
-            q = turns[o, k, 0], turns[o, k, 1], turns[o, k, 2], turns[o, k, 3]
+            q = rotations[o, k, 0], rotations[o, k, 1], rotations[o, k, 2], rotations[o, k, 3]
             at = shift[o, 0], shift[o, 1], shift[o, 2]
             if up >= 0:
                 at = origin[o, up, 0], origin[o, up, 1], origin[o, up, 2]
                 above = facing[o, up, 0], facing[o, up, 1], facing[o, up, 2], facing[o, up, 3]
-                x, y, z = turn(*above, x, y, z)
-                q = times(*above, *q)
+                x, y, z = rotate_vector(*above, x, y, z)
+                q = quaternion_product(*above, *q)
             origin[o, k, 0], origin[o, k, 1], origin[o, k, 2] = at[0] + x, at[1] + y, at[2] + z
             facing[o, k, 0], facing[o, k, 1], facing[o, k, 2], facing[o, k, 3] = q
     return origin, facing
@@ -177,8 +186,8 @@ def _check(rig: Rig) -> None:
         raise InputError("rig.low", "a limit above its upper limit", "low is at most high")
     if np.abs(np.linalg.norm(rig.rest, axis=1) - 1).max(initial=0) > 1e-9:
         raise InputError("rig.rest", "a quaternion not of length 1", "a turn is a unit quaternion")
-    outside = rig.beyond(rig.rest)
+    outside = rig.limit_excess(rig.rest)
     for row in np.flatnonzero(outside > _SLACK_DEG):
-        arrived = np.round(degrees_of(rig.rest[row]), 2).tolist()
+        arrived = np.round(to_euler(rig.rest[row]), 2).tolist()
         rule = f"stands between {rig.low[row].tolist()} and {rig.high[row].tolist()} degrees"
         raise InputError(f"rig.rest[{rig.name[row]}]", arrived, rule)

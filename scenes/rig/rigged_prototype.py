@@ -27,10 +27,10 @@ from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
 from lod.metric.tied_levels import first_of_one, shared
-from scenes.rig.keyframes import Motion, still
-from scenes.rig.reach_bound import farthest
-from scenes.rig.rig import Rig, RiggedSticks, placed
-from scenes.rig.rotations import Turns, turns_of
+from scenes.rig.keyframes import Motion, rest_motion
+from scenes.rig.reach_bound import reach_bound
+from scenes.rig.rig import Rig, RiggedSticks, to_object_frame
+from scenes.rig.rotations import Quaternions, from_euler
 from scenes.sticks.contrast import part_contrast
 from scenes.sticks.outline_area import largest_area
 from scenes.sticks.prototype import Prototype
@@ -68,8 +68,8 @@ class RiggedPrototype:
         if not len(self.place):
             object.__setattr__(self, "place", np.zeros((len(self.joint), 3)))
         freeze(self, joint=np.int64, tints=np.float64, place=np.float64)
-        if self.motion.turns.shape[1] != len(self.rig):
-            arrived = self.motion.turns.shape[1]
+        if self.motion.rotations.shape[1] != len(self.rig):
+            arrived = self.motion.rotations.shape[1]
             raise InputError(f"{self.name}.motion", arrived, f"{len(self.rig)} joints")
         if len(self.joint) != len(self.hierarchy) or self.joint.max() >= len(self.rig):
             raise InputError(f"{self.name}.joint", len(self.joint), "one joint for each part")
@@ -79,23 +79,23 @@ class RiggedPrototype:
 
     def posed(
         self,
-        turns: Turns | None = None,
+        rotations: Quaternions | None = None,
         shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
     ) -> Prototype:
         """The object standing in one pose, at rest by default; its P, R, B stay those of every
         pose.
         """
-        origin, turn = self.rig.frames(turns, shift)
-        position = placed(origin, turn, self.joint, self.place)
+        origin, turn = self.rig.frames(rotations, shift)
+        position = to_object_frame(origin, turn, self.joint, self.place)
         hierarchy = replace(self.hierarchy, position=position)
         inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
         return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.minds)
 
-    def walking(self, phase: float) -> Prototype:
+    def at_phase(self, phase: float) -> Prototype:
         """The object at a phase of its motion."""
         return self.posed(*self.motion.at(phase))
 
-    def moving(self, motion: Motion) -> "RiggedPrototype":
+    def with_motion(self, motion: Motion) -> "RiggedPrototype":
         """The same object with another motion."""
         return replace(self, motion=motion)
 
@@ -115,7 +115,7 @@ class RiggedPrototype:
         )
 
 
-def rigid(prototype: Prototype) -> RiggedPrototype:
+def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
     """What has one pose alone, as a rig without joints: everything rides on the object's frame."""
     none, nowhere = np.zeros((0, 3)), np.zeros(3)
     empty = np.zeros(0, np.int64)
@@ -133,13 +133,13 @@ def rigid(prototype: Prototype) -> RiggedPrototype:
         inner=fixed(prototype.inner),
         leaf=fixed(prototype.leaf),
         tints=prototype.tints,
-        motion=still(rig),
+        motion=rest_motion(rig),
         place=prototype.hierarchy.position,
         minds=prototype.minds,
     )
 
 
-def hierarchy_of(
+def build_hierarchy(
     rig: Rig,
     whole: Ints,
     level: Ints,
@@ -165,7 +165,7 @@ def hierarchy_of(
         R[row] = max(own[row], _extent(rig, int(joint[row]), (inner, leaf), parts))
         if row:
             origin = np.array([joint[row]]), np.zeros((1, 3)), np.zeros(1)
-            separation[row] = farthest(rig, int(joint[whole[row]]), *origin)
+            separation[row] = reach_bound(rig, int(joint[whole[row]]), *origin)
     own, R, separation = own[twin], R[twin], separation[twin]
     B = own.copy()
     for row in range(n - 1, 0, -1):
@@ -184,7 +184,7 @@ def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints)
         columns.append((table.start_joint[rows], table.start[rows], table.start_radius[rows]))
         columns.append((table.end_joint[rows], table.end[rows], table.end_radius[rows]))
     joints, points, radii = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return farthest(rig, joint, joints, points, radii)
+    return reach_bound(rig, joint, joints, points, radii)
 
 
 def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
@@ -192,10 +192,10 @@ def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
     spans = _spanning(leaf)
     if spans.any():
         some = leaf.only(spans)
-        straight = turns_of(np.clip(0.0, rig.low, rig.high))
+        straight = from_euler(np.clip(0.0, rig.low, rig.high))
         rng = np.random.Generator(np.random.Philox(0))
-        for turns in (straight, *rig.random_turns(rng, P_POSES)):
-            areas = np.maximum(areas, largest_area(some.posed(*rig.frames(turns))))
+        for rotations in (straight, *rig.random_turns(rng, P_POSES)):
+            areas = np.maximum(areas, largest_area(some.posed(*rig.frames(rotations))))
     return areas
 
 

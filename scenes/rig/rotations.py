@@ -15,12 +15,12 @@ from numba import njit
 
 from lod.rotations import rotated
 
-Turns = Float64[np.ndarray, "... 4"]
+Quaternions = Float64[np.ndarray, "... 4"]
 Vectors = Float64[np.ndarray, "... 3"]
 Matrices = Float64[np.ndarray, "... 3 3"]
 
 
-def turns_of(degrees: Vectors) -> Turns:
+def from_euler(degrees: Vectors) -> Quaternions:
     """Quaternions of Rz·Ry·Rx from angles about x, y, z [degrees]."""
     half = np.radians(degrees) / 2
     (sx, sy, sz), (cx, cy, cz) = (np.moveaxis(f(half), -1, 0) for f in (np.sin, np.cos))
@@ -35,27 +35,27 @@ def turns_of(degrees: Vectors) -> Turns:
     )
 
 
-def degrees_of(turns: Turns) -> Vectors:
+def to_euler(rotations: Quaternions) -> Vectors:
     """Angles about x, y, z [degrees] of Rz·Ry·Rx, the one about y within ±90°."""
-    x, y, z, w = np.moveaxis(turns, -1, 0)
+    x, y, z, w = np.moveaxis(rotations, -1, 0)
     about_x = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     about_y = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
     about_z = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return np.degrees(np.stack((about_x, about_y, about_z), axis=-1))
 
 
-def inverse(q: Turns) -> Turns:
+def inverse(q: Quaternions) -> Quaternions:
     """The opposite turn of a unit quaternion."""
     return q * np.array((-1.0, -1.0, -1.0, 1.0))
 
 
-def matrices(q: Turns) -> Matrices:
+def matrices(q: Quaternions) -> Matrices:
     """Rotation matrices of unit quaternions: the turned axes are their columns."""
     axes = [rotated(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)]
     return np.stack(axes, axis=-1)
 
 
-def between(a: Vectors, b: Vectors) -> Turns:
+def shortest_arc(a: Vectors, b: Vectors) -> Quaternions:
     """The shortest turns that take directions a to b (not opposite ones)."""
     length = np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1)
     w = length + (a * b).sum(axis=-1)
@@ -64,7 +64,7 @@ def between(a: Vectors, b: Vectors) -> Turns:
 
 
 @njit(cache=True)
-def times(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyped-def]
+def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyped-def]
     """a·b of two quaternions, component by component."""
     return (
         aw * bx + ax * bw + ay * bz - az * by,
@@ -75,7 +75,7 @@ def times(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def turn(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
+def rotate_vector(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
     """The vector (x, y, z) turned by a unit quaternion."""
     tx, ty, tz = 2 * (qy * z - qz * y), 2 * (qz * x - qx * z), 2 * (qx * y - qy * x)
     return (

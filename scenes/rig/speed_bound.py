@@ -16,14 +16,14 @@ from lod.arrays import Ints, Points
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 
-def swing(prototype: RiggedPrototype) -> float:
+def speed_bound(prototype: RiggedPrototype) -> float:
     """Greatest speed of anything of it against where the object stands [m/s]."""
     motion, rig = prototype.motion, prototype.rig
-    if len(motion.turns) == 1:
+    if len(motion.rotations) == 1:
         return 0.0
-    rate = len(motion.turns) / motion.period
-    after = np.roll(motion.turns, -1, axis=0)
-    cosine = np.abs((motion.turns * after).sum(axis=-1))
+    rate = len(motion.rotations) / motion.period
+    after = np.roll(motion.rotations, -1, axis=0)
+    cosine = np.abs((motion.rotations * after).sum(axis=-1))
     angle = 2 * np.arccos(np.clip(cosine, 0, 1)) * rate
     bob = np.linalg.norm(np.roll(motion.shift, -1, axis=0) - motion.shift, axis=-1) * rate
     speed, turning = np.zeros_like(angle), np.zeros_like(angle)

@@ -18,7 +18,7 @@ from lod.arrays import Reals
 from lod.camera import Corner, look
 from lod.pruning.view import View
 from scenes.models.animals.catalogue import KINDS, animal
-from scenes.models.people.people import rigged_people
+from scenes.models.people.people import people_at_rest
 from scenes.plugins.entry_points import metric_named
 from scenes.rig.rigged_prototype import RiggedPrototype
 
@@ -80,7 +80,7 @@ def curves(more: str | None = None) -> tuple[Curve, ...]:
 @lru_cache(maxsize=16)
 def object_of(kind: str) -> RiggedPrototype:
     """The one object of a kind; the person is an adult."""
-    return rigged_people(0, 1, 0.0)[0] if kind == PERSON else animal(kind)
+    return people_at_rest(0, 1, 0.0)[0] if kind == PERSON else animal(kind)
 
 
 def looked_from(distances: Reals, poses: int) -> Distances:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from scenes.rig.rotations import times, turn
+from scenes.rig.rotations import quaternion_product, rotate_vector
 
 Placed = Float64[np.ndarray, "n j p 3"]
 
@@ -41,14 +41,16 @@ def _by_quaternions(parent, offset, turns, points):  # type: ignore[no-untyped-d
         for k in range(j):
             up, me = parent[k] + 1, k + 1
             ux, uy, uz, uw = q[up, 0], q[up, 1], q[up, 2], q[up, 3]
-            x, y, z = turn(ux, uy, uz, uw, offset[k, 0], offset[k, 1], offset[k, 2])
+            x, y, z = rotate_vector(ux, uy, uz, uw, offset[k, 0], offset[k, 1], offset[k, 2])
             at[me, 0], at[me, 1], at[me, 2] = at[up, 0] + x, at[up, 1] + y, at[up, 2] + z
-            ux, uy, uz, uw = times(
+            ux, uy, uz, uw = quaternion_product(
                 ux, uy, uz, uw, turns[o, k, 0], turns[o, k, 1], turns[o, k, 2], turns[o, k, 3]
             )
             q[me, 0], q[me, 1], q[me, 2], q[me, 3] = ux, uy, uz, uw
             for i in range(p):
-                x, y, z = turn(ux, uy, uz, uw, points[k, i, 0], points[k, i, 1], points[k, i, 2])
+                x, y, z = rotate_vector(
+                    ux, uy, uz, uw, points[k, i, 0], points[k, i, 1], points[k, i, 2]
+                )
                 out[o, k, i, 0] = at[me, 0] + x
                 out[o, k, i, 1] = at[me, 1] + y
                 out[o, k, i, 2] = at[me, 2] + z

@@ -58,7 +58,7 @@ class Frame:
         """
         shown = next(each for each in self.shown if each.each.name == name)
         now, then = shown.cut.parts, shown.parts(time_s)
-        gone: Points = then.state.bodies.origin - now.state.bodies.origin
+        gone: Points = then.state.instances.origin - now.state.instances.origin
         return gone[now.object]
 
 

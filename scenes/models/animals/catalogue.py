@@ -8,14 +8,14 @@ alone: insects and artifacts are here to put that to the test.
 from functools import lru_cache
 
 from lod.errors import InputError
-from scenes.gait.gait import walking
+from scenes.gait.gait import with_gait
 from scenes.models.animals.giraffe import GIRAFFE
 from scenes.models.animals.kind import Kind
 from scenes.models.animals.ostrich import OSTRICH
 from scenes.models.animals.rabbit import RABBIT
 from scenes.models.animals.stick_insect import INSECT
 from scenes.models.animals.windmill import WINDMILL
-from scenes.rig.build import part_names, rigged
+from scenes.rig.build import build_prototype, part_names
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 KINDS: dict[str, Kind] = {
@@ -38,7 +38,7 @@ def kind_named(name: str) -> Kind:
 def animal(name: str) -> RiggedPrototype:
     """One of ``KINDS``, walking, hopping or turning."""
     kind = kind_named(name)
-    return walking(rigged(name, kind.anatomy, kind.build), kind.gait)
+    return with_gait(build_prototype(name, kind.anatomy, kind.build), kind.gait)
 
 
 def parts_of_kind(name: str) -> tuple[str, ...]:

@@ -6,11 +6,11 @@ near end. The person faces +x, both soles on z = 0. P, R and B hold for every po
 
 from functools import lru_cache
 
-from scenes.models.people.people import rigged_people
+from scenes.models.people.people import people_at_rest
 from scenes.sticks.prototype import Prototype
 
 
 @lru_cache(maxsize=16)
-def figure_prototypes(seed: int, count: int) -> tuple[Prototype, ...]:
+def standing_people(seed: int, count: int) -> tuple[Prototype, ...]:
     """``count`` standing adults; the k-th depends on the seed and on k only."""
-    return tuple(person.posed() for person in rigged_people(seed, count, children=0.0))
+    return tuple(person.posed() for person in people_at_rest(seed, count, children=0.0))

@@ -42,7 +42,7 @@ from scenes.models.people.skeleton import (
     TRUNK_PARTS,
 )
 from scenes.models.people.variation import Person, person
-from scenes.rig.build import Anatomy, Build, Limits, rigged
+from scenes.rig.build import Anatomy, Build, Limits, build_prototype
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 _FINGERS = list(FINGERS)[:4]
@@ -73,7 +73,7 @@ _HEAD, _LEG = 0.13, 0.525
 
 
 @cache
-def human() -> Anatomy:
+def human_anatomy() -> Anatomy:
     """The tables of people."""
     return Anatomy(
         joints=TRUNK_JOINTS,
@@ -91,7 +91,7 @@ def human() -> Anatomy:
     )
 
 
-def build_of(who: Person, age: float | None = None) -> Build:
+def person_build(who: Person, age: float | None = None) -> Build:
     """How this person differs from the tables; ``age`` in years for a child, None for an adult."""
     shape = {"shoulder": who.shoulders, "hip": who.hips}
     return Build(who.stature, who.materials, who.girth, shape, child_sizes(age) if age else {})
@@ -112,9 +112,9 @@ def child_sizes(age: float) -> dict[str, float]:
     }
 
 
-def anatomy_of(who: Person) -> Anatomy:
+def person_anatomy(who: Person) -> Anatomy:
     """The tables of people, with the bust and long hair where this person has them."""
-    tables = human()
+    tables = human_anatomy()
     body = dict(tables.body)
     body["chest"] = body["chest"] + (BUST if who.bust else [])
     body["cranium"] = body["cranium"] + (LONG_HAIR if who.long_hair else [])
@@ -122,7 +122,7 @@ def anatomy_of(who: Person) -> Anatomy:
 
 
 @lru_cache(maxsize=16)
-def rigged_people(seed: int, count: int, children: float = 0.2) -> tuple[RiggedPrototype, ...]:
+def people_at_rest(seed: int, count: int, children: float = 0.2) -> tuple[RiggedPrototype, ...]:
     """``count`` people standing, a share of them children; the k-th depends on the seed and k
     only.
     """
@@ -139,7 +139,7 @@ def _someone(seed: int, k: int, children: float) -> RiggedPrototype:
     if rng.random() < children:
         age = float(rng.uniform(5.0, 12.0))
         who = _younger(who, age, rng)
-    return rigged(f"figure {k}", anatomy_of(who), build_of(who, age))
+    return build_prototype(f"figure {k}", person_anatomy(who), person_build(who, age))
 
 
 def _younger(who: Person, age: float, rng: np.random.Generator) -> Person:

@@ -10,7 +10,7 @@ swing against the legs.
 import numpy as np
 
 from scenes.gait.foot_path import Leg
-from scenes.gait.gait import Gait, Wave, walking
+from scenes.gait.gait import Gait, Wave, with_gait
 from scenes.models.people.skeleton import TOES
 from scenes.rig.rigged_prototype import RiggedPrototype
 
@@ -41,7 +41,7 @@ _LEG = Leg(
 )
 
 
-def walk(
+def walking_gait(
     froude: float = 0.22,
     swing: float = 20.0,
     elbow: float = 24.0,
@@ -87,7 +87,7 @@ def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, .
     )
 
 
-def style(rng: np.random.Generator, child: bool = False) -> Gait:
+def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
     """One person's own walk: pace, arms, bearing.
 
     This is the longest stride of all who walk in this style; theirs (``patrol.paces``) have 0.74 of
@@ -95,7 +95,7 @@ def style(rng: np.random.Generator, child: bool = False) -> Gait:
     up to 69 years choose 1.24 (women over 60) to 1.43 m/s (men in their forties; Bohannon &
     Andrews, "Normal walking speed: a descriptive meta-analysis", Physiotherapy 97:182, 2011).
     """
-    return walk(
+    return walking_gait(
         froude=float(np.clip(rng.normal(0.28, 0.04), 0.18, 0.36)),
         swing=float(rng.uniform(12.0, 26.0) * (1.15 if child else 1.0)),
         elbow=float(rng.uniform(12.0, 34.0)),
@@ -105,12 +105,14 @@ def style(rng: np.random.Generator, child: bool = False) -> Gait:
     )
 
 
-def walkers(people: tuple[RiggedPrototype, ...], seed: int) -> tuple[RiggedPrototype, ...]:
+def walking_people(people: tuple[RiggedPrototype, ...], seed: int) -> tuple[RiggedPrototype, ...]:
     """The same people, each walking in a way of their own; the k-th depends on the seed and k
     only.
     """
     styles = (
-        style(np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0x3A17, k)))))
+        random_gait(
+            np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0x3A17, k))))
+        )
         for k in range(len(people))
     )
-    return tuple(walking(who, gait) for who, gait in zip(people, styles, strict=True))
+    return tuple(with_gait(who, gait) for who, gait in zip(people, styles, strict=True))

@@ -26,7 +26,7 @@ from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.keyframes import Motion, key_phases
 from scenes.rig.rig import Rig, RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import turns_of
+from scenes.rig.rotations import from_euler
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.table import StickTable
 
@@ -122,7 +122,7 @@ def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
     high = np.stack((most_deg, most_deg, np.zeros(len(at))), axis=1)
     names = [f"trunk {k}" for k in range(TRUNK_JOINTS)]
     names += [f"limb {k}" for k in range(len(at) - TRUNK_JOINTS)]
-    rest = turns_of(np.zeros((len(at), 3)))
+    rest = from_euler(np.zeros((len(at), 3)))
     return Rig(tuple(names), parent, offset, rest, -high, high, np.zeros(3), np.zeros(3))
 
 
@@ -187,7 +187,7 @@ def _motion(rig: Rig, height: float, rng: np.random.Generator) -> Motion:
             math.sin(way) * main + math.cos(way) * cross,
         )
         degrees[:, j, :2] = np.stack(about, axis=1) * most / math.hypot(1.0, 0.4)
-    return Motion(turns_of(degrees), np.zeros((KEYS, 3)), 0.0, CYCLE_S * math.sqrt(height / 10.0))
+    return Motion(from_euler(degrees), np.zeros((KEYS, 3)), 0.0, CYCLE_S * math.sqrt(height / 10.0))
 
 
 def _wave(beats: tuple[int, ...], rng: np.random.Generator) -> Reals:

@@ -15,7 +15,7 @@ from lod.rotations import rotated
 from scenes.render.description.describe import NEAR_M, Description
 from scenes.render.drivers.film import pixel_directions
 from scenes.render.mitsuba.build import Built
-from scenes.rig.rotations import between
+from scenes.rig.rotations import shortest_arc
 
 
 def motion_layer(hit: np.ndarray, built: Built) -> np.ndarray:
@@ -68,5 +68,5 @@ def with_stick(
     along = np.clip(np.sum((point - start) * axis, axis=1) / squared, 0, 1)[:, None]
     offset = point - start - along * axis
     has_axis = ((axis * moved).sum(axis=1, keepdims=True) > 0) & (squared[:, None] > 1e-20)
-    turns = between(np.where(has_axis, axis, 1.0), np.where(has_axis, moved, 1.0))
+    turns = shortest_arc(np.where(has_axis, axis, 1.0), np.where(has_axis, moved, 1.0))
     return start + moves[:, 0] + along * moved + rotated(turns, offset)

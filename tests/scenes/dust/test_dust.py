@@ -101,7 +101,7 @@ def test_feet_strike_where_the_gait_has_them():
         assert (after.phase - feet.strike[leg]) % 1 < 0.01
         x, y = feet.sole[leg].mean(axis=0)
         turned = after.cos * x - after.sin * y, after.sin * x + after.cos * y
-        sole = after.feet[0, leg, :2] + np.concatenate(turned)
+        sole = after.foot_contacts[0, leg, :2] + np.concatenate(turned)
         assert fell.xy[row] == pytest.approx(sole, abs=1e-4)
 
 
@@ -109,7 +109,7 @@ def test_nothing_is_there_before_the_foot_strikes_nor_after_its_life():
     it = dust()
     walks = walks_of(it, view())
     falls = footfalls(walks, it.legs, np.arange(len(walks)), it.legs.slots(LIFE_S), 20.0)
-    falls = falls.take(it.legs.walks[walks.variant[falls.owner], falls.leg])
+    falls = falls.take(it.legs.walks[walks.prototype[falls.owner], falls.leg])
     fell = struck(walks, it.legs, falls)
     for since in (-0.5, 0.0, 0.4, LIFE_S, LIFE_S + 1):
         total = []
@@ -127,8 +127,8 @@ def test_live_puffs_are_those_of_the_last_seconds():
     it, at = dust(), view()
     puffs, walks = level(it, 1, at), walks_of(it, at)
     walking = it.legs.walks.any(axis=1)
-    assert set(walks.variant[puffs.object]) == set(np.flatnonzero(walking))
-    legs, period = it.legs.walks.sum(axis=1)[walks.variant], walks.rounds.period
+    assert set(walks.prototype[puffs.object]) == set(np.flatnonzero(walking))
+    legs, period = it.legs.walks.sum(axis=1)[walks.prototype], walks.rounds.period
     due = LIFE_S / period * legs
     found = np.bincount(puffs.object, minlength=len(walks))
     assert np.all(np.abs(found - due)[legs > 0] <= legs[legs > 0])

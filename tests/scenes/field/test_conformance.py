@@ -18,11 +18,11 @@ from scenes.field.species_field import Species, SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.catalogue import MODELS, made
-from scenes.models.people.people import rigged_people
+from scenes.models.people.people import people_at_rest
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
-from scenes.rig.actor import actor_of, in_pose_of
+from scenes.rig.actor import pose_from_actor, to_actor
 from scenes.terrain.terrain import Terrain
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
@@ -61,11 +61,11 @@ def placed(prototype, detail=0.3):
 
 def bowing():
     """A person whom messages made bow, as compiled actor arrays have it."""
-    who = rigged_people(0, 1, 0.0)[0]
-    actor = actor_of(who)
+    who = people_at_rest(0, 1, 0.0)[0]
+    actor = to_actor(who)
     bow = Quaternion(0.0, np.sin(0.2), 0.0, np.cos(0.2))
     assert actor.receive(change("pelvis/waist", "orient", bow)).value is None
-    return placed(in_pose_of(who, actor))
+    return placed(pose_from_actor(who, actor))
 
 
 def terrain(**changes):

@@ -9,12 +9,12 @@ from lod.pruning.parts import Look
 from scenes.field.part_tables import Atlas
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
-from scenes.rig.rigged_prototype import rigid
+from scenes.rig.rigged_prototype import rigid_prototype
 
 
 @pytest.fixture(scope="module")
 def atlas():
-    return Atlas.of(tuple(map(rigid, tree_prototypes(3, 2, SPECIES["conifer"]))))
+    return Atlas.of(tuple(map(rigid_prototype, tree_prototypes(3, 2, SPECIES["conifer"]))))
 
 
 def looked_at(parts):
@@ -51,7 +51,7 @@ def test_sticks_are_those_of_both_appearances_in_order(atlas):
 
 
 def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_another():
-    tree = rigid(tree_prototypes(3, 1, SPECIES["birch"])[0])
+    tree = rigid_prototype(tree_prototypes(3, 1, SPECIES["birch"])[0])
     h = tree.hierarchy
     shown = {}
     for overlap in (0.0, 0.5):

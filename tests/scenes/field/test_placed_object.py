@@ -40,7 +40,7 @@ def view_from(x, y, height=1.6, time_s=0.0, cell=(0, 0)):
 
 def origin_of(placed, view):
     parts = placed.roots(view)
-    return parts.state.bodies.origin[0]
+    return parts.state.instances.origin[0]
 
 
 def displayed(placed, view):

@@ -201,7 +201,7 @@ def brute_force(field, view, limit_of):
 def pruned(field, view):
     cut = prune(field, view)
     parts, objects = cut.parts, cut.parts.state
-    variant = objects.bodies.variant[parts.object]
+    variant = objects.instances.prototype[parts.object]
     draws, first = objects.draws, field.troupe.atlas.root
     return cut, {
         ((int(draws.cell_x[o]), int(draws.cell_y[o]), int(draws.index[o])), v, int(p - first[v]))
@@ -254,7 +254,7 @@ def test_places_are_exact_far_from_home(seed, x, y):
     draws = field.cells.draw(np.array([ix]), np.array([iy]))
     side = field.cells.side_m
     for axis, rest in ((0, rest_x), (1, rest_y)):
-        assert objects.bodies.origin[:, axis] + rest == pytest.approx(
+        assert objects.instances.origin[:, axis] + rest == pytest.approx(
             draws.u[:, axis] * side, abs=1e-6
         )
 

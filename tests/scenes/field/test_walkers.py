@@ -18,16 +18,16 @@ from lod.pruning.view import View
 from scenes.field.ground_contact_detail import PLACE, PRINTS, SOLES
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species_field import Species, SpeciesField
-from scenes.gait.contact_errors import cycle, finest, lowest
-from scenes.gait.foot_path import contacts_of
-from scenes.gait.patrol import SHORTEST
+from scenes.gait.contact_errors import finest, lowest_heights, sample_cycle
+from scenes.gait.foot_path import heel_and_ball
+from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people, standing
 from scenes.noise.philox import word_of
 from scenes.preset.load import load_preset
-from scenes.rig.foot_placement import bodies_on
+from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import Cast
+from scenes.rig.pose_tables import PoseTables
 from scenes.world.world import build_world, view_at
 
 FLAT = 0.0
@@ -123,7 +123,7 @@ def patrols(field, home, u, time):
     facing, radius = 2 * math.pi * u[2], field.species.patrol_m
     if motion.stride == 0:
         return home, facing, variant, u[4] + time / motion.period, 1.0
-    pace = SHORTEST + (1 - SHORTEST) * u[6]
+    pace = MIN_STRIDE_FACTOR + (1 - MIN_STRIDE_FACTOR) * u[6]
     period = motion.period * pace ** (-2 / 3)
     way = -1 if u[5] < 0.5 else 1
     facing += way * time * pace * motion.stride / period / radius
@@ -137,14 +137,14 @@ def origins(field, view, at, facing, variant, phase, pace):
     it, corner = field.species.prototypes[variant], view.camera.corner
     base = np.array([at]) - GRID_M * np.array((corner.x, corner.y))
     if len(it.motion.feet):
-        cast, heights = Cast.of((it,)), partial(field.ground.height, corner)
+        cast, heights = PoseTables.of((it,)), partial(field.ground.height, corner)
         ways = np.array([math.cos(facing)]), np.array([math.sin(facing)])
         first = np.zeros(1, np.int64)
         drawn = first, np.array([phase]), np.array([pace])
         heed = field.troupe.heed(view, base, np.array([variant]))
-        bodies = bodies_on(cast, heights, base, *ways, *drawn, heed)
+        instances = place_on_ground(cast, heights, base, *ways, *drawn, heed)
         rows, parts = np.zeros(len(it.joint), np.int64), np.arange(len(it.joint))
-        return pose_points(cast, bodies, rows, parts, np.zeros((len(parts), 3)), it.joint)
+        return pose_points(cast, instances, rows, parts, np.zeros((len(parts), 3)), it.joint)
     height = field.ground.height(corner, base)[0]
     place = it.rig.frames(*it.motion.at(phase))[0][it.joint]
     cos, sin = math.cos(facing), math.sin(facing)
@@ -195,7 +195,7 @@ def brute_force(field, view, objects):
 def pruned(field, view):
     cut = prune(field, view)
     parts, objects = cut.parts, cut.parts.state
-    variant = objects.bodies.variant[parts.object]
+    variant = objects.instances.prototype[parts.object]
     draws, first = objects.draws, field.troupe.atlas.root
     found = {
         ((int(draws.cell_x[o]), int(draws.cell_y[o]), int(draws.index[o])), v, int(p - first[v]))
@@ -330,13 +330,13 @@ def people_near(name, frame, most=250):
     """
     world, preset, field = preset_field(name)
     view, parts = view_at(world, preset, frame), prune_of(name, frame).parts
-    bodies = parts.state.bodies
+    instances = parts.state.instances
     who = parts.object[parts.whole < 0]
-    who = who[field.troupe.heed(view, bodies.origin[who, :2], bodies.variant[who]) == SOLES]
-    gentle = 2 * np.linalg.norm(bodies.feet[who, :, 4:], axis=2).max(axis=1) < 0.2
-    away = np.linalg.norm(bodies.origin[who] - view.camera.eye, axis=1)
+    who = who[field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLES]
+    gentle = 2 * np.linalg.norm(instances.foot_contacts[who, :, 4:], axis=2).max(axis=1) < 0.2
+    away = np.linalg.norm(instances.origin[who] - view.camera.eye, axis=1)
     who = who[gentle][np.argsort(away[gentle])[:most]]
-    return field, bodies, who, view.camera.corner
+    return field, instances, who, view.camera.corner
 
 
 def foot_spheres(prototype, ankle):
@@ -358,21 +358,21 @@ def foot_spheres(prototype, ankle):
     return [np.array(column) for column in zip(*rows, strict=True)]
 
 
-def clearances(field, bodies, who, corner):
+def clearances(field, instances, who, corner):
     """How far the lowest point of each one's feet is above the ground [m], and which stand,
     (n, legs) each.
     """
-    clear = np.empty((len(who), bodies.feet.shape[1]))
+    clear = np.empty((len(who), instances.foot_contacts.shape[1]))
     stands = np.empty(clear.shape, bool)
     for variant, prototype in enumerate(field.troupe.rigged):
-        of_it, feet = np.flatnonzero(bodies.variant[who] == variant), prototype.motion.feet
+        of_it, feet = np.flatnonzero(instances.prototype[who] == variant), prototype.motion.feet
         for foot, ankle in enumerate(feet.legs[:, 2].tolist()):
-            own = (bodies.phase[who[of_it]] - feet.strike[foot]) % 1.0
+            own = (instances.phase[who[of_it]] - feet.strike[foot]) % 1.0
             stands[of_it, foot] = own <= feet.duty[foot]
             joint, centre, radius = foot_spheres(prototype, ankle)
             rows = np.repeat(who[of_it], len(joint))
             points = np.tile(np.arange(len(joint)), len(of_it))
-            at = pose_points(field.troupe.cast, bodies, rows, points, centre, joint)
+            at = pose_points(field.troupe.pose_tables, instances, rows, points, centre, joint)
             ground = field.ground.height(corner, at[:, :2])
             above = at[:, 2] - radius[points] - ground
             clear[of_it, foot] = above.reshape(len(of_it), -1).min(axis=1)
@@ -399,18 +399,20 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
     """
     world, preset, field = preset_field(name)
     view, parts = view_at(world, preset, 1), prune_of(name, 1).parts
-    bodies, who = parts.state.bodies, parts.object[parts.whole < 0]
-    heed = field.troupe.heed(view, bodies.origin[who, :2], bodies.variant[who])
+    instances, who = parts.state.instances, parts.object[parts.whole < 0]
+    heed = field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who])
     for closely in (PRINTS, PLACE):
         some = who[heed == closely][:300]
         assert len(some) == 300
-        clear, stands = clearances(field, bodies, some, view.camera.corner)
-        away = np.linalg.norm(bodies.origin[some] - view.camera.eye, axis=1)
+        clear, stands = clearances(field, instances, some, view.camera.corner)
+        away = np.linalg.norm(instances.origin[some] - view.camera.eye, axis=1)
         off = np.abs(np.where(stands, clear, 0.0)).max(axis=1)
         assert (off < view.m * away / 4).all()
         feet = parts.part[np.isin(parts.object, some)]
         assert not field.troupe.feet[feet].any()  # none is displayed
-        assert closely == PRINTS or (feet == field.troupe.atlas.root[bodies.variant[some]]).all()
+        assert (
+            closely == PRINTS or (feet == field.troupe.atlas.root[instances.prototype[some]]).all()
+        )
 
 
 def test_no_animal_floats_or_sinks():
@@ -421,15 +423,17 @@ def test_no_animal_floats_or_sinks():
     world = build_world(preset)
     view = view_at(world, preset, 5)
     for field in world.fields:
-        legs = field.troupe.cast.most_legs
+        legs = field.troupe.pose_tables.max_legs
         if not legs:
             continue
         cut = prune(field, view)
-        bodies, who = cut.parts.state.bodies, cut.parts.object[cut.parts.whole < 0]
-        closely = field.troupe.heed(view, bodies.origin[who, :2], bodies.variant[who]) == SOLES
+        instances, who = cut.parts.state.instances, cut.parts.object[cut.parts.whole < 0]
+        closely = (
+            field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLES
+        )
         who = who[closely][:200]
-        clear, stands = clearances(field, bodies, who, view.camera.corner)
-        level = min(float(lowest(p, cycle(p)).min()) for p in field.troupe.rigged)
+        clear, stands = clearances(field, instances, who, view.camera.corner)
+        level = min(float(lowest_heights(p, sample_cycle(p)).min()) for p in field.troupe.rigged)
         assert clear[stands].min() > level - 0.015, field.name
         assert clear[stands].max() < 0.010, field.name
 
@@ -444,21 +448,21 @@ HEEL, BALL = (0.0, 0.30), (0.09, 0.62)
 """Phases after landing while the foot rolls over its heel, and over its ball."""
 
 
-def contacts(field, bodies, who):
+def contacts(field, instances, who):
     """Where heels and balls are, (n, 4, 2) [m], and whether they carry, (n, 4)."""
     place, carries = np.empty((len(who), 4, 2)), np.empty((len(who), 4), bool)
     for variant, prototype in enumerate(field.troupe.rigged):
-        of_it = np.flatnonzero(bodies.variant[who] == variant)
+        of_it = np.flatnonzero(instances.prototype[who] == variant)
         for foot, side in enumerate(("left", "right")):
             ankle = prototype.rig.row(f"{side} ankle")
             rows, points = who[of_it], np.zeros(len(of_it), np.int64)
-            own = (bodies.phase[who[of_it]] - 0.5 * foot) % 1.0
-            round_ends = contacts_of(prototype, ankle)
+            own = (instances.phase[who[of_it]] - 0.5 * foot) % 1.0
+            round_ends = heel_and_ball(prototype, ankle)
             for k, ((x, z, _), (lands, leaves)) in enumerate(
                 zip(round_ends, (HEEL, BALL), strict=True)
             ):
                 point = np.array([(x, 0.0, z)]), np.array([ankle])
-                at = pose_points(field.troupe.cast, bodies, rows, points, *point)
+                at = pose_points(field.troupe.pose_tables, instances, rows, points, *point)
                 place[of_it, 2 * foot + k] = at[:, :2]
                 carries[of_it, 2 * foot + k] = (own >= lands) & (own < leaves)
     return place, carries
@@ -468,15 +472,15 @@ def test_nobody_skates():
     """For a second of the crowd, what a foot stands on moves less than 2 cm over the ground: from
     frame to frame, and for as long as it stands.
     """
-    field, bodies, who, corner = people_near("crowd", 1, 150)
+    field, instances, who, corner = people_near("crowd", 1, 150)
     names, second = identities(prune_of("crowd", 1).parts.state.draws), []
     chosen = [names[i] for i in who]
     cells = np.unique(np.array([name[:2] for name in chosen]), axis=0).T
     for frame in range(1, 26):
         objects = field.objects(corner, *cells, (frame - 1) / 24)
         row = {name: i for i, name in enumerate(identities(objects.draws))}
-        second.append(contacts(field, objects.bodies, np.array([row[name] for name in chosen])))
-    assert np.array_equal(second[0][0], contacts(field, bodies, who)[0])
+        second.append(contacts(field, objects.instances, np.array([row[name] for name in chosen])))
+    assert np.array_equal(second[0][0], contacts(field, instances, who)[0])
     place, carries = (
         np.array(column).reshape(25, len(who) * 4, -1) for column in zip(*second, strict=True)
     )

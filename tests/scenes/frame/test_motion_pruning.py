@@ -13,7 +13,7 @@ from lod.motion.shutter import growth
 from lod.pruning.pruner import prune, prune_by_level
 from lod.pruning.view import distance
 from scenes.preset.load import load_preset
-from scenes.rig.speed_bound import swing
+from scenes.rig.speed_bound import speed_bound
 from scenes.world.world import build_world, view_at
 
 SMALL = ("render.size=160x90", "camera.speed=0", "species.tree.prototypes=1", "terrain.amplitude=6")
@@ -87,7 +87,7 @@ def test_every_part_is_tested_at_the_m_of_its_object(metric):
     (field,) = (f for f in made.fields if f.name == "figure")
     parts = prune(field, view).parts
     atlas, smear = field.troupe.atlas, parts.state.smear[parts.object]
-    variant = parts.state.bodies.variant[parts.object]
+    variant = parts.state.instances.prototype[parts.object]
     assert smear.min() > 2
     for row in np.random.default_rng(1).integers(0, len(parts), 40):
         tree, m = atlas.hierarchies[variant[row]], view.m * growth(float(smear[row]))
@@ -115,18 +115,18 @@ def test_nothing_swings_faster_than_is_said(name):
         look = _everything(len(everything))
         times = [field.later(everything, view, 3.0 + k * step) for k in range(12)]
         ends = [field.appearance(each, look) for each in times]
-        bodies = [each.state.bodies for each in times]
+        instances = [each.state.instances for each in times]
         for k in range(11):
             moved = ends[k + 1].end - ends[k].end
             rows = everything.object[ends[k].owner]
-            own = moved - (bodies[k + 1].origin - bodies[k].origin)[rows]
-            most = field.troupe.swing[bodies[k].variant] * step + _turned(field, bodies, k)
+            own = moved - (instances[k + 1].origin - instances[k].origin)[rows]
+            most = field.troupe.swing[instances[k].prototype] * step + _turned(field, instances, k)
             assert (np.linalg.norm(own, axis=1) <= most[rows] + 1e-9).all()
 
 
-def _turned(field, bodies, k):
-    a, b = bodies[k], bodies[k + 1]
-    bound = field.troupe.atlas.bound[field.troupe.atlas.root][a.variant]
+def _turned(field, instances, k):
+    a, b = instances[k], instances[k + 1]
+    bound = field.troupe.atlas.bound[field.troupe.atlas.root][a.prototype]
     return np.hypot(b.cos - a.cos, b.sin - a.sin) * bound
 
 
@@ -153,7 +153,7 @@ def _everything(n):
 
 def test_what_cannot_move_does_not_swing():
     made, _ = view_of("meadow")
-    assert all(swing(p) == 0 for field in made.fields for p in field.troupe.rigged)
+    assert all(speed_bound(p) == 0 for field in made.fields for p in field.troupe.rigged)
 
 
 def length_of(exposed, view, start, end):

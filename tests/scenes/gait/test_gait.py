@@ -4,48 +4,48 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.gait.contact_errors import cycle, lowest, slide
-from scenes.gait.foot_path import contacts_of
-from scenes.gait.gait import motion_of
-from scenes.gait.patrol import SHORTEST, least_radius, paces, patrol, slip
+from scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
+from scenes.gait.foot_path import heel_and_ball
+from scenes.gait.gait import make_motion
+from scenes.gait.patrol import MIN_STRIDE_FACTOR, foot_slip, min_radius, patrol, stride_factors
 from scenes.models.animals.catalogue import animal
-from scenes.models.people.people import rigged_people
-from scenes.models.people.walking import style, walk, walkers
-from scenes.rig.foot_placement import bodies_on
-from scenes.rig.keyframes import slerp, still
+from scenes.models.people.people import people_at_rest
+from scenes.models.people.walking import random_gait, walking_gait, walking_people
+from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.keyframes import rest_motion, slerp
 from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import Cast
-from scenes.rig.rotations import degrees_of, turns_of
+from scenes.rig.pose_tables import PoseTables
+from scenes.rig.rotations import from_euler, to_euler
 
 GAITS = {
-    "adult": walk(),
-    "slow": walk(froude=0.10),
-    "brisk": walk(froude=0.34, swing=26, elbow=34, lean=3.5, spread=0.04),
+    "adult": walking_gait(),
+    "slow": walking_gait(froude=0.10),
+    "brisk": walking_gait(froude=0.34, swing=26, elbow=34, lean=3.5, spread=0.04),
 }
 
 
 def someone(child=False):
-    return rigged_people(5, 1, 1.0 if child else 0.0)[0]
+    return people_at_rest(5, 1, 1.0 if child else 0.0)[0]
 
 
 @pytest.mark.parametrize("child", [False, True])
 @pytest.mark.parametrize("name", GAITS)
 def test_feet_stay_where_they_stand(name, child):
     who, gait = someone(child), GAITS[name]
-    who = who.moving(motion_of(who, gait))
-    seen = cycle(who)
-    assert slide(who, gait, seen) < 0.005  # the promise is 0.02
-    assert lowest(who, seen).min() > -0.01
-    assert lowest(who, seen).max() < 0.012  # some foot is always down
+    who = who.with_motion(make_motion(who, gait))
+    seen = sample_cycle(who)
+    assert foot_slide(who, gait, seen) < 0.005  # the promise is 0.02
+    assert lowest_heights(who, seen).min() > -0.01
+    assert lowest_heights(who, seen).max() < 0.012  # some foot is always down
 
 
 @pytest.mark.parametrize("child", [False, True])
 @pytest.mark.parametrize("name", GAITS)
 def test_no_joint_goes_beyond_its_limits(name, child):
     who = someone(child)
-    motion = motion_of(who, GAITS[name])
-    seen = cycle(who.moving(motion))
-    assert who.rig.beyond(seen.turns).max() < 1e-6
+    motion = make_motion(who, GAITS[name])
+    seen = sample_cycle(who.with_motion(motion))
+    assert who.rig.limit_excess(seen.rotations).max() < 1e-6
     assert np.all(motion.shift >= who.rig.shift_low)
     assert np.all(motion.shift <= who.rig.shift_high)
 
@@ -53,34 +53,34 @@ def test_no_joint_goes_beyond_its_limits(name, child):
 def test_every_style_keeps_the_limits():
     who = someone()
     for seed in range(12):
-        motion = motion_of(who, style(np.random.default_rng(seed)))
-        assert who.rig.beyond(motion.turns).max() < 1e-6
+        motion = make_motion(who, random_gait(np.random.default_rng(seed)))
+        assert who.rig.limit_excess(motion.rotations).max() < 1e-6
 
 
 def test_knees_bend_backwards_and_elbows_forwards():
-    who = walkers((someone(),), 0)[0]
-    seen, row = cycle(who), who.rig.row
+    who = walking_people((someone(),), 0)[0]
+    seen, row = sample_cycle(who), who.rig.row
     for side in ("left", "right"):
         hip, knee, ankle = (seen.origin[:, row(f"{side} {j}")] for j in ("hip", "knee", "ankle"))
         middle = hip + (ankle - hip) * 0.5
         assert np.all((knee - middle)[:, 0] > 0)
-        flexed = degrees_of(seen.turns[:, row(f"{side} knee")])[:, 1]
+        flexed = to_euler(seen.rotations[:, row(f"{side} knee")])[:, 1]
         assert 50 < flexed.max() < 75  # in the swing (Perry & Burnfield)
-        assert np.all(degrees_of(seen.turns[:, row(f"{side} elbow")])[:, 1] < 0)
+        assert np.all(to_euler(seen.rotations[:, row(f"{side} elbow")])[:, 1] < 0)
 
 
 def test_arms_swing_against_legs_and_the_head_stays():
-    who = walkers((someone(),), 0)[0]
-    seen, row = cycle(who), who.rig.row
+    who = walking_people((someone(),), 0)[0]
+    seen, row = sample_cycle(who), who.rig.row
     hand, foot = (seen.origin[:, row(f"left {j}"), 0] for j in ("wrist", "ankle"))
     assert np.corrcoef(hand, foot)[0, 1] < -0.8
-    turn = degrees_of(seen.facing[:, row("head")])
+    turn = to_euler(seen.facing[:, row("head")])
     assert np.abs(turn[:, 2]).max() < 3
     assert np.ptp(seen.origin[:, row("head"), 2]) < 0.06
 
 
 def test_the_cycle_closes_smoothly():
-    who = walkers((someone(),), 0)[0]
+    who = walking_people((someone(),), 0)[0]
     step = 1 / 160
     phases = np.arange(-3, 164) * step
     poses = zip(*[who.motion.at(float(p)) for p in phases], strict=True)
@@ -93,7 +93,7 @@ def test_the_cycle_closes_smoothly():
 
 
 def test_speed_times_time_is_what_the_feet_say():
-    who = walkers((someone(),), 0)[0]
+    who = walking_people((someone(),), 0)[0]
     motion, row = who.motion, who.rig.row("left ankle")
     times = np.linspace(0.15, 0.30, 7) * motion.period  # in mid-stance, sole flat
     path = [
@@ -105,21 +105,21 @@ def test_speed_times_time_is_what_the_feet_say():
 
 def test_pace_follows_froude():
     who = someone()
-    slow, brisk = (motion_of(who, GAITS[name]) for name in ("slow", "brisk"))
+    slow, brisk = (make_motion(who, GAITS[name]) for name in ("slow", "brisk"))
     assert slow.speed < brisk.speed
     assert slow.stride < brisk.stride
-    adult = motion_of(who, GAITS["adult"])
+    adult = make_motion(who, GAITS["adult"])
     assert 1.2 < adult.speed < 1.6  # people walk at about 1.4 m/s
     assert 90 < 120 / adult.period < 140  # steps a minute
-    assert motion_of(someone(True), GAITS["adult"]).period < adult.period
+    assert make_motion(someone(True), GAITS["adult"]).period < adult.period
 
 
 def test_people_walk_as_fast_as_people_do():
     """The mean over adults and their strides is within what 41 studies found (Bohannon & Andrews
     2011: means of 1.24 to 1.43 m/s by sex and decade, up to 69 years); nobody dawdles or runs.
     """
-    adults = walkers(rigged_people(0, 24, 0.0), 0)
-    stride, period = paces(np.linspace(0, 1, 33))
+    adults = walking_people(people_at_rest(0, 24, 0.0), 0)
+    stride, period = stride_factors(np.linspace(0, 1, 33))
     speeds = np.array([who.motion.speed for who in adults])[:, None] * (stride / period)
     assert 1.24 < speeds.mean() < 1.43
     assert 0.8 < speeds.min() < speeds.max() < 1.9
@@ -127,53 +127,55 @@ def test_people_walk_as_fast_as_people_do():
 
 def test_a_stride_too_long_is_refused():
     with pytest.raises(InputError, match="reach"):
-        motion_of(someone(), walk(froude=3.0))
+        make_motion(someone(), walking_gait(froude=3.0))
 
 
-def on_the_spot(cast, phase, slope=(0.0, 0.0), pace=1.0):
+def on_the_spot(cast, phase, slope=(0.0, 0.0), stride_factor=1.0):
     """One walker at many phases of its walk, facing x where the plane's height is 0."""
     count = len(phase)
     same = np.zeros((count, 2)), np.ones(count), np.zeros(count), np.zeros(count, np.int64)
-    return bodies_on(cast, lambda xy: xy @ np.array(slope), *same, phase, np.full(count, pace))
+    return place_on_ground(
+        cast, lambda xy: xy @ np.array(slope), *same, phase, np.full(count, stride_factor)
+    )
 
 
-def riding(cast, bodies, joint, place=(0.0, 0.0, 0.0)):
+def riding(cast, instances, joint, place=(0.0, 0.0, 0.0)):
     """A point that rides on a joint, of every body."""
-    rows = np.arange(len(bodies))
-    return pose_points(cast, bodies, rows, 0 * rows, np.array([place]), np.array([joint]))
+    rows = np.arange(len(instances))
+    return pose_points(cast, instances, rows, 0 * rows, np.array([place]), np.array([joint]))
 
 
-@pytest.mark.parametrize("pace", [SHORTEST, 1.0])
+@pytest.mark.parametrize("stride_factor", [MIN_STRIDE_FACTOR, 1.0])
 @pytest.mark.parametrize("gradient", [0.0, 0.03, 0.10, 0.20])
-def test_feet_stand_on_slopes_at_any_stride(gradient, pace):
-    who = walkers((someone(),), 0)[0]
-    cast, count = Cast.of((who,)), 120
+def test_feet_stand_on_slopes_at_any_stride(gradient, stride_factor):
+    who = walking_people((someone(),), 0)[0]
+    cast, count = PoseTables.of((who,)), 120
     phase = np.arange(count) / count
     for uphill in (0.0, 2.0, 4.0):
         slope = gradient * np.array((np.cos(uphill), np.sin(uphill)))
-        bodies = on_the_spot(cast, phase, slope, pace)
+        instances = on_the_spot(cast, phase, slope, stride_factor)
         normal = np.array((*-slope, 1.0)) / np.sqrt(1 + gradient**2)
         for side, late in (("left", 0.0), ("right", 0.5)):
             ankle = who.rig.row(f"{side} ankle")
-            own, gaps, contacts = (phase - late) % 1, [], contacts_of(who, ankle)
+            own, gaps, contacts = (phase - late) % 1, [], heel_and_ball(who, ankle)
             for x, z, radius in contacts:
-                point = riding(cast, bodies, ankle, (x, 0.0, z))
+                point = riding(cast, instances, ankle, (x, 0.0, z))
                 gaps.append(point @ normal - radius)
             gap = np.minimum(*gaps)
             assert gap.min() > (-0.005 if gradient <= 0.1 else -0.008)
             assert gap[own < 0.62].max() < (0.005 if gradient <= 0.1 else 0.015)
-            point[:, 0] += pace * who.motion.stride * own
+            point[:, 0] += stride_factor * who.motion.stride * own
             stands = (own > 0.09) & (own < 0.6)
             assert np.ptp(point[stands, :2], axis=0).max() < 0.01  # the promise is 0.02
 
 
 def test_bones_keep_their_lengths_on_slopes():
-    who = walkers((someone(),), 0)[0]
+    who = walking_people((someone(),), 0)[0]
     rows = [who.rig.row(f"left {j}") for j in ("hip", "knee", "ankle")]
     count = 40
-    cast = Cast.of((who,))
-    bodies = on_the_spot(cast, np.arange(count) / count, (0.2, -0.1), 0.9)
-    at = [riding(cast, bodies, row) for row in rows]
+    cast = PoseTables.of((who,))
+    instances = on_the_spot(cast, np.arange(count) / count, (0.2, -0.1), 0.9)
+    at = [riding(cast, instances, row) for row in rows]
     for a, b, row in zip(at[:2], at[1:], rows[1:], strict=True):
         assert np.allclose(np.linalg.norm(b - a, axis=1), np.linalg.norm(who.rig.offset[row]))
 
@@ -205,28 +207,28 @@ def test_what_has_no_stride_stays_at_home():
 
 
 def test_a_walker_on_its_circle_skates_by_less_than_two_centimetres():
-    who = walkers((someone(),), 0)[0]
-    motion, gait = who.motion, walk()
-    radius = least_radius(motion, gait.duty, -0.08, 0.1, 0.015)
-    assert slip(gait.duty * motion.stride, -0.08, 0.1, radius) <= 0.015
+    who = walking_people((someone(),), 0)[0]
+    motion, gait = who.motion, walking_gait()
+    radius = min_radius(motion, gait.duty, -0.08, 0.1, 0.015)
+    assert foot_slip(gait.duty * motion.stride, -0.08, 0.1, radius) <= 0.015
     times = np.linspace(0.09, 0.60, 40) * motion.period
-    ball = contacts_of(who, who.rig.row("left ankle")).ball
+    ball = heel_and_ball(who, who.rig.row("left ankle")).ball
     feet = []
     for t in times:
         one = (np.zeros(1), np.array([False]), np.zeros(1))
         w = patrol(radius, *one, np.array([motion.stride]), np.array([motion.period]), float(t))
-        cast, here = Cast.of((who,)), (w.cos, w.sin, np.zeros(1, np.int64), w.phase)
-        bodies = bodies_on(cast, lambda xy: np.zeros(len(xy)), w.offset, *here, np.ones(1))
+        cast, here = PoseTables.of((who,)), (w.cos, w.sin, np.zeros(1, np.int64), w.phase)
+        instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), w.offset, *here, np.ones(1))
         ankle = who.rig.row("left ankle")
-        feet.append(riding(cast, bodies, ankle, (ball[0], 0.0, ball[1]))[0, :2])
+        feet.append(riding(cast, instances, ankle, (ball[0], 0.0, ball[1]))[0, :2])
     feet = np.array(feet)
     assert np.linalg.norm(feet[:, None] - feet[None], axis=-1).max() < 0.02
 
 
 def test_everyone_has_a_stride_of_their_own():
     u = np.linspace(0, 1, 11)
-    stride, period = paces(u)
-    assert stride[0] == SHORTEST
+    stride, period = stride_factors(u)
+    assert stride[0] == MIN_STRIDE_FACTOR
     assert stride[-1] == period[-1] == 1
     assert np.all(np.diff(stride) > 0)
     assert np.all(np.diff(period) < 0)  # shorter steps are quicker ones
@@ -238,16 +240,18 @@ def test_everyone_has_a_stride_of_their_own():
 def test_no_ground_and_no_stride_exceed_R_or_B(name):
     """On ground rougher than any: every height drawn by itself."""
     who = (
-        walkers((someone(name == "child"),), 0)[0] if name in ("person", "child") else animal(name)
+        walking_people((someone(name == "child"),), 0)[0]
+        if name in ("person", "child")
+        else animal(name)
     )
-    cast, rng, count, h = Cast.of((who,)), np.random.default_rng(4), 60, who.hierarchy
+    cast, rng, count, h = PoseTables.of((who,)), np.random.default_rng(4), 60, who.hierarchy
     here = np.zeros((count, 2)), np.ones(count), np.zeros(count), np.zeros(count, np.int64)
-    drawn = rng.random(count), rng.uniform(SHORTEST, 1, count)
-    bodies = bodies_on(cast, lambda xy: rng.normal(0, 50, len(xy)), *here, *drawn)
+    drawn = rng.random(count), rng.uniform(MIN_STRIDE_FACTOR, 1, count)
+    instances = place_on_ground(cast, lambda xy: rng.normal(0, 50, len(xy)), *here, *drawn)
 
     def everywhere(points, joints):
         rows, items = np.divmod(np.arange(count * len(points)), len(points))
-        at = pose_points(cast, bodies, rows, items, points, joints)
+        at = pose_points(cast, instances, rows, items, points, joints)
         return at.reshape(count, len(points), 3)
 
     origin = everywhere(np.zeros((len(h), 3)), who.joint)
@@ -268,13 +272,13 @@ def test_no_ground_and_no_stride_exceed_R_or_B(name):
 
 
 def test_slerp_is_even_and_takes_the_short_way():
-    a, b = turns_of(np.zeros((1, 3))), turns_of(np.array([[0.0, 0.0, 80.0]]))
+    a, b = from_euler(np.zeros((1, 3))), from_euler(np.array([[0.0, 0.0, 80.0]]))
     for share in (0.0, 0.25, 0.5, 1.0):
         for end in (b, -b):
-            assert degrees_of(slerp(a, end, share))[0, 2] == pytest.approx(80 * share)
+            assert to_euler(slerp(a, end, share))[0, 2] == pytest.approx(80 * share)
 
 
 def test_a_still_thing_does_not_move():
     who = someone()
-    quiet = who.moving(still(who.rig))
-    assert np.allclose(quiet.walking(0.7).leaf.start, who.posed().leaf.start)
+    quiet = who.with_motion(rest_motion(who.rig))
+    assert np.allclose(quiet.at_phase(0.7).leaf.start, who.posed().leaf.start)

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.gait.contact_errors import cycle, lowest, slide
+from scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
 from scenes.models.animals.catalogue import KINDS, animal, kind_named, parts_of_kind
-from scenes.models.people.people import rigged_people
-from scenes.rig.foot_placement import bodies_on
+from scenes.models.people.people import people_at_rest
+from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import Cast
-from scenes.rig.rotations import degrees_of, matrices
+from scenes.rig.pose_tables import PoseTables
+from scenes.rig.rotations import matrices, to_euler
 
 WALKERS = [name for name, kind in KINDS.items() if kind.gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]
@@ -17,8 +17,8 @@ LIVING = ["rabbit", "giraffe", "ostrich"]
 @pytest.mark.parametrize("name", KINDS)
 def test_no_joint_goes_beyond_its_limits(name):
     it = animal(name)
-    seen = cycle(it)
-    assert it.rig.beyond(seen.turns).max() < 1e-6
+    seen = sample_cycle(it)
+    assert it.rig.limit_excess(seen.rotations).max() < 1e-6
     assert np.all(it.motion.shift >= it.rig.shift_low - 1e-12)
     assert np.all(it.motion.shift <= it.rig.shift_high + 1e-12)
 
@@ -26,21 +26,21 @@ def test_no_joint_goes_beyond_its_limits(name):
 @pytest.mark.parametrize("name", WALKERS)
 def test_feet_stay_where_they_stand(name):
     it, gait = animal(name), KINDS[name].gait
-    seen, height = cycle(it), it.rig.frames()[0][0, 2]
-    assert slide(it, gait, seen) < min(0.02, 0.02 * height)
-    assert lowest(it, seen).min() > -min(0.01, 0.02 * height)
+    seen, height = sample_cycle(it), it.rig.frames()[0][0, 2]
+    assert foot_slide(it, gait, seen) < min(0.02, 0.02 * height)
+    assert lowest_heights(it, seen).min() > -min(0.01, 0.02 * height)
 
 
 @pytest.mark.parametrize("name", ["giraffe", "ostrich", "insect"])
 def test_walkers_always_stand_on_something(name):
     it = animal(name)
-    seen = cycle(it)
-    assert lowest(it, seen).max() < 0.01 * it.rig.frames()[0][0, 2] + 1e-3
+    seen = sample_cycle(it)
+    assert lowest_heights(it, seen).max() < 0.01 * it.rig.frames()[0][0, 2] + 1e-3
 
 
 def test_a_rabbit_leaves_the_ground():
     it = animal("rabbit")
-    assert lowest(it, cycle(it)).max() > 0.001  # with all four feet
+    assert lowest_heights(it, sample_cycle(it)).max() > 0.001  # with all four feet
 
 
 def test_giraffes_put_down_their_feet_in_lateral_sequence():
@@ -59,7 +59,7 @@ def test_an_insect_walks_on_alternating_tripods():
 def test_sails_go_round_once_a_cycle():
     it = animal("windmill")
     hub = it.rig.row("hub")
-    turned = [degrees_of(it.motion.at(k / 60)[0][hub])[0] for k in range(61)]
+    turned = [to_euler(it.motion.at(k / 60)[0][hub])[0] for k in range(61)]
     assert np.allclose(np.diff(np.unwrap(turned, period=360)), 6.0, atol=1e-6)
     assert it.motion.speed == 0
 
@@ -73,7 +73,7 @@ def test_levels_run_from_blob_to_detail(name):
 
 @pytest.mark.parametrize("name", [*LIVING, "person"])
 def test_parts_of_living_things_shrink_with_depth(name):
-    h = rigged_people(1, 1, 0.0)[0].hierarchy if name == "person" else animal(name).hierarchy
+    h = people_at_rest(1, 1, 0.0)[0].hierarchy if name == "person" else animal(name).hierarchy
     assert np.all(h.P[1:] <= 1.0 * h.P[h.whole[1:]])
 
 
@@ -87,7 +87,7 @@ def test_an_artifact_has_big_bits_tacked_on():
 def test_every_pose_of_the_motion_stays_within_R(name):
     it = animal(name)
     for phase in np.linspace(0, 1, 9):
-        it.walking(float(phase))  # a prototype refuses sticks beyond R
+        it.at_phase(float(phase))  # a prototype refuses sticks beyond R
 
 
 def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
@@ -96,11 +96,11 @@ def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
     for variant, it in enumerate(them):
         n, count = len(it.rig), len(phases)
         rows, joints = np.divmod(np.arange(count * n), n)
-        cast, same = Cast.of(them), (np.zeros((count, 2)), np.ones(count), np.zeros(count))
+        cast, same = PoseTables.of(them), (np.zeros((count, 2)), np.ones(count), np.zeros(count))
         drawn = np.full(count, variant), phases, np.ones(count)
-        bodies = bodies_on(cast, lambda xy: np.zeros(len(xy)), *same, *drawn)
+        instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), *same, *drawn)
         corners = [
-            pose_points(cast, bodies, rows, joints, np.tile(corner, (n, 1)), np.arange(n))
+            pose_points(cast, instances, rows, joints, np.tile(corner, (n, 1)), np.arange(n))
             for corner in np.vstack((np.zeros(3), np.eye(3)))
         ]
         for o, phase in enumerate(phases.tolist()):

@@ -32,8 +32,8 @@ def test_standing_keeps_legs_and_nothing_of_the_walk(model):
     rest = standing(walker)
     assert walker.motion.stride > 0
     assert rest.motion.stride == 0
-    assert len(rest.motion.turns) == 1
-    assert np.array_equal(rest.motion.turns[0], walker.rig.rest)
+    assert len(rest.motion.rotations) == 1
+    assert np.array_equal(rest.motion.rotations[0], walker.rig.rest)
     assert not rest.motion.shift.any()
     assert len(rest.motion.feet) >= 2
     assert np.array_equal(rest.motion.feet.legs, walker.motion.feet.legs)
@@ -51,7 +51,7 @@ def test_standing_keeps_legs_and_nothing_of_the_walk(model):
 
 def test_what_does_not_walk_goes_on_as_it_does():
     (mill,) = made("windmill", 1, (1.0,), walks=False)
-    assert len(mill.motion.turns) > 1
+    assert len(mill.motion.rotations) > 1
     assert standing(mill) is mill
 
 
@@ -93,4 +93,6 @@ def test_people_walk_each_in_a_way_of_their_own():
     assert len(set(speeds)) == 3
     assert all(0.5 < speed < 2.2 for speed in speeds)
     first, _ = made("figure", 2, (1.0,), walks=True)
-    assert np.array_equal(first.motion.turns, them[0].motion.turns)  # the k-th is itself alone
+    assert np.array_equal(
+        first.motion.rotations, them[0].motion.rotations
+    )  # the k-th is itself alone

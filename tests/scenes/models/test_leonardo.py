@@ -16,7 +16,7 @@ from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import KINDS, animal, parts_of_kind
 from scenes.models.catalogue import standing
-from scenes.models.people.people import human, rigged_people
+from scenes.models.people.people import human_anatomy, people_at_rest
 from scenes.rig.build import part_names
 from scenes.sticks.outline_area import largest_area
 
@@ -43,7 +43,7 @@ class Plain:
 def one(name):
     """The object at rest, and the names of its parts."""
     if name in PEOPLE:
-        return rigged_people(0, 1, PEOPLE[name])[0], part_names(human())
+        return people_at_rest(0, 1, PEOPLE[name])[0], part_names(human_anatomy())
     return animal(name), parts_of_kind(name)
 
 

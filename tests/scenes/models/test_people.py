@@ -5,20 +5,20 @@ import pytest
 
 from lod.errors import InputError
 from lod.metric.family import METRICS, limit_distances
-from scenes.models.people.figure import figure_prototypes
-from scenes.models.people.people import human
+from scenes.models.people.figure import standing_people
+from scenes.models.people.people import human_anatomy
 from scenes.models.people.skeleton import SIDE_JOINTS, TRUNK_JOINTS
 from scenes.rig.build import part_names
 from scenes.sticks.outline_area import mean_area
 from scenes.sticks.table import StickTable
 
-NAMES = list(part_names(human()))
+NAMES = list(part_names(human_anatomy()))
 ROW = {name: row for row, name in enumerate(NAMES)}
 
 
 @pytest.fixture(scope="module")
 def people():
-    return figure_prototypes(1, 4)
+    return standing_people(1, 4)
 
 
 def stature(p):
@@ -228,22 +228,22 @@ def has_body(name):
 
 class TestChance:
     def test_same_seed_same_people(self):
-        figure_prototypes.cache_clear()
-        first = figure_prototypes(5, 2)
-        figure_prototypes.cache_clear()
-        for p, q in zip(first, figure_prototypes(5, 2), strict=True):
+        standing_people.cache_clear()
+        first = standing_people(5, 2)
+        standing_people.cache_clear()
+        for p, q in zip(first, standing_people(5, 2), strict=True):
             assert p.leaf.start.tobytes() == q.leaf.start.tobytes()
             assert p.hierarchy.P.tobytes() == q.hierarchy.P.tobytes()
             assert p.tints.tobytes() == q.tints.tobytes()
 
     def test_a_person_does_not_depend_on_how_many_there_are(self, people):
-        assert figure_prototypes(1, 1)[0].hierarchy.P.tobytes() == people[0].hierarchy.P.tobytes()
+        assert standing_people(1, 1)[0].hierarchy.P.tobytes() == people[0].hierarchy.P.tobytes()
 
     def test_other_seeds_and_other_numbers_differ(self, people):
-        everyone = (*people, *figure_prototypes(2, 2))
+        everyone = (*people, *standing_people(2, 2))
         assert len({stature(p) for p in everyone}) == len(everyone)
         assert len({p.tints.tobytes() for p in everyone}) > 1
 
     def test_none_at_all(self):
         with pytest.raises(InputError, match="at least one"):
-            figure_prototypes(1, 0)
+            standing_people(1, 0)

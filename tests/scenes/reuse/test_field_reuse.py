@@ -13,7 +13,7 @@ from lod.pruning.pruner import prune
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
 from scenes.reuse.field_reuse import FARTHEST_WALKING_M, cut_after
-from scenes.rig.height_bound import lift, pace_most, rise_of
+from scenes.rig.height_bound import height_bound, max_rise, max_speed
 from scenes.world.world import build_world, view_at
 
 COLUMNS = ("object", "part", "level", "whole")
@@ -45,7 +45,7 @@ def same(field, view, before):
     drawn, also = (each.parts.state for each in (cut, read))
     assert np.array_equal(drawn.draws.u, also.draws.u)
     for name in ("origin", "cos", "sin", "phase", "feet"):
-        assert np.array_equal(getattr(drawn.bodies, name), getattr(also.bodies, name)), name
+        assert np.array_equal(getattr(drawn.instances, name), getattr(also.instances, name)), name
     return hold
 
 
@@ -116,12 +116,12 @@ def test_nobody_rises_further_than_is_said(name):
     for field in (each for each in world.fields if each.species.patrol_m):
         ranks = np.arange(-12, 12)
         x, y = (each.ravel() for each in np.meshgrid(ranks, ranks))
-        corner, speed = view.camera.corner, pace_most(field.troupe.rigged)
+        corner, speed = view.camera.corner, max_speed(field.troupe.rigged)
         gone = FARTHEST_WALKING_M / speed
-        most = lift(field.troupe.cast, field.ground, FARTHEST_WALKING_M)
-        first = field.objects(corner, x, y, 3.0).bodies.origin
+        most = height_bound(field.troupe.pose_tables, field.ground, FARTHEST_WALKING_M)
+        first = field.objects(corner, x, y, 3.0).instances.origin
         for later in np.linspace(0.05, 1.0, 7) * gone:
-            moved = field.objects(corner, x, y, 3.0 + later).bodies.origin - first
+            moved = field.objects(corner, x, y, 3.0 + later).instances.origin - first
             assert np.abs(moved[:, 2]).max() <= most
             assert np.hypot(moved[:, 0], moved[:, 1]).max() <= speed * later * (1 + 1e-9)
 
@@ -134,7 +134,7 @@ def test_ground_rises_no_further_than_is_said():
         turn = rng.uniform(0, 2 * np.pi, 500)
         there = at + far * np.stack((np.cos(turn), np.sin(turn)), axis=1)
         a, b = (world.terrain.height(view.camera.corner, each) for each in (at, there))
-        assert np.abs(a - b).max() <= rise_of(world.terrain, far)
+        assert np.abs(a - b).max() <= max_rise(world.terrain, far)
 
 
 def test_frames_in_a_row_are_the_frames_alone():

@@ -11,16 +11,16 @@ from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_b
 from lod.errors import InputError
 from lod.rotations import products, rotated
 from scenes.gait.gait import KEYS
-from scenes.models.people.figure import figure_prototypes
-from scenes.models.people.people import child_sizes, human, rigged_people
-from scenes.models.people.walking import walkers
+from scenes.models.people.figure import standing_people
+from scenes.models.people.people import child_sizes, human_anatomy, people_at_rest
+from scenes.models.people.walking import walking_people
 from scenes.rig.build import part_names
-from scenes.rig.foot_placement import bodies_on
+from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points, pose_sticks
-from scenes.rig.pose_tables import Cast
-from scenes.rig.reach_bound import farthest
+from scenes.rig.pose_tables import PoseTables
+from scenes.rig.reach_bound import reach_bound
 from scenes.rig.rig import Rig, RiggedSticks
-from scenes.rig.rotations import degrees_of, inverse, matrices, turns_of
+from scenes.rig.rotations import from_euler, inverse, matrices, to_euler
 from scenes.sticks.outline_area import largest_area
 
 seeds = st.integers(0, 2**32 - 1)
@@ -29,12 +29,12 @@ seeds = st.integers(0, 2**32 - 1)
 def test_turns_are_those_of_scipy():
     rng = np.random.default_rng(1)
     degrees = rng.uniform(-89, 89, (50, 3))
-    turns, v = turns_of(degrees), rng.normal(size=(50, 3))
+    turns, v = from_euler(degrees), rng.normal(size=(50, 3))
     theirs = Rotation.from_euler("xyz", degrees, degrees=True)
     assert np.allclose(np.abs((turns * theirs.as_quat()).sum(axis=1)), 1, atol=1e-12)
     assert np.allclose(rotated(turns, v), theirs.apply(v), atol=1e-12)
     assert np.allclose(matrices(turns), theirs.as_matrix(), atol=1e-12)
-    assert np.allclose(degrees_of(turns), degrees, atol=1e-9)
+    assert np.allclose(to_euler(turns), degrees, atol=1e-9)
     assert np.allclose(matrices(products(turns, turns[::-1])), (theirs * theirs[::-1]).as_matrix())
     assert np.allclose(products(turns, inverse(turns)), (0, 0, 0, 1), atol=1e-12)
 
@@ -45,7 +45,7 @@ def chain(rng, joints):
     high = low + rng.uniform(0, 120, (joints, 3)) * (rng.random((joints, 3)) < 0.7)
     names = tuple(f"joint {k}" for k in range(joints))
     offset, none = rng.normal(0, 0.3, (joints, 3)), np.zeros(3)
-    rest = turns_of(low + 0.5 * (high - low))
+    rest = from_euler(low + 0.5 * (high - low))
     return Rig(names, np.arange(joints) - 1, offset, rest, low, high, none, none)
 
 
@@ -54,7 +54,7 @@ def chain(rng, joints):
 def test_reach_is_never_exceeded(seed, joints):
     rng = np.random.default_rng(seed)
     rig, point = chain(rng, joints), rng.normal(0, 0.3, (1, 3))
-    bound = farthest(rig, 0, np.array([joints - 1]), point, np.array([0.05]))
+    bound = reach_bound(rig, 0, np.array([joints - 1]), point, np.array([0.05]))
     origin, turn = rig.frames(rig.random_turns(rng, 500))
     at = origin[:, -1] + rotated(turn[:, -1], np.broadcast_to(point, (500, 3)))
     assert np.linalg.norm(at - origin[:, 0], axis=1).max() + 0.05 <= bound
@@ -64,12 +64,12 @@ def test_reach_is_never_exceeded(seed, joints):
 def test_reach_is_reached_within_a_few_per_cent(joints):
     rng = np.random.default_rng(joints)
     rig, point = chain(rng, joints), rng.normal(0, 0.3, (1, 3))
-    bound = farthest(rig, 0, np.array([joints - 1]), point, np.zeros(1))
+    bound = reach_bound(rig, 0, np.array([joints - 1]), point, np.zeros(1))
 
     def away(angles):
         x = point[0]
         for offset, turn in zip(
-            rig.offset[:0:-1], turns_of(angles.reshape(-1, 3))[:0:-1], strict=True
+            rig.offset[:0:-1], from_euler(angles.reshape(-1, 3))[:0:-1], strict=True
         ):
             x = offset + rotated(turn, x)
         return -np.linalg.norm(x)
@@ -81,16 +81,16 @@ def test_reach_is_reached_within_a_few_per_cent(joints):
 
 
 def test_reach_of_what_does_not_ride_on_the_joint():
-    who = rigged_people(0, 1, 0.0)[0]
+    who = people_at_rest(0, 1, 0.0)[0]
     rng = np.random.default_rng(0)
     rig, hand, head = who.rig, who.rig.row("left wrist"), who.rig.row("head")
-    bound = farthest(rig, hand, np.array([head]), np.zeros((1, 3)), np.zeros(1))
+    bound = reach_bound(rig, hand, np.array([head]), np.zeros((1, 3)), np.zeros(1))
     origin, _ = rig.frames(rig.random_turns(rng, 2000))
     assert np.linalg.norm(origin[:, hand] - origin[:, head], axis=1).max() <= bound
 
 
 def people():
-    return rigged_people(5, 3, 0.5)
+    return people_at_rest(5, 3, 0.5)
 
 
 def reaches(who, poses):
@@ -145,11 +145,11 @@ def test_R_is_reached_within_ten_per_cent_by_some_pose():
     poses = rig.random_turns(rng, 1500)
     best, _, _ = reaches(who, poses)
     for part in np.flatnonzero(best < 0.9 * who.hierarchy.R):
-        angles, score = degrees_of(rig.rest), 0.0
+        angles, score = to_euler(rig.rest), 0.0
         for step in range(60):  # a climb: tries scattered about the best so far, ever closer
             width = 90.0 * 0.94**step
             tries = np.clip(angles + rng.normal(0, width, (40, *angles.shape)), rig.low, rig.high)
-            scores = [reaches(who, turns_of(one[None]))[0][part] for one in tries[:4]]
+            scores = [reaches(who, from_euler(one[None]))[0][part] for one in tries[:4]]
             if max(scores) > score:
                 score, angles = max(scores), tries[int(np.argmax(scores))]
         best[part] = max(best[part], score)
@@ -159,7 +159,7 @@ def test_R_is_reached_within_ten_per_cent_by_some_pose():
 def test_P_is_not_exceeded_and_is_reached_in_allowed_poses():
     for who in people()[:2]:
         best = np.zeros(len(who.hierarchy))
-        straight = turns_of(np.clip(0.0, who.rig.low, who.rig.high))
+        straight = from_euler(np.clip(0.0, who.rig.low, who.rig.high))
         for poses in (straight, *who.rig.random_turns(np.random.default_rng(2), 12)):
             best = np.maximum(best, largest_area(who.leaf.posed(*who.rig.frames(poses))))
         assert np.all(np.sqrt(best) <= 1.01 * who.hierarchy.P)
@@ -167,7 +167,7 @@ def test_P_is_not_exceeded_and_is_reached_in_allowed_poses():
 
 
 def test_at_rest_it_is_the_standing_figure():
-    mine, theirs = rigged_people(3, 2, 0.0), figure_prototypes(3, 2)
+    mine, theirs = people_at_rest(3, 2, 0.0), standing_people(3, 2)
     for a, b in zip(mine, theirs, strict=True):
         assert np.allclose(a.posed().hierarchy.position, b.hierarchy.position, atol=0.01)
         assert np.allclose(a.hierarchy.P[1:], b.hierarchy.P[1:], rtol=0.02)
@@ -185,7 +185,7 @@ def test_children_have_larger_heads_and_shorter_legs():
 
 
 def test_a_scaled_prototype_is_the_same_one_larger():
-    who = walkers(people()[:1], 1)[0]
+    who = walking_people(people()[:1], 1)[0]
     twice = who.scaled(2.0)
     assert np.allclose(twice.posed().leaf.start, 2 * who.posed().leaf.start)
     assert twice.motion.stride == pytest.approx(2 * who.motion.stride)
@@ -193,74 +193,80 @@ def test_a_scaled_prototype_is_the_same_one_larger():
 
 
 def crowd(count, gradient=0.0, seed=0, on_keys=False):
-    cast = walkers(people(), 2)
+    cast = walking_people(people(), 2)
     rng = np.random.default_rng(seed)
     heading = rng.uniform(0, 2 * np.pi, count)
     slope = rng.uniform(-gradient, gradient, 2)
     places = (rng.normal(0, 10, (count, 2)), np.cos(heading), np.sin(heading))
     variant, phase = rng.integers(0, len(cast), count), rng.uniform(-3, 3, count)
     drawn = variant, np.round(phase * KEYS) / KEYS if on_keys else phase, np.ones(count)
-    return cast, bodies_on(Cast.of(cast), lambda xy: xy @ slope, *places, *drawn)
+    return cast, place_on_ground(PoseTables.of(cast), lambda xy: xy @ slope, *places, *drawn)
 
 
 CORNERS = np.vstack((np.zeros(3), np.eye(3)))
 """A joint's origin and the ends of its axes tell all of its frame."""
 
 
-def corners(cast, bodies, rows, joints):
+def corners(cast, instances, rows, joints):
     """Those points of joints in the frame, (m, 4, 3)."""
     place, on = np.tile(CORNERS, (len(joints), 1)), np.repeat(joints, 4)
     four, points = np.repeat(rows, 4), np.arange(4 * len(joints))
-    return pose_points(Cast.of(cast), bodies, four, points, place, on).reshape(-1, 4, 3)
+    return pose_points(PoseTables.of(cast), instances, four, points, place, on).reshape(-1, 4, 3)
 
 
 def test_the_walk_poses_as_the_rig_does():
-    people, bodies = crowd(6)
+    people, instances = crowd(6)
     rows, joints = np.divmod(np.arange(6 * 40), 40)
-    seen = corners(people, bodies, rows, joints)
+    seen = corners(people, instances, rows, joints)
     for o in range(6):
-        who = people[bodies.variant[o]]
-        at, facing = who.rig.frames(*who.motion.at(float(bodies.phase[o])))
+        who = people[instances.prototype[o]]
+        at, facing = who.rig.frames(*who.motion.at(float(instances.phase[o])))
         heading = Rotation.from_matrix(
-            [[bodies.cos[o], -bodies.sin[o], 0], [bodies.sin[o], bodies.cos[o], 0], [0, 0, 1]]
+            [
+                [instances.cos[o], -instances.sin[o], 0],
+                [instances.sin[o], instances.cos[o], 0],
+                [0, 0, 1],
+            ]
         )
         for k, corner in enumerate(CORNERS):
             theirs = at[:40] + rotated(facing[:40], np.broadcast_to(corner, (40, 3)))
-            mine = seen[rows == o, k] - bodies.origin[o]
+            mine = seen[rows == o, k] - instances.origin[o]
             assert np.allclose(mine, heading.apply(theirs), atol=1e-12)
 
 
 @pytest.mark.parametrize("gradient", [0.0, 0.1])
 def test_posing_does_not_depend_on_order(gradient):
-    people, bodies = crowd(5, gradient)
+    people, instances = crowd(5, gradient)
     rows, joints = np.divmod(np.arange(5 * 50), 50)
     shuffled = np.random.default_rng(3).permutation(len(rows))
-    straight = corners(people, bodies, rows, joints)
-    mixed = corners(people, bodies, rows[shuffled], joints[shuffled])
+    straight = corners(people, instances, rows, joints)
+    mixed = corners(people, instances, rows[shuffled], joints[shuffled])
     assert np.array_equal(straight[shuffled], mixed)
     axes = straight[:, 1:] - straight[:, :1]
     assert np.allclose(axes @ np.swapaxes(axes, 1, 2), np.eye(3), atol=1e-12)
 
 
 def test_sticks_ride_on_their_joints():
-    people, bodies = crowd(4)
+    people, instances = crowd(4)
     who = people[0]
-    bodies = replace(bodies, variant=0 * bodies.variant)
+    instances = replace(instances, prototype=0 * instances.prototype)
     table = who.leaf
     rows, sticks = np.divmod(np.arange(4 * len(table)), len(table))
     columns = (table.start, table.end, table.start_joint, table.end_joint)
-    start, end = pose_sticks(Cast.of(people), bodies, rows, sticks, *columns)
+    start, end = pose_sticks(PoseTables.of(people), instances, rows, sticks, *columns)
     for o in range(4):
-        posed = who.walking(float(bodies.phase[o])).leaf
-        c, s = bodies.cos[o], bodies.sin[o]
+        posed = who.at_phase(float(instances.phase[o])).leaf
+        c, s = instances.cos[o], instances.sin[o]
         heading = np.array(((c, -s, 0), (s, c, 0), (0, 0, 1)))
-        assert np.allclose(start[rows == o], posed.start @ heading.T + bodies.origin[o], atol=1e-12)
-        assert np.allclose(end[rows == o], posed.end @ heading.T + bodies.origin[o], atol=1e-12)
+        assert np.allclose(
+            start[rows == o], posed.start @ heading.T + instances.origin[o], atol=1e-12
+        )
+        assert np.allclose(end[rows == o], posed.end @ heading.T + instances.origin[o], atol=1e-12)
 
 
 def test_a_stick_may_span_joints():
     none = np.zeros(3)
-    turn = turns_of(np.zeros((2, 3)))
+    turn = from_euler(np.zeros((2, 3)))
     rig = Rig(
         ("a", "b"),
         np.array([-1, 0]),
@@ -281,7 +287,7 @@ def test_a_stick_may_span_joints():
         np.array([0]),
         np.array([1]),
     )
-    posed = sticks.posed(*rig.frames(turns_of(np.array(((0.0, 0, 90), (0, 0, 0))))))
+    posed = sticks.posed(*rig.frames(from_euler(np.array(((0.0, 0, 90), (0, 0, 0))))))
     assert np.allclose(posed.start, (1, 0, 0))
     assert np.allclose(posed.end, (0, 0, 0), atol=1e-12)
 
@@ -289,10 +295,10 @@ def test_a_stick_may_span_joints():
 @pytest.mark.parametrize(("on_keys", "most"), [(True, 1e-6), (False, 1e-3)])
 def test_a_slope_changes_poses_little_by_little(on_keys, most):
     """Between keys a leg is posed by its own angles, not by a slerp of them."""
-    people, bodies = crowd(20, 1e-9, on_keys=on_keys)
+    people, instances = crowd(20, 1e-9, on_keys=on_keys)
     _, level = crowd(20, on_keys=on_keys)
     rows, joints = np.divmod(np.arange(20 * 50), 50)
-    near, flat = (corners(people, b, rows, joints) for b in (bodies, level))
+    near, flat = (corners(people, b, rows, joints) for b in (instances, level))
     assert 0 < np.abs(near - flat).max() < most
 
 
@@ -310,16 +316,16 @@ def test_quaternions_and_matrices_place_alike():
 
 
 def test_limits_know_both_ways_to_write_a_turn():
-    rig = rigged_people(0, 1, 0.0)[0].rig
-    angles = degrees_of(rig.rest)
+    rig = people_at_rest(0, 1, 0.0)[0].rig
+    angles = to_euler(rig.rest)
     angles[rig.row("left hip")] = (5, -110, 10)
-    assert rig.beyond(turns_of(angles)).max() < 1e-6
+    assert rig.limit_excess(from_euler(angles)).max() < 1e-6
     angles[rig.row("left hip")] = (5, -130, 10)
-    assert rig.beyond(turns_of(angles))[rig.row("left hip")] == pytest.approx(9, abs=1e-6)
+    assert rig.limit_excess(from_euler(angles))[rig.row("left hip")] == pytest.approx(9, abs=1e-6)
 
 
 def test_bad_rigs_are_refused():
-    rig = rigged_people(0, 1, 0.0)[0].rig
+    rig = people_at_rest(0, 1, 0.0)[0].rig
     whole = {name: getattr(rig, name) for name in rig.__dataclass_fields__}
     for key, value, said in (
         ("parent", np.arange(len(rig)), "after its parent"),
@@ -333,10 +339,10 @@ def test_bad_rigs_are_refused():
     with pytest.raises(InputError, match="one of"):
         rig.row("third elbow")
     with pytest.raises(InputError, match="share"):
-        rigged_people(0, 1, 1.5)
+        people_at_rest(0, 1, 1.5)
 
 
 def test_parts_have_names():
-    names = part_names(human())
+    names = part_names(human_anatomy())
     assert len(names) == len(people()[0].joint) == len(set(names))
     assert names[0] == "person"

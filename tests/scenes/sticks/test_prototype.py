@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.models.people.figure import figure_prototypes
+from scenes.models.people.figure import standing_people
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions, largest_area
 from scenes.sticks.prototype import Prototype, assemble
@@ -54,7 +54,7 @@ def by_themselves(h):
 
 
 def all_prototypes():
-    return (*figure_prototypes(1, 2), *tree_prototypes(1, 1))
+    return (*standing_people(1, 2), *tree_prototypes(1, 1))
 
 
 class TestByHand:

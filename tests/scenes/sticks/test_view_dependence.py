@@ -19,7 +19,7 @@ from scenes.far_cover.stand_appearance import bare_of
 from scenes.field.part_tables import Atlas
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
-from scenes.rig.rigged_prototype import rigid
+from scenes.rig.rigged_prototype import rigid_prototype
 from scenes.sticks.outline_area import directions, largest_area, mean_outline_areas
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.union_area import areas_of_parts
@@ -49,7 +49,7 @@ def tree():
 
 def seen_from(prototype, height, row=0):
     """Sticks that one part shows as a leaf, and the colour of each."""
-    atlas = Atlas.of((rigid(prototype),))
+    atlas = Atlas.of((rigid_prototype(prototype),))
     one = np.ones(1)
     found = atlas.sticks_of(np.array([row]), Look(0 * one, one, height * one))
     return found, atlas.tints[found.tint]
@@ -101,7 +101,7 @@ def test_from_all_sides_alike_tones_are_their_mean():
 def test_shapes_are_as_bright_as_the_species_says_toward_each_side(degrees):
     """Over what they are where all sides are alike."""
     shrub = tree_prototypes(3, 1, SPECIES["shrub"])[0]
-    atlas = Atlas.of((rigid(shrub),))
+    atlas = Atlas.of((rigid_prototype(shrub),))
     limbs = np.flatnonzero(shrub.hierarchy.level == 1)
     one = np.ones(len(limbs))
     turn = np.nan if degrees is None else math.cos(math.radians(degrees))
@@ -132,8 +132,8 @@ def test_shapes_are_thinned_and_darkened_as_the_species_says(tree, degrees):
 def test_between_two_tones_sticks_share_themselves_out(tree):
     """So that many of them are as bright as they should be on average, not in steps."""
     limbs = np.flatnonzero(tree.hierarchy.level == 1)
-    atlas = Atlas.of((rigid(tree),))
-    plain = Atlas.of((rigid(replace(tree, minds=Minds())),))
+    atlas = Atlas.of((rigid_prototype(tree),))
+    plain = Atlas.of((rigid_prototype(replace(tree, minds=Minds())),))
     for degrees in (12.0, 17.0, 23.0):
         rise, one = np.full(len(limbs), math.sin(math.radians(degrees))), np.ones(len(limbs))
         shown = [each.sticks_of(limbs, Look(0 * one, one, rise)) for each in (atlas, plain)]

@@ -29,7 +29,9 @@ def test_positions_are_exact_to_a_micrometre(cell):
             ):
                 there = (int(number) + Fraction(float(draws.u[k, axis]))) * side
                 seen_from = int(first) * Fraction(GRID_M) + Fraction(float(eye[axis]))
-                found = Fraction(float(objects.bodies.origin[k, axis])) - Fraction(float(eye[axis]))
+                found = Fraction(float(objects.instances.origin[k, axis])) - Fraction(
+                    float(eye[axis])
+                )
                 assert abs(found - (there - seen_from)) < Fraction(1, 10**6)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lod.pruning.pruner import prune
-from scenes.models.people.people import human
+from scenes.models.people.people import human_anatomy
 from scenes.models.people.skeleton import FINGERS
 from scenes.preset.load import load_preset
 from scenes.rig.build import part_names
@@ -21,7 +21,7 @@ RIGHT_FINGERS = {f"right {finger} finger" for finger in FINGERS}
 def flight():
     """Names of the displayed parts of the person, frame by frame."""
     preset = load_preset("fly_in")
-    world, names = build_world(preset), part_names(human())
+    world, names = build_world(preset), part_names(human_anatomy())
     (joe,) = world.placed
     cuts = [prune(joe, view_at(world, preset, frame)) for frame in FRAMES]
     return [{names[row] for row in cut.parts.part.tolist()} for cut in cuts]
@@ -30,7 +30,7 @@ def flight():
 def test_the_flight_ends_at_the_right_hand():
     """It fills the middle of the last frame: the hand and its fingers within 15° of the axis."""
     preset = load_preset("fly_in")
-    world, names = build_world(preset), part_names(human())
+    world, names = build_world(preset), part_names(human_anatomy())
     view = view_at(world, preset, FRAMES[-1])
     parts = prune(world.placed[0], view).parts
     at = {names[row]: here for row, here in zip(parts.part, parts.position, strict=True)}
@@ -78,10 +78,10 @@ def test_the_flight_ends_with_all_five_fingers():
 
 @pytest.mark.parametrize("frame", [1, 24, 48])
 def test_every_part_has_its_whole(frame):
-    parts = human().parts | {
+    parts = human_anatomy().parts | {
         f"{side} {name}": part
         for side in ("left", "right")
-        for name, part in human().side_parts.items()
+        for name, part in human_anatomy().side_parts.items()
     }
     shown = flight()[frame - 1]
     for name in shown:

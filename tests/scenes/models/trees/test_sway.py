@@ -19,7 +19,7 @@ from scenes.models.trees.sway import swaying_trees
 from scenes.models.trees.tree import tree_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import turns_of
+from scenes.rig.rotations import from_euler
 from scenes.sticks.prototype import Prototype
 
 KINDS = list(SPECIES)
@@ -48,7 +48,7 @@ def poses(tree, count=6):
     rng = np.random.default_rng(1)
     low, high = tree.rig.low, tree.rig.high
     corners = [np.where(rng.random(low.shape) < 0.5, low, high) for _ in range(count)]
-    return [*tree.rig.random_turns(rng, count), *map(turns_of, (low, high, *corners))]
+    return [*tree.rig.random_turns(rng, count), *map(from_euler, (low, high, *corners))]
 
 
 def test_without_wind_there_are_no_joints():
@@ -117,13 +117,13 @@ def test_it_moves_smoothly_and_comes_back(name):
     period, fps = sways.motion.period, 24.0
     times = np.arange(int(period * fps) + 1) / fps
     tip = sways.hierarchy.position[:, 2].argmax()
-    path = np.array([sways.walking(t / period).hierarchy.position[tip] for t in times[:120]])
+    path = np.array([sways.at_phase(t / period).hierarchy.position[tip] for t in times[:120]])
     step = np.linalg.norm(np.diff(path, axis=0), axis=1)
     jerk = np.linalg.norm(np.diff(path, 2, axis=0), axis=1)
     assert np.ptp(path, axis=0).max() > 0.02 * sways.hierarchy.position[tip, 2]
     assert step.max() < 0.2 * np.ptp(path, axis=0).max()
     assert jerk.max() < 0.3 * step.max()
-    ends = (sways.walking(phase).hierarchy.position[tip] for phase in (0.0, 1.0 - 1e-9))
+    ends = (sways.at_phase(phase).hierarchy.position[tip] for phase in (0.0, 1.0 - 1e-9))
     assert next(ends) == pytest.approx(next(ends), abs=1e-6)
 
 
@@ -132,7 +132,7 @@ def test_it_grows_with_the_square_of_the_wind():
         still, sways = pair("broadleaf", wind)
         away = [
             np.linalg.norm(
-                sways.walking(phase).hierarchy.position - still.hierarchy.position, axis=1
+                sways.at_phase(phase).hierarchy.position - still.hierarchy.position, axis=1
             ).max()
             for phase in np.linspace(0, 1, 20)
         ]
@@ -144,11 +144,11 @@ def test_it_grows_with_the_square_of_the_wind():
 
 def test_every_tree_has_a_phase_and_a_way_of_its_own():
     trees = swaying_trees(3, 2, BROADLEAF, "summer", 8.0)
-    assert not np.array_equal(trees[0].motion.turns[:, 0], trees[1].motion.turns[:, 0])
+    assert not np.array_equal(trees[0].motion.rotations[:, 0], trees[1].motion.rotations[:, 0])
     field = SpeciesField(Species("tree", trees[:1], 2e-4), 5, Plain())
     camera = look(Corner(0, 0), np.array((0.0, 0.0, 1.7)), 0, 0, 60.0, (200, 200))
     roots = field.roots(View(camera, METRICS["blake"], 30.0, look_around=True))
-    phase = roots.state.bodies.phase
+    phase = roots.state.instances.phase
     assert len(np.unique(phase)) == len(phase) > 5
 
 
@@ -161,7 +161,7 @@ def test_the_pruner_sees_it_where_it_is():
     for time in (0.0, 1.7, 100.3):
         cut = prune(tree, replace(view, time_s=time))
         parts = cut.parts
-        there = sways.walking(time / sways.motion.period)
+        there = sways.at_phase(time / sways.motion.period)
         assert parts.position == pytest.approx(there.hierarchy.position[parts.part], abs=1e-9)
         sticks = tree.appearance(parts, looks(cut, view))
         assert sticks.start[:, 2].max() == pytest.approx(there.leaf.start[:, 2].max(), abs=0.3)
@@ -170,5 +170,5 @@ def test_the_pruner_sees_it_where_it_is():
 def test_sizes():
     _, sways = pair("shrub")
     double = sways.scaled(2.0)
-    pose = double.walking(0.3).hierarchy.position
-    assert pose == pytest.approx(2 * sways.walking(0.3).hierarchy.position)
+    pose = double.at_phase(0.3).hierarchy.position
+    assert pose == pytest.approx(2 * sways.at_phase(0.3).hierarchy.position)

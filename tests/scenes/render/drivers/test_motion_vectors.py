@@ -21,7 +21,7 @@ from scenes.render.mitsuba import variants
 from scenes.render.mitsuba.build import use_up
 from scenes.render.pipeline.render import render_frame
 from scenes.rig.pose import pose_points
-from scenes.rig.rotations import between
+from scenes.rig.rotations import shortest_arc
 from scenes.world.world import build_world, view_at
 
 SIZE = (48, 27)
@@ -36,7 +36,7 @@ def test_a_stick_that_turns_and_goes_takes_its_points_along(axis, to, shift, off
         return
     start = np.array([3.0, -2.0, 1.0])
     offset = offset - (offset @ axis) * axis
-    turns, point = between(axis[None], to[None]), start + along * axis + offset
+    turns, point = shortest_arc(axis[None], to[None]), start + along * axis + offset
     moves = np.stack((shift, shift + to - axis))[None]
     expected = start + shift + rotated(turns, (point - start)[None])
     moved = with_stick(point[None], start[None], start[None] + axis, moves)
@@ -185,8 +185,10 @@ def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px
     hits, corner = hit[met], made.camera.corner
     onto = np.concatenate((hits[:, :6], nearest_of_axis(built, hits)), axis=1)
     times = [view_at(world, preset, frame + k).time_s for k in (0, 1)]
-    bodies, rows = [placed._bodies(corner, t) for t in times], np.zeros(len(joints), np.int64)
-    (o0, axes0), (o1, axes1) = (joint_frames(placed.troupe.cast, b, rows, joints) for b in bodies)
+    instances, rows = [placed._bodies(corner, t) for t in times], np.zeros(len(joints), np.int64)
+    (o0, axes0), (o1, axes1) = (
+        joint_frames(placed.troupe.pose_tables, b, rows, joints) for b in instances
+    )
     assert met.sum() > 1000
     for points, allowed in ((onto, 0.01), (hits, error_px)):
         local = np.einsum("nai,ni->na", axes0, points[:, 6:9] - o0)
@@ -197,11 +199,13 @@ def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px
         assert np.linalg.norm(exact - points[:, 6:9], axis=1).max() > 0.005
 
 
-def joint_frames(cast, bodies, rows, joints):
+def joint_frames(pose_tables, instances, rows, joints):
     """Origin (n, 3) and the three axes (n, 3, 3) of joints."""
     all_joints = np.arange(int(joints.max()) + 1)
     origin, *ends = (
-        pose_points(cast, bodies, rows, joints, np.tile(place, (len(all_joints), 1)), all_joints)
+        pose_points(
+            pose_tables, instances, rows, joints, np.tile(place, (len(all_joints), 1)), all_joints
+        )
         for place in np.vstack((np.zeros(3), np.eye(3)))
     )
     return origin, np.stack([end - origin for end in ends], axis=1)

@@ -71,14 +71,14 @@ def test_cell_and_number_find_the_object_where_it_stands(scene):
     shown = made.visible[names.index("figure")].cut
     known = [each for each in identities(world, preset, 1) if each.of == "figure"]
     assert len(known) == len(np.unique(shown.object))
-    bodies = shown.parts.state.bodies
+    instances = shown.parts.state.instances
     first = known[0].object - int(np.unique(shown.object)[0])
     for each in known:
         cell = np.array([each.cell[0]]), np.array([each.cell[1]])
         there = figures.objects(corner, *cell)
         row = np.flatnonzero(there.draws.index == each.index)
         assert len(row) == 1
-        assert np.allclose(there.bodies.origin[row[0]], bodies.origin[each.object - first])
+        assert np.allclose(there.instances.origin[row[0]], instances.origin[each.object - first])
 
 
 def test_keys_differ_in_everything_that_tells_objects_apart():
