@@ -33,7 +33,8 @@ class Motion:
     tilts: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "turns", continuous_signs(np.asarray(self.rotations, np.float64)))
+        keys = np.asarray(self.rotations, np.float64)
+        object.__setattr__(self, "rotations", continuous_signs(keys))
         freeze(self, rotations=np.float64, shift=np.float64)
         _check(self)
 
@@ -96,7 +97,7 @@ def key_phases(keys: int) -> Reals:
 def _check(motion: Motion) -> None:
     keys = len(motion.rotations)
     if motion.rotations.ndim != 3 or keys == 0 or motion.rotations.shape[2] != 4:
-        raise InputError("motion.turns", motion.rotations.shape, "at least one key, (K, j, 4)")
+        raise InputError("motion.rotations", motion.rotations.shape, "at least one key, (K, j, 4)")
     if motion.shift.shape != (keys, 3):
         raise InputError("motion.shift", motion.shift.shape, f"its shape is ({keys}, 3)")
     if not (np.isfinite(motion.rotations).all() and np.isfinite(motion.shift).all()):

@@ -44,7 +44,7 @@ def same(field, view, before):
         assert getattr(cut.parts, name).tobytes() == getattr(read.parts, name).tobytes(), name
     drawn, also = (each.parts.state for each in (cut, read))
     assert np.array_equal(drawn.draws.u, also.draws.u)
-    for name in ("origin", "cos", "sin", "phase", "feet"):
+    for name in ("origin", "cos", "sin", "phase", "foot_contacts"):
         assert np.array_equal(getattr(drawn.instances, name), getattr(also.instances, name)), name
     return hold
 
