@@ -1,4 +1,4 @@
-"""Figures as SVG text with the numbers behind it and a text alternative; the only file that draws.
+"""Plots as SVG text with the numbers behind it and a text alternative; the only file that draws.
 
 Colours are those of Okabe & Ito, "Color Universal Design" (2008), and no two series differ in
 colour alone. Error bars are 95 % intervals of the mean over fields.
@@ -24,7 +24,7 @@ _MOST_MARKS = 13
 """Along a horizontal axis: the names of more would run into each other."""
 
 _STYLE: dict[Any, Any] = {
-    "svg.hashsalt": "lodbench",  # the same figure has the same bytes
+    "svg.hashsalt": "lodbench",  # the same plot has the same bytes
     "svg.fonttype": "path",  # and looks the same on every machine
     "font.size": 11,
     "axes.spines.top": False,
@@ -39,10 +39,10 @@ _STYLE: dict[Any, Any] = {
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A finished figure: SVG text, and in words what it shows for those who do not see it.
+class Plot:
+    """A finished plot: SVG text, and in words what it shows for those who do not see it.
 
-    drawn  the numbers that it shows, none for a figure that is only a picture
+    drawn  the numbers that it shows, none for a plot that is only a picture
     kind   ``law``: counts with their prediction and the ratio of the two; ``ratio``; ``curves``
     axis, scale   what the axes are, and ``log`` or ``linear``; horizontal, vertical
     mark   a value on the horizontal axis that matters, and its name
@@ -88,7 +88,7 @@ def against_law(
     axis: tuple[str, str],
     series: Sequence[Series],
     mark: tuple[float, str] | None = None,
-) -> Figure:
+) -> Plot:
     """Counts on logarithmic axes with the prediction drawn in; measured ÷ predicted below.
 
     ``mark``: a value on the horizontal axis that matters, and its name.
@@ -111,12 +111,12 @@ def against_law(
         _limit_residuals(below, series)
         words, scale = _law_in_words(axis, series), ("log", "log")
         picture = _svg(canvas, name)
-        return Figure(name, title, caption, words, picture, tuple(series), "law", axis, scale, mark)
+        return Plot(name, title, caption, words, picture, tuple(series), "law", axis, scale, mark)
 
 
 def examined_over_displayed(
     name: str, title: str, caption: str, axis: tuple[str, str], series: Sequence[Series]
-) -> Figure:
+) -> Plot:
     """Ratios against a size on a logarithmic axis; ``predicted`` holds what the ratio is over."""
     with mpl.rc_context(_STYLE):
         canvas = Canvas(figsize=(5.4, 3.9))
@@ -135,7 +135,7 @@ def examined_over_displayed(
         ]
         alt = f"Plot of {axis[1]} against {axis[0]}. " + " ".join(words)
         picture, scale = _svg(canvas, name), ("log", "linear")
-        return Figure(name, title, caption, alt, picture, tuple(series), "ratio", axis, scale)
+        return Plot(name, title, caption, alt, picture, tuple(series), "ratio", axis, scale)
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def curves(
     axis: tuple[str, str],
     drawn: Sequence[Curve],
     x_scale: str = "log",
-) -> Figure:
+) -> Plot:
     """Curves with their bands and fitted lines, the vertical axis logarithmic; where there are
     lines, what is over them below.
     """
@@ -198,7 +198,7 @@ def curves(
         axes.tick_params(which="minor", labelleft=_within_a_decade(axes.yaxis))
         axes.legend(loc="best")
         picture, scale = _svg(canvas, name), (x_scale, "log")
-        return Figure(name, title, caption, alt, picture, tuple(drawn), "curves", axis, scale)
+        return Plot(name, title, caption, alt, picture, tuple(drawn), "curves", axis, scale)
 
 
 def _mark_values(axes: Axes, x: list[float]) -> None:
@@ -278,7 +278,7 @@ def _law_in_words(axis: tuple[str, str], series: Sequence[Series]) -> str:
 
 
 def _svg(canvas: Canvas, name: str) -> str:
-    """The figure as an ``svg`` element that scales, with ids that are its own on a page."""
+    """The plot as an ``svg`` element that scales, with ids that are its own on a page."""
     stream = io.StringIO()
     canvas.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     text = stream.getvalue()

@@ -7,10 +7,10 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
-from bench.plots.plot import Figure
+from bench.plots.plot import Plot
 from bench.records.claims import Claim
 from bench.records.embedded_pictures import Pictures
-from bench.report.plotly_specs import numbers, plot
+from bench.report.plotly_specs import numbers, plotly_spec
 from bench.report.words import (
     CLAIM_HEADS,
     GLOSSARY,
@@ -94,7 +94,7 @@ def _open(section: Section) -> str:
 def _section(section: Section) -> str:
     origin = _origin(section)
     tables = [_claims(title, c, origin) for title, c in groups(section.claims).items()]
-    figures = "\n".join(_figure(section, figure) for figure in section.figures)
+    plots = "\n".join(_plot(section, plot) for plot in section.plots)
     pictures = "\n".join(_pictures(section, each) for each in section.pictures)
     limits = "\n".join(f"<li>{_code(limit)}</li>" for limit in section.limits)
     return f"""
@@ -102,7 +102,7 @@ def _section(section: Section) -> str:
 <h2 id="{section.anchor}-title">{escape(section.title)}</h2>
 {_in_short(section)}
 {"".join(tables[:1])}
-<div class="figures">{figures}</div>
+<div class="figures">{plots}</div>
 {pictures}
 {"".join(tables[1:])}
 <h3>What this does not say</h3><ul>{limits}</ul>
@@ -147,27 +147,27 @@ def _name(name: str) -> str:
     return f"<code>{escape(name).replace('/', '/<wbr>').replace('_', '_<wbr>')}</code>"
 
 
-def _figure(section: Section, figure: Figure) -> str:
+def _plot(section: Section, plot: Plot) -> str:
     """The still picture; the plot that takes its place where scripts run; and the numbers."""
-    name, drawn = f"{section.anchor}-{figure.name}", plot(figure)
-    svg = figure.svg.replace("<svg", f'<svg role="img" aria-label="{escape(figure.alt)}"', 1)
-    # Several records may show the same figure: ids stay unique on the page.
-    svg = svg.replace(f"{figure.name}-", f"{name}-")
-    body = f'<figure id="{name}-figure"><h3>{escape(figure.title)}</h3>{svg}'
+    name, drawn = f"{section.anchor}-{plot.name}", plotly_spec(plot)
+    svg = plot.svg.replace("<svg", f'<svg role="img" aria-label="{escape(plot.alt)}"', 1)
+    # Several records may show the same plot: ids stay unique on the page.
+    svg = svg.replace(f"{plot.name}-", f"{name}-")
+    body = f'<figure id="{name}-figure"><h3>{escape(plot.title)}</h3>{svg}'
     if drawn is not None:
-        body = body.replace("<figure", '<figure class="interactive"', 1) + _plot(figure, drawn)
-    return f"{body}<figcaption>{escape(figure.caption)} {_origin(section)}</figcaption></figure>"
+        body = body.replace("<figure", '<figure class="interactive"', 1) + _interactive(plot, drawn)
+    return f"{body}<figcaption>{escape(plot.caption)} {_origin(section)}</figcaption></figure>"
 
 
-def _plot(figure: Figure, drawn: dict[str, object]) -> str:
+def _interactive(plot: Plot, drawn: dict[str, object]) -> str:
     data = _scripted(json.dumps(drawn, ensure_ascii=False, allow_nan=False))
-    label = f"{figure.alt} Arrow keys go from point to point."
+    label = f"{plot.alt} Arrow keys go from point to point."
     return (
         f'<div class="plot" role="group" tabindex="0" aria-label="{escape(label)}" hidden>'
         f'<div aria-hidden="true"></div></div>'
         f'<script type="application/json">{data}</script>'
-        f"<details><summary>Numbers of this figure</summary>"
-        f"{_table(*numbers(figure), label=f'Numbers of: {figure.title}')}</details>"
+        f"<details><summary>Numbers of this plot</summary>"
+        f"{_table(*numbers(plot), label=f'Numbers of: {plot.title}')}</details>"
     )
 
 

@@ -1,4 +1,4 @@
-"""The report as Markdown, its figures as files beside it."""
+"""The report as Markdown, its plots as files beside it."""
 
 from collections.abc import Iterable, Sequence
 
@@ -16,8 +16,8 @@ from bench.report.words import (
     words,
 )
 
-FIGURES = "figures"
-"""Folder of the figures, beside report.md."""
+PLOTS = "plots"
+"""Folder of the plots, beside report.md."""
 
 
 def document(sections: Sequence[Section]) -> str:
@@ -31,7 +31,7 @@ def document(sections: Sequence[Section]) -> str:
 
 def picture_path(section: Section, each: Pictures, number: int) -> str:
     """Where a picture lies, from report.md."""
-    return f"{FIGURES}/{section.anchor}-{each.name}-{number}.webp"
+    return f"{PLOTS}/{section.anchor}-{each.name}-{number}.webp"
 
 
 def _section(section: Section) -> Iterable[str]:
@@ -43,9 +43,9 @@ def _section(section: Section) -> Iterable[str]:
         yield f"### {title}"
         rows = [(f"{MARKS[c.verdict]} {verdict(c)}", *words(c)) for c in claims]
         yield _table(CLAIM_HEADS, rows)
-    for figure in section.figures:
-        path = f"{FIGURES}/{section.anchor}-{figure.name}.svg"
-        yield f"### {figure.title}\n\n![{figure.alt}]({path})\n\n{figure.caption}"
+    for plot in section.plots:
+        path = f"{PLOTS}/{section.anchor}-{plot.name}.svg"
+        yield f"### {plot.title}\n\n![{plot.alt}]({path})\n\n{plot.caption}"
     for each in section.pictures:
         yield f"### {each.title}\n\n{each.caption}"
         paths = [picture_path(section, each, number) for number in range(len(each.layers))]

@@ -1,4 +1,4 @@
-"""Figures as plain data for the page's own plots: what Plotly.js draws, hovers and zooms.
+"""Plots as plain data for the page's own plots: what Plotly.js draws, hovers and zooms.
 
 No two series differ in colour alone: each has a marker of its own, filled or open.
 """
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import ceil, floor, log10
 from typing import Any
 
-from bench.plots.plot import COLOURS, Curve, Figure, Series
+from bench.plots.plot import COLOURS, Curve, Plot, Series
 
 _GREY = "#595959"
 _SYMBOLS = ("circle", "square", "triangle-up", "diamond", "triangle-down", "cross")
@@ -19,17 +19,17 @@ _SMALL = 12
 _NARROWEST = 1.03
 """Ratios are drawn on an axis that reaches at least so far to either side of 1."""
 
-Plot = dict[str, Any]
+Spec = dict[str, Any]
 
 
-def plot(figure: Figure) -> Plot | None:
-    """Traces and layout of a figure; None for one that holds no numbers."""
-    if not figure.drawn:
+def plotly_spec(plot: Plot) -> Spec | None:
+    """Traces and layout of a plot; None for one that holds no numbers."""
+    if not plot.drawn:
         return None
-    if figure.kind == "law":
-        return _law(figure)
-    data, layout = list(_traces(figure)), _layout(figure)
-    below = [_over_line(k, each) for k, each in enumerate(figure.drawn) if isinstance(each, Curve)]
+    if plot.kind == "law":
+        return _law(plot)
+    data, layout = list(_traces(plot)), _layout(plot)
+    below = [_over_line(k, each) for k, each in enumerate(plot.drawn) if isinstance(each, Curve)]
     below = [each for each in below if each["x"]]
     if below:
         data += below
@@ -38,11 +38,11 @@ def plot(figure: Figure) -> Plot | None:
     return {"data": data, "layout": layout}
 
 
-def numbers(figure: Figure) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def numbers(plot: Plot) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """The same points as heads and rows, for those who read rather than look."""
-    x, y = figure.axis
+    x, y = plot.axis
     heads = ("series", x, y, "from", "to", "predicted")
-    return heads, [row for each in figure.drawn for row in _rows(each, figure.kind)]
+    return heads, [row for each in plot.drawn for row in _rows(each, plot.kind)]
 
 
 def _rows(each: Series | Curve, kind: str) -> Iterator[tuple[str, ...]]:
@@ -64,10 +64,10 @@ def _short(value: Any) -> str:
     return value if isinstance(value, str) else f"{float(value):.5g}"
 
 
-def _law(figure: Figure) -> Plot:
+def _law(plot: Plot) -> Spec:
     """Counts above, measured ÷ predicted below, one horizontal axis."""
-    data: list[Plot] = []
-    for number, each in enumerate(figure.drawn):
+    data: list[Spec] = []
+    for number, each in enumerate(plot.drawn):
         assert isinstance(each, Series)
         line = {"color": _GREY, "width": 1.4}
         data.append(
@@ -79,7 +79,7 @@ def _law(figure: Figure) -> Plot:
                 "showlegend": number == 0,
             }
         )
-    for number, each in enumerate(figure.drawn):
+    for number, each in enumerate(plot.drawn):
         assert isinstance(each, Series)
         mark = {"mode": "markers", "marker": _marker(number, 8), "legendgroup": str(number)}
         data.append(
@@ -88,12 +88,12 @@ def _law(figure: Figure) -> Plot:
         below = {**_points(each.label, each.x, each.ratio.tolist()), "yaxis": "y2"}
         below["error_y"] = _bars(each.ratio_half.tolist())
         data.append({**below, **mark, "showlegend": False})
-    layout = _layout(figure)
+    layout = _layout(plot)
     _make_room(layout, "measured ÷<br>predicted")
     return {"data": data, "layout": layout}
 
 
-def _make_room(layout: Plot, below: str) -> None:
+def _make_room(layout: Spec, below: str) -> None:
     """A second panel below, with a line at 1."""
     layout["yaxis"] |= {"domain": [0.34, 1.0]}
     layout["yaxis2"] = {**_GRID, **_title(below), "domain": [0.0, 0.27]}
@@ -103,14 +103,14 @@ def _make_room(layout: Plot, below: str) -> None:
     layout["shapes"] = [*layout.get("shapes", []), _level(1.0)]
 
 
-def _over_line(number: int, curve: Curve) -> Plot:
+def _over_line(number: int, curve: Curve) -> Spec:
     """What a curve is over its line."""
     mark = {"mode": "markers", "marker": _marker(number, 6), "legendgroup": str(number)}
     return {**_points(curve.label, *curve.residuals), **mark, "yaxis": "y2", "showlegend": False}
 
 
-def _traces(figure: Figure) -> Iterator[Plot]:
-    for number, each in enumerate(figure.drawn):
+def _traces(plot: Plot) -> Iterator[Spec]:
+    for number, each in enumerate(plot.drawn):
         marker, colour = _marker(number, 7), COLOURS[number % len(COLOURS)]
         group = {"legendgroup": str(number)}
         if isinstance(each, Series):
@@ -132,12 +132,12 @@ def _traces(figure: Figure) -> Iterator[Plot]:
         yield {**_points(each.label, each.x, each.y), **group, **style}
 
 
-def _edge(x: Iterable[float], y: Iterable[float], group: Plot) -> Plot:
+def _edge(x: Iterable[float], y: Iterable[float], group: Spec) -> Spec:
     quiet = {"mode": "lines", "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False}
     return {"type": "scatter", "x": list(x), "y": list(y), **group, **quiet}
 
 
-def _points(label: str, x: Iterable[float], y: Iterable[float]) -> Plot:
+def _points(label: str, x: Iterable[float], y: Iterable[float]) -> Spec:
     shown = "%{fullData.name}<br>%{x:.4~g}: %{y:.4~g}<extra></extra>"
     return {
         "type": "scatter",
@@ -148,29 +148,29 @@ def _points(label: str, x: Iterable[float], y: Iterable[float]) -> Plot:
     }
 
 
-def _bars(half: Sequence[float]) -> Plot:
+def _bars(half: Sequence[float]) -> Spec:
     return {"type": "data", "array": [float(v) for v in half], "thickness": 1.2, "width": 3}
 
 
-def _marker(number: int, size: int) -> Plot:
+def _marker(number: int, size: int) -> Spec:
     colour = COLOURS[number % len(COLOURS)]
     symbol = _SYMBOLS[number % len(_SYMBOLS)] + ("" if number % 2 == 0 else "-open")
     return {"color": colour, "symbol": symbol, "size": size, "line": {"color": colour, "width": 2}}
 
 
-def _layout(figure: Figure) -> Plot:
-    x_scale, y_scale = figure.scale
-    x = [v for each in figure.drawn for v in each.x]
-    y = [v for each in figure.drawn for v in (each.y if isinstance(each, Curve) else each.measured)]
-    layout: Plot = {
-        "xaxis": {**_GRID, **_title(figure.axis[0]), **_scale(x_scale, x)},
-        "yaxis": {**_GRID, **_title(figure.axis[1]), **_scale(y_scale, y)},
+def _layout(plot: Plot) -> Spec:
+    x_scale, y_scale = plot.scale
+    x = [v for each in plot.drawn for v in each.x]
+    y = [v for each in plot.drawn for v in (each.y if isinstance(each, Curve) else each.measured)]
+    layout: Spec = {
+        "xaxis": {**_GRID, **_title(plot.axis[0]), **_scale(x_scale, x)},
+        "yaxis": {**_GRID, **_title(plot.axis[1]), **_scale(y_scale, y)},
     }
-    if figure.kind == "ratio":
+    if plot.kind == "ratio":
         layout["yaxis"]["rangemode"] = "tozero"
         layout["shapes"] = [_level(1.0) | {"yref": "y"}]
-    if figure.mark:
-        at, name = figure.mark
+    if plot.mark:
+        at, name = plot.mark
         line = {"color": _GREY, "width": 1.2, "dash": "dot"}
         layout["shapes"] = [
             {"type": "line", "x0": at, "x1": at, "y0": 0, "y1": 1, "yref": "paper", "line": line}
@@ -179,11 +179,11 @@ def _layout(figure: Figure) -> Plot:
     return layout
 
 
-def _scale(scale: str, values: Sequence[float]) -> Plot:
+def _scale(scale: str, values: Sequence[float]) -> Spec:
     """On a logarithmic axis of more than a decade and a half, powers of ten alone are named; on a
     shorter one 1, 2 and 5 as well; and what is all the same stands in the middle.
     """
-    chosen: Plot = {"type": scale, "exponentformat": "power", "automargin": True}
+    chosen: Spec = {"type": scale, "exponentformat": "power", "automargin": True}
     low, high = min(values), max(values)
     if scale != "log" or low <= 0:
         return chosen
@@ -196,13 +196,13 @@ def _scale(scale: str, values: Sequence[float]) -> Plot:
     return chosen | {"exponentformat": "none"}
 
 
-def _about_one(values: Sequence[float]) -> Plot:
+def _about_one(values: Sequence[float]) -> Spec:
     """A logarithmic range about 1 that holds them, and is never so narrow that noise fills it."""
     reach = max(log10(_NARROWEST), 1.1 * max(abs(log10(v)) for v in values))
     return {"range": [-reach, reach]}
 
 
-def _named(low: float, high: float) -> Plot:
+def _named(low: float, high: float) -> Spec:
     """Marks at every digit of the powers of ten about a range, with names at 1, 2 and 5."""
     powers = range(floor(log10(low)) - 1, ceil(log10(high)) + 1)
     marks = [(digit, power) for power in powers for digit in range(1, 10)]
@@ -218,17 +218,17 @@ def _plain(digit: int, power: int) -> str:
     return f"{digit}×10<sup>{str(power).replace('-', '−')}</sup>"
 
 
-def _title(text: str) -> Plot:
+def _title(text: str) -> Spec:
     return {"title": {"text": text}}
 
 
-def _level(y: float) -> Plot:
+def _level(y: float) -> Spec:
     line = {"color": _GREY, "width": 1.2}
     ends = {"x0": 0, "x1": 1, "xref": "paper", "y0": y, "y1": y, "yref": "y2"}
     return {"type": "line", **ends, "line": line}
 
 
-def _note(x: float, name: str, scale: str) -> Plot:
+def _note(x: float, name: str, scale: str) -> Spec:
     at = log10(x) if scale == "log" else x
     place = {"x": at, "y": 0, "yref": "y domain", "xanchor": "left", "yanchor": "bottom"}
     return {"text": name, "showarrow": False, **place}

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bench.plots.plot import Figure
+from bench.plots.plot import Plot
 from bench.records.claims import Claim
 from bench.records.embedded_pictures import NOTE, Pictures
 from bench.records.records import Record
@@ -65,7 +65,7 @@ class Section:
     record: Record
     question: str
     claims: tuple[Claim, ...]
-    figures: tuple[Figure, ...]
+    plots: tuple[Plot, ...]
     table: Table
     limits: tuple[str, ...] = ()
     pictures: tuple[Pictures, ...] = ()

@@ -13,7 +13,7 @@ from bench.records.claims import Claim
 from bench.records.embedded_pictures import pictures_of
 from bench.records.records import Record, read_records
 from bench.report.html import page
-from bench.report.markdown import FIGURES, document, picture_path
+from bench.report.markdown import PLOTS, document, picture_path
 from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
 from bench.report.words import Section
 from bench.runner.experiment import Experiment
@@ -21,7 +21,7 @@ from lod.errors import InputError
 
 
 def write_report(folder: Path) -> tuple[Path, Path]:
-    """Write report.html, report.md and the figures beside it; give the paths of the two.
+    """Write report.html, report.md and the plots beside it; give the paths of the two.
 
     Raises InputError for a folder without records, or one that cannot be written.
     """
@@ -43,15 +43,15 @@ def write_report(folder: Path) -> tuple[Path, Path]:
 
 
 def _beside(sections: list[Section]) -> dict[str, str | bytes]:
-    """What stands beside the page: figures, pictures and numbers, by their names."""
+    """What stands beside the page: plots, pictures and numbers, by their names."""
     files: dict[str, str | bytes] = {
         "claims.csv": claims_csv(sections),
         "claims.json": claims_json(sections),
     }
     for section in sections:
         files[f"{TABLES}/{section.anchor}.csv"] = points_csv(section)
-        for figure in section.figures:
-            files[f"{FIGURES}/{section.anchor}-{figure.name}.svg"] = figure.svg
+        for plot in section.plots:
+            files[f"{PLOTS}/{section.anchor}-{plot.name}.svg"] = plot.svg
         for each in section.pictures:
             for number, (_, data) in enumerate(each.layers):
                 files[picture_path(section, each, number)] = base64.b64decode(data)
@@ -86,7 +86,7 @@ def _section(record: Record) -> Section:
         record,
         experiment.question,
         judged.claims,
-        experiment.figures(judged),
+        experiment.plots(judged),
         experiment.table(judged),
         experiment.limits,
         pictures_of(record),

@@ -48,7 +48,7 @@ class Experiment:
     about: str
     question: str
     run: Run
-    figures: Callable[["bench.records.records.Record"], tuple["bench.plots.plot.Figure", ...]]
+    plots: Callable[["bench.records.records.Record"], tuple["bench.plots.plot.Plot", ...]]
     table: Callable[["bench.records.records.Record"], Table]
     limits: tuple[str, ...]
     judge: Callable[["bench.records.records.Record"], tuple["bench.records.claims.Claim", ...]]

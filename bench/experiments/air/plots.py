@@ -4,7 +4,7 @@ import numpy as np
 
 from bench.experiments.air.claims import SKY, label
 from bench.experiments.air.targets import DISTANCES
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 from bench.statistics.estimates import mean
 from lod.atmosphere.air import Air, rgb_extinction
@@ -13,7 +13,7 @@ _VISIBILITY_M = 5e3
 """Of the targets that are drawn."""
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """Contrast of black targets in green; then the meadow against the medium."""
     return _contrast(record), _brightness(record)
 
@@ -42,7 +42,7 @@ def _share(point: Point, kind: str) -> float:
     return float(np.mean(np.array(point.samples[kind], np.float64) / medium))
 
 
-def _contrast(record: Record) -> Figure:
+def _contrast(record: Record) -> Plot:
     drawn = []
     for point in record.points:
         if point.case["what"] != "targets" or point.case["visibility"] != _VISIBILITY_M:
@@ -65,7 +65,7 @@ def _contrast(record: Record) -> Figure:
     return curves("contrast", "Contrast in haze", caption, caption, axis, drawn, "linear")
 
 
-def _brightness(record: Record) -> Figure:
+def _brightness(record: Record) -> Plot:
     rows = [p for p in _bands(record) if p.case["from"] != SKY]
     x = [max(p.case["from"], 25.0) for p in rows]
     even = x, [1.0] * len(x)

@@ -4,7 +4,7 @@ import numpy as np
 
 from bench.experiments.colonnade.claims import MIDDLE, columns
 from bench.experiments.colonnade.scene import image_width
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 _AXIS = "place of the column, to the right of the axis (m)"
@@ -12,7 +12,7 @@ _LEAST = 1e-4
 """Errors of nothing are drawn here, for the axis is logarithmic."""
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """Sizes; then errors at 8 px by both metrics, and by depth with as many parts."""
     return _sizes(record), _errors(record)
 
@@ -38,7 +38,7 @@ def _mean(point: Point, name: str) -> float:
     return float(np.mean(point.samples[name]))
 
 
-def _sizes(record: Record) -> Figure:
+def _sizes(record: Record) -> Plot:
     row = columns(record.points, ("blake", 8.0))
     x = [point.case["aside"] for point in row]
     names = {
@@ -62,7 +62,7 @@ def _sizes(record: Record) -> Figure:
     return curves("sizes", "Leonardo's columns", caption, caption, axis, drawn, "linear")
 
 
-def _errors(record: Record) -> Figure:
+def _errors(record: Record) -> Plot:
     drawn = []
     for which in (("blake", 8.0), ("depth", 8.0), ("depth", 12.0)):
         row = columns(record.points, which)

@@ -3,11 +3,11 @@
 import numpy as np
 
 from bench.experiments.cost.claims import STAGES, frame_us
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Record
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """Every stage of every warm frame."""
     frames = record.points[0]
     count = len(frames.samples["prune"])

@@ -2,18 +2,18 @@
 
 from bench.experiments.cover.claims import TOLERANCE, band_name, bands, room, same_rays, tone
 from bench.experiments.cover.scene import LOOKS
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 _AIR = {"preset": "the preset's air", "clear": "clear air"}
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """One of each look, in clear air: haze hides what it shows."""
-    return tuple(_figure(record, look) for look in LOOKS)
+    return tuple(_plot(record, look) for look in LOOKS)
 
 
-def _figure(record: Record, look: str) -> Figure:
+def _plot(record: Record, look: str) -> Plot:
     mine = [p for p in record.points if p.case["look"] == look and p.case["air"] == "clear"]
     drawn = [_curve(point) for point in mine]
     words = "; ".join(f"{c.label}: {', '.join(f'{y:.3f}' for y in c.y)}" for c in drawn)

@@ -1,14 +1,14 @@
 """What the depth experiment shows: surfaces pierced against the world's size, and a table."""
 
 from bench.experiments.depth.claims import METRICS_TRIED, QUADRANTS, total
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 from bench.statistics.estimates import mean
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """One: pruned and unpruned."""
     rays = QUADRANTS * record.notes["rays_in_a_quadrant"]
     drawn = []

@@ -2,7 +2,7 @@
 
 from bench.experiments.eye.claims import VIEWERS, by_species
 from bench.fields.part_sizes import law_total, total
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 _AXIS = "pixels per degree of sight", "share of the parts that is left"
@@ -14,9 +14,9 @@ _LABELS = {
 }
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
-    """A figure for each species."""
-    return tuple(_figure(record, *each) for each in by_species(record.points).items())
+def plots(record: Record) -> tuple[Plot, ...]:
+    """A plot for each species."""
+    return tuple(_plot(record, *each) for each in by_species(record.points).items())
 
 
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -53,7 +53,7 @@ def _left(point: Point, viewer: str) -> tuple[float, float]:
     return measured_share, law_total(point, viewer) / law_total(point, "ideal")
 
 
-def _figure(record: Record, species: str, points: list[Point]) -> Figure:
+def _plot(record: Record, species: str, points: list[Point]) -> Plot:
     drawn = []
     for viewer in VIEWERS:
         x = [point.case["pixels_per_degree"] for point in points]

@@ -20,7 +20,7 @@ from bench.experiments.fidelity.timing import (
     seconds,
     timed,
 )
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 from bench.report.words import four
 from bench.runner.experiment import Table
@@ -35,11 +35,11 @@ _LEAST = 1e-5
 """Errors of nothing are drawn here, for the axis is logarithmic."""
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """Of each view: excess FLIP against detail, parts, time and memory."""
     made = []
     for view, points in by_view(record.points).items():
-        made += [_figure(view, points, "detail"), _figure(view, points, "parts")]
+        made += [_plot(view, points, "detail"), _plot(view, points, "parts")]
         if timed(points):
             made += [_by_time(view, points), _by_memory(view, points)]
     return tuple(made)
@@ -107,7 +107,7 @@ def _row(point: Point, view: Sequence[Point]) -> tuple[str, ...]:
     return (*place, *held, "", "", *flip, *errors, *likeness)
 
 
-def _figure(view: str, points: list[Point], against: str) -> Figure:
+def _plot(view: str, points: list[Point], against: str) -> Plot:
     rows = {metric: curve(points, metric) for metric in metrics_of(points)}
     drawn = [_curve(metric, [(_x(p, against), p) for p in row]) for metric, row in rows.items()]
     at = "detail threshold τ (px)" if against == "detail" else "parts displayed"
@@ -119,7 +119,7 @@ def _figure(view: str, points: list[Point], against: str) -> Figure:
     return _drawn(view, points, against, (at, _ERROR), caption, drawn)
 
 
-def _by_time(view: str, points: list[Point]) -> Figure:
+def _by_time(view: str, points: list[Point]) -> Plot:
     """Error against a frame's time; the unpruned frame's beside it."""
 
     def time(point: Point) -> float:
@@ -143,7 +143,7 @@ def _by_time(view: str, points: list[Point]) -> Figure:
     return _drawn(view, points, "time", axis, caption, _against_whole(points, time))
 
 
-def _by_memory(view: str, points: list[Point]) -> Figure:
+def _by_memory(view: str, points: list[Point]) -> Plot:
     """Error against the memory of a frame; the unpruned frame's beside it."""
     least = min(megabytes(p) for p in _frames(points))
     caption = (
@@ -165,8 +165,8 @@ def _drawn(
     caption: str,
     drawn: list[Curve],
     x_scale: str = "log",
-) -> Figure:
-    """A figure of a view with the noise floor in it."""
+) -> Plot:
+    """A plot of a view with the noise floor in it."""
     x = [value for each in drawn for value in each.x]
     floor = Curve("noise floor", [min(x), max(x)], [_floor(points)] * 2)
     name = f"fidelity-{view.replace(' ', '-')}-{against}"

@@ -6,7 +6,7 @@ from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON
 from bench.experiments.figure.claims import Counted, counted, no_smaller, readings, sized
 from bench.experiments.figure.fit import halves, line
 from bench.experiments.figure.part_counts import UM_PER_M
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.claims import Claim
 from bench.records.records import Record
 from bench.report.words import four, measured
@@ -18,13 +18,13 @@ _BAND = 5, 95
 _AXIS = "distance of the eye (m)", "parts displayed"
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """Parts against distance for every kind and detail; then sizes against level."""
     by_look: dict[tuple[str, float], list[Counted]] = {}
     for curve in counted(record.points):
         by_look.setdefault((curve.kind, curve.detail), []).append(curve)
-    made = [_parts_figure(record, kind, group) for (kind, _), group in by_look.items()]
-    return (*made, _sizes_figure(record))
+    made = [_parts_plot(record, kind, group) for (kind, _), group in by_look.items()]
+    return (*made, _sizes_plot(record))
 
 
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -55,7 +55,7 @@ def _name(curve: Counted, reading: str) -> str:
     return f"{curve.metric}/{curve.kind}/{reading}"
 
 
-def _parts_figure(record: Record, kind: str, group: list[Counted]) -> Figure:
+def _parts_plot(record: Record, kind: str, group: list[Counted]) -> Plot:
     exaggerated = group[0].detail == EXAGGERATED_PX
     claims = {claim.name: claim for claim in record.claims}
     told = " ".join(_told(c, claims[_name(c, readings(c)[0][0])]) for c in group)
@@ -107,7 +107,7 @@ def _in_words(curve: Curve) -> str:
     )
 
 
-def _sizes_figure(record: Record) -> Figure:
+def _sizes_plot(record: Record) -> Plot:
     drawn, told = [], []
     for kind, sizes in sized(record.points).items():
         levels = range(int(sizes["level"].max()) + 1)

@@ -4,16 +4,16 @@ import numpy as np
 
 from bench.experiments.haze.claims import Kind, by_kind
 from bench.fields.part_sizes import SIZES, law_total, total
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 _AXIS = "visibility V (m)", "share of the parts that is left"
 _VIEWERS = {"nobody": "no eye", "eye": "an eye at 67 pixels per degree"}
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
-    """A figure for each species, viewer and width."""
-    return tuple(_figure(record, kind, points) for kind, points in by_kind(record.points).items())
+def plots(record: Record) -> tuple[Plot, ...]:
+    """A plot for each species, viewer and width."""
+    return tuple(_plot(record, kind, points) for kind, points in by_kind(record.points).items())
 
 
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -49,7 +49,7 @@ def _any(point: Point, size: str) -> bool:
     return law_total(point, "clear", [size]) > 0 and bool(total(point, "clear", [size]).any())
 
 
-def _figure(record: Record, kind: Kind, points: list[Point]) -> Figure:
+def _plot(record: Record, kind: Kind, points: list[Point]) -> Plot:
     species, viewer, width = kind
     drawn = []
     for size in (s for s in SIZES if _any(points[0], s)):

@@ -1,11 +1,11 @@
 """What the motion experiment shows: parts that motion keeps against speed, and a table."""
 
 from bench.experiments.motion.claims import PICTURE, kept, one_sided
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """Pans at one shutter."""
     pans = [p for p in record.points if _is_pan(p)]
     found = [kept(point) for point in pans]

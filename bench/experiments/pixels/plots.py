@@ -3,17 +3,17 @@
 import numpy as np
 
 from bench.experiments.pixels.claims import MOST, ratios
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 _SHARES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 _AXIS = "parts ÷ pixels covered", "share of the objects that have more"
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
-    """A figure for each species and detail: the share of objects beyond each ratio."""
+def plots(record: Record) -> tuple[Plot, ...]:
+    """A plot for each species and detail: the share of objects beyond each ratio."""
     kinds = dict.fromkeys((p.case["species"], p.case["detail"]) for p in record.points)
-    return tuple(_figure(record, species, detail) for species, detail in kinds)
+    return tuple(_plot(record, species, detail) for species, detail in kinds)
 
 
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -29,7 +29,7 @@ def _row(point: Point) -> tuple[str, ...]:
     return *place, *(f"{v:.2f}" for v in numbers)
 
 
-def _figure(record: Record, species: str, detail: float) -> Figure:
+def _plot(record: Record, species: str, detail: float) -> Plot:
     drawn, words = [], []
     for point in record.points:
         if (point.case["species"], point.case["detail"]) != (species, detail):

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 _SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99)
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """How switching distances are spread."""
     points = [p for p in record.points if p.case["what"] == "switches"]
     drawn, words = [], []

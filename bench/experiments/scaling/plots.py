@@ -1,4 +1,4 @@
-"""What the scaling experiment shows: its points as series, figures and tables."""
+"""What the scaling experiment shows: its points as series, plots and tables."""
 
 from collections.abc import Callable, Iterable
 
@@ -8,8 +8,8 @@ from scipy import stats
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims import by_kind, case_of, noise_of, swept
 from bench.experiments.scaling.count_field import COLUMNS
-from bench.experiments.scaling.plots_beyond import beyond_figures, half_beyond
-from bench.plots.plot import Figure, Series, against_law, examined_over_displayed
+from bench.experiments.scaling.plots_beyond import beyond_plots, half_beyond
+from bench.plots.plot import Plot, Series, against_law, examined_over_displayed
 from bench.records.records import Point, Record
 from bench.report.words import claimed, measured
 from bench.statistics.estimates import CONFIDENCE
@@ -36,19 +36,19 @@ Noise = dict[str, float]
 """Of every metric, species and count: variance measured over that which the law predicts."""
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """Every sweep of the default metric, then every metric against its own prediction."""
     kinds, noise = by_kind(record.points), noise_of(record.points)
     made = [
-        _sweep_figure(record, species, sweep, noise)
+        _sweep_plot(record, species, sweep, noise)
         for species, metric in kinds
         if metric == "blake"
         for sweep in _AXES
         if _chosen(record, species, metric, sweep)
     ]
-    made += beyond_figures(record)
-    made += [_law_figure(record, what, noise) for what in ("objects", "parts")]
-    made += [_search_figure(record, what) for what in ("objects", "parts")]
+    made += beyond_plots(record)
+    made += [_law_plot(record, what, noise) for what in ("objects", "parts")]
+    made += [_search_plot(record, what) for what in ("objects", "parts")]
     return tuple(made)
 
 
@@ -94,7 +94,7 @@ def half_interval(point: Point, what: str, noise: Noise) -> float:
     return float(stats.norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance))
 
 
-def _sweep_figure(record: Record, species: str, sweep: str, noise: Noise) -> Figure:
+def _sweep_plot(record: Record, species: str, sweep: str, noise: Noise) -> Plot:
     points = _chosen(record, species, "blake", sweep)
     series = [
         _series(f"{what} displayed", points, what, swept, noise) for what in ("objects", "parts")
@@ -120,7 +120,7 @@ def _caption(record: Record, name: str) -> str:
     )
 
 
-def _law_figure(record: Record, what: str, noise: Noise) -> Figure:
+def _law_plot(record: Record, what: str, noise: Noise) -> Plot:
     def predicted(point: Point) -> float:
         return point.predicted[what]
 
@@ -137,7 +137,7 @@ def _law_figure(record: Record, what: str, noise: Noise) -> Figure:
     return against_law(f"law-{what}", title, caption, axis, series)
 
 
-def _search_figure(record: Record, what: str) -> Figure:
+def _search_plot(record: Record, what: str) -> Plot:
     series = []
     for (species, metric), points in by_kind(record.points).items():
         endless = sorted(

@@ -3,15 +3,15 @@
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims_beyond import over_bare, over_law
 from bench.fields.cases import Case
-from bench.plots.plot import Figure, Series, against_law
+from bench.plots.plot import Plot, Series, against_law
 from bench.records.records import Point, Record
 from bench.statistics.estimates import Estimate
 
 
-def beyond_figures(record: Record) -> tuple[Figure, ...]:
-    """A figure for each sweep."""
+def beyond_plots(record: Record) -> tuple[Plot, ...]:
+    """A plot for each sweep."""
     chosen = {sweep: [p for p in record.points if p.case["sweep"] == sweep] for sweep in BEYOND}
-    return tuple(_figure(sweep, points) for sweep, points in chosen.items() if points)
+    return tuple(_plot(sweep, points) for sweep, points in chosen.items() if points)
 
 
 def half_beyond(point: Point, what: str) -> float:
@@ -20,7 +20,7 @@ def half_beyond(point: Point, what: str) -> float:
     return (found.high - found.low) / 2 * point.predicted[what]
 
 
-def _figure(sweep: str, points: list[Point]) -> Figure:
+def _plot(sweep: str, points: list[Point]) -> Plot:
     question = BEYOND[sweep]
     points = sorted(points, key=lambda p: swept_beyond(Case(**p.case)))
     series = [_known(points, what) for what in ("objects", "parts")]

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from bench.experiments.spectrum.claims import EDGES, octaves
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 _MIDDLES = [float(np.sqrt(a * b)) for a, b in pairwise(EDGES)]
@@ -13,9 +13,9 @@ _NAMES = {"whole": "unpruned", "pruned": "pruned", "lost": "difference"}
 _LEAST = 1e-12
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
-    """A figure for every detail."""
-    return tuple(_figure(record, point) for point in record.points)
+def plots(record: Record) -> tuple[Plot, ...]:
+    """A plot for every detail."""
+    return tuple(_plot(record, point) for point in record.points)
 
 
 def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -33,7 +33,7 @@ def _rows(point: Point) -> list[tuple[str, ...]]:
     ]
 
 
-def _figure(record: Record, point: Point) -> Figure:
+def _plot(record: Record, point: Point) -> Plot:
     detail, cutoff = point.case["detail"], point.predicted["cutoff"]
     drawn = [
         Curve(label, _MIDDLES, np.maximum(octaves(point, name), _LEAST).tolist())

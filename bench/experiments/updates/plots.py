@@ -3,7 +3,7 @@
 import numpy as np
 
 from bench.experiments.updates.claims import JUDGED_PX, off_px, redrawn
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE
 from lod.motion.window_of_visibility import critical_hz
@@ -13,7 +13,7 @@ FINEST_CPD = PIXELS_PER_DEGREE / 2
 """The finest that a display of so many pixels a degree can show."""
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """How often parts of each class of speed are drawn anew, at rest, and what the eye asks for."""
     point = next(p for p in record.points if p.case.get("move") == "rest" and "parts" in p.samples)
     lows = [float(name.split()[-1]) for name in point.samples if name.startswith("parts from")]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bench.experiments.world.claims import added_by_parts, beyond_limit, seconds
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 from bench.statistics.estimates import median
 from bench.statistics.power_law import Rivals, rivals
@@ -11,7 +11,7 @@ from bench.statistics.power_law import Rivals, rivals
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
-def figures(record: Record) -> tuple[Figure, ...]:
+def plots(record: Record) -> tuple[Plot, ...]:
     """Time, then parts."""
     return _time(record), _parts(record)
 
@@ -37,7 +37,7 @@ def _of(record: Record, metric: str) -> list[Point]:
     return [p for p in record.points if p.case["metric"] == metric]
 
 
-def _time(record: Record) -> Figure:
+def _time(record: Record) -> Plot:
     drawn = []
     for metric, label in _LABELS.items():
         points = _of(record, metric)
@@ -73,7 +73,7 @@ def _rivals(points: list[Point]) -> Rivals:
     return rivals(*added_by_parts(points))
 
 
-def _parts(record: Record) -> Figure:
+def _parts(record: Record) -> Plot:
     drawn = []
     for metric, label in _LABELS.items():
         points = _of(record, metric)

@@ -35,7 +35,7 @@ from bench.studies.full.equal_error_detail import (
     excess_of,
     search,
 )
-from bench.studies.full.report import figures, table_of, words_of
+from bench.studies.full.report import plots, table_of, words_of
 from bench.studies.full.timed_frames import Runner, largest, started, take_turns
 from bench.studies.full.worlds import KINDS, QUICK, Kind, Picture, limit_of, preset_of
 from lod.errors import InputError
@@ -136,11 +136,11 @@ def run(name: str, kind: Kind, detail: float | None, effort: Effort, say: Say) -
 
 
 def written(folder: Path, found: dict[str, Any]) -> None:
-    """The numbers as JSON and the figures as SVG: each file is whole or not there."""
+    """The numbers as JSON and the plots as SVG: each file is whole or not there."""
     folder.mkdir(parents=True, exist_ok=True)
     name = found["kind"]
     files = {f"{name}.json": json.dumps(found, indent=1, allow_nan=False) + "\n"}
-    files |= {f"{each.name}.svg": each.svg for each in figures(found)}
+    files |= {f"{each.name}.svg": each.svg for each in plots(found)}
     for file, text in files.items():
         temporary = folder / f".{file}.part"
         temporary.write_text(text, encoding="utf-8")

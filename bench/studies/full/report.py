@@ -1,4 +1,4 @@
-"""What the full benchmark found, as a table, a few lines and figures. Pure.
+"""What the full benchmark found, as a table, a few lines and plots. Pure.
 
 Growth is told where the law says something: pruned frames do not grow once the world is larger than
 the limit distance; of whole ones, what they cost beyond the smallest of the last WORLDS grows with
@@ -12,7 +12,7 @@ import numpy as np
 
 from bench.cli.output import table
 from bench.experiments.world.claims import added_by_parts, beyond_limit, power_of_worlds, seconds
-from bench.plots.plot import Curve, Figure, curves
+from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point
 from bench.statistics.estimates import Estimate, mean
 from bench.statistics.power_law import exponent
@@ -142,7 +142,7 @@ def _exponent(found: Estimate | None) -> str:
     return "too few worlds to say" if found is None else f"exponent {_told(found)}"
 
 
-def figures(found: dict[str, Any]) -> tuple[Figure, ...]:
+def plots(found: dict[str, Any]) -> tuple[Plot, ...]:
     """Time and memory of both, and their ratios, against the objects in the world."""
     both = {"unpruned": points_of(found, "full"), "pruned": points_of(found, "blake")}
     time = [_curve(label, points, _TIME) for label, points in both.items()]
@@ -152,13 +152,13 @@ def figures(found: dict[str, Any]) -> tuple[Figure, ...]:
         for label, column in (("time", _TIME), ("processor's time", _CPU), ("memory", _MEMORY))
     ]
     return (
-        _figure("time", found, "seconds for a written frame", time),
-        _figure("memory", found, "most memory of the process (MB)", memory),
-        _figure("ratio", found, "unpruned ÷ pruned", shares),
+        _plot("time", found, "seconds for a written frame", time),
+        _plot("memory", found, "most memory of the process (MB)", memory),
+        _plot("ratio", found, "unpruned ÷ pruned", shares),
     )
 
 
-def _figure(name: str, found: dict[str, Any], what: str, drawn: list[Curve]) -> Figure:
+def _plot(name: str, found: dict[str, Any], what: str, drawn: list[Curve]) -> Plot:
     said = " ".join(
         f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.3g} objects, {c.y[-1]:.3g} at {c.x[-1]:.3g}."
         for c in drawn

@@ -65,7 +65,7 @@ def test_the_table_names_every_band():
     heads, rows = air_plots.table(made)
     assert [row[0] for row in rows] == ["from 100 m", "in the sky"]
     assert all(len(row) == len(heads) for row in rows)
-    assert not any(re.search(r"\bnan\b", figure.svg) for figure in air_plots.figures(made))
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in air_plots.plots(made))
 
 
 def test_delta_e_sees_colour_and_not_exposure():

@@ -80,4 +80,4 @@ def test_a_quick_run_holds_what_it_must_and_is_judged_by_its_samples():
     again = {claim.name: claim.verdict for claim in judge(worse)}
     assert again["blake/column/error_eye"] == "refuted"
     assert len(colonnade_plots.table(record)[1]) == len(SHOTS) * (COUNT // 2 + 1)
-    assert not any(re.search(r"\bnan\b", figure.svg) for figure in colonnade_plots.figures(record))
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in colonnade_plots.plots(record))

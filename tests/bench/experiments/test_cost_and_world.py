@@ -97,7 +97,7 @@ def test_figures_and_table_tell_the_record(name, points):
     experiment = EXPERIMENTS[name]
     heads, rows = experiment.table(record)
     assert rows and {len(row) for row in rows} == {len(heads)}
-    assert all(len(figure.alt) > 80 and figure.drawn for figure in experiment.figures(record))
+    assert all(len(plot.alt) > 80 and plot.drawn for plot in experiment.plots(record))
 
 
 def test_every_stage_of_a_real_frame_is_timed():

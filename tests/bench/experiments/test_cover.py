@@ -87,7 +87,7 @@ def test_the_report_shows_all_of_it():
     assert len(rows) == sum(bands(p) for p in points)
     assert all(len(row) == len(heads) for row in rows)
     assert any("1.500" in row for row in rows), "without cover it stands in the table as well"
-    assert not any(re.search(r"\bnan\b", figure.svg) for figure in cover_plots.figures(made))
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in cover_plots.plots(made))
 
 
 def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():

@@ -75,4 +75,4 @@ def test_the_report_shows_all_of_it():
     made = Record("depth", 1, True, "", provenance("", 0), points, judge(points), notes)
     heads, rows = depth_plots.table(made)
     assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
-    assert not any(re.search(r"\bnan\b", figure.svg) for figure in depth_plots.figures(made))
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in depth_plots.plots(made))

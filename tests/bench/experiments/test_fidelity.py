@@ -190,11 +190,11 @@ def test_the_report_draws_every_view_with_its_floor():
     made = Record("fidelity", 1, True, "", provenance("", 0), points, judge(points), {})
     heads, rows = fidelity_plots.table(made)
     assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
-    shown = {figure.name: figure for figure in fidelity_plots.figures(made)}
+    shown = {plot.name: plot for plot in fidelity_plots.plots(made)}
     assert list(shown) == [f"fidelity-aerial-{k}" for k in ("detail", "parts", "time", "memory")]
-    for figure in shown.values():
-        assert figure.drawn[-1].label == "noise floor" and set(figure.drawn[-1].y) == {0.005}
-        assert not re.search(r"\bnan\b", figure.svg)
+    for plot in shown.values():
+        assert plot.drawn[-1].label == "noise floor" and set(plot.drawn[-1].y) == {0.005}
+        assert not re.search(r"\bnan\b", plot.svg)
     by_time = {each.label: each for each in shown["fidelity-aerial-time"].drawn}
     assert list(by_time) == ["blake", "depth", "unpruned", "noise floor"]
     assert by_time["depth"].x == pytest.approx((0.15, 0.3), rel=1e-3)
@@ -214,8 +214,8 @@ def test_which_metric_needs_the_fewest_parts_is_said_where_that_is_decided():
     fine = tuple(p for p in planted() if p.case["detail"] < 1)
     assert fidelity_plots.standing(equal_error(fine)) == {}
     made = Record("fidelity", 3, True, "", provenance("", 0), planted(0.5), (), {})
-    figure = fidelity_plots.figures(made)[1]
-    assert "The fewest parts there are those of bounded (not told apart: " in figure.caption
+    plot = fidelity_plots.plots(made)[1]
+    assert "The fewest parts there are those of bounded (not told apart: " in plot.caption
 
 
 @pytest.mark.slow

@@ -29,7 +29,7 @@ from bench.experiments.figure.claims import (
 from bench.experiments.figure.fit import RESAMPLES, exponent, halves, line, rank_correlation
 from bench.experiments.figure.measure import Effort
 from bench.experiments.figure.part_counts import approaches, count, displayed_parts, sizes
-from bench.experiments.figure.plots import figures, table
+from bench.experiments.figure.plots import plots, table
 from bench.experiments.figure.posing import POINTS_PER_JOINT, Posing, posing
 from bench.experiments.registry import EXPERIMENTS
 from bench.records.records import Point, read_record, write_record
@@ -346,7 +346,7 @@ def test_every_kind_is_claimed_alike_and_every_reading_has_its_row(record):
 
 
 def test_every_figure_is_told_in_words(record):
-    drawn = figures(record)
+    drawn = plots(record)
     assert drawn[0].name == "person-parts" and drawn[-1].name == "sizes"
     assert len(drawn) == len({f.name for f in drawn}) == 8
     assert all(len(f.alt) > 80 and f.svg.startswith("<svg") for f in drawn)

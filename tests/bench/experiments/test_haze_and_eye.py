@@ -124,12 +124,12 @@ def test_blur_leaves_one_part_in_its_square_and_a_fine_display_more_than_contras
 def test_records_are_drawn_and_told(name, request):
     record = request.getfixturevalue(name)
     experiment = EXPERIMENTS[name]
-    figures = experiment.figures(record)
-    assert len(figures) == (2 if name == "haze" else 1)
-    for figure in figures:
-        assert figure.svg.startswith("<svg")
-        assert "predicted" in figure.caption
-        assert "nan" not in figure.alt
+    plots = experiment.plots(record)
+    assert len(plots) == (2 if name == "haze" else 1)
+    for plot in plots:
+        assert plot.svg.startswith("<svg")
+        assert "predicted" in plot.caption
+        assert "nan" not in plot.alt
     heads, rows = experiment.table(record)
     assert all(len(row) == len(heads) for row in rows)
     assert record.provenance.scene

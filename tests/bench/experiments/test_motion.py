@@ -91,8 +91,8 @@ def test_a_pan_that_keeps_everything_is_refuted_and_so_is_a_rest_that_does_not(r
 
 def test_it_has_a_row_for_every_case_and_a_figure_without_gaps(record):
     assert len(motion_plots.table(record)[1]) == len(MOVES) + 1 + len(PICTURED[0][1])
-    (figure,) = motion_plots.figures(record)
-    assert not re.search(r"\bnan\b", figure.svg)
+    (plot,) = motion_plots.plots(record)
+    assert not re.search(r"\bnan\b", plot.svg)
 
 
 def test_the_share_kept_is_that_of_all_fields_together():

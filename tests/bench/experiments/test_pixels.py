@@ -70,4 +70,4 @@ def test_parts_are_those_of_the_objects_drawn_and_repeat():
     record = Record("pixels", 1, True, "", provenance("", 1), points, judge(points), {})
     heads, rows = pixels_plots.table(record)
     assert all(len(row) == len(heads) for row in rows)
-    assert not any(re.search(r"\bnan\b", figure.svg) for figure in pixels_plots.figures(record))
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in pixels_plots.plots(record))

@@ -58,4 +58,4 @@ def test_the_report_shows_switches_and_walks():
     made = Record("popping", 1, True, "", provenance("", 0), points, judge(points), {})
     heads, rows = popping_plots.table(made)
     assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
-    assert not any(re.search(r"\bnan\b", figure.svg) for figure in popping_plots.figures(made))
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in popping_plots.plots(made))

@@ -10,7 +10,7 @@ from bench.experiments.scaling.cases_beyond import BEYOND, beyond_cases, swept_b
 from bench.experiments.scaling.claims import judge
 from bench.experiments.scaling.claims_beyond import judge_beyond, over_bare, over_law
 from bench.experiments.scaling.count_field import COLUMNS, chance, count_field, seed_of, stands
-from bench.experiments.scaling.plots_beyond import beyond_figures
+from bench.experiments.scaling.plots_beyond import beyond_plots
 from bench.experiments.scaling.prediction import cleared, clumping, predict
 from bench.fields.cases import GATHERED, Case
 from bench.fields.scene import KEPT
@@ -131,5 +131,5 @@ def test_the_bare_law_is_foreseen_to_break_where_the_knowing_one_says_so_alone(p
 
 def test_every_sweep_has_its_figure(points):
     record = Record("scaling", 2, True, "", provenance("", 0), tuple(points), (), {})
-    names = {figure.name for figure in beyond_figures(record)}
+    names = {plot.name for plot in beyond_plots(record)}
     assert names == {f"beyond-{sweep}" for sweep in BEYOND if sweep != "mixed"}

@@ -58,7 +58,7 @@ def test_the_report_shows_every_detail():
     made = Record("spectrum", 1, True, "", provenance("", 0), points, judge(points), {})
     heads, rows = spectrum_plots.table(made)
     assert len(rows) == len(points) * OCTAVES and all(len(row) == len(heads) for row in rows)
-    assert not any(re.search(r"\bnan\b", figure.svg) for figure in spectrum_plots.figures(made))
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in spectrum_plots.plots(made))
 
 
 @pytest.mark.slow

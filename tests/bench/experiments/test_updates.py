@@ -68,9 +68,9 @@ def test_a_part_too_far_off_refutes_its_threshold(record):
 
 def test_it_has_a_row_for_every_rule_and_a_figure_without_gaps(record):
     assert len(updates_plots.table(record)[1]) == len(MOVES) * (len(THRESHOLDS) + 1) + 1
-    (figure,) = updates_plots.figures(record)
-    assert not re.search(r"\bnan\b", figure.svg)
-    assert "Watson" in figure.caption
+    (plot,) = updates_plots.plots(record)
+    assert not re.search(r"\bnan\b", plot.svg)
+    assert "Watson" in plot.caption
 
 
 def test_a_real_crowd_is_scheduled_as_each_rule_says():

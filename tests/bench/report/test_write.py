@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bench.experiments.scaling.plots import figures, half_interval, table
-from bench.plots.plot import Curve, Figure, Series, against_law, curves
+from bench.experiments.scaling.plots import half_interval, plots, table
+from bench.plots.plot import Curve, Plot, Series, against_law, curves
 from bench.records.embedded_pictures import pictures
 from bench.records.records import write_record
-from bench.report.plotly_specs import numbers, plot
+from bench.report.plotly_specs import numbers, plotly_spec
 from bench.report.words import GLOSSARY, MARKS, answer, four
 from bench.report.write import write_report
 from lod.errors import InputError
@@ -27,13 +27,13 @@ VOID = {"meta", "link", "br", "wbr", "hr", "img", "input"}
 
 @pytest.fixture(scope="module")
 def bare(record):
-    """Claims without points, so without figures: quick to write."""
+    """Claims without points, so without plots: quick to write."""
     return replace(record, experiment="other", points=())
 
 
 @pytest.fixture(scope="module")
 def drawn(record):
-    return figures(record)
+    return plots(record)
 
 
 @pytest.fixture(scope="module")
@@ -201,17 +201,17 @@ def test_every_table_and_figure_names_its_record(html, record, drawn):
 
 
 def test_a_plot_holds_the_numbers_of_its_figure(drawn):
-    for figure in drawn:
-        spec, (heads, rows) = plot(figure), numbers(figure)
+    for plot in drawn:
+        spec, (heads, rows) = plotly_spec(plot), numbers(plot)
         assert json.loads(json.dumps(spec, allow_nan=False)) == spec
-        assert len(rows) == sum(len(each.x) for each in figure.drawn) > 0
+        assert len(rows) == sum(len(each.x) for each in plot.drawn) > 0
         assert {len(row) for row in rows} == {len(heads)}
         names = {trace.get("name") for trace in spec["data"]}
-        assert {each.label for each in figure.drawn} <= names
+        assert {each.label for each in plot.drawn} <= names
         marked = [t for t in spec["data"] if "marker" in t and t.get("showlegend", True)]
         symbols = [trace["marker"]["symbol"] for trace in marked]
-        assert len(set(symbols)) == len(figure.drawn)
-    assert plot(Figure("name", "title", "caption", "alt", "<svg/>")) is None
+        assert len(set(symbols)) == len(plot.drawn)
+    assert plotly_spec(Plot("name", "title", "caption", "alt", "<svg/>")) is None
 
 
 def test_pictures_of_a_record_stand_on_the_page_and_beside_it(bare, tmp_path):
@@ -225,7 +225,7 @@ def test_pictures_of_a_record_stand_on_the_page_and_beside_it(bare, tmp_path):
     assert [a["alt"] for t, a in tags if t == "img"] == [
         f"{name}. What it shows" for name in ("pruned", "whole")
     ]
-    paths = re.findall(r"!\[[^\]]*\]\((figures/[^)]*webp)\)", markdown)
+    paths = re.findall(r"!\[[^\]]*\]\((plots/[^)]*webp)\)", markdown)
     assert [Image.open(tmp_path / path).size for path in paths] == [(6, 4)] * 2
     with pytest.raises(InputError, match="one size"):
         pictures("view", words, {"whole": grey, "pruned": grey[:2]})
@@ -287,7 +287,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing_half(bare, tmp_path, mon
     assert not (tmp_path / "report.html").exists()
 
 
-# The figures
+# The plots
 
 
 def test_error_bars_are_those_of_the_model(record):
@@ -332,7 +332,7 @@ def a_curve(x, y, line=((), ())):
 
 
 def test_short_logarithmic_axes_are_named_in_plain_numbers():
-    layout = plot(a_curve([2e3, 2e4], [3e5, 3e6]))["layout"]
+    layout = plotly_spec(a_curve([2e3, 2e4], [3e5, 3e6]))["layout"]
     for axis, wanted in (
         ("xaxis", ["2000", "5000", "10000", "20000"]),
         ("yaxis", ["5×10<sup>5</sup>"]),
@@ -341,13 +341,13 @@ def test_short_logarithmic_axes_are_named_in_plain_numbers():
         assert set(wanted) <= set(found.values())
         assert all(text in ("", f"{at:g}") or "×" in text for at, text in found.items())
     assert found[5e5] == "5×10<sup>5</sup>" and found[6e5] == ""
-    assert plot(a_curve([1e3, 1e5], [1.0, 2.0]))["layout"]["xaxis"]["dtick"] == 1
+    assert plotly_spec(a_curve([1e3, 1e5], [1.0, 2.0]))["layout"]["xaxis"]["dtick"] == 1
 
 
 def test_what_is_over_its_line_is_drawn_about_one():
     """Neither noise of one in a million nor a perfect fit fills the axis."""
     for y, reach in (([1.000001, 1.0], 1.03), ([1.0, 1.0], 1.03), ([0.5, 1.0], 2**1.1)):
-        axis = plot(a_curve([1.0, 10.0], y, ([1.0, 10.0], [1.0, 1.0])))["layout"]["yaxis2"]
+        axis = plotly_spec(a_curve([1.0, 10.0], y, ([1.0, 10.0], [1.0, 1.0])))["layout"]["yaxis2"]
         assert 10 ** np.array(axis["range"]) == pytest.approx([1 / reach, reach])
-    level = plot(a_curve([1.0, 10.0], [1.0, 1.0]))["layout"]["yaxis"]["range"]
+    level = plotly_spec(a_curve([1.0, 10.0], [1.0, 1.0]))["layout"]["yaxis"]["range"]
     assert 10 ** np.array(level) == pytest.approx([1 / 1.1, 1.1])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.plots.plot import Curve, curves
-from bench.report.plotly_specs import plot
+from bench.report.plotly_specs import plotly_spec
 from bench.statistics.power_law import EVEN, exponent, rivals
 from lod.errors import InputError
 
@@ -74,9 +74,10 @@ def test_a_curve_with_a_line_has_its_residuals_drawn():
     assert x == [1.0, 10.0, 100.0]
     assert over == pytest.approx([1.0, 2.0, 1.0])
     assert Curve("none", [1.0], [1.0]).residuals == ([], [])
-    figure = curves("n", "t", "c", "a", ("x", "y"), [curve])
-    drawn = plot(figure)
+    plot = curves("n", "t", "c", "a", ("x", "y"), [curve])
+    drawn = plotly_spec(plot)
     assert drawn["layout"]["yaxis2"]["title"]["text"] == "measured ÷<br>line"
     assert [t["y"] for t in drawn["data"] if t.get("yaxis") == "y2"] == [over]
-    bare = plot(curves("n", "t", "c", "a", ("x", "y"), [Curve("it", [1.0, 2.0], [1.0, 2.0])]))
+    alone = curves("n", "t", "c", "a", ("x", "y"), [Curve("it", [1.0, 2.0], [1.0, 2.0])])
+    bare = plotly_spec(alone)
     assert "yaxis2" not in bare["layout"]

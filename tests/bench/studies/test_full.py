@@ -15,7 +15,7 @@ from bench.statistics.excess_flip import over_noise
 from bench.studies.full import benchmark as full_benchmark
 from bench.studies.full.benchmark import main, written
 from bench.studies.full.equal_error_detail import detail_of, search
-from bench.studies.full.report import factor, figures, growth, ratios, table_of, words_of
+from bench.studies.full.report import factor, growth, plots, ratios, table_of, words_of
 from bench.studies.full.timed_frames import FILLED, Runner, TooLarge, largest, started
 from bench.studies.full.worlds import KINDS, QUICK, Picture, limit_of, preset_of
 from lod.errors import InputError
@@ -163,7 +163,7 @@ def test_numbers_and_figures_are_kept_whole(tmp_path):
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"crowd.json", *(f"crowd-{k}.svg" for k in ("time", "memory", "ratio"))}
     assert json.loads((tmp_path / "crowd.json").read_text())["tau_px"] == told()["tau_px"]
-    assert all(len(each.alt) > 80 and each.drawn for each in figures(told()))
+    assert all(len(each.alt) > 80 and each.drawn for each in plots(told()))
 
 
 def planted_start(folder):
