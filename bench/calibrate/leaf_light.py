@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from scenes.far_cover.sky import sky_of
-from scenes.far_cover.stand_appearance import bare_of, toward
-from scenes.far_cover.stand_paths import DRAWS, GROUND, Light, seen_along
+from scenes.far_cover.sky import sky_at
+from scenes.far_cover.stand_appearance import full_detail_sticks, unit_direction
+from scenes.far_cover.stand_paths import GROUND, RANDOMS_PER_PATH, SunAndSky, trace_lines
 from scenes.far_cover.stand_rays import stand_field
 from scenes.models.catalogue import SEED
 from scenes.models.trees.species import TreeSpecies
@@ -109,15 +109,15 @@ def sent(
         flags.append(hides)
     side = species.height[0] * SPACING
     stand = stand_field(tables, np.full(len(trees), 1 / (len(trees) * side**2)), side)
-    light = Light.of(SUN_DEG, turns, sky_of(SUN_DEG, TURBIDITY))
+    light = SunAndSky.at_azimuths(SUN_DEG, turns, sky_at(SUN_DEG, TURBIDITY))
     colour, hides = np.concatenate(colours), np.concatenate(flags)
     found = np.zeros((2, len(elevations), len(turns)))
     for row, elevation in enumerate(elevations):
-        draws = rng.random((more * LINES, DRAWS))
-        seen = seen_along(stand, colour, light, elevation, draws, row * len(draws))
+        draws = rng.random((more * LINES, RANDOMS_PER_PATH))
+        seen = trace_lines(stand, colour, light, elevation, draws, row * len(draws))
         met = seen.stick != GROUND
         shapes = met & hides[seen.stick]
-        light_of = seen.sent @ _LUMINANCE + seen.lifted @ (BETWEEN * _LUMINANCE)
+        light_of = seen.sent @ _LUMINANCE + seen.ground_bounce @ (BETWEEN * _LUMINANCE)
         found[:, row] = light_of[shapes].sum(axis=0), light_of[met & ~shapes].sum(axis=0)
     return Sent(*found)
 
@@ -146,14 +146,14 @@ def _share_left(
 ) -> float:
     """What is to be left of a level's shapes, from a height [degrees], for them to cover as much as
     what they hide."""
-    views = np.array([toward(height, side) for side in SIDES_DEG])
+    views = np.array([unit_direction(height, side) for side in SIDES_DEG])
     spacing = species.height[0] / RAYS
 
     def covered(tables: list[StickTable]) -> float:
         return float(np.mean([visible_areas(t, views, spacing).sum() for t in tables]))
 
     cuts = [cut_at(tree, species, level) for tree in trees]
-    wanted = covered([bare_of(tree)[0] for tree in trees])
+    wanted = covered([full_detail_sticks(tree)[0] for tree in trees])
     bare = covered([thinned(table, np.where(hides, 1e-6, 1.0)) for table, hides in cuts])
     share = 1.0
     for _ in range(ROUNDS):

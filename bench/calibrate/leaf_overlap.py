@@ -19,7 +19,7 @@ import numpy as np
 from bench.calibrate.leaf_light import ELEVATIONS_DEG, SIDES_DEG
 from lod.pruning.crossfade import blended
 from lod.pruning.parts import Look
-from scenes.far_cover.stand_appearance import toward
+from scenes.far_cover.stand_appearance import unit_direction
 from scenes.field.part_tables import Atlas
 from scenes.models.animals.catalogue import KINDS
 from scenes.models.catalogue import MODELS
@@ -69,7 +69,7 @@ def cover(objects: tuple[Prototype, ...], level: int, share: float) -> float:
         atlas, spacing = Atlas.of((rigid_prototype(one),)), one.hierarchy.R[0] / RAYS
         for height in ELEVATIONS_DEG:
             table = shown_as(one, atlas, level, share, height)
-            views = np.array([toward(height, side) for side in SIDES_DEG])
+            views = np.array([unit_direction(height, side) for side in SIDES_DEG])
             found += float(visible_areas(table, views, spacing).sum())
     return found / (len(ELEVATIONS_DEG) * len(SIDES_DEG))
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from scenes.far_cover.sky import ELEVATIONS_DEG, RISES, TURBIDITIES, TURNS, falling
+from scenes.far_cover.sky import ELEVATIONS_DEG, SKY_COLUMNS, SKY_ROWS, TURBIDITIES, cell_irradiance
 from scenes.render.haze.horizon_airlight import sky_radiance
 from scenes.render.mitsuba.emitters import sun_irradiance
 from scenes.render.mitsuba.variants import SCALAR_VARIANT, use
@@ -28,17 +28,17 @@ Cells = Float64[np.ndarray, "r t 3"]
 
 
 def cells(elevation_deg: float, turbidity: float, finer: int = FINER) -> Cells:
-    """Radiance of each cell over that of white level ground, (RISES, TURNS, 3), in the variant that
-    is set."""
+    """Radiance of each cell over that of white level ground, (SKY_ROWS, SKY_COLUMNS, 3), in the
+    variant that is set."""
     height = np.radians(elevation_deg)
     to_sun = np.array((np.cos(height), 0.0, np.sin(height)))
     light = {"to_sun": to_sun, "turbidity": turbidity}
-    rise, turn = ((np.arange(n * finer) + 0.5) / (n * finer) for n in (RISES, TURNS))
+    rise, turn = ((np.arange(n * finer) + 0.5) / (n * finer) for n in (SKY_ROWS, SKY_COLUMNS))
     z, a = (each.ravel() for each in np.meshgrid(rise, np.pi * turn, indexing="ij"))
     level = np.sqrt(1 - z**2)
     sky = sky_radiance(light, np.column_stack((level * np.cos(a), level * np.sin(a), z)))
-    found: Cells = sky.reshape(RISES, finer, TURNS, finer, 3).mean(axis=(1, 3))
-    white = falling() @ found.reshape(-1, 3) + sun_irradiance(light) * to_sun[2] / np.pi
+    found: Cells = sky.reshape(SKY_ROWS, finer, SKY_COLUMNS, finer, 3).mean(axis=(1, 3))
+    white = cell_irradiance() @ found.reshape(-1, 3) + sun_irradiance(light) * to_sun[2] / np.pi
     return found / white
 
 
@@ -47,7 +47,9 @@ def rows() -> Iterator[str]:
     yield HEADS
     for turbidity, elevation in product(TURBIDITIES, ELEVATIONS_DEG):
         for (rise, turn), each in zip(
-            np.ndindex(RISES, TURNS), cells(elevation, turbidity).reshape(-1, 3), strict=True
+            np.ndindex(SKY_ROWS, SKY_COLUMNS),
+            cells(elevation, turbidity).reshape(-1, 3),
+            strict=True,
         ):
             colour = ",".join(f"{value:.4g}" for value in each)
             yield f"{turbidity:g},{elevation:g},{rise},{turn},{colour}"

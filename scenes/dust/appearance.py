@@ -6,17 +6,17 @@ import numpy as np
 
 from lod.arrays import Ints
 from lod.pruning.parts import Parts
-from scenes.dust.footfalls import Footfalls, Legs, Walks, footfalls, struck
+from scenes.dust.footfalls import Footfalls, Legs, Walkers, footfalls, landing
 from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, SPARK, WISPS, WISPS_EACH
-from scenes.dust.ids import fallen, grain_name, name, named, wisp_name
+from scenes.dust.part_ids import decode, grain_name, name, named, wisp_name
 from scenes.dust.puffs import Air, Puffs, grains_at, puffs_at, trails, wisps_at
 
 
-class Scene(NamedTuple):
+class DustFrame(NamedTuple):
     """Air, walkers, their prototypes' legs, and the time [s]."""
 
     air: Air
-    walks: Walks
+    walks: Walkers
     legs: Legs
     time_s: float
 
@@ -45,7 +45,7 @@ class Drawn(NamedTuple):
     struck: np.ndarray
 
 
-def puffs_of(scene: Scene, parts: Parts, rows: Ints) -> Found:
+def puffs_of(scene: DustFrame, parts: Parts, rows: Ints) -> Found:
     """The live puffs of trails."""
     whole, falls = _recent(scene, parts, rows)
     live = np.flatnonzero(_live(scene, falls))
@@ -55,7 +55,7 @@ def puffs_of(scene: Scene, parts: Parts, rows: Ints) -> Found:
     return Found(whole, name(scene.legs, puffs.footfall), puffs.origin, area / total[whole])
 
 
-def wisps_in(scene: Scene, parts: Parts, rows: Ints) -> Found:
+def wisps_in(scene: DustFrame, parts: Parts, rows: Ints) -> Found:
     """The wisps of puffs."""
     puffs, row, _, _ = _distinct(scene, parts, rows)
     own, wisp = np.divmod(np.arange(len(rows) * WISPS), WISPS)
@@ -64,7 +64,7 @@ def wisps_in(scene: Scene, parts: Parts, rows: Ints) -> Found:
     return Found(rows[own], wisp_name(parts.part[rows[own]], wisp), place, area / total[own])
 
 
-def grains_in(scene: Scene, parts: Parts, rows: Ints) -> Found:
+def grains_in(scene: DustFrame, parts: Parts, rows: Ints) -> Found:
     """The grains of wisps."""
     puffs, row, wisp, _ = _distinct(scene, parts, rows)
     own, grain = np.divmod(np.arange(len(rows) * GRAINS), GRAINS)
@@ -73,7 +73,7 @@ def grains_in(scene: Scene, parts: Parts, rows: Ints) -> Found:
     return Found(rows[own], part, place, np.full(len(part), 1 / GRAINS))
 
 
-def drawn(scene: Scene, parts: Parts, shown: np.ndarray) -> Drawn:
+def drawn(scene: DustFrame, parts: Parts, shown: np.ndarray) -> Drawn:
     """What stands for the parts that are ``shown``, (n,) of them."""
     levels = (_of_trails, _of_puffs, _of_wisps, _of_grains)
     found = [
@@ -85,7 +85,7 @@ def drawn(scene: Scene, parts: Parts, shown: np.ndarray) -> Drawn:
     return Drawn(*(column[order] for column in columns))
 
 
-def _of_trails(scene: Scene, parts: Parts, rows: Ints) -> Drawn:
+def _of_trails(scene: DustFrame, parts: Parts, rows: Ints) -> Drawn:
     """One ball for each footfall that may still be seen: as many from frame to frame."""
     owner, falls = _recent(scene, parts, rows)
     puffs, live = scene.puffs(falls), _live(scene, falls)
@@ -95,7 +95,7 @@ def _of_trails(scene: Scene, parts: Parts, rows: Ints) -> Drawn:
     return Drawn(owner, place, WISPS * GRAINS * area, puffs.struck)
 
 
-def _of_puffs(scene: Scene, parts: Parts, rows: Ints) -> Drawn:
+def _of_puffs(scene: DustFrame, parts: Parts, rows: Ints) -> Drawn:
     """One for WISPS_EACH wisps, where one of them is."""
     puffs, row, _, _ = _distinct(scene, parts, rows)
     own, wisp = np.divmod(np.arange(len(rows) * WISPS), WISPS)
@@ -105,7 +105,7 @@ def _of_puffs(scene: Scene, parts: Parts, rows: Ints) -> Drawn:
     return Drawn(rows[own], place[::WISPS_EACH], each, puffs.struck[row[own]])
 
 
-def _of_wisps(scene: Scene, parts: Parts, rows: Ints) -> Drawn:
+def _of_wisps(scene: DustFrame, parts: Parts, rows: Ints) -> Drawn:
     """One for GRAINS_EACH grains, where one of them is."""
     puffs, row, wisp, _ = _distinct(scene, parts, rows)
     own, some = np.divmod(np.arange(len(rows) * (GRAINS // GRAINS_EACH)), GRAINS // GRAINS_EACH)
@@ -113,13 +113,13 @@ def _of_wisps(scene: Scene, parts: Parts, rows: Ints) -> Drawn:
     return Drawn(rows[own], place, GRAINS_EACH * area, puffs.struck[row[own]])
 
 
-def _of_grains(scene: Scene, parts: Parts, rows: Ints) -> Drawn:
+def _of_grains(scene: DustFrame, parts: Parts, rows: Ints) -> Drawn:
     puffs, row, wisp, grain = _distinct(scene, parts, rows)
     place, area = grains_at(scene.air, puffs, row, wisp, grain)
     return Drawn(rows, place, area, puffs.struck[row])
 
 
-def _recent(scene: Scene, parts: Parts, rows: Ints) -> tuple[np.ndarray, Footfalls]:
+def _recent(scene: DustFrame, parts: Parts, rows: Ints) -> tuple[np.ndarray, Footfalls]:
     """The last footfalls of the walkers of trails, and the row of the trail of each."""
     legs, slots = scene.legs, scene.legs.slots(LIFE_S)
     each = footfalls(scene.walks, legs, parts.object[rows], slots, scene.time_s)
@@ -128,13 +128,13 @@ def _recent(scene: Scene, parts: Parts, rows: Ints) -> tuple[np.ndarray, Footfal
     return whole[treads], each.take(treads)
 
 
-def _live(scene: Scene, falls: Footfalls) -> np.ndarray:
+def _live(scene: DustFrame, falls: Footfalls) -> np.ndarray:
     """Whether the dust of these footfalls is in the air, (m,)."""
-    since = scene.time_s - struck(scene.walks, scene.legs, falls).time_s
+    since = scene.time_s - landing(scene.walks, scene.legs, falls).time_s
     return (since >= 0) & (since < LIFE_S)
 
 
-def _distinct(scene: Scene, parts: Parts, rows: Ints) -> tuple[Puffs, Ints, Ints, Ints]:
+def _distinct(scene: DustFrame, parts: Parts, rows: Ints) -> tuple[Puffs, Ints, Ints, Ints]:
     """The puffs that these parts are or are of, each once; the row of each part's puff, and the
     numbers of its wisp and its grain.
     """
@@ -143,5 +143,5 @@ def _distinct(scene: Scene, parts: Parts, rows: Ints) -> tuple[Puffs, Ints, Ints
     span = of.footfall.max(initial=0) - first + 1
     both, row = np.unique(parts.object[rows] * span + of.footfall - first, return_inverse=True)
     owner, number = np.divmod(both, span)
-    puffs = scene.puffs(fallen(scene.legs, owner, number + first))
+    puffs = scene.puffs(decode(scene.legs, owner, number + first))
     return puffs, row, of.wisp, of.grain

@@ -29,25 +29,25 @@ from lod.pruning.compiled_test import vantage_of
 from lod.pruning.parts import Look, Parts, Sticks
 from lod.pruning.view import View, reach
 from scenes.dust import growth
-from scenes.dust.appearance import Scene, drawn, grains_in, puffs_of, wisps_in
-from scenes.dust.footfalls import Legs, Walks, fastest, keys
+from scenes.dust.appearance import DustFrame, drawn, grains_in, puffs_of, wisps_in
+from scenes.dust.footfalls import Legs, Walkers, fastest, keys
 from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, WISPS, WISPS_EACH
 from scenes.dust.puffs import Air, trails
 from scenes.dust.soil import Soil
 from scenes.field.cell_search import cells_near_view, search
 from scenes.field.poisson_cells import Near
 from scenes.field.species_field import SpeciesField
-from scenes.noise.philox import word_of
-from scenes.particles.shapes import balls
+from scenes.noise.philox import hash_name
+from scenes.particles.shapes import ball_sticks
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class DustState:
     """What a frame's parts are parts of: walkers, when they are looked at, and the limit distances
     of each prototype's levels in view and out of it, (2, v, 4) [m].
     """
 
-    walks: Walks
+    walks: Walkers
     time_s: float
     limits: np.ndarray
 
@@ -76,7 +76,7 @@ class Dust:
     @cached_property
     def air(self) -> Air:
         """What carries it, and what it lies on."""
-        chance = np.uint64(self.walkers.seed), word_of(self.name)
+        chance = np.uint64(self.walkers.seed), hash_name(self.name)
         return Air(self.walkers.ground, growth.near_ground(self.wind_m_s), *chance)
 
     @cached_property
@@ -106,11 +106,11 @@ class Dust:
         draws = draws.take(field.grown(corner, draws))
         prototype, stride_factor, rounds = field.rounds(draws)
         key = keys(draws.cell_x, draws.cell_y, draws.index, self.air.seed, self.air.word)
-        walks = Walks(corner, field.homes(corner, draws), prototype, stride_factor, rounds, key)
+        walks = Walkers(corner, field.homes(corner, draws), prototype, stride_factor, rounds, key)
         row = np.arange(len(walks))
         at = trails(self.air, walks, row, view.time_s)
         at[:, 2] += growth.HIGH / 2 * self.legs.stride[prototype]
-        moment = Moment(walks, view.time_s, limits)
+        moment = DustState(walks, view.time_s, limits)
         return self._parts(moment, 0 * row, at, row, 0 * row, 0 * row - 1, np.ones(len(row)))
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
@@ -133,14 +133,14 @@ class Dust:
         stride = self.legs.stride[moment.walks.prototype[parts.object[owner]]]
         radius = growth.GRAIN * stride * np.sqrt(area * look.leaf[owner])
         tint = self.soil.tint(moment.walks.corner, struck)
-        return balls(place, radius, tint, self.soil.tints, owner)
+        return ball_sticks(place, radius, tint, self.soil.tints, owner)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time; what is gone by then is but a spark."""
         return replace(parts, state=replace(parts.state, time_s=time_s))
 
-    def _scene(self, moment: Moment) -> Scene:
-        return Scene(self.air, moment.walks, self.legs, moment.time_s)
+    def _scene(self, moment: DustState) -> DustFrame:
+        return DustFrame(self.air, moment.walks, self.legs, moment.time_s)
 
     def _limits(self, view: View) -> Float64[np.ndarray, "2 v 4"]:
         """Limit distances of the levels of each prototype, in view and out of it; 0 of those that
@@ -163,7 +163,7 @@ class Dust:
 
     def _parts(
         self,
-        moment: Moment,
+        moment: DustState,
         level: Ints,
         position: Points,
         object_: Ints,

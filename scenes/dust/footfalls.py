@@ -68,7 +68,7 @@ class Legs:
 
 
 @dataclass(frozen=True, eq=False)
-class Walks:
+class Walkers:
     """Walkers on their rounds, (n,) each, in a frame that counts from a corner.
 
     home (n, 2) [m]; pace: stride as a share of the prototype's; key: whatever tells walkers apart
@@ -97,7 +97,7 @@ class Footfalls(NamedTuple):
         return Footfalls(*(each[rows] for each in self))
 
 
-class Struck(NamedTuple):
+class Landing(NamedTuple):
     """When each footfall was (m,) [s], where the middle of its sole (m, 2) [m], and the heading of
     the walker, (m, 2).
     """
@@ -107,7 +107,7 @@ class Struck(NamedTuple):
     heading: np.ndarray
 
 
-def footfalls(walks: Walks, legs: Legs, owner: Ints, slots: int, time_s: float) -> Footfalls:
+def footfalls(walks: Walkers, legs: Legs, owner: Ints, slots: int, time_s: float) -> Footfalls:
     """The last ``slots`` footfalls of every leg of these walkers; those of a walker in an order in
     which each keeps its place until it is the oldest and the next one takes it.
     """
@@ -120,7 +120,7 @@ def footfalls(walks: Walks, legs: Legs, owner: Ints, slots: int, time_s: float) 
     return Footfalls(who, leg, newest - np.mod(newest - slot, slots))
 
 
-def struck(walks: Walks, legs: Legs, of: Footfalls) -> Struck:
+def landing(walks: Walkers, legs: Legs, of: Footfalls) -> Landing:
     """When and where these footfalls are."""
     prototype, rounds = walks.prototype[of.owner], walks.rounds.take(of.owner)
     where = prototype, of.leg
@@ -131,7 +131,7 @@ def struck(walks: Walks, legs: Legs, of: Footfalls) -> Struck:
     x = body.cos * ahead - body.sin * aside
     y = body.sin * ahead + body.cos * aside
     at = walks.home[of.owner] + body.offset + np.stack((x, y), axis=1)
-    return Struck(time_s, at, np.stack((body.cos, body.sin), axis=1))
+    return Landing(time_s, at, np.stack((body.cos, body.sin), axis=1))
 
 
 def fastest(legs: Legs) -> Reals:

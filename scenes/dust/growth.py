@@ -23,7 +23,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Reals
 from scenes.gait.gait import GRAVITY
-from scenes.particles.shapes import eased
+from scenes.particles.shapes import smoothstep
 
 LIFE_S = 3.5
 RISE_S = 0.5
@@ -88,7 +88,7 @@ def domes(age_s: Reals, stride: Reals) -> Dome:
     radius = YOUNG + (OLD - YOUNG) * s**_GROWTH
     height = LOW + (HIGH - LOW) * -np.expm1(-age_s / RISE_S)
     wake = WAKE * -np.expm1(-age_s / _WAKE_S)
-    area = eased(age_s / _WAKING_S) * (1 - s) ** 1.5
+    area = smoothstep(age_s / _WAKING_S) * (1 - s) ** 1.5
     return Dome(stride * radius, stride * height, stride * wake, area)
 
 
@@ -121,7 +121,7 @@ def lift(height: Reals, age_s: Reals, area: Reals, u: Reals, v: Reals) -> Lift:
     start = WISP + (1 - WISP) * u**2  # more of it lower down
     up = np.maximum(start * height - settling_m_s(v) * age_s, 0.0)
     squash = np.minimum(up / (WISP * height), 1.0)
-    return Lift(up, squash, np.maximum(area * eased(squash), SPARK))
+    return Lift(up, squash, np.maximum(area * smoothstep(squash), SPARK))
 
 
 def mean_area(height: Reals, age_s: Reals, area: Reals) -> Reals:

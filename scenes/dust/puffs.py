@@ -12,11 +12,11 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals
 from lod.camera import Corner
 from scenes.dust import growth
-from scenes.dust.footfalls import Footfalls, Legs, Walks, chances, struck
+from scenes.dust.footfalls import Footfalls, Legs, Walkers, chances, landing
 from scenes.dust.growth import LIFE_S, WISP, WISPS, Lift
-from scenes.dust.ids import footfall
+from scenes.dust.part_ids import footfall
 from scenes.field.species_field import Ground
-from scenes.particles.shapes import in_ball
+from scenes.particles.shapes import points_in_ball
 
 _BLOWS_TO = np.array((np.sin(np.radians(60.0)), np.cos(np.radians(60.0))))
 """Where the wind blows to, as it takes plumes by default: 60° clockwise from north."""
@@ -65,11 +65,11 @@ class Puffs(NamedTuple):
         return self.base + up
 
 
-def puffs_at(air: Air, walks: Walks, legs: Legs, falls: Footfalls, time_s: float) -> Puffs:
+def puffs_at(air: Air, walks: Walkers, legs: Legs, falls: Footfalls, time_s: float) -> Puffs:
     """The puffs of these footfalls at a time, before they are thrown up and after they are gone,
     too.
     """
-    fell = struck(walks, legs, falls)
+    fell = landing(walks, legs, falls)
     age = np.clip(time_s - fell.time_s, 0.0, LIFE_S)
     dome = growth.domes(age, legs.stride[walks.prototype[falls.owner]])
     key, number = walks.key[falls.owner], footfall(legs, falls)
@@ -87,7 +87,7 @@ def puffs_at(air: Air, walks: Walks, legs: Legs, falls: Footfalls, time_s: float
     return Puffs(base, slope, *size, age, area, fell.xy, key, number)
 
 
-def trails(air: Air, walks: Walks, owner: Ints, time_s: float) -> Points:
+def trails(air: Air, walks: Walkers, owner: Ints, time_s: float) -> Points:
     """Ground in the middle of walkers' trails, (m, 3) [m]: where each was half a life ago, and as
     far down the wind as the dust of then is.
     """
@@ -118,7 +118,7 @@ def wisps_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints) -> tuple[Points, Rea
 def grains_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints, grain: Ints) -> tuple[Points, Reals]:
     """Where grains are, (m, 3) [m], and the area of each beside a full one."""
     lift, flat = _lifted(air, puffs, row, wisp)
-    at = in_ball(_chances(air, puffs, row, 1 + WISPS + wisp * growth.GRAINS + grain))
+    at = points_in_ball(_chances(air, puffs, row, 1 + WISPS + wisp * growth.GRAINS + grain))
     flat += WISP * puffs.radius[row, None] * at[:, :2]
     up = lift.up + WISP * puffs.height[row] * lift.squash * at[:, 2]
     return _raised(puffs, row, flat, up), lift.area

@@ -9,7 +9,7 @@ from scipy.interpolate import interpn
 
 from lod.arrays import Reals, freeze
 
-RISES, TURNS = 8, 6
+SKY_ROWS, SKY_COLUMNS = 8, 6
 """Cells of the sky: evenly from the horizon to overhead by the sine of their height, and by how far
 their azimuth is from the sun's, on either side, evenly up to 180°."""
 
@@ -19,8 +19,10 @@ TURBIDITIES = (2.0, 3.0, 5.0, 10.0)
 
 @dataclass(frozen=True, eq=False)
 class Sky:
-    """radiance (RISES, TURNS, 3) in red, green and blue of each cell, over that of white level
-    ground in the light of sun and sky."""
+    """Radiance of the cells of the sky over that of white level ground in the light of sun and sky.
+
+    radiance (SKY_ROWS, SKY_COLUMNS, 3) in red, green and blue
+    """
 
     radiance: np.ndarray
 
@@ -31,18 +33,18 @@ class Sky:
     def share(self) -> Reals:
         """Of the light on level ground, what comes from the sky, (3,): Σ L·∫ sin h dΩ/π; with
         rounded figures, 1 at most."""
-        found: Reals = np.minimum(falling() @ self.radiance.reshape(-1, 3), 1.0)
+        found: Reals = np.minimum(cell_irradiance() @ self.radiance.reshape(-1, 3), 1.0)
         return found
 
 
-def falling() -> Reals:
+def cell_irradiance() -> Reals:
     """Irradiance of level ground from each cell [cell by cell] where its radiance is 1/π."""
-    edges = np.linspace(0.0, 1.0, RISES + 1)
-    return np.repeat(np.diff(edges**2), TURNS) / TURNS
+    edges = np.linspace(0.0, 1.0, SKY_ROWS + 1)
+    return np.repeat(np.diff(edges**2), SKY_COLUMNS) / SKY_COLUMNS
 
 
 @lru_cache(maxsize=16)
-def sky_of(elevation_deg: float, turbidity: float) -> Sky:
+def sky_at(elevation_deg: float, turbidity: float) -> Sky:
     """The sky with the sun that high, at the table's edge beyond it: Mitsuba's ``sunsky`` (Hosek &
     Wilkie, "An analytic model for full spectral sky-dome radiance", SIGGRAPH 2012), as ``python -m
     bench.calibrate.sky_table`` averages it."""
@@ -56,7 +58,7 @@ def _ends(nodes: tuple[float, ...]) -> tuple[float, float]:
 
 @lru_cache(maxsize=1)
 def _table() -> np.ndarray:
-    """Every cell by turbidity and elevation, (t, e, RISES, TURNS, 3)."""
+    """Every cell by turbidity and elevation, (t, e, SKY_ROWS, SKY_COLUMNS, 3)."""
     with (resources.files("scenes.far_cover") / "sky.csv").open(encoding="ascii") as file:
         rows = np.loadtxt(file, delimiter=",", skiprows=1)
-    return rows[:, -3:].reshape(len(TURBIDITIES), len(ELEVATIONS_DEG), RISES, TURNS, 3)
+    return rows[:, -3:].reshape(len(TURBIDITIES), len(ELEVATIONS_DEG), SKY_ROWS, SKY_COLUMNS, 3)

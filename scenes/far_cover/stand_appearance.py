@@ -15,7 +15,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals, freeze
 from scenes.far_cover.sky import Sky
-from scenes.far_cover.stand_paths import DRAWS, GROUND, Light, seen_along
+from scenes.far_cover.stand_paths import GROUND, RANDOMS_PER_PATH, SunAndSky, trace_lines
 from scenes.far_cover.stand_rays import StandField, stand_field
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.outline_area import mean_outline_areas
@@ -24,7 +24,7 @@ from scenes.sticks.table import StickTable
 from scenes.sticks.union_area import areas_of_parts
 
 DEPRESSIONS_DEG = (3.0, 8.0, 20.0, 40.0, 65.0, 90.0)
-TURNS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)
+AZIMUTHS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)
 """Where lines come from: angle of the eye above the ground's horizon, and of its azimuth as seen
 from the ground from the sun's: at 0 the sun is behind the viewer."""
 
@@ -34,17 +34,17 @@ LINES = 10_000
 LEVELS = 33
 """Heights at which it is told how much is above."""
 
-Kind = tuple[tuple[Prototype | RiggedPrototype, ...], float]
+SpeciesDensity = tuple[tuple[Prototype | RiggedPrototype, ...], float]
 """Equally likely prototypes, and their density [1/m²]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Stand:
+class StandAppearance:
     """By kind k, depression δ and turn φ, in units of the light on unshadowed level ground.
 
     area (k, δ)  mean outline of an object [m²]
-    sent (k, δ, φ, 3)  what is met sends; lifted: what it sends besides, of light from the ground
-        over the ground's albedo
+    sent (k, δ, φ, 3)  radiance of what is met; ground_bounce: what light from the ground adds to
+        it, over the ground's albedo
     ground (δ, φ, 3)  light on the ground where lines come down to it
     height (δ,)  at which lines first meet anything, the ground included, on average [m]
     levels, above (n,)  heights [m], and of all outlines the share that is above each
@@ -52,7 +52,7 @@ class Stand:
 
     area: np.ndarray
     sent: np.ndarray
-    lifted: np.ndarray
+    ground_bounce: np.ndarray
     ground: np.ndarray
     height: np.ndarray
     levels: np.ndarray
@@ -67,19 +67,23 @@ Bare = list[list[tuple[StickTable, np.ndarray]]]
 
 
 @lru_cache(maxsize=4)
-def stand_of(kinds: tuple[Kind, ...], sun_elevation_deg: float, sky: Sky) -> Stand:
+def measure_stand(
+    kinds: tuple[SpeciesDensity, ...], sun_elevation_deg: float, sky: Sky
+) -> StandAppearance:
     """The looks of a stand of these kinds under a sun of that elevation, and its sky."""
-    bare = [[bare_of(prototype) for prototype in prototypes] for prototypes, _ in kinds]
+    bare = [[full_detail_sticks(prototype) for prototype in prototypes] for prototypes, _ in kinds]
     densities = [density for _, density in kinds]
     field, kind, colour = _field(bare, densities)
-    light = Light.of(sun_elevation_deg, TURNS_DEG, sky)
+    light = SunAndSky.at_azimuths(sun_elevation_deg, AZIMUTHS_DEG, sky)
     rng = np.random.Generator(np.random.Philox(0x57A4D))
-    shape = len(DEPRESSIONS_DEG), len(TURNS_DEG)
+    shape = len(DEPRESSIONS_DEG), len(AZIMUTHS_DEG)
     sums, met = np.zeros((2, len(kinds), *shape, 3)), np.zeros((len(kinds), *shape[:1]))
     bare_seen, ground = np.zeros((1, *shape[:1])), np.zeros((1, *shape, 3))
     heights = np.zeros(shape[:1])
     for row, depression in enumerate(DEPRESSIONS_DEG):
-        seen = seen_along(field, colour, light, depression, rng.random((LINES, DRAWS)), row * LINES)
+        seen = trace_lines(
+            field, colour, light, depression, rng.random((LINES, RANDOMS_PER_PATH)), row * LINES
+        )
         heights[row] = seen.height.mean()
         hit, of_kind = seen.stick != GROUND, kind[seen.stick]
         bare_seen[0, row] = (~hit).sum()
@@ -88,11 +92,13 @@ def stand_of(kinds: tuple[Kind, ...], sun_elevation_deg: float, sky: Sky) -> Sta
             mine = hit & (of_kind == k)
             met[k, row] = mine.sum()
             sums[0, k, row], sums[1, k, row] = (
-                each[mine].sum(axis=0) for each in (seen.sent, seen.lifted)
+                each[mine].sum(axis=0) for each in (seen.sent, seen.ground_bounce)
             )
-    sent, lifted = (_means(each, met) for each in sums)
+    sent, ground_bounce = (_means(each, met) for each in sums)
     lit = _means(ground, bare_seen)[0]
-    return Stand(_areas(bare), sent, lifted, lit, heights, *_above(bare, densities))
+    return StandAppearance(
+        _areas(bare), sent, ground_bounce, lit, heights, *_above(bare, densities)
+    )
 
 
 def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.ndarray]:
@@ -107,7 +113,7 @@ def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.nda
     return stand_field(tables, np.array(density)), kind, np.concatenate(colours)
 
 
-def bare_of(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
+def full_detail_sticks(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
     """All that a prototype is made of at full detail, as one part at rest; and its tints."""
     one = prototype.posed() if isinstance(prototype, RiggedPrototype) else prototype
     ends = one.hierarchy.part_count == 0
@@ -121,7 +127,7 @@ def bare_of(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndar
     return StickTable(np.array((0, len(columns[0]))), *columns), one.tints
 
 
-def toward(elevation_deg: float, azimuth_deg: float) -> Reals:
+def unit_direction(elevation_deg: float, azimuth_deg: float) -> Reals:
     """Unit vector to where the eye or the sun stands, (3,)."""
     e, a = math.radians(elevation_deg), math.radians(azimuth_deg)
     return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
@@ -145,7 +151,7 @@ def _above(bare: Bare, densities: list[float]) -> tuple[Reals, Reals]:
 def _areas(bare: Bare) -> Float64[np.ndarray, "k d"]:
     """Mean outline of each kind along each depression, over prototypes and two azimuths [m²]."""
     turns = (20.0, 110.0)
-    directions = np.array([toward(e, a) for e in DEPRESSIONS_DEG for a in turns])
+    directions = np.array([unit_direction(e, a) for e in DEPRESSIONS_DEG for a in turns])
     rows = []
     for prototypes in bare:
         each = [areas_of_parts(table, directions, 6.0)[0] for table, _ in prototypes]

@@ -16,12 +16,12 @@ from numba import njit
 from lod.arrays import Ints
 from lod.threads import in_runs
 from scenes.far_cover.sky import Sky
-from scenes.far_cover.stand_rays import StandField, meet_stand
+from scenes.far_cover.stand_rays import StandField, intersect_stand
 
-SURFACES = 3
+MAX_BOUNCES = 3
 """That light meets on its way, at most: as ``render.max_depth`` = 4 has it."""
 
-DRAWS = 2 * SURFACES
+RANDOMS_PER_PATH = 2 * MAX_BOUNCES
 """Random numbers that a path needs."""
 
 GROUND = -1
@@ -32,7 +32,7 @@ _LEAST = 64
 """Lines for which another thread is worth its start."""
 
 
-class Light(NamedTuple):
+class SunAndSky(NamedTuple):
     """to_sun (t, 3) unit vectors to the sun for every turn looked at, and its azimuth (t,) [rad];
     sun (3,) of the light on level ground, what comes from it; sky (r, c, 3) radiance of its cells
     (``scenes.far_cover.sky``)."""
@@ -43,34 +43,35 @@ class Light(NamedTuple):
     sky: np.ndarray
 
     @staticmethod
-    def of(elevation_deg: float, turns_deg: Sequence[float], sky: Sky) -> "Light":
+    def at_azimuths(elevation_deg: float, turns_deg: Sequence[float], sky: Sky) -> "SunAndSky":
         """That of a sky and the sun that it goes with, at every turn from the azimuth that lines
         come from: at 0 the sun is behind the viewer."""
         e, a = math.radians(elevation_deg), np.radians(turns_deg)
         level = math.cos(e)
         up = np.full(len(a), math.sin(e))
         to_sun = np.column_stack((level * np.cos(a), level * np.sin(a), up))
-        return Light(to_sun, a, 1 - sky.share, sky.radiance)
+        return SunAndSky(to_sun, a, 1 - sky.share, sky.radiance)
 
 
 class Seen(NamedTuple):
     """What lines see.
 
     stick (n,) which they meet first, GROUND where none; height (n,) at which [m]
-    sent (n, t, 3) radiance, by way of sticks alone; lifted (n, t, 3) by way of the ground once,
-    over its albedo. Of lines that meet the ground ``sent`` is over its albedo, and lifted is 0
+    sent (n, t, 3) radiance, by way of sticks alone; ground_bounce (n, t, 3) by way of the ground
+    once, over its albedo. Of lines that meet the ground ``sent`` is over its albedo, and
+    ground_bounce is 0
     """
 
     stick: Ints
     height: np.ndarray
     sent: np.ndarray
-    lifted: np.ndarray
+    ground_bounce: np.ndarray
 
 
-def seen_along(
+def trace_lines(
     stand: StandField,
     colour: Float64[np.ndarray, "k 3"],
-    light: Light,
+    light: SunAndSky,
     depression_deg: float,
     draws: Float64[np.ndarray, "n d"],
     first: int = 0,
@@ -79,7 +80,7 @@ def seen_along(
     numbers ``first`` and on. All of one line's light comes by the same ways for every turn of the
     sun, half of the lines with the sun on one side and half on the other.
 
-    colour (k, 3) of each stick of the prototypes; draws (n, DRAWS) from 0 to 1
+    colour (k, 3) of each stick of the prototypes; draws (n, RANDOMS_PER_PATH) from 0 to 1
     """
     e = math.radians(depression_deg)
     direction = np.array((math.cos(e), 0.0, math.sin(e)))
@@ -97,33 +98,35 @@ def seen_along(
 def _seen(stand, colour, light, direction, draws, first):  # type: ignore[no-untyped-def]
     n, turns = len(draws), len(light.azimuth)
     stick, height = np.full(n, GROUND), np.zeros(n)
-    sent, lifted = np.zeros((n, turns, 3)), np.zeros((n, turns, 3))
+    sent, ground_bounce = np.zeros((n, turns, 3)), np.zeros((n, turns, 3))
     up, level = np.array((0.0, 0.0, 1.0)), np.ones(3)
     above = (max(stand.top, 0.0) + 1.0) / direction[2]
     for i in range(n):
-        t, k, normal = meet_stand(stand, first + i, above * direction, -direction)
+        t, k, normal = intersect_stand(stand, first + i, above * direction, -direction)
         if k >= 0 and t < above:
             p = (above - t) * direction
             stick[i], height[i] = k, p[2]
             way = p, normal, colour[k].copy()
-            _follow(stand, first + i, colour, light, way, True, draws[i], sent[i], lifted[i])
+            _follow(stand, first + i, colour, light, way, True, draws[i], sent[i], ground_bounce[i])
         else:
             way = np.zeros(3), up, level
-            _follow(stand, first + i, colour, light, way, False, draws[i], sent[i], lifted[i])
-    return stick, height, sent, lifted
+            _follow(
+                stand, first + i, colour, light, way, False, draws[i], sent[i], ground_bounce[i]
+            )
+    return stick, height, sent, ground_bounce
 
 
 @njit(cache=True)
-def _follow(stand, number, colour, light, way, may_touch, draws, sent, lifted):  # type: ignore[no-untyped-def]
+def _follow(stand, number, colour, light, way, may_touch, draws, sent, ground_bounce):  # type: ignore[no-untyped-def]
     """Add up what reaches the eye from a point, by its normal and the colour so far. Of the ground
     on the way there is one touch at most."""
     p, normal, weight = way
     into, side = sent, 1.0 if number % 2 else -1.0
-    for turn in range(SURFACES):
+    for turn in range(MAX_BOUNCES):
         q = p + _LIFTED_M * normal
         _add_sun(stand, number, light, side, q, normal, weight, into)
         v = _drawn(normal, draws[2 * turn], draws[2 * turn + 1])
-        t, k, met = meet_stand(stand, number, q, v)
+        t, k, met = intersect_stand(stand, number, q, v)
         ground = -q[2] / v[2] if v[2] < 0 else math.inf
         if k >= 0 and t < ground:
             p, normal = q + t * v, met
@@ -131,7 +134,7 @@ def _follow(stand, number, colour, light, way, may_touch, draws, sent, lifted): 
         elif ground < math.inf:
             if not may_touch:
                 return
-            may_touch, into = False, lifted
+            may_touch, into = False, ground_bounce
             p, normal = q + ground * v, np.array((0.0, 0.0, 1.0))
         else:
             _add_sky(light, side, v, weight, into)
@@ -144,7 +147,7 @@ def _add_sun(stand, number, light, side, q, normal, weight, into):  # type: igno
         x, y, z = light.to_sun[turn]
         to_sun = np.array((x, side * y, z))
         facing = (normal * to_sun).sum() / z
-        if facing > 0 and meet_stand(stand, number, q, to_sun)[1] < 0:
+        if facing > 0 and intersect_stand(stand, number, q, to_sun)[1] < 0:
             into[turn] += weight * light.sun * facing
 
 

@@ -73,7 +73,7 @@ def _extent(table: StickTable) -> tuple[float, float, float]:
 
 
 @njit(cache=True)
-def meet_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
+def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
     """How far a line goes until it meets a stick of a stand of this number, which stick of all of
     the prototypes', and the outward normal there (3,); NOTHING, −1 and 0 if it meets none."""
     begin, end = 0.0, math.inf

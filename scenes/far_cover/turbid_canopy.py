@@ -7,7 +7,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Reals
 from lod.canopy.turbid_medium import BARE, Canopy
-from scenes.far_cover.stand_appearance import Kind, bare_of
+from scenes.far_cover.stand_appearance import SpeciesDensity, full_detail_sticks
 from scenes.field.species_field import Species
 from scenes.sticks.table import StickTable
 from scenes.sticks.union_area import areas_of_parts
@@ -18,16 +18,19 @@ STEPS = 6
 _SIDES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def canopy_of(species: tuple[Species, ...]) -> Canopy:
+def turbid_canopy(species: tuple[Species, ...]) -> Canopy:
     """What a field of these species is to the light in the air."""
     return _canopy(tuple((each.prototypes, each.density) for each in species))
 
 
 @lru_cache(maxsize=4)
-def _canopy(kinds: tuple[Kind, ...]) -> Canopy:
+def _canopy(kinds: tuple[SpeciesDensity, ...]) -> Canopy:
     if not kinds:
         return BARE
-    bare = [([bare_of(each) for each in prototypes], density) for prototypes, density in kinds]
+    bare = [
+        ([full_detail_sticks(each) for each in prototypes], density)
+        for prototypes, density in kinds
+    ]
     top = max(float(_tops(table).max()) for tables, _ in bare for table, _ in tables)
     height = top * np.linspace(0, 1, STEPS + 1) ** 2
     depth, sent, weight = np.zeros(STEPS), np.zeros(3), 0.0

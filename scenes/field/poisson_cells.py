@@ -12,7 +12,7 @@ from scipy.stats import poisson
 from lod.arrays import freeze
 from lod.camera import Corner
 from lod.pruning.compiled_test import Vantage, into_view, sees, slack
-from scenes.noise.philox import philox, unit, word_of
+from scenes.noise.philox import hash_name, philox, unit
 
 _MEAN_PER_CELL = 2.0
 """Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""
@@ -88,7 +88,7 @@ class PoissonCells:
 
     def draw(self, cell_x: np.ndarray, cell_y: np.ndarray) -> Draws:
         """Every object of the given cells: the same cell always holds the same objects."""
-        key = np.uint64(self.seed), word_of(self.name)
+        key = np.uint64(self.seed), hash_name(self.name)
         count = _counts(cell_x, cell_y, *key, self._cumulative)
         row = np.repeat(np.arange(len(count)), count)
         index = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
@@ -110,7 +110,7 @@ class PoissonCells:
         held: (cells, 4) takes of each cell how many of its objects are in the window, how many
             could be displayed, and the slack of all that (``lod.pruning.compiled_test.slack``)
         """
-        key = np.uint64(self.seed), word_of(self.name)
+        key = np.uint64(self.seed), hash_name(self.name)
         count = _counts(cell_x, cell_y, *key, self._cumulative)
         lattice = (*corner.lattice(self.exponent), self.side_m)
         room = int(count.sum())

@@ -14,7 +14,7 @@ from lod.pruning.parts import Look, Moving, Parts, Representation, Sticks, Trian
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.update_schedule import Drawn, Posed, due_in, frames_before, kept_of, past, replayed
 from lod.pruning.view import View
-from scenes.far_cover.turbid_canopy import canopy_of
+from scenes.far_cover.turbid_canopy import turbid_canopy
 from scenes.field.species_field import SpeciesField
 from scenes.frame.types import Extras, FileForm, FrameInput, Instant, Light, Quality, Visible
 from scenes.preset.load import Preset
@@ -221,7 +221,7 @@ def light_in(world: World, preset: Preset) -> Light:
     light = light_of(preset)
     if preset.render.haze != "scattered":
         return light
-    return replace(light, canopy=canopy_of(tuple(each.species for each in world.fields)))
+    return replace(light, canopy=turbid_canopy(tuple(each.species for each in world.fields)))
 
 
 def light_of(preset: Preset) -> Light:

@@ -44,6 +44,6 @@ def unit(word):  # type: ignore[no-untyped-def]
     return np.float64(word >> np.uint64(11)) * 2.0**-53
 
 
-def word_of(text: str) -> np.uint64:
+def hash_name(text: str) -> np.uint64:
     """A fixed 64-bit word for a name."""
     return np.uint64(int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little"))

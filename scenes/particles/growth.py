@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from scenes.noise.philox import word_of
-from scenes.particles.kinds import SHORTEST_LIFE, Kind
-from scenes.particles.shapes import chances, eased, in_ball
+from scenes.noise.philox import hash_name
+from scenes.particles.kinds import SHORTEST_LIFE, PlumeKind
+from scenes.particles.shapes import chances, points_in_ball, smoothstep
 
 SMALLEST, LARGEST = 0.7, 1.3
 """Sizes of particles beside each other."""
@@ -45,7 +45,7 @@ class Growth:
     clockwise from north [degrees].
     """
 
-    kind: Kind
+    kind: PlumeKind
     name: str
     seed: int
     size: float
@@ -60,7 +60,7 @@ class Growth:
 
     def born(self, births: Ints) -> tuple[Reals, Reals]:
         """When puffs are born and how long each lives, (n,) each [s]."""
-        u = chances(births, 0 * births, self.seed, word_of(self.name))
+        u = chances(births, 0 * births, self.seed, hash_name(self.name))
         lives = self.kind.life_s * (SHORTEST_LIFE + (1 - SHORTEST_LIFE) * u[:, 1])
         return (births + u[:, 0]) / self.kind.rate, lives
 
@@ -68,7 +68,7 @@ class Growth:
         """Puffs as they are at a time, alive or not, of a plume that rises from ``base`` (3,); in
         metres.
         """
-        kind, u = self.kind, chances(births, 0 * births, self.seed, word_of(self.name))
+        kind, u = self.kind, chances(births, 0 * births, self.seed, hash_name(self.name))
         born, lives = self.born(births)
         age = (time_s - born) / lives
         s = np.maximum(age, 0.0)
@@ -78,14 +78,14 @@ class Growth:
         middle[:, 0] += mouth * np.cos(2 * np.pi * u[:, 3]) + wander * np.cos(turn)
         middle[:, 1] += mouth * np.sin(2 * np.pi * u[:, 3]) + wander * np.sin(turn)
         radius = kind.young + (kind.old - kind.young) * s**_GROWTH
-        size = np.maximum(eased(s / _WAKING) * eased((1 - s) / _DYING), _SPARK)
+        size = np.maximum(smoothstep(s / _WAKING) * smoothstep((1 - s) / _DYING), _SPARK)
         at = base + self.size * middle
         return Puffs(age, at, self.size * np.maximum(radius, _SPARK), size)
 
     def members(self, birth: Ints, number: Ints) -> tuple[Points, Reals]:
         """Where particles are in puffs of radius 1, (n, 3), and their sizes, (n,)."""
-        u = chances(birth, number + 1, self.seed, word_of(self.name))
-        return in_ball(u), SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
+        u = chances(birth, number + 1, self.seed, hash_name(self.name))
+        return points_in_ball(u), SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
 
     def areas(self, births: Ints) -> tuple[Float64[np.ndarray, "u k"], Ints]:
         """Areas of all particles of each puff, those of size 1 being 1; and its row for each."""

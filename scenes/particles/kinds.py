@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from lod.errors import InputError
 
-STAND_INS = 8
+PARTICLES_PER_BALL = 8
 """Particles for which one larger stands in a puff's leaf appearance."""
 
 SHORTEST_LIFE = 0.75
@@ -12,11 +12,11 @@ SHORTEST_LIFE = 0.75
 
 
 @dataclass(frozen=True)
-class Kind:
+class PlumeKind:
     """What a plume is made of; lengths at size 1.
 
     rate       puffs born in a second; life_s: longest life of one [s]
-    particles  in a puff, a multiple of STAND_INS
+    particles  in a puff, a multiple of PARTICLES_PER_BALL
     height     to which a puff rises in its life [m]; lean: how far the wind takes it meanwhile [m]
     mouth      radius in which puffs are born [m]; wander: radius of their winding at the end [m]
     young, old radius of a puff at birth and at the end [m]
@@ -41,8 +41,8 @@ class Kind:
     glows: bool = False
 
     def __post_init__(self) -> None:
-        if self.particles % STAND_INS or self.particles < STAND_INS:
-            raise InputError("particles", self.particles, f"a multiple of {STAND_INS}")
+        if self.particles % PARTICLES_PER_BALL or self.particles < PARTICLES_PER_BALL:
+            raise InputError("particles", self.particles, f"a multiple of {PARTICLES_PER_BALL}")
         if not (self.grain > 0 and self.stretch >= 1):
             raise InputError("grain, stretch", (self.grain, self.stretch), "above 0; 1 or more")
         if not self.rate * self.life_s * SHORTEST_LIFE >= 2:
@@ -55,7 +55,7 @@ class Kind:
         return max(self.young, self.old)
 
 
-SMOKE = Kind(
+SMOKE = PlumeKind(
     rate=5.0,
     life_s=9.0,
     particles=240,
@@ -71,7 +71,7 @@ SMOKE = Kind(
 )
 """Of a wood fire in light wind; chosen by eye."""
 
-FLAMES = Kind(
+FLAMES = PlumeKind(
     rate=26.0,
     life_s=0.9,
     particles=32,

@@ -30,8 +30,8 @@ from lod.pruning.parts import Look, Parts, Sticks, Triangles
 from lod.pruning.view import View
 from scenes.field.species_field import Ground
 from scenes.particles.growth import LARGEST, Growth, Puffs
-from scenes.particles.kinds import STAND_INS, Kind
-from scenes.particles.shapes import balls, tongues
+from scenes.particles.kinds import PARTICLES_PER_BALL, PlumeKind
+from scenes.particles.shapes import ball_sticks, flame_octahedra
 
 CLUMPS = 4
 """Those that stand for each puff in a plume's leaf appearance."""
@@ -41,14 +41,14 @@ SHADES = 8
 
 
 @dataclass(frozen=True)
-class Moment:
+class PlumeState:
     """What a frame's parts are parts of: where it counts from, and when."""
 
     corner: Corner
     time_s: float
 
 
-class Grains(NamedTuple):
+class DrawnParticles(NamedTuple):
     """What is drawn: owner (n,), birth number of its puff (n,), area beside that of one particle
     of size 1 (n,), and place in a puff of radius 1 (n, 3).
     """
@@ -68,7 +68,7 @@ class Plume:
     """
 
     name: str
-    kind: Kind
+    kind: PlumeKind
     seed: int
     x: float
     y: float
@@ -90,7 +90,7 @@ class Plume:
         """One row for each level: what all its parts have in common."""
         kind, n = self.kind, self.kind.particles
         half = LARGEST * kind.grain * kind.stretch
-        reach = kind.widest * (1 + half * math.sqrt(max(STAND_INS, n / CLUMPS)))
+        reach = kind.widest * (1 + half * math.sqrt(max(PARTICLES_PER_BALL, n / CLUMPS)))
         axis = self.growth.axis(np.linspace(0, 1, 257))
         bend = float(np.linalg.norm(axis - self.growth.axis(np.array([0.5])), axis=1).max())
         separation = 1.01 * bend + kind.mouth + kind.wander
@@ -119,7 +119,7 @@ class Plume:
 
     def roots(self, view: View) -> Parts:
         """The plume itself, whether near or far."""
-        time = Moment(view.camera.corner, view.time_s)
+        time = PlumeState(view.camera.corner, view.time_s)
         zero = np.zeros(1, np.int64)
         return self._parts(time, view, zero, zero, zero - 1, np.ones(1))
 
@@ -145,15 +145,15 @@ class Plume:
         centre = puffs.middle + puffs.radius[:, None] * grains.offset
         colours = _shades(self.kind.colours)
         if self.kind.glows:
-            return tongues(centre, radius, self.kind.stretch, shade, colours, grains.owner)
-        return balls(centre, radius, shade, colours, grains.owner)
+            return flame_octahedra(centre, radius, self.kind.stretch, shade, colours, grains.owner)
+        return ball_sticks(centre, radius, shade, colours, grains.owner)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time; what has died by then is but a spark."""
         return replace(parts, state=replace(parts.state, time_s=time_s))
 
     def _parts(
-        self, time: Moment, view: View, part: Ints, object_: Ints, whole: Ints, share: Reals
+        self, time: PlumeState, view: View, part: Ints, object_: Ints, whole: Ints, share: Reals
     ) -> Parts:
         level = self._levels(part)
         inside, outside = view.limits(self.hierarchy)
@@ -172,7 +172,7 @@ class Plume:
             state=time,
         )
 
-    def _places(self, time: Moment, part: Ints) -> Points:
+    def _places(self, time: PlumeState, part: Ints) -> Points:
         """Where the origins of parts are, (n, 3) [m]."""
         birth, number = self._names(part)
         puffs = self._puffs(time, birth)
@@ -182,26 +182,28 @@ class Plume:
         at[part == 0] = self._base(time.corner) + self.size * self.growth.axis(np.array([0.5]))[0]
         return at
 
-    def _grains(self, parts: Parts, look: Look) -> Grains:
-        """What is drawn: of plumes CLUMPS for each puff, of puffs one for STAND_INS particles."""
+    def _grains(self, parts: Parts, look: Look) -> DrawnParticles:
+        """What is drawn: CLUMPS for each puff of a plume, one for PARTICLES_PER_BALL particles."""
         n, births = self.kind.particles, self.growth.live(parts.state.time_s)
-        count = np.array([CLUMPS * len(births), n // STAND_INS, 1])[parts.level] * (look.leaf > 0)
+        count = np.array([CLUMPS * len(births), n // PARTICLES_PER_BALL, 1])[parts.level] * (
+            look.leaf > 0
+        )
         owner = np.repeat(np.arange(len(parts)), count)
         number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
         birth, member = self._names(parts.part[owner])
         level = parts.level[owner]
         birth = np.where(level == 0, births[np.where(level == 0, number // CLUMPS, 0)], birth)
-        of_each = np.array([n // CLUMPS, STAND_INS, 1])[level]
+        of_each = np.array([n // CLUMPS, PARTICLES_PER_BALL, 1])[level]
         member = np.where(level == 2, member, of_each * np.where(level, number, number % CLUMPS))
         areas, row = self.growth.areas(birth)
         upto = np.column_stack((np.zeros(len(areas)), np.cumsum(areas, axis=1)))
         area = upto[row, member + of_each] - upto[row, member]
         offset = self.growth.members(birth, member)[0]
-        return Grains(owner, birth, area * look.leaf[owner], offset)
+        return DrawnParticles(owner, birth, area * look.leaf[owner], offset)
 
     def _shares(
         self,
-        time: Moment,
+        time: PlumeState,
         births: Int64[np.ndarray, " b"],
         level: Ints,
         part: Ints,
@@ -219,7 +221,7 @@ class Plume:
         share[rows] = areas[row, member] / areas.sum(axis=1)[row]
         return share
 
-    def _puffs(self, time: Moment, births: Ints) -> Puffs:
+    def _puffs(self, time: PlumeState, births: Ints) -> Puffs:
         """Puffs as they are in a frame."""
         return self.growth.puffs(time.time_s, births, self._base(time.corner))
 

@@ -16,14 +16,14 @@ _SOOT = 0.04
 """Albedo of what glows."""
 
 
-def balls(
+def ball_sticks(
     centre: Points, radius: Reals, tint: Ints, tints: Float64[np.ndarray, "t 3"], owner: Ints
 ) -> Sticks:
     """Sticks of no length."""
     return Sticks(centre, centre, radius, radius, tint, tints, owner)
 
 
-def tongues(
+def flame_octahedra(
     centre: Points,
     radius: Reals,
     stretch: float,
@@ -46,7 +46,7 @@ def tongues(
     )
 
 
-def in_ball(u: Float64[np.ndarray, "n k"]) -> Points:
+def points_in_ball(u: Float64[np.ndarray, "n k"]) -> Points:
     """Places spread evenly in the unit ball, from three uniform numbers each, (n, 3)."""
     z, turn = 2 * u[:, 1] - 1, 2 * np.pi * u[:, 2]
     flat = np.sqrt(1 - z * z)
@@ -54,7 +54,7 @@ def in_ball(u: Float64[np.ndarray, "n k"]) -> Points:
     return place * np.cbrt(u[:, 0])[:, None]
 
 
-def eased(x: Reals) -> Reals:
+def smoothstep(x: Reals) -> Reals:
     """From 0 to 1 while x does, level at both ends."""
     t = np.clip(x, 0.0, 1.0)
     return t * t * (3 - 2 * t)

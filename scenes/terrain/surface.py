@@ -54,7 +54,7 @@ NOTHING = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
 
 
 @runtime_checkable
-class Left(Protocol):
+class ResidualCover(Protocol):
     """What too distant objects leave at points of the ground."""
 
     @property
@@ -71,14 +71,14 @@ class Left(Protocol):
 
 
 @runtime_checkable
-class Far(Protocol):
+class AggregateCover(Protocol):
     """What too distant objects leave on the ground."""
 
     @property
     def highest(self) -> float:
         """The most that it lifts the ground anywhere [m]."""
 
-    def left(self, view: View, points: Points) -> Left:
+    def residual(self, view: View, points: Points) -> ResidualCover:
         """What of it there is at points (n, 3) of the ground."""
 
 
@@ -94,7 +94,7 @@ class Ground:
     spacings: Reals
     limit: Reals
     cover: Cover
-    far: Far | None
+    aggregate_cover: AggregateCover | None
 
 
 def surface(
@@ -139,10 +139,10 @@ def _drawn(ground: Ground, vertices: Points, looks: Looks) -> Float64[np.ndarray
     this of, under what is left on them."""
     smooth, slopes, bare = looks[:, :2], looks[:, 2:4], looks[:, 4:]
     level = upward(smooth)
-    if ground.far is None:
+    if ground.aggregate_cover is None:
         normals, colours = upward(slopes), bare
     else:
-        left = ground.far.left(ground.view, vertices)
+        left = ground.aggregate_cover.residual(ground.view, vertices)
         normals = upward(slopes + left.covered[:, None] * (smooth - slopes))
         colours = left.colours(level, bare)
         vertices = vertices + left.lift[:, None] * (0.0, 0.0, 1.0)

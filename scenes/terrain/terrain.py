@@ -31,7 +31,7 @@ from scenes.terrain.mesh import QUADS
 from scenes.terrain.point_cache import Shelf
 from scenes.terrain.quadtree import Squares, quarters_of, uncovered_quarters
 from scenes.terrain.relief import Relief
-from scenes.terrain.surface import NOTHING, Far, Ground, surface
+from scenes.terrain.surface import NOTHING, AggregateCover, Ground, surface
 
 SAMPLES = 4
 """Heights are looked up at SAMPLES² points of a tile to bound them."""
@@ -71,7 +71,7 @@ class Terrain:
     amplitude, wavelength, hurst, ridged, lacunarity   of the relief (scenes.terrain.relief)
     finest   spacing of the finest mesh [m], a power of two
     cover    what lies on it, one of COVERS
-    far      what is too far to be displayed leaves on it; None: nothing
+    aggregate_cover      what is too far to be displayed leaves on it; None: nothing
     """
 
     seed: int
@@ -84,7 +84,7 @@ class Terrain:
     lacunarity: float = 2.0
     cover: str = "grassy"
     name: str = "terrain"
-    far: Far | None = None
+    aggregate_cover: AggregateCover | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.reach) and 16 <= self.reach <= 1e7):
@@ -184,7 +184,9 @@ class Terrain:
         """
         level, x, y = tiles
         low, high, top = grid.boxes(grid, tiles, lowest, highest)
-        likely = np.column_stack((high[:, :2], top + (self.far.highest if self.far else 0.0)))
+        likely = np.column_stack(
+            (high[:, :2], top + (self.aggregate_cover.highest if self.aggregate_cover else 0.0))
+        )
         hidden = hidden | beside(view, low, likely)
         if grid.horizon is not None:
             rows = np.flatnonzero(~hidden)
@@ -245,7 +247,12 @@ class Terrain:
         grid: TileGrid = parts.state
         patches = uncovered_quarters(parts.level, *unpacked(parts.part))
         ground = Ground(
-            grid.view, self.relief, self.spacings, grid.limits[0], COVERS[self.cover], self.far
+            grid.view,
+            self.relief,
+            self.spacings,
+            grid.limits[0],
+            COVERS[self.cover],
+            self.aggregate_cover,
         )
         unit = grid.root_side / 2.0**patches.deepest / QUADS
         return surface(ground, patches, (grid.west, grid.south), unit, grid.shelf)

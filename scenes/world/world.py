@@ -10,8 +10,8 @@ from lod.pruning.parts import Representation
 from lod.pruning.view import View
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
-from scenes.far_cover.far_cover import FarCover
-from scenes.far_cover.sky import sky_of
+from scenes.far_cover.aggregate_cover import AggregateCover
+from scenes.far_cover.sky import sky_at
 from scenes.field.habitat import Habitat
 from scenes.field.placed_object import Placed
 from scenes.field.species_field import Species, SpeciesField
@@ -82,23 +82,23 @@ def build_world(preset: Preset) -> World:
         standing_of(name, table.kind, preset.seed, terrain, dict(table.options))
         for name, table in preset.representations.items()
     )
-    far = far_cover_of(preset, fields)
+    cover = aggregate_cover(preset, fields)
     dust = tuple(
         Dust(each, Soil(terrain.relief, terrain.cover), preset.wind.speed)
         for each in fields
         if preset.species[each.name].dust
     )
-    return World(replace(terrain, far=far), fields, placed, plumes, dust, others)
+    return World(replace(terrain, aggregate_cover=cover), fields, placed, plumes, dust, others)
 
 
-def far_cover_of(preset: Preset, fields: tuple[SpeciesField, ...]) -> FarCover | None:
+def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> AggregateCover | None:
     """What the fields leave on the ground beyond the limit, in the preset's light."""
     if not fields:
         return None
     light = preset.light
     to_sun = Light(light.sun_azimuth, light.sun_elevation, light.turbidity).to_sun
-    sky = sky_of(light.sun_elevation, light.turbidity)
-    return FarCover(tuple(each.species for each in fields), to_sun, sky)
+    sky = sky_at(light.sun_elevation, light.turbidity)
+    return AggregateCover(tuple(each.species for each in fields), to_sun, sky)
 
 
 def species_of(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:

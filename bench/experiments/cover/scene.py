@@ -107,7 +107,7 @@ def preset_of(look: str, air: str, seed: int, more: tuple[str, ...] = ()) -> Pre
 def displayed(world: World, preset: Preset, detail: float, cover: bool) -> list[Visible]:
     """What is in the pruned picture."""
     view = replace(view_at(world, preset, 1), detail=FINE * detail)
-    ground = world.terrain if cover else replace(world.terrain, far=None)
+    ground = world.terrain if cover else replace(world.terrain, aggregate_cover=None)
     return [_visible(ground, view), *(_visible(each, view) for each in world.fields)]
 
 
@@ -116,7 +116,7 @@ def whole(world: World, preset: Preset) -> list[Visible]:
     plain = replace(view_at(world, preset, 1), fade=0.0, sight=None)
     fine = replace(plain, detail=FINE * WHOLE_DETAIL, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
     ground = replace(plain, detail=FINE * GROUND_DETAIL)
-    bare = replace(world.terrain, far=None)
+    bare = replace(world.terrain, aggregate_cover=None)
     return [_visible(bare, ground), *(_visible(each, fine) for each in world.fields)]
 
 

@@ -31,7 +31,7 @@ def stopping():
     words = (*motion_clips.WORLD, *CLIPS["stop"], *people, "species.figure.density=0.02")
     preset = load_preset("meadow", words)
     world = build_world(preset)
-    return replace(world, terrain=replace(world.terrain, far=None)), preset
+    return replace(world, terrain=replace(world.terrain, aggregate_cover=None)), preset
 
 
 def pops(numbers):

@@ -11,9 +11,9 @@ from lod.errors import InputError
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.dust.appearance import Scene
+from scenes.dust.appearance import DustFrame
 from scenes.dust.dust import Dust
-from scenes.dust.footfalls import Walks, footfalls, keys, struck
+from scenes.dust.footfalls import Walkers, footfalls, keys, landing
 from scenes.dust.growth import HIGH, LIFE_S, near_ground, settling_m_s
 from scenes.dust.soil import Soil
 from scenes.field.poisson_cells import Draws
@@ -85,10 +85,10 @@ def test_feet_strike_where_the_gait_has_them():
     field, at = it.walkers, view()
     draws = field._grown(HOME, field._drawn(*map(np.ravel, np.indices((9, 9)) - 4)))
     variant, pace, rounds = field.rounds(draws)
-    walks = Walks(HOME, field.homes(HOME, draws), variant, pace, rounds, 0 * variant)
+    walks = Walkers(HOME, field.homes(HOME, draws), variant, pace, rounds, 0 * variant)
     falls = footfalls(walks, it.legs, np.arange(len(walks)), 3, at.time_s)
     falls = falls.take(it.legs.walks[variant[falls.owner], falls.leg])
-    fell = struck(walks, it.legs, falls)
+    fell = landing(walks, it.legs, falls)
     assert len(fell.time_s) > 20
     for row in range(len(fell.time_s)):
         who, leg = falls.owner[row], falls.leg[row]
@@ -110,12 +110,12 @@ def test_nothing_is_there_before_the_foot_strikes_nor_after_its_life():
     walks = walks_of(it, view())
     falls = footfalls(walks, it.legs, np.arange(len(walks)), it.legs.slots(LIFE_S), 20.0)
     falls = falls.take(it.legs.walks[walks.prototype[falls.owner], falls.leg])
-    fell = struck(walks, it.legs, falls)
+    fell = landing(walks, it.legs, falls)
     for since in (-0.5, 0.0, 0.4, LIFE_S, LIFE_S + 1):
         total = []
         for row in range(0, len(fell.time_s), 3):
             one = falls.take(np.array([row]))
-            scene = Scene(it.air, walks, it.legs, float(fell.time_s[row]) + since)
+            scene = DustFrame(it.air, walks, it.legs, float(fell.time_s[row]) + since)
             total.append(scene.puffs(one).mean_area.sum())
         if since == 0.4:
             assert min(total) > 0.05

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from scenes.far_cover.stand_rays import meet_stand, stand_field
+from scenes.far_cover.stand_rays import intersect_stand, stand_field
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit
 from scenes.sticks.ray_grid import NOTHING, first_met, grids_of
@@ -33,7 +33,7 @@ def lines(stand, numbers, origin, v):
     n = len(numbers)
     far, row, normal = np.empty(n), np.empty(n, np.int64), np.empty((n, 3))
     for i in range(n):
-        far[i], row[i], normal[i] = meet_stand(stand, numbers[i], origin[i], v[i])
+        far[i], row[i], normal[i] = intersect_stand(stand, numbers[i], origin[i], v[i])
     return far, row, normal
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lod.canopy.turbid_medium import BARE
-from scenes.far_cover.stand_appearance import bare_of
-from scenes.far_cover.turbid_canopy import canopy_of, outlines_between
+from scenes.far_cover.stand_appearance import full_detail_sticks
+from scenes.far_cover.turbid_canopy import outlines_between, turbid_canopy
 from scenes.field.species_field import Species
 from scenes.models.catalogue import made
 from scenes.models.trees.weather import Weather
@@ -34,16 +34,16 @@ def test_outlines_of_layers_add_up_and_hide_each_other():
 def test_the_canopy_of_species_is_what_they_cover_together():
     people = Species("figure", made("figure", 2, (1.0,), False, Weather()), 0.02)
     double = Species("figure", people.prototypes, 0.04)
-    once, twice = canopy_of((people,)), canopy_of((double,))
+    once, twice = turbid_canopy((people,)), turbid_canopy((double,))
     assert np.allclose(twice.depth, 2 * once.depth) and (once.depth >= 0).all()
-    tables = [bare_of(each)[0] for each in people.prototypes]
+    tables = [full_detail_sticks(each)[0] for each in people.prototypes]
     whole = np.mean([outlines_between(each, np.array((0.0, 9.0))).sum() for each in tables])
     assert once.depth.sum() == pytest.approx(0.02 * whole, rel=0.01)
     assert 0.2 < whole < 0.6  # of a person from the side [m²]
     assert 1.6 < once.top_m < 2.0
-    tints = bare_of(people.prototypes[0])[1]
+    tints = full_detail_sticks(people.prototypes[0])[1]
     assert (once.albedo > tints.min(axis=0)).all() and (once.albedo < tints.max(axis=0)).all()
-    assert canopy_of(()) is BARE and BARE.top_m == 0.0
+    assert turbid_canopy(()) is BARE and BARE.top_m == 0.0
 
 
 def test_outlines_of_mirrored_limbs_are_finite():
@@ -51,7 +51,7 @@ def test_outlines_of_mirrored_limbs_are_finite():
     rabbits = made("rabbit", 1, (1.0, 1.2), True, Weather())
     height = np.linspace(0, 1, 7) ** 2
     small, large = (
-        outlines_between(bare_of(each)[0], top * height)
+        outlines_between(full_detail_sticks(each)[0], top * height)
         for each, top in zip(rabbits, (0.3572, 0.42864), strict=True)
     )
     assert np.allclose(large, 1.44 * small, rtol=0.2, atol=2e-3)

@@ -8,8 +8,8 @@ from lod.camera import Corner, look
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune, prune_by_level
 from lod.pruning.view import View
-from scenes.far_cover.far_cover import FarCover
-from scenes.far_cover.sky import sky_of
+from scenes.far_cover.aggregate_cover import AggregateCover
+from scenes.far_cover.sky import sky_at
 from scenes.field.habitat import Habitat
 from scenes.field.species_field import Species, SpeciesField
 from scenes.models.boulder import boulder_prototypes
@@ -79,9 +79,9 @@ def test_the_law_predicts_what_grows():
 def test_what_is_too_far_to_display_is_missing_only_where_it_grows():
     points = np.random.default_rng(2).uniform(-9000, 9000, (500, 3))
     points[:, 2] = GROUND.height(HOME, points[:, :2])
-    cover = [FarCover((stones(h).species,), np.array((0.0, 0.6, 0.8)), sky_of(53.0, 3.0))
+    cover = [AggregateCover((stones(h).species,), np.array((0.0, 0.6, 0.8)), sky_at(53.0, 3.0))
              for h in (HABITAT, None)]  # fmt: skip
-    grown, all_over = (each.missing(view(), points)[:, 0] for each in cover)
+    grown, all_over = (each.undisplayed(view(), points)[:, 0] for each in cover)
     assert grown == pytest.approx(all_over * HABITAT.share(HOME, points[:, :2]))
 
 

@@ -23,7 +23,7 @@ from lod.vision.eye import Display, Eye
 from lod.vision.viewer import Sight
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species_field import Species, SpeciesField
-from scenes.noise.philox import word_of
+from scenes.noise.philox import hash_name
 from scenes.sticks.prototype import Prototype, StickTable
 
 
@@ -108,7 +108,7 @@ def objects_in(field):
     def block(x, y, number):
         counter = (x % 2**64) | (y % 2**64) << 64 | number << 128
         before = [((counter - 1) % 2**256 >> 64 * k) % 2**64 for k in range(4)]
-        key = np.array((field.seed, word_of(field.species.name)), np.uint64)
+        key = np.array((field.seed, hash_name(field.species.name)), np.uint64)
         words = Philox(counter=np.array(before, np.uint64), key=key).random_raw(4)
         return [(int(word) >> 11) / 2**53 for word in words]
 

@@ -23,7 +23,7 @@ from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people, standing
-from scenes.noise.philox import word_of
+from scenes.noise.philox import hash_name
 from scenes.preset.load import load_preset
 from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points
@@ -86,7 +86,7 @@ def world_from(seed, metric, amplitude):
 def drawn(field, lows, highs):
     """Objects of a range of cells, one by one with NumPy's own Philox: key, home, six numbers."""
     cells = PoissonCells(field.seed, field.species.name, field.species.density)
-    side, name = cells.side_m, word_of(field.species.name)
+    side, name = cells.side_m, hash_name(field.species.name)
     mean = field.species.density * side**2
     key = np.array((field.seed, name), np.uint64)
 

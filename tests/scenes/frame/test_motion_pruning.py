@@ -212,12 +212,13 @@ def test_smear_off_pays_no_heed_to_motion():
 def test_what_motion_hides_leaves_its_cover_on_the_ground():
     """At ¾ of its limit a whole is there at rest; in a pan it is gone, and the ground knows."""
     made, view = view_of("meadow", *PAN)
-    cover = made.terrain.far
+    cover = made.terrain.aggregate_cover
     kind = next(k for k, each in enumerate(cover.species) if each.name == "figure")
     limits = [view.limits(p.hierarchy)[0][0] for p in cover.species[kind].prototypes]
     ahead = view.camera.forward * (1, 1, 0)
     place = view.camera.eye + 0.75 * min(limits) * ahead / np.linalg.norm(ahead)
     gone, still = (
-        cover.missing(each, place[None])[0, kind] for each in (view, replace(view, exposure=None))
+        cover.undisplayed(each, place[None])[0, kind]
+        for each in (view, replace(view, exposure=None))
     )
     assert (gone, still) == (1, 0)

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.random import Philox
 
-from scenes.noise.philox import philox, unit, word_of
+from scenes.noise.philox import hash_name, philox, unit
 
 WORDS = st.integers(0, 2**64 - 1)
 
@@ -24,4 +24,4 @@ def test_unit_covers_the_half_open_interval():
 
 
 def test_names_have_words_of_their_own():
-    assert word_of("figure") == word_of("figure") != word_of("tree")
+    assert hash_name("figure") == hash_name("figure") != hash_name("tree")

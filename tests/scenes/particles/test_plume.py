@@ -11,7 +11,7 @@ from lod.metric.family import METRICS
 from lod.pruning.parts import Look, Triangles
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.particles.kinds import FLAMES, KINDS, SMOKE, STAND_INS
+from scenes.particles.kinds import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE
 from scenes.particles.plume import Plume
 from scenes.sticks.outline_area import directions, mean_area
 from scenes.sticks.table import StickTable
@@ -115,7 +115,7 @@ def test_from_afar_a_plume_is_a_few_large_puffs():
     assert near > 3000 and 1 <= far < 60
     parts = prune(it, view(detail=1e-3)).parts
     assert len(drawn(it, parts.take(parts.level == 1))) == (
-        np.count_nonzero(parts.level == 1) * SMOKE.particles // STAND_INS
+        np.count_nonzero(parts.level == 1) * SMOKE.particles // PARTICLES_PER_BALL
     )
 
 

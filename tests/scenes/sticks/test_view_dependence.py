@@ -15,7 +15,7 @@ from lod.metric.family import METRICS
 from lod.pruning.crossfade import sides
 from lod.pruning.parts import Look
 from lod.pruning.view import View
-from scenes.far_cover.stand_appearance import bare_of
+from scenes.far_cover.stand_appearance import full_detail_sticks
 from scenes.field.part_tables import Atlas
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
@@ -155,7 +155,7 @@ def test_what_minds_no_height_looks_the_same_from_all():
 
 def test_priority_is_of_the_tree_as_it_looks(tree):
     """P² is less than the shapes would cover if they never thinned, and near the tree's own."""
-    own = areas_of_parts(bare_of(tree)[0], directions()[::4]).max()
+    own = areas_of_parts(full_detail_sticks(tree)[0], directions()[::4]).max()
     assert tree.hierarchy.P[0] ** 2 < 0.97 * largest_area(tree.leaf)[0]
     assert tree.hierarchy.P[0] ** 2 == pytest.approx(own, rel=0.12)
 

@@ -97,7 +97,7 @@ def test_normals_are_the_reliefs_down_to_what_the_picture_shows():
 
 
 @dataclass(frozen=True, eq=False)
-class Left:
+class ResidualCover:
     lift: Reals
     covered: Reals
 
@@ -112,12 +112,16 @@ class Cloth:
     share: float
     highest: float = 2.0
 
-    def left(self, view, points) -> Left:
-        return Left(np.full(len(points), 2.0 * self.share), np.full(len(points), self.share))
+    def residual(self, view, points) -> ResidualCover:
+        return ResidualCover(
+            np.full(len(points), 2.0 * self.share), np.full(len(points), self.share)
+        )
 
 
 def test_what_covers_the_ground_hides_its_bumps_and_lifts_it():
-    bare, none, cloth = (replace(HILLS, far=far) for far in (None, Cloth(0.0), Cloth(1.0)))
+    bare, none, cloth = (
+        replace(HILLS, aggregate_cover=far) for far in (None, Cloth(0.0), Cloth(1.0))
+    )
     assert steepness(none, detail=12.0) == steepness(bare, detail=12.0)
     assert steepness(cloth, detail=12.0) < 0.9 * steepness(bare, detail=12.0)
     view = view_of(HILLS, above=300.0)

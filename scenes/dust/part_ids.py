@@ -28,7 +28,7 @@ def footfall(legs: Legs, falls: Footfalls) -> Ints:
     return falls.number * legs.strike.shape[1] + falls.leg
 
 
-def fallen(legs: Legs, owner: Ints, number: Ints) -> Footfalls:
+def decode(legs: Legs, owner: Ints, number: Ints) -> Footfalls:
     """The footfalls of these numbers."""
     cycle, leg = np.divmod(number, legs.strike.shape[1])
     return Footfalls(owner, leg, cycle)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.far_cover.far_cover import FarCover
-from scenes.far_cover.sky import RISES, TURNS, Sky, sky_of
-from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, stand_of
+from scenes.far_cover.aggregate_cover import AggregateCover
+from scenes.far_cover.sky import SKY_COLUMNS, SKY_ROWS, Sky, sky_at
+from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, measure_stand
 from scenes.field.habitat import Habitat
 from scenes.field.species_field import Species
 from scenes.preset.load import load_preset
@@ -36,12 +36,14 @@ def test_a_thin_stand_of_balls_is_lit_as_lambert_says(sky, direct, from_ground, 
     """From overhead under an overhead sun the mean cosine over the disc is 2/3; of an even sky the
     ball sees (1 + cos)/2, and of the ground, which the sky lights, the rest."""
     monkeypatch.setattr("scenes.far_cover.stand_appearance.LINES", 50_000)
-    stand = stand_of((((ball(9.0),), 0.004),), 90.0, Sky(np.full((RISES, TURNS, 3), sky)))
+    stand = measure_stand(
+        (((ball(9.0),), 0.004),), 90.0, Sky(np.full((SKY_ROWS, SKY_COLUMNS, 3), sky))
+    )
     assert stand.area[0] == pytest.approx(np.full(len(DEPRESSIONS_DEG), np.pi), rel=0.02)
     few = pytest.approx(GREY * direct, rel=0.1)
     assert stand.sent[0, :, :, 0].mean(axis=1)[-1] == few
     if sky:
-        assert stand.lifted[0, -1].mean() == pytest.approx(GREY * from_ground, rel=0.3)
+        assert stand.ground_bounce[0, -1].mean() == pytest.approx(GREY * from_ground, rel=0.3)
     assert stand.ground[-1].min() > (0.97 if sky else 0.999)
     assert (stand.height >= 0).all() and (stand.height <= 10).all()
 
@@ -51,7 +53,7 @@ def covered():
     keys = ["render.size=640x360", "camera.height=60", "air.visibility=clear", "view.detail=12"]
     balls = Species("balls", (ball(4.0, 2.0),), 0.02)
     preset = load_preset("meadow", keys)
-    cover = FarCover((balls,), np.array((0.6, 0.0, 0.8)), sky_of(53.0, 3.0))
+    cover = AggregateCover((balls,), np.array((0.6, 0.0, 0.8)), sky_at(53.0, 3.0))
     return cover, view_at(build_world(preset), preset, 1)
 
 
@@ -66,7 +68,7 @@ def test_nothing_is_left_where_nothing_is_missing_and_it_runs_on_smoothly(covere
     D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
     points = ground(view, np.linspace(60.0, 2 * D, 4000))
     bare, up = np.full((4000, 3), 0.1), np.tile((0.0, 0.0, 1.0), (4000, 1))
-    left = cover.left(view, points)
+    left = cover.residual(view, points)
     lift, colours = left.lift, left.colours(up, bare)
     near = np.linalg.norm(points - view.camera.eye, axis=1) <= D * (1 - view.fade)
     assert near.any() and not near.all()
@@ -82,7 +84,7 @@ def test_what_is_displayed_is_buried_where_the_ground_is_lifted_and_painted_on_i
     cover = replace(covered[0], species=(Species("balls", kinds, 0.04),))
     D = view.limits(kinds[1].hierarchy)[0][0]
     points = ground(view, np.linspace((1 - view.fade) * D, D, 200))
-    left, gone = cover.left(view, points), cover.missing(view, points)[:, 0]
+    left, gone = cover.residual(view, points), cover.undisplayed(view, points)[:, 0]
     assert gone[0] == pytest.approx(0.2, abs=0.01) and gone[-1] == pytest.approx(1.0)
     above = np.interp(left.lift, cover.stand.levels, cover.stand.above)
     assert left.lines.share == pytest.approx(1 - (1 - gone) * above)
@@ -103,10 +105,10 @@ def test_where_half_of_it_grows_half_of_it_is_left(covered):
     half = replace(cover, species=(replace(cover.species[0], habitat=habitat),))
     D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
     points = ground(view, np.linspace((1 - view.fade) * D, 1.5 * D, 100))
-    left, all_over = half.left(view, points), cover.left(view, points)
+    left, all_over = half.residual(view, points), cover.residual(view, points)
     assert np.allclose(left.lines.share + left.lines.rest, 0.5)
     far = all_over.rows[all_over.lines.share == 1]
-    assert np.allclose(half.missing(view, points), cover.missing(view, points) / 2)
+    assert np.allclose(half.undisplayed(view, points), cover.undisplayed(view, points) / 2)
     assert (left.covered[far] < all_over.covered[far]).all() and (left.covered[far] > 0).all()
 
 
@@ -116,13 +118,13 @@ def test_under_the_shade_of_what_is_displayed_it_sends_what_the_whole_stand_does
     D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
     points = ground(view, np.linspace((1 - view.fade) * D, 1.1 * D, 300))
     bare, up = np.full((300, 3), 0.1), np.tile((0.0, 0.0, 1.0), (300, 1))
-    left = cover.left(view, points)
+    left = cover.residual(view, points)
     rows, lines, stand = left.rows, left.lines, cover.stand
     share, shade = lines.share[:, None], lines.at(stand.ground)
     assert 0 < share.min() < 0.5 and share.max() == pytest.approx(1.0) and shade.max() < 0.99
     assert np.allclose(lines.share + lines.rest, 1)
     seen = left.colours(up, bare)[rows] * shade ** (1 - share)  # displayed balls cast that share
-    sent = lines.at(stand.sent[0]) + bare[rows] * lines.at(stand.lifted[0])
+    sent = lines.at(stand.sent[0]) + bare[rows] * lines.at(stand.ground_bounce[0])
     hidden = left.covered[rows, None]
     assert np.allclose(seen, (1 - hidden) * bare[rows] * shade + hidden * sent)
 
@@ -134,14 +136,14 @@ def test_a_stand_that_no_light_comes_through_is_not_white(covered):
     closed = replace(cover)
     vars(closed)["stand"] = replace(cover.stand, ground=0 * cover.stand.ground)
     bare, up = np.full((300, 3), 0.1), np.tile((0.0, 0.0, 1.0), (300, 1))
-    assert closed.left(view, points).colours(up, bare).max() < 0.5
+    assert closed.residual(view, points).colours(up, bare).max() < 0.5
 
 
 def test_without_fading_it_begins_at_the_limit_and_full_leaves_nothing(covered):
     cover, view = covered
     D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
     points = ground(view, np.array((0.99 * D, 1.01 * D)))
-    lift = cover.left(replace(view, fade=0.0), points).lift
+    lift = cover.residual(replace(view, fade=0.0), points).lift
     assert lift[0] == 0 and lift[1] > 0
 
 
@@ -153,6 +155,6 @@ def test_a_world_and_its_window_have_the_same_ground():
         world = build_world(preset)
         view = view_at(world, preset, 1)
         tiles = world.terrain.roots(view)
-        lifted = world.terrain.far.left(view, tiles.centre).lift
+        lifted = world.terrain.aggregate_cover.residual(view, tiles.centre).lift
         shapes.append(lifted)
     assert np.array_equal(*shapes) and shapes[0].max() > 0

@@ -22,7 +22,12 @@ from lod.metric.hierarchy import Hierarchy
 from lod.motion.image_motion import smears
 from lod.pruning.view import View, distance
 from scenes.far_cover.sky import Sky
-from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, TURNS_DEG, Stand, stand_of
+from scenes.far_cover.stand_appearance import (
+    AZIMUTHS_DEG,
+    DEPRESSIONS_DEG,
+    StandAppearance,
+    measure_stand,
+)
 from scenes.field.species_field import Species
 
 Shares = Float64[np.ndarray, "n k"]
@@ -33,7 +38,7 @@ LOWEST_DEG = DEPRESSIONS_DEG[0]
 
 
 @dataclass(frozen=True, eq=False)
-class FarCover:
+class AggregateCover:
     """Species that stand all over the ground, and the light on them.
 
     to_sun (3,) unit vector
@@ -44,11 +49,11 @@ class FarCover:
     sky: Sky
 
     @cached_property
-    def stand(self) -> Stand:
+    def stand(self) -> StandAppearance:
         """Its looks, measured when first something is missing."""
         elevation = math.degrees(math.asin(self.to_sun[2]))
         kinds = tuple((each.prototypes, each.density) for each in self.species)
-        return stand_of(kinds, round(elevation, 3), self.sky)
+        return measure_stand(kinds, round(elevation, 3), self.sky)
 
     @cached_property
     def highest(self) -> float:
@@ -56,12 +61,12 @@ class FarCover:
         prototypes = [p for each in self.species for p in each.prototypes]
         return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
 
-    def missing(self, view: View, points: Points) -> Shares:
+    def undisplayed(self, view: View, points: Points) -> Shares:
         """Share of what each species covers that is not displayed at points of the ground: what is
         small goes first, and covers less."""
-        return self._gone(view, points) * self._grown(view, points)
+        return self._undisplayed_where_grown(view, points) * self._habitat_share(view, points)
 
-    def _gone(self, view: View, points: Points) -> Shares:
+    def _undisplayed_where_grown(self, view: View, points: Points) -> Shares:
         """The same of what grows there."""
         d, gone = distance(view, points), np.empty((len(points), len(self.species)))
         for k, each in enumerate(self.species):
@@ -71,7 +76,7 @@ class FarCover:
             gone[:, k] = missing_share(d, limits, outlines, view.fade)
         return gone
 
-    def _grown(self, view: View, points: Points) -> Shares:
+    def _habitat_share(self, view: View, points: Points) -> Shares:
         """Share of its density that each species has at points of the ground."""
         grown = np.ones((len(points), len(self.species)))
         for k, each in enumerate(self.species):
@@ -79,9 +84,9 @@ class FarCover:
                 grown[:, k] = each.habitat.share(view.camera.corner, points[:, :2])
         return grown
 
-    def left(self, view: View, points: Points) -> "FarLeft":
+    def residual(self, view: View, points: Points) -> "ResidualCover":
         """What of the species there is at points (n, 3) of the ground, as the eye sees it."""
-        gone, grown = self._gone(view, points), self._grown(view, points)
+        gone, grown = self._undisplayed_where_grown(view, points), self._habitat_share(view, points)
         rows = np.flatnonzero((gone * grown).any(axis=1))
         lift, covered = np.zeros((2, len(points)))
         look = None
@@ -94,17 +99,17 @@ class FarCover:
             above = np.interp(lift[rows], self.stand.levels, self.stand.above)[:, None]
             look = _Lines.of(self, view, drawn, 1 - (1 - gone) * above, grown)
             covered[rows] = covered_share(look.depths)
-        return FarLeft(self, lift, covered, rows, look)
+        return ResidualCover(self, lift, covered, rows, look)
 
 
 @dataclass(frozen=True, eq=False)
-class FarLeft:
+class ResidualCover:
     """What is left at points of the ground (``terrain_look.Left``).
 
     rows, lines  points where anything is missing, and the lines of sight down to them
     """
 
-    cover: FarCover
+    cover: AggregateCover
     lift: np.ndarray
     covered: np.ndarray
     rows: np.ndarray
@@ -120,21 +125,21 @@ class FarLeft:
         colours, rows, cover = bare.copy(), self.rows, self.cover
         if self.lines is not None:
             light = irradiance_on(normals[rows], cover.to_sun, cover.sky.share)
-            colours[rows] = np.clip(self._sent(self.lines, bare[rows], light), 0.0, 1.0)
+            colours[rows] = np.clip(self._outgoing(self.lines, bare[rows], light), 0.0, 1.0)
         return colours
 
-    def _sent(self, look: "_Lines", bare: Points, light: Points) -> Points:
+    def _outgoing(self, look: "_Lines", bare: Points, light: Points) -> Points:
         """Radiance toward the eye over that of white ground in that ``light``, (n, 3)."""
         stand, kinds = self.cover.stand, kinds_met(look.depths)
         covered = self.covered[self.rows, None]
-        sent, lifted = (
+        sent, ground_bounce = (
             sum(kinds[:, k, None] * look.at(table[k]) for k in range(len(table)))
-            for table in (stand.sent, stand.lifted)
+            for table in (stand.sent, stand.ground_bounce)
         )
         # What is displayed shades all that is painted on the ground: of the ground only the rest of
         # the shade is missing, and what stands there is shaded already by all of the stand.
         shade = np.maximum(look.at(stand.ground), LEAST_LIGHT)
-        stands = (sent + bare * lifted) / (light * shade ** look.rest[:, None])
+        stands = (sent + bare * ground_bounce) / (light * shade ** look.rest[:, None])
         ground = bare * shade ** look.share[:, None]
         found: Points = (1 - covered) * ground + covered * stands
         return found
@@ -187,7 +192,9 @@ class _Lines:
     rest: np.ndarray
 
     @staticmethod
-    def of(cover: FarCover, view: View, points: Points, gone: Shares, grown: Shares) -> "_Lines":
+    def of(
+        cover: AggregateCover, view: View, points: Points, gone: Shares, grown: Shares
+    ) -> "_Lines":
         to_eye = view.camera.eye - points
         flat = np.hypot(to_eye[:, 0], to_eye[:, 1])
         depression = np.degrees(np.arctan2(to_eye[:, 2], flat))
@@ -196,7 +203,7 @@ class _Lines:
         turn = np.degrees(np.arctan2(to_eye[:, 1], to_eye[:, 0]) - sun)
         turn = np.abs((turn + 180.0) % 360.0 - 180.0)
         row = np.interp(depression, DEPRESSIONS_DEG, np.arange(len(DEPRESSIONS_DEG)))
-        column = np.interp(turn, TURNS_DEG, np.arange(len(TURNS_DEG)))
+        column = np.interp(turn, AZIMUTHS_DEG, np.arange(len(AZIMUTHS_DEG)))
         area = looked_up(cover.stand.area.T[:, None], row, np.zeros(len(row)))
         density = np.array([each.density for each in cover.species])
         sine = np.sin(np.radians(depression))
