@@ -59,7 +59,9 @@ class Corner:
         return ix, iy, rx * STEP_M, ry * STEP_M
 
 
-def split(x: float, y: float, cell_x: int = 0, cell_y: int = 0) -> tuple[Corner, float, float]:
+def split_position(
+    x: float, y: float, cell_x: int = 0, cell_y: int = 0
+) -> tuple[Corner, float, float]:
     """The point (x, y) metres from corner (cell_x, cell_y), as its own corner and an offset.
 
     The offset lies in [0, GRID_M) on both axes; it rounds to GRID_M itself where a coordinate is
@@ -117,7 +119,7 @@ class Camera:
         return 2 * self.tan_half[0] / self.width
 
 
-def look(
+def camera_from_heading(
     corner: Corner,
     eye: np.ndarray,
     heading_deg: float,

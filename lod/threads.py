@@ -15,7 +15,7 @@ from numba import get_num_threads
 Result = TypeVar("Result")
 
 
-def in_runs(
+def map_chunks(
     task: Callable[[int, int], Result], count: int, least: int, most: int | None = None
 ) -> list[Result]:
     """``task(first, last)`` of every run of items 0 to ``count``, in order.

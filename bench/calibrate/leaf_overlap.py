@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from bench.calibrate.leaf_light import ELEVATIONS_DEG, SIDES_DEG
-from lod.pruning.crossfade import blended
-from lod.pruning.parts import Look
+from lod.pruning.crossfade import cross_fade
+from lod.pruning.parts import BlendWeights
 from scenes.far_cover.stand_appearance import unit_direction
 from scenes.field.part_tables import Atlas
 from scenes.models.animals.catalogue import KINDS
@@ -53,9 +53,12 @@ def shown_as(one: Prototype, atlas: Atlas, level: int, share: float, height: flo
     rows, number = np.flatnonzero(there), np.cumsum(there) - 1
     whole = np.where(h.whole[rows] < 0, -1, number[h.whole[rows]])
     shown = np.where(h.level[rows] == level, share, 1.0)
-    inner, leaf, hidden = blended(whole, h.share[rows], shown)
+    inner, leaf, hidden = cross_fade(whole, h.share[rows], shown)
     rise = np.full(len(rows), np.sin(np.radians(height)))
-    found, table = atlas.sticks_of(rows, Look(inner, leaf, rise, hidden=hidden)), atlas.sticks
+    found, table = (
+        atlas.sticks_of(rows, BlendWeights(inner, leaf, rise, hidden=hidden)),
+        atlas.sticks,
+    )
     names = ("start", "end", "start_radius", "end_radius", "tint")
     columns = (getattr(table, name)[found.stick] for name in names)
     return thinned(StickTable(np.array((0, len(found.stick))), *columns), found.share)

@@ -8,7 +8,7 @@ import numpy as np
 from bench.conformance.rows import few
 from bench.conformance.rules import Rule, Subject, agrees_with_brute_force, limits_never_grow
 from bench.conformance.rules import same_seed_same_bytes as same_bytes
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import Metric
 from scenes.field.species_field import Species, SpeciesField
 from scenes.models.catalogue import made
@@ -80,5 +80,5 @@ def rabbits(metric: str) -> Subject:
     kind = Species("rabbit", made("rabbit", 1, (0.8, 1.0), False), _DENSITY)
     make = partial(SpeciesField, kind, 1, _GROUND, _EXTENT_M)
     eye = np.array((0.0, -1.2 * _EXTENT_M, 0.5))
-    camera = look(Corner(0, 0), eye, -8.0, -4.0, 65.0, (90, 50))
+    camera = camera_from_heading(Corner(0, 0), eye, -8.0, -4.0, 65.0, (90, 50))
     return Subject(make, camera, 0.3, (metric,))

@@ -5,8 +5,8 @@ from dataclasses import fields
 
 import numpy as np
 
-from lod.pruning.crossfade import looks
-from lod.pruning.parts import Look, Parts, Representation, Sticks, Triangles
+from lod.pruning.crossfade import blend_weights
+from lod.pruning.parts import BlendWeights, Parts, Representation, Sticks, Triangles
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 
@@ -22,9 +22,9 @@ def few(what: str, wrong: np.ndarray) -> Iterator[str]:
         yield f"{what}: {len(rows)} of {len(wrong)}, the first at {rows[0]}"
 
 
-def both_looks(parts: Parts) -> Look:
+def both_looks(parts: Parts) -> BlendWeights:
     """Both appearances of every part in full."""
-    return Look(np.ones(len(parts)), np.ones(len(parts)))
+    return BlendWeights(np.ones(len(parts)), np.ones(len(parts)))
 
 
 def names(parts: Parts) -> np.ndarray:
@@ -62,7 +62,7 @@ def reach_of(shape: Sticks | Triangles, centre: np.ndarray) -> tuple[np.ndarray,
 def frame_bytes(representation: Representation, view: View) -> dict[str, bytes]:
     """Every array of a frame: of its cut and of what that looks like."""
     cut = prune(representation, view)
-    shape = representation.appearance(cut.parts, looks(cut, view))
+    shape = representation.appearance(cut.parts, blend_weights(cut, view))
     both = (("parts", cut.parts), ("looks", shape))
     return {
         f"{where}.{field.name}": np.ascontiguousarray(getattr(each, field.name)).tobytes()

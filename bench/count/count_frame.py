@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lod.law.flat_ground import chained_limits, disc_areas, expected, variance
-from lod.law.uneven_ground import Moments, moments, polar_net, reach_of
-from lod.pruning.crossfade import looks
+from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
+from lod.law.uneven_ground import CountMoments, count_moments, max_ground_distance, polar_quadrature
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Triangles
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View
@@ -105,7 +105,7 @@ def count(world: World, view: View) -> Counts:
             others[one.name] = _tallies(prune(one, view))
     with watch.stage("terrain"):
         ground = prune(world.terrain, view)
-        mesh = world.terrain.appearance(ground.parts, looks(ground, view))
+        mesh = world.terrain.appearance(ground.parts, blend_weights(ground, view))
     nothing = Tally(0, 0, 0.0, 0.0)
     return Counts(
         objects=sum((s.objects for s in by_species.values()), nothing),
@@ -120,7 +120,7 @@ def count(world: World, view: View) -> Counts:
     )
 
 
-def predict(each: SpeciesField, view: View) -> Moments | None:
+def predict(each: SpeciesField, view: View) -> CountMoments | None:
     """The law for one species, per unit density; None for the metric that has none.
 
     In closed form on flat ground all round; over a net of the real ground otherwise.
@@ -131,19 +131,19 @@ def predict(each: SpeciesField, view: View) -> Moments | None:
     low, high = each.ground.bounds()
     if view.look_around and low == high and each.extent is None and not each.species.habitat:
         return _flat(each, view, high)
-    reach = reach_of(trees, view)
+    reach = max_ground_distance(trees, view)
     if each.extent is not None:
         reach = min(reach, _farthest_corner(each, view))
-    net = polar_net(view.camera.eye, reach, _RINGS, _SPOKES)
+    net = polar_quadrature(view.camera.eye, reach, _RINGS, _SPOKES)
     if each.extent is not None:
         net = type(net)(net.xy, np.where(_in_window(each, view, net.xy), net.area, 0.0), net.turn)
     if each.species.habitat is not None:
         area = net.area * each.species.habitat.share(view.camera.corner, net.xy)
         net = type(net)(net.xy, area, net.turn)
-    return moments(trees, view, net, each.ground.height(view.camera.corner, net.xy))
+    return count_moments(trees, view, net, each.ground.height(view.camera.corner, net.xy))
 
 
-def _flat(each: SpeciesField, view: View, ground: float) -> Moments:
+def _flat(each: SpeciesField, view: View, ground: float) -> CountMoments:
     trees = each.troupe.atlas.hierarchies
     share = 1 / len(trees)
     levels = np.zeros(1 + max(int(tree.level.max()) for tree in trees))
@@ -152,11 +152,11 @@ def _flat(each: SpeciesField, view: View, ground: float) -> Moments:
         above = view.camera.eye[2] - ground - tree.position[:, 2]
         limits = chained_limits(tree, view.metric, view.m, view.sight)
         areas = disc_areas(limits, above)
-        objects += expected(share, areas[:1])
-        parts += expected(share, areas)
-        spread += variance(share, areas)
+        objects += expected_count(share, areas[:1])
+        parts += expected_count(share, areas)
+        spread += count_variance(share, areas)
         levels += share * np.bincount(tree.level, weights=areas, minlength=len(levels))
-    return Moments(objects, objects, parts, spread, tuple(float(v) for v in levels))
+    return CountMoments(objects, objects, parts, spread, tuple(float(v) for v in levels))
 
 
 def _in_window(each: SpeciesField, view: View, xy: np.ndarray) -> np.ndarray:
@@ -182,7 +182,7 @@ def _tallies(cut: Cut) -> tuple[Tally, Tally]:
     )
 
 
-def _species_count(cut: Cut, predicted: Moments | None, density: float) -> SpeciesCount:
+def _species_count(cut: Cut, predicted: CountMoments | None, density: float) -> SpeciesCount:
     levels = int(cut.level.max(initial=0)) + 1
     if predicted is not None:
         levels = max(levels, len(predicted.parts_by_level))

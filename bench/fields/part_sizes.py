@@ -17,13 +17,13 @@ from bench.fields.cases import EYE_HEIGHT_M
 from bench.fields.scene import FLAT, prototypes_of
 from bench.records.records import Point
 from lod.arrays import Reals
-from lod.camera import Camera, Corner, look
+from lod.camera import Camera, Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits, disc_areas
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view import View, distance
 from lod.vision.contrast import CONTRAST_CLASSES
-from lod.vision.viewer import Sight
+from lod.vision.viewer import ViewingConditions
 from scenes.field.species_field import Species, SpeciesField
 from scenes.sticks.prototype import Prototype
 
@@ -49,10 +49,10 @@ class Seen:
 def camera(width: int) -> Camera:
     """The camera of every field, a picture so many pixels wide."""
     eye = np.array((0.0, 0.0, EYE_HEIGHT_M))
-    return look(Corner(0, 0), eye, 0.0, 0.0, 60.0, (width, 360))
+    return camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, 60.0, (width, 360))
 
 
-def view_through(sight: Sight, width: int) -> View:
+def view_through(sight: ViewingConditions, width: int) -> View:
     """All round through that air, display and eye, at a detail threshold of 1."""
     return View(camera(width), METRICS["blake"], look_around=True, sight=sight)
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from bench.fields.cases import Case
 from lod.atmosphere.air import Air, least_extinction
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.pruning.view import View
-from lod.vision.blur_cascade import Widths
-from lod.vision.viewer import Sight
+from lod.vision.blur_cascade import BlurWidths
+from lod.vision.viewer import ViewingConditions
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.figure import standing_people
 from scenes.models.trees.tree import tree_prototypes
@@ -50,8 +50,10 @@ def view_of(case: Case) -> View:
     """From the middle of the world, all round."""
     ground = float(ground_of(case).height(Corner(0, 0), np.zeros((1, 2)))[0])
     eye = np.array((0.0, 0.0, ground + case.eye_height))
-    camera = look(Corner(0, 0), eye, 0.0, 0.0, case.fov, (case.width, 1))
+    camera = camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, case.fov, (case.width, 1))
     sight = None
     if case.visibility is not None:
-        sight = Sight(Widths(camera.pixel_angle), least_extinction(Air(case.visibility)))
+        sight = ViewingConditions(
+            BlurWidths(camera.pixel_angle), least_extinction(Air(case.visibility))
+        )
     return View(camera, metric_named(case.metric), case.detail, look_around=True, sight=sight)

@@ -24,9 +24,9 @@ from numba import set_num_threads
 from bench.cli.output import table
 from bench.records.provenance import provenance
 from bench.statistics.estimates import median
-from lod.camera import Corner, look
-from lod.pruning.crossfade import looks
-from lod.pruning.parts import Look
+from lod.camera import Corner, camera_from_heading
+from lod.pruning.crossfade import blend_weights
+from lod.pruning.parts import BlendWeights
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View
 from scenes.field.species_field import Species, SpeciesField
@@ -79,7 +79,9 @@ def crowd(figures: float | None) -> SpeciesField:
 
 def view(detail: float, metric: str = "blake") -> View:
     """From eye height, all round, a while after everyone set out."""
-    camera = look(Corner(0, 0), np.array((0.0, 0.0, EYE_M)), 0.0, 0.0, 60.0, (640, 360))
+    camera = camera_from_heading(
+        Corner(0, 0), np.array((0.0, 0.0, EYE_M)), 0.0, 0.0, 60.0, (640, 360)
+    )
     return View(camera, metric_named(metric), detail, look_around=True, time_s=100.0)
 
 
@@ -102,8 +104,8 @@ def posing_rows(repeats: int, share: float) -> list[Row]:
         field = crowd(figures * share)
         seen = view(SHARP_PX, metric)
         cut = prune(field, seen)
-        walk, sticks = _walk(field, cut, looks(cut, seen))
-        shown = looks(cut, seen)
+        walk, sticks = _walk(field, cut, blend_weights(cut, seen))
+        shown = blend_weights(cut, seen)
         tasks = walk, lambda field=field, cut=cut, shown=shown: field.appearance(cut.parts, shown)
         for task, seconds in zip(("walk", "emit"), interleaved(tasks, repeats), strict=True):
             counts = cut.displayed_objects, cut.displayed_parts, sticks
@@ -117,12 +119,12 @@ def preset_rows(repeats: int) -> list[Row]:
     world = build_world(preset)
     (field,), seen = world.fields, view_at(world, preset, 1)
     cut = prune(field, seen)
-    shown = looks(cut, seen)
+    shown = blend_weights(cut, seen)
     sticks = len(field.appearance(cut.parts, shown))
 
     def whole() -> Any:
         fresh = prune(field, seen)
-        return field.appearance(fresh.parts, looks(fresh, seen))
+        return field.appearance(fresh.parts, blend_weights(fresh, seen))
 
     tasks = {
         "find, place and prune": lambda: prune(field, seen),
@@ -136,7 +138,7 @@ def preset_rows(repeats: int) -> list[Row]:
     return [Row(name, *counts, times) for name, times in zip(tasks, seconds, strict=True)]
 
 
-def _walk(field: SpeciesField, cut: Cut, shown: Look) -> tuple[Callable[[], Any], int]:
+def _walk(field: SpeciesField, cut: Cut, shown: BlendWeights) -> tuple[Callable[[], Any], int]:
     """The compiled walk over the sticks of a cut, ready to go, and how many they are."""
     atlas, pose_tables = field.troupe.atlas, field.troupe.pose_tables
     order = np.argsort(cut.parts.object, kind="stable")
@@ -157,7 +159,7 @@ def frame_rows(cases: Sequence[tuple[str, SpeciesField, View]], repeats: int) ->
 
     def frame(field: SpeciesField, seen: View) -> tuple[Cut, int]:
         cut = prune(field, seen)
-        return cut, len(field.appearance(cut.parts, looks(cut, seen)))
+        return cut, len(field.appearance(cut.parts, blend_weights(cut, seen)))
 
     cuts = [frame(field, seen) for _, field, seen in cases]
     tasks = [lambda field=f, seen=v: frame(field, seen) for _, f, v in cases]
@@ -207,7 +209,7 @@ def run(repeats: int, share: float) -> dict[str, Any]:
     start = time.perf_counter()
     seen = view(1.0)
     cut = prune(crowd(20.0), seen)
-    crowd(20.0).appearance(cut.parts, looks(cut, seen))
+    crowd(20.0).appearance(cut.parts, blend_weights(cut, seen))
     compiling = time.perf_counter() - start
     return {
         "compiling_s": compiling,

@@ -24,8 +24,8 @@ import psutil
 from bench.cli.output import table
 from bench.statistics.estimates import Estimate, median
 from bench.studies.posing import interleaved
-from lod.pruning.compiled_test import vantage_of
-from lod.pruning.crossfade import looks
+from lod.pruning.compiled_test import compile_view
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
@@ -74,12 +74,12 @@ def rate(count: int, seconds: Sequence[float]) -> str:
 def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float) -> Rows:
     """One species: part tests, objects turned away, sticks emitted."""
     cut = prune(field, view)
-    instances, look = cut.parts.state.instances, looks(cut, view)
+    instances, look = cut.parts.state.instances, blend_weights(cut, view)
     slots, atlas, pose_tables = field.troupe.slots, field.troupe.atlas, field.troupe.pose_tables
     limits = limits_of(slots, atlas, view, 0.0)
     still = np.zeros(len(instances))
     coarse = View(view.camera, view.metric, view.detail * _FAR, view.offscreen_detail)
-    beyond, vantage, corner = field.near(coarse), vantage_of(view), view.camera.corner
+    beyond, vantage, corner = field.near(coarse), compile_view(view), view.camera.corner
 
     def turn_away() -> tuple[Any, int]:
         return field.cells.near(*field._cells_near(view), corner, vantage, beyond)
@@ -91,7 +91,7 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
         lambda: walk(pose_tables, slots, limits, instances, still, view),
         turn_away,
         lambda: field.appearance(cut.parts, look),
-        lambda: looks(cut, view),
+        lambda: blend_weights(cut, view),
     ]
     test_s, away_s, emit_s, look_s = interleaved(tasks, repeats)
     floor = (len(cut) * _OUT_BYTES + len(instances) * _BODY_BYTES) / speed
@@ -141,7 +141,7 @@ def described(world: World, preset: Preset, view: View) -> dict[str, Any]:
     for each in world.representations:
         cut = prune(each, view)
         visible.append(
-            Visible(each.name, short_ids(cut), each.appearance(cut.parts, looks(cut, view)))
+            Visible(each.name, short_ids(cut), each.appearance(cut.parts, blend_weights(cut, view)))
         )
     return describe(view.camera, visible, light_of(preset), preset.render.max_depth)
 
@@ -201,7 +201,7 @@ def ready(variant: str, size: str, repeats: int) -> Rows:
         spent, grown = [], 0
         for _ in range(times):
             before, start = process.memory_info().rss, time.perf_counter()
-            shape = field.appearance(cut.parts, looks(cut, view))
+            shape = field.appearance(cut.parts, blend_weights(cut, view))
             seen = (Visible(field.name, cut, shape),)
             held = stage_of(plain(view.camera, seen, air, light, quality), air, quality).built
             spent.append(time.perf_counter() - start)

@@ -19,7 +19,7 @@ from numba import njit
 from bench.cli.output import table
 from lod.camera import Camera
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Triangles
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
@@ -41,7 +41,7 @@ _NEAREST_M = 0.1
 def ground(terrain: Terrain, view: View) -> tuple[int, Triangles]:
     """Tiles displayed, and their mesh."""
     cut = prune(terrain, view)
-    return len(cut), terrain.appearance(cut.parts, looks(cut, view))
+    return len(cut), terrain.appearance(cut.parts, blend_weights(cut, view))
 
 
 def skyline(triangles: Triangles, camera: Camera) -> np.ndarray:

@@ -31,9 +31,9 @@ Refusal(who='joe/right leg',
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from lod.actors.appearance import NOTHING, Appearance, Stick
-from lod.actors.dispatch import changing, query
-from lod.actors.joint import HERE, RevoluteJoint
+from lod.actors.appearance import NO_STICKS, Appearance, ConeStick
+from lod.actors.dispatch import mutator, query
+from lod.actors.joint import IDENTITY_JOINT, RevoluteJoint
 from lod.actors.message import Route, ask
 from lod.actors.object_with_parts import ObjectWithParts
 from lod.actors.quaternion import Quaternion, Vector, VectorLike, rotation
@@ -48,7 +48,7 @@ def always(route: Route, position: Vector) -> bool:
 
 
 @dataclass(frozen=True)
-class Described:
+class PartDescription:
     """What an assembled actor says of one of its parts: values only, never the part.
 
     joint  in the frame of its whole;  look, leaf_look  inner and leaf appearance, in its own frame
@@ -56,8 +56,8 @@ class Described:
 
     route: Route
     joint: RevoluteJoint
-    look: Appearance = NOTHING
-    leaf_look: Appearance = NOTHING
+    look: Appearance = NO_STICKS
+    leaf_look: Appearance = NO_STICKS
 
 
 class PositionableObject(ObjectWithParts, abstract=True):
@@ -66,7 +66,7 @@ class PositionableObject(ObjectWithParts, abstract=True):
     def __init__(
         self,
         parts: Mapping[str, ObjectWithParts] | None = None,
-        joint: RevoluteJoint = HERE,
+        joint: RevoluteJoint = IDENTITY_JOINT,
         part_types: Mapping[str, type[ObjectWithParts]] | None = None,
         name: str | None = None,
     ) -> None:
@@ -89,22 +89,22 @@ class PositionableObject(ObjectWithParts, abstract=True):
         """Orientation in the frame of its whole, a number of the asker's own."""
         return self._joint.orientation
 
-    @changing
+    @mutator
     def place(self, position: VectorLike) -> None:
         """Move the origin there, in the frame of its whole [m]; turned as before."""
         self._joint = self._joint.placed(position)
 
-    @changing
+    @mutator
     def orient(self, orientation: Quaternion) -> None:
         """Replace the orientation (figure 4). Refused beyond the joint's limits."""
         self._joint = self._joint.oriented(orientation)
 
-    @changing
+    @mutator
     def turn(self, axis: VectorLike, angle_deg: float) -> None:
         """Turn in place about an axis of the frame of its whole. Refused beyond the limits."""
         self._joint = self._joint.oriented(rotation(axis, angle_deg) * self._joint.orientation)
 
-    @changing
+    @mutator
     def bend(self, angles_deg: VectorLike) -> None:
         """Set the turn from rest to a rotation vector [degrees]. Refused beyond the limits."""
         self._joint = self._joint.bent(angles_deg)
@@ -115,29 +115,29 @@ class PositionableObject(ObjectWithParts, abstract=True):
 
         Every part answers for those below it, and its whole carries the answers into its own frame.
         """
-        found = [((), HERE.carry(self._joint))]
+        found = [((), IDENTITY_JOINT.carry(self._joint))]
         for name in self.part_names():
             below = self._tell(ask((name,), "frames"))
             found += [((name, *route), self._joint.carry(frame)) for route, frame in below]
         return tuple(found)
 
     @query
-    def description(self) -> tuple[Described, ...]:
+    def description(self) -> tuple[PartDescription, ...]:
         """This object and every part below it, wholes before their parts."""
-        found = [Described((), self._joint)]
+        found = [PartDescription((), self._joint)]
         return tuple(found) + self._descriptions_below()
 
-    def _descriptions_below(self) -> tuple[Described, ...]:
+    def _descriptions_below(self) -> tuple[PartDescription, ...]:
         return tuple(
-            Described((name, *part.route), part.joint, part.look, part.leaf_look)
+            PartDescription((name, *part.route), part.joint, part.look, part.leaf_look)
             for name in self.part_names()
             for part in self._tell(ask((name,), "description"))
         )
 
     @query
     def shown(
-        self, whole: RevoluteJoint = HERE, displayed: Test = always
-    ) -> tuple[tuple[Route, Stick], ...] | None:
+        self, whole: RevoluteJoint = IDENTITY_JOINT, displayed: Test = always
+    ) -> tuple[tuple[Route, ConeStick], ...] | None:
         """The sticks of every displayed part from here down, each with its route from the root.
 
         whole      frame of the whole, in the frame that the sticks are wanted in
@@ -154,7 +154,7 @@ class PositionableObject(ObjectWithParts, abstract=True):
 
     def _look_as(self, is_leaf: bool) -> Appearance:
         """Nothing is to be seen of an object that is only somewhere."""
-        return NOTHING
+        return NO_STICKS
 
 
 class Actor(PositionableObject, abstract=True):
@@ -167,8 +167,8 @@ class Actor(PositionableObject, abstract=True):
     def __init__(
         self,
         parts: Mapping[str, ObjectWithParts] | None = None,
-        joint: RevoluteJoint = HERE,
-        look: Appearance = NOTHING,
+        joint: RevoluteJoint = IDENTITY_JOINT,
+        look: Appearance = NO_STICKS,
         leaf_look: Appearance | None = None,
         part_types: Mapping[str, type[ObjectWithParts]] | None = None,
         name: str | None = None,
@@ -186,15 +186,15 @@ class Actor(PositionableObject, abstract=True):
         """Its look while none of its parts is displayed (§2.4)."""
         return self._leaf_look
 
-    @changing
+    @mutator
     def wear(self, look: Appearance, leaf_look: Appearance | None = None) -> None:
         """Fill the appearance slot anew, the leaf look with the same unless another is given."""
         self._look, self._leaf_look = look, look if leaf_look is None else leaf_look
 
     @query
-    def description(self) -> tuple[Described, ...]:
+    def description(self) -> tuple[PartDescription, ...]:
         """This actor and every part below it, wholes before their parts."""
-        own = Described((), self._joint, self._look, self._leaf_look)
+        own = PartDescription((), self._joint, self._look, self._leaf_look)
         return (own, *self._descriptions_below())
 
     def _look_as(self, is_leaf: bool) -> Appearance:
@@ -211,8 +211,8 @@ class SimpleActor(Actor):
 
     def __init__(
         self,
-        joint: RevoluteJoint = HERE,
-        look: Appearance = NOTHING,
+        joint: RevoluteJoint = IDENTITY_JOINT,
+        look: Appearance = NO_STICKS,
         name: str | None = None,
     ) -> None:
         super().__init__(joint=joint, look=look, name=name)
@@ -228,8 +228,8 @@ class CompoundActor(Actor):
     def __init__(
         self,
         parts: Mapping[str, ObjectWithParts],
-        joint: RevoluteJoint = HERE,
-        look: Appearance = NOTHING,
+        joint: RevoluteJoint = IDENTITY_JOINT,
+        look: Appearance = NO_STICKS,
         leaf_look: Appearance | None = None,
         name: str | None = None,
     ) -> None:

@@ -10,7 +10,7 @@ from lod.errors import InputError
 
 
 @dataclass(frozen=True, init=False)
-class Stick:
+class ConeStick:
     """A round cone with round ends, in the frame of the part that looks so.
 
     start, end                centres of the two spheres [m]
@@ -41,19 +41,19 @@ class Stick:
         if not all(0 <= share <= 1 for share in self.albedo):
             raise InputError("stick.albedo", self.albedo, "three shares, 0 to 1")
 
-    def sticks_in(self, frame: RevoluteJoint) -> tuple["Stick", ...]:
+    def sticks_in(self, frame: RevoluteJoint) -> tuple["ConeStick", ...]:
         """This stick in the frame that ``frame``, the joint of its part, is given in."""
         ends = frame.to_whole(self.start), frame.to_whole(self.end)
         return (replace(self, start=ends[0], end=ends[1]),)
 
 
 @dataclass(frozen=True)
-class Bundle:
+class StickBundle:
     """Several sticks as one appearance; none at all is an appearance too."""
 
-    sticks: tuple[Stick, ...] = ()
+    sticks: tuple[ConeStick, ...] = ()
 
-    def sticks_in(self, frame: RevoluteJoint) -> tuple[Stick, ...]:
+    def sticks_in(self, frame: RevoluteJoint) -> tuple[ConeStick, ...]:
         """All of them, in the order given."""
         return tuple(placed for stick in self.sticks for placed in stick.sticks_in(frame))
 
@@ -62,8 +62,8 @@ class Bundle:
 class Appearance(Protocol):
     """What fills the appearance slot of an actor: a value that gives its sticks in any frame."""
 
-    def sticks_in(self, frame: RevoluteJoint) -> tuple[Stick, ...]:
+    def sticks_in(self, frame: RevoluteJoint) -> tuple[ConeStick, ...]:
         """Its sticks, in the frame that ``frame`` is given in."""
 
 
-NOTHING = Bundle()
+NO_STICKS = StickBundle()

@@ -5,18 +5,18 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lod.actors.actor import PositionableObject, Test, always
-from lod.actors.appearance import Stick
+from lod.actors.appearance import ConeStick
 from lod.actors.dispatch import query
-from lod.actors.joint import HERE, RevoluteJoint
+from lod.actors.joint import IDENTITY_JOINT, RevoluteJoint
 from lod.actors.message import Route, ask
 from lod.actors.object_with_parts import ObjectWithParts
 from lod.actors.quaternion import NORTH, UP, rotate
-from lod.camera import GRID_M, split
+from lod.camera import GRID_M, split_position
 from lod.camera import Camera as Projection
 from lod.pruning.parts import Sticks
 
 
-class Camera(PositionableObject):
+class CameraActor(PositionableObject):
     """Renders other actors. Its eye is its origin; it looks along its own y, its own z upwards.
 
     fov_x_deg  full horizontal field of view;  size  width and height [px]
@@ -24,7 +24,7 @@ class Camera(PositionableObject):
 
     def __init__(
         self,
-        joint: RevoluteJoint = HERE,
+        joint: RevoluteJoint = IDENTITY_JOINT,
         fov_x_deg: float = 60.0,
         size: tuple[int, int] = (640, 360),
         parts: Mapping[str, ObjectWithParts] | None = None,
@@ -35,13 +35,15 @@ class Camera(PositionableObject):
         self._fov_x_deg, self._size = fov_x_deg, size
 
     @query
-    def projection(self, whole: RevoluteJoint = HERE, cell: tuple[int, int] = (0, 0)) -> Projection:
+    def projection(
+        self, whole: RevoluteJoint = IDENTITY_JOINT, cell: tuple[int, int] = (0, 0)
+    ) -> Projection:
         """The camera of the theory that stands where this one does.
 
         whole  frame of the whole that carries it;  cell  the grid square that positions count from
         """
         frame = whole.carry(self._joint)
-        corner, x, y = split(frame.position[0], frame.position[1], *cell)
+        corner, x, y = split_position(frame.position[0], frame.position[1], *cell)
         eye = np.array((x, y, frame.position[2]))
         forward, up = (np.array(rotate(frame.orientation, axis)) for axis in (NORTH, UP))
         return Projection(corner, eye, forward, up, np.radians(self._fov_x_deg), *self._size)
@@ -51,7 +53,7 @@ class Camera(PositionableObject):
         self,
         actors: Sequence[PositionableObject],
         displayed: Test = always,
-        whole: RevoluteJoint = HERE,
+        whole: RevoluteJoint = IDENTITY_JOINT,
     ) -> Sticks:
         """The sticks of the displayed parts of some actors, in the frame of ``projection(whole)``.
 
@@ -60,14 +62,14 @@ class Camera(PositionableObject):
         """
         corner = self.projection(whole).corner
         frame = RevoluteJoint((-corner.x * GRID_M, -corner.y * GRID_M, 0.0))
-        found: list[tuple[int, Route, Stick]] = []
+        found: list[tuple[int, Route, ConeStick]] = []
         for number, actor in enumerate(actors):
             sticks = actor.receive(ask("", "shown", frame, displayed)).value or ()
             found += [(number, route, stick) for route, stick in sticks]
         return _batched(found)
 
 
-def _batched(found: Sequence[tuple[int, Route, Stick]]) -> Sticks:
+def _batched(found: Sequence[tuple[int, Route, ConeStick]]) -> Sticks:
     sticks = [stick for _, _, stick in found]
     rows = {key: row for row, key in enumerate(dict.fromkeys(key[:2] for key in found))}
     tints = list(dict.fromkeys(stick.albedo for stick in sticks))

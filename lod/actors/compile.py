@@ -11,12 +11,12 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float64
 
-from lod.actors.actor import Described, PositionableObject
-from lod.actors.appearance import Stick
-from lod.actors.joint import HERE
-from lod.actors.message import Route, ask, read, written
-from lod.actors.nearest_route import nearest
-from lod.actors.quaternion import AS_IT_IS, Vector
+from lod.actors.actor import PartDescription, PositionableObject
+from lod.actors.appearance import ConeStick
+from lod.actors.joint import IDENTITY_JOINT
+from lod.actors.message import Route, ask, format_route, parse_route
+from lod.actors.nearest_route import nearest_route
+from lod.actors.quaternion import IDENTITY, Vector
 from lod.arrays import freeze
 from lod.errors import InputError
 from lod.rotations import products, rotated, units
@@ -89,21 +89,21 @@ class ActorArrays:
 
     def row(self, route: str | Sequence[str]) -> int:
         """Row of the part at a route. Raises InputError that names the nearest known one."""
-        names = read(route)
+        names = parse_route(route)
         if names not in self.routes:
-            cure = f"did you mean {written(nearest(names, self.routes))!r}?"
-            raise InputError("route", written(names), f"one of {len(self)} known routes", cure)
+            cure = f"did you mean {format_route(nearest_route(names, self.routes))!r}?"
+            raise InputError("route", format_route(names), f"one of {len(self)} known routes", cure)
         return self.routes.index(names)
 
 
 def compile_actor(actor: PositionableObject) -> ActorArrays:
     """The arrays of an actor as it stands, by its own answers; Refused where a whole refuses."""
-    parts: tuple[Described, ...] = actor.receive(ask("", "description")).value
+    parts: tuple[PartDescription, ...] = actor.receive(ask("", "description")).value
     row = {part.route: i for i, part in enumerate(parts)}
     joints = [part.joint for part in parts]
     boxes = [joint.limits for joint in joints]
-    inner = [part.look.sticks_in(HERE) for part in parts]
-    leaf = [part.leaf_look.sticks_in(HERE) for part in parts]
+    inner = [part.look.sticks_in(IDENTITY_JOINT) for part in parts]
+    leaf = [part.leaf_look.sticks_in(IDENTITY_JOINT) for part in parts]
     tints = {stick.albedo: None for sticks in (*inner, *leaf) for stick in sticks}
     tint = {albedo: i for i, albedo in enumerate(tints)}
     return ActorArrays(
@@ -111,7 +111,7 @@ def compile_actor(actor: PositionableObject) -> ActorArrays:
         whole=np.array([row[part.route[:-1]] if part.route else -1 for part in parts]),
         position=np.array([joint.position for joint in joints]),
         orientation=np.array([joint.turn for joint in joints]),
-        rest=np.array([box.rest if box else AS_IT_IS for box in boxes]),
+        rest=np.array([box.rest if box else IDENTITY for box in boxes]),
         low_deg=np.array([box.low_deg if box else (-np.inf,) * 3 for box in boxes]),
         high_deg=np.array([box.high_deg if box else (np.inf,) * 3 for box in boxes]),
         inner=_stick_arrays(inner, tint),
@@ -120,7 +120,7 @@ def compile_actor(actor: PositionableObject) -> ActorArrays:
     )
 
 
-def _stick_arrays(looks: list[tuple[Stick, ...]], tint: dict[Vector, int]) -> StickArrays:
+def _stick_arrays(looks: list[tuple[ConeStick, ...]], tint: dict[Vector, int]) -> StickArrays:
     sticks = [stick for look in looks for stick in look]
     return StickArrays(
         first=np.cumsum([0, *map(len, looks)]),

@@ -6,7 +6,7 @@ from inspect import Parameter, signature
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from lod.actors.message import Action, Message
-from lod.actors.nearest_route import nearest
+from lod.actors.nearest_route import nearest_route
 
 Self = TypeVar("Self")
 Given = ParamSpec("Given")
@@ -20,7 +20,7 @@ def query(
     return _by_message(method, changes=False)
 
 
-def changing(
+def mutator(
     method: Callable[Concatenate[Self, Given], Result],
 ) -> Callable[Concatenate[Self, Given], Result]:
     """A method that messages may have carried out: it changes state, all or nothing.
@@ -50,7 +50,7 @@ def _by_message(
     return called
 
 
-def misunderstood(receiver: object, action: Action) -> str:
+def rejection_reason(receiver: object, action: Action) -> str:
     """Why ``receiver`` cannot be sent that action; empty where it can."""
     kind = type(receiver)
     method: Any = getattr(kind, action.name, None)
@@ -69,5 +69,5 @@ def _not_known(kind: type, action: Action) -> str:
     doing = "change" if action.changes else "question"
     if not known:
         return f"understands no {doing} at all"
-    closest = nearest((action.name,), [(name,) for name in known])[0]
+    closest = nearest_route((action.name,), [(name,) for name in known])[0]
     return f"understands no {doing} {action.name!r}; the nearest is {closest!r}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.actors.quaternion import (
-    AS_IT_IS,
+    IDENTITY,
     Components,
     Quaternion,
     Vector,
@@ -20,12 +20,12 @@ from lod.actors.quaternion import (
 )
 from lod.errors import InputError
 
-Turn = Quaternion | Sequence[float] | np.ndarray
+RotationLike = Quaternion | Sequence[float] | np.ndarray
 _TOLERANCE_DEG = 1e-9
 
 
 @dataclass(frozen=True, init=False)
-class Limits:
+class JointLimits:
     """How far a joint turns from rest: a box of rotation vectors (axis times angle) [degrees].
 
     A hinge has room on one axis only, and (0, 0, 0) need not lie inside.
@@ -36,7 +36,9 @@ class Limits:
     high_deg: Vector
     rest: Components
 
-    def __init__(self, low_deg: VectorLike, high_deg: VectorLike, rest: Turn = AS_IT_IS) -> None:
+    def __init__(
+        self, low_deg: VectorLike, high_deg: VectorLike, rest: RotationLike = IDENTITY
+    ) -> None:
         low, high = vector(low_deg, "limits.low"), vector(high_deg, "limits.high")
         if any(a > b for a, b in zip(low, high, strict=True)):
             raise InputError("limits.low", low, f"at most the high limits, {high}, on every axis")
@@ -70,13 +72,13 @@ class RevoluteJoint:
 
     position: Vector
     turn: Components
-    limits: Limits | None
+    limits: JointLimits | None
 
     def __init__(
         self,
         position: VectorLike = (0.0, 0.0, 0.0),
-        turn: Turn = AS_IT_IS,
-        limits: Limits | None = None,
+        turn: RotationLike = IDENTITY,
+        limits: JointLimits | None = None,
     ) -> None:
         """``turn``: a Quaternion or its components. Raises InputError beyond the limits."""
         object.__setattr__(self, "position", vector(position, "position"))
@@ -95,7 +97,7 @@ class RevoluteJoint:
     @property
     def angles_deg(self) -> Vector:
         """The turn from rest as a rotation vector [degrees], the short way round."""
-        rest = Quaternion(*self.limits.rest) if self.limits else Quaternion(*AS_IT_IS)
+        rest = Quaternion(*self.limits.rest) if self.limits else Quaternion(*IDENTITY)
         return rotation_vector(1 / rest * self.orientation)
 
     def placed(self, position: VectorLike) -> "RevoluteJoint":
@@ -123,7 +125,7 @@ class RevoluteJoint:
         return RevoluteJoint(self.to_whole(part.position), turned)
 
 
-def _rotation_components(turn: Turn, where: str) -> Components:
+def _rotation_components(turn: RotationLike, where: str) -> Components:
     try:
         return components(unit(Quaternion(*(float(value) for value in turn))))
     except (TypeError, ValueError, RuntimeError):
@@ -138,5 +140,5 @@ def _long_way(short: Vector) -> Vector:
     return short[0] * scale, short[1] * scale, short[2] * scale
 
 
-HERE = RevoluteJoint()
+IDENTITY_JOINT = RevoluteJoint()
 """The joint that changes nothing: the frame in which a whole stands by itself."""

@@ -13,7 +13,7 @@ from typing import Any
 
 from lod.errors import InputError
 
-BETWEEN = "/"
+SEPARATOR = "/"
 """Stands between the names of a route; a dot is read in the same way."""
 
 Route = tuple[str, ...]
@@ -51,7 +51,7 @@ class Message:
 
     def __repr__(self) -> str:
         kind = "change" if self.action.changes else "ask"
-        return f"<{kind} {written(self.route) or 'itself'}: {self.action!r}>"
+        return f"<{kind} {format_route(self.route) or 'itself'}: {self.action!r}>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,18 +79,18 @@ Reply = Answer | Refusal
 
 def ask(route: str | Sequence[str], name: str, *arguments: Any) -> Message:
     """A request for information: the query ``name`` of the part at ``route`` ("" = the whole)."""
-    return Message(read(route), Action(name, arguments))
+    return Message(parse_route(route), Action(name, arguments))
 
 
 def change(route: str | Sequence[str], name: str, *arguments: Any) -> Message:
     """A request to change: the method ``name`` of the part at ``route`` ("" = the whole)."""
-    return Message(read(route), Action(name, arguments, changes=True))
+    return Message(parse_route(route), Action(name, arguments, changes=True))
 
 
-def read(route: str | Sequence[str]) -> Route:
+def parse_route(route: str | Sequence[str]) -> Route:
     """The names of a route written with slashes or dots, or given one by one."""
     if isinstance(route, str):
-        names = route.replace(".", BETWEEN).split(BETWEEN) if route else []
+        names = route.replace(".", SEPARATOR).split(SEPARATOR) if route else []
     else:
         names = list(route)
     for name in names:
@@ -99,6 +99,6 @@ def read(route: str | Sequence[str]) -> Route:
     return tuple(name.strip() for name in names)
 
 
-def written(route: Sequence[str]) -> str:
+def format_route(route: Sequence[str]) -> str:
     """A route as text."""
-    return BETWEEN.join(route)
+    return SEPARATOR.join(route)

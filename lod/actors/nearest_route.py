@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from difflib import SequenceMatcher
 
-from lod.actors.message import Route, written
+from lod.actors.message import Route, format_route
 
 
-def nearest(route: Route, known: Sequence[Route]) -> Route:
+def nearest_route(route: Route, known: Sequence[Route]) -> Route:
     """The known route most like ``route``: in the part it leads to, and on the way there.
 
-    >>> nearest(("foot",), [("arm", "hand"), ("leg", "foot")])
+    >>> nearest_route(("foot",), [("arm", "hand"), ("leg", "foot")])
     ('leg', 'foot')
     """
     return max(known, key=lambda other: _likeness(route, other))
@@ -23,4 +23,4 @@ def _likeness(route: Route, other: Route) -> tuple[float, float]:
 
 
 def _ratio(a: Sequence[str], b: Sequence[str]) -> float:
-    return SequenceMatcher(None, written(a), written(b), autojunk=False).ratio()
+    return SequenceMatcher(None, format_route(a), format_route(b), autojunk=False).ratio()

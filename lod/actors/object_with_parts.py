@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from types import MethodType
 from typing import Any, ClassVar, Never, TypeVar
 
-from lod.actors.dispatch import misunderstood, query
+from lod.actors.dispatch import query, rejection_reason
 from lod.actors.message import (
     Action,
     Answer,
@@ -20,10 +20,10 @@ from lod.actors.message import (
     Refused,
     Reply,
     Route,
-    read,
-    written,
+    format_route,
+    parse_route,
 )
-from lod.actors.nearest_route import nearest
+from lod.actors.nearest_route import nearest_route
 from lod.errors import InputError
 
 Self = TypeVar("Self", bound="ObjectWithParts")
@@ -186,7 +186,7 @@ class ObjectWithParts:
 
     def __perform(self, action: Action) -> Reply:
         """Carry out an action on this very object."""
-        if why := misunderstood(self, action):
+        if why := rejection_reason(self, action):
             return self.refuse(why)
         self.__active += 1
         try:
@@ -202,7 +202,7 @@ class ObjectWithParts:
     def __unknown(self, route: Route) -> str:
         if not (known := self.__all_routes()):
             return f"has no part {route[0]!r}; it has no parts at all"
-        closest = written((*self._route, *nearest(route, known)))
+        closest = format_route((*self._route, *nearest_route(route, known)))
         return f"has no part {route[0]!r}; the nearest known route is {closest!r}"
 
     def __remember(self) -> list[tuple["ObjectWithParts", dict[str, Any]]]:
@@ -214,7 +214,7 @@ class ObjectWithParts:
         root: ObjectWithParts = self
         while root.__owner is not None:
             root = root.__owner
-        return written((root.__name, *self._route))
+        return format_route((root.__name, *self._route))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self}>"
@@ -244,7 +244,7 @@ class ObjectWithParts:
 
 def _check_types(where: str, types: Mapping[str, type[ObjectWithParts]]) -> None:
     for name, kind in types.items():
-        if not (isinstance(name, str) and name.strip() and read(name) == (name,)):
+        if not (isinstance(name, str) and name.strip() and parse_route(name) == (name,)):
             raise InputError(f"{where}.part_types", name, "a name without / and .", "try 'foot'")
         if not (isinstance(kind, type) and issubclass(kind, ObjectWithParts)):
             raise InputError(f"{where}.part_types[{name!r}]", kind, "a class of objects with parts")
@@ -258,7 +258,11 @@ def _assembled(
     """The parts of a whole in the order of their types: those given, and new ones for the rest."""
     for name in given:
         if name not in types:
-            cure = f"did you mean {nearest((name,), [(t,) for t in types])[0]!r}?" if types else ""
+            cure = (
+                f"did you mean {nearest_route((name,), [(t,) for t in types])[0]!r}?"
+                if types
+                else ""
+            )
             raise InputError(f"{whole}.parts", name, "a part whose type the whole knows", cure)
     parts = {name: given[name] if name in given else kind() for name, kind in types.items()}
     seen: dict[int, str] = {}

@@ -7,7 +7,7 @@ rotations from the right: ``a * b`` turns by b first, then by a.
 A drjit quaternion can be written to (``q.x = 1``), and ``==`` compares component by component; so
 state is kept as a tuple (``components``), and every quaternion handed out is a new one.
 
->>> i, j, k = (pure(axis) for axis in (EAST, NORTH, UP))
+>>> i, j, k = (pure_quaternion(axis) for axis in (EAST, NORTH, UP))
 >>> i * i, j * j, k * k, i * j * k
 (-1, -1, -1, -1)
 """
@@ -29,7 +29,7 @@ Components = tuple[float, float, float, float]
 EAST: Vector = (1.0, 0.0, 0.0)
 NORTH: Vector = (0.0, 1.0, 0.0)
 UP: Vector = (0.0, 0.0, 1.0)
-AS_IT_IS: Components = (0.0, 0.0, 0.0, 1.0)
+IDENTITY: Components = (0.0, 0.0, 0.0, 1.0)
 """Components of the rotation that leaves everything as it is: the number 1."""
 
 _UNIT_WITHIN = 4e-16
@@ -52,7 +52,7 @@ def components(q: Quaternion) -> Components:
     return q.x, q.y, q.z, q.w
 
 
-def pure(values: VectorLike) -> Quaternion:
+def pure_quaternion(values: VectorLike) -> Quaternion:
     """A vector as a quaternion with a zero real part (§3.3)."""
     return Quaternion(*vector(values), 0.0)
 
@@ -95,7 +95,7 @@ def rotation(axis: VectorLike, angle_deg: float) -> Quaternion:
 
 def rotate(q: Quaternion, values: VectorLike) -> Vector:
     """The vector turned by ``q``: q·v·q⁻¹, of the same length whatever the length of q."""
-    return vector_part(q * pure(values) / q)
+    return vector_part(q * pure_quaternion(values) / q)
 
 
 def slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
@@ -118,7 +118,7 @@ def from_rotation_vector(angles_deg: VectorLike) -> Quaternion:
     """The turn about a vector by its length [degrees] (the exponential; inverse of the above)."""
     x, y, z = vector(angles_deg, "rotation vector")
     angle = math.hypot(x, y, z)
-    return rotation((x, y, z), angle) if angle > 0 else Quaternion(*AS_IT_IS)
+    return rotation((x, y, z), angle) if angle > 0 else Quaternion(*IDENTITY)
 
 
 def matrix(q: Quaternion) -> np.ndarray:

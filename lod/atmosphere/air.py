@@ -60,7 +60,11 @@ def rgb_extinction(air: Air) -> Bands:
 
 def extinction(air: Air, height_m: Reals, wavelengths_nm: Bands) -> PathBands:
     """β of both layers at each height above the datum, (n, bands) [1/m]."""
-    share = np.ones_like(height_m) if air.mist is None else layer.share_at(air.mist, height_m)
+    share = (
+        np.ones_like(height_m)
+        if air.mist is None
+        else layer.relative_extinction(air.mist, height_m)
+    )
     return haze_extinction(air, wavelengths_nm) + share[:, None] * mist_extinction(
         air, wavelengths_nm
     )
@@ -76,7 +80,7 @@ def optical_depth(
     """
     share = np.ones_like(length_m)
     if air.mist is not None:
-        share = layer.mean_share(air.mist, start_m, end_m)
+        share = layer.mean_relative_extinction(air.mist, start_m, end_m)
     beta = haze_extinction(air, wavelengths_nm) + share[:, None] * mist_extinction(
         air, wavelengths_nm
     )

@@ -17,7 +17,7 @@ from lod.errors import InputError
 
 Bands = Float64[np.ndarray, " bands"]
 
-THRESHOLD = 0.02
+CONTRAST_THRESHOLD = 0.02
 """Contrast that is left at the visibility (Koschmieder, 1924)."""
 
 REFERENCE_NM = 550.0
@@ -42,14 +42,14 @@ def extinction_of_visibility(visibility_m: float) -> float:
     if not (math.isfinite(visibility_m) and visibility_m >= 1):
         rule = "finite and at least 1 m"
         raise InputError("visibility", visibility_m, rule, "leave it out for clear air")
-    return math.log(1 / THRESHOLD) / visibility_m
+    return math.log(1 / CONTRAST_THRESHOLD) / visibility_m
 
 
 def visibility_of_extinction(extinction: float) -> float:
     """V = ln(1/0.02)/β [m], infinite for β = 0: the inverse of ``extinction_of_visibility``."""
     if not (math.isfinite(extinction) and extinction >= 0):
         raise InputError("extinction", extinction, "finite and at least 0 /m")
-    return math.log(1 / THRESHOLD) / extinction if extinction else math.inf
+    return math.log(1 / CONTRAST_THRESHOLD) / extinction if extinction else math.inf
 
 
 def angstrom_exponent(visibility_m: float) -> float:

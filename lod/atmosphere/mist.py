@@ -41,13 +41,13 @@ def mist_extinction(mist: Mist, wavelengths_nm: Bands) -> Bands:
     return particle_extinction(mist.visibility_m, at_550, wavelengths_nm)
 
 
-def share_at(mist: Mist, height_m: Reals) -> Reals:
+def relative_extinction(mist: Mist, height_m: Reals) -> Reals:
     """β there over β at the base: exp(−(z − z₀)/H) above it, 1 below."""
     return np.exp(-np.maximum(height_m - mist.base_m, 0.0) / mist.scale_m)
 
 
-def mean_share(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
-    """Mean of ``share_at`` over a straight path between two heights, exact, (n,).
+def mean_relative_extinction(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
+    """Mean of ``relative_extinction`` over a straight path between two heights, exact, (n,).
 
     On a straight path the height is linear in the length, so this is the mean over height: 1 over
     the stretch below the base; over one from u to u + h above it, exp(−u/H)·(1 − exp(−h/H))/(h/H).
@@ -65,11 +65,11 @@ def mean_share(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
     return 1.0 - share_above + share_above * mean_above
 
 
-def depth_beyond(mist: Mist, start_m: Reals, rise: Reals) -> Reals:
+def base_equivalent_length(mist: Mist, start_m: Reals, rise: Reals) -> Reals:
     """Metres at the base that hold as much mist as a path upwards without end, exact, (n,) [m].
 
     From the height ``start_m``, rising by ``rise`` > 0 a metre: (z₀ − z)/rise up to the base, where
     the path begins below it, and H/rise·exp(−(z − z₀)/H) from where it is above.
     """
     below = np.maximum(mist.base_m - start_m, 0.0)
-    return (below + mist.scale_m * share_at(mist, start_m)) / rise
+    return (below + mist.scale_m * relative_extinction(mist, start_m)) / rise

@@ -44,7 +44,7 @@ class Scattering:
 
 
 @dataclass(frozen=True, eq=False)
-class Lit:
+class SlabInputs:
     """What the layer is between and lit by.
 
     height   (levels,) from the ground up to the top [m]
@@ -81,14 +81,14 @@ def directions() -> np.ndarray:
     return np.stack((level * np.sin(turn), level * np.cos(turn), z), axis=2)
 
 
-def phase(cosine: np.ndarray, asymmetry: float) -> np.ndarray:
+def henyey_greenstein(cosine: np.ndarray, asymmetry: float) -> np.ndarray:
     """Henyey & Greenstein's p [1/sr] of the cosine between where light comes from and the line of
     sight: at 1 light goes on as it came."""
     g = asymmetry
     return (1 - g**2) / (4 * np.pi * (1 + g**2 - 2 * g * cosine) ** 1.5)
 
 
-def path_share(depth: np.ndarray) -> np.ndarray:
+def mean_path_fraction(depth: np.ndarray) -> np.ndarray:
     """How far along a path of optical depth t its scattered light comes from on the average, from 0
     (here) to ½ (t = 0): ∫x·exp(−tx)dx / ∫exp(−tx)dx over 0 to 1 = 1/t − 1/(exp(t) − 1)."""
     t = np.maximum(depth, _SMALL)
@@ -96,37 +96,39 @@ def path_share(depth: np.ndarray) -> np.ndarray:
         return np.where(depth > _SMALL, 1 / t - 1 / np.expm1(t), 0.5 - depth / 12)
 
 
-def solve(lit: Lit, air: Scattering) -> Float64[np.ndarray, "levels rings spokes bands"]:
+def source_function(
+    lit: SlabInputs, air: Scattering
+) -> Float64[np.ndarray, "levels rings spokes bands"]:
     """J of the air at every height; light may scatter as often as it will."""
     kernel = _kernel(air)
-    toward_sun = phase(directions() @ lit.to_sun, air.asymmetry)
-    first = air.albedo * toward_sun[None, ..., None] * sun_at(lit)[:, None, None]
-    source, sent = first, lit.plants / (4 * np.pi) * sun_at(lit)
+    toward_sun = henyey_greenstein(directions() @ lit.to_sun, air.asymmetry)
+    first = air.albedo * toward_sun[None, ..., None] * direct_irradiance(lit)[:, None, None]
+    source, sent = first, lit.plants / (4 * np.pi) * direct_irradiance(lit)
     for _ in range(_MOST_ROUNDS):
         light = radiance(lit, source, sent)
         before, source = source, first + _scatter(kernel, light)
         around = light.sum(axis=(1, 2)) * _SOLID_ANGLE
-        sent = lit.plants / (4 * np.pi) * (sun_at(lit) + around)
+        sent = lit.plants / (4 * np.pi) * (direct_irradiance(lit) + around)
         if np.abs(source - before).max() <= _SETTLED * np.abs(source).max():
             break
     return source
 
 
-def sun_at(lit: Lit) -> Float64[np.ndarray, "levels bands"]:
+def direct_irradiance(lit: SlabInputs) -> Float64[np.ndarray, "levels bands"]:
     """The sun's irradiance that is left at each height."""
     above = np.concatenate((lit.taken[::-1].cumsum(axis=0)[::-1], np.zeros((1, len(lit.sun)))))
     return lit.sun * np.exp(-above / max(float(lit.to_sun[2]), LOWEST_SUN))
 
 
 def radiance(
-    lit: Lit, source: np.ndarray, sent: Float64[np.ndarray, "levels bands"]
+    lit: SlabInputs, source: np.ndarray, sent: Float64[np.ndarray, "levels bands"]
 ) -> Float64[np.ndarray, "levels rings spokes bands"]:
     """L at every height: downwards through the layer, off the ground, and up again; where the
     source is ``source`` in the air, and ``sent`` in what stands there."""
     half, up = RINGS // 2, _up()[RINGS // 2 :]
     steps = lit.taken[:, None, None] / up[:, None, None]
-    through, share = np.exp(-steps), path_share(steps)
-    low, high = _mixed(lit, source, sent)
+    through, share = np.exp(-steps), mean_path_fraction(steps)
+    low, high = _step_sources(lit, source, sent)
     light = np.empty_like(source)
     light[-1, half:] = lit.sky
     for k in range(len(lit.depth) - 1, -1, -1):
@@ -140,7 +142,9 @@ def radiance(
     return light
 
 
-def _mixed(lit: Lit, source: np.ndarray, sent: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _step_sources(
+    lit: SlabInputs, source: np.ndarray, sent: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The source at the lower and the upper end of each step, of all that is in it."""
     nothing = np.ones_like(lit.depth)
     air = np.divide(lit.depth, lit.taken, out=nothing, where=lit.taken > 0)[:, None, None]
@@ -148,10 +152,10 @@ def _mixed(lit: Lit, source: np.ndarray, sent: np.ndarray) -> tuple[np.ndarray, 
     return air * source[:-1] + (1 - air) * there[:-1], air * source[1:] + (1 - air) * there[1:]
 
 
-def irradiance(lit: Lit, down: Field) -> Reals:
+def irradiance(lit: SlabInputs, down: Field) -> Reals:
     """Of the ground, by the sun that is left and by what comes down, (bands,)."""
     diffuse = (down * _up()[RINGS // 2 :, None, None]).sum(axis=(0, 1)) * _SOLID_ANGLE
-    return sun_at(lit)[0] * max(float(lit.to_sun[2]), 0.0) + diffuse
+    return direct_irradiance(lit)[0] * max(float(lit.to_sun[2]), 0.0) + diffuse
 
 
 _SOLID_ANGLE = 4 * np.pi / (RINGS * SPOKES)
@@ -168,7 +172,7 @@ def _kernel(air: Scattering) -> np.ndarray:
     level = np.sqrt(1 - up**2)
     cosine = up[:, None, None] * up[None, :, None]
     cosine = cosine + (level[:, None] * level[None])[..., None] * np.cos(turn)
-    between = phase(cosine, air.asymmetry)
+    between = henyey_greenstein(cosine, air.asymmetry)
     between *= air.albedo / between.sum(axis=(1, 2), keepdims=True)
     return np.fft.rfft(between, axis=2).transpose(2, 0, 1)
 

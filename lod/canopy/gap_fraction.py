@@ -20,7 +20,7 @@ Kinds = Float64[np.ndarray, " k"]
 Triple = Float64[np.ndarray, "3"]
 
 
-def missing_share(
+def undisplayed_share(
     d: Reals, limits: Float64[np.ndarray, "#n p"], areas: Float64[np.ndarray, " p"], fade: float
 ) -> Reals:
     """Share of what objects cover that is not displayed at distance ``d`` (n,), (n,).
@@ -55,7 +55,7 @@ def covered_share(depths: PerKind) -> Reals:
     return -np.expm1(-depths.sum(axis=1))
 
 
-def kinds_met(depths: PerKind) -> PerKind:
+def first_hit_shares(depths: PerKind) -> PerKind:
     """Of lines that meet something, the share that meets each kind; rows of 0 where none does."""
     total = depths.sum(axis=1, keepdims=True)
     return np.divide(depths, total, out=np.zeros_like(depths), where=total > 0)
@@ -66,7 +66,7 @@ LEAST_LIGHT = 0.05
 albedo without end."""
 
 
-def irradiance_on(
+def surface_irradiance(
     normals: Float64[np.ndarray, "n 3"], to_sun: Triple, sky_share: Triple
 ) -> Colours:
     """Light on unshadowed surfaces, that on level ground being 1, (n, 3)."""

@@ -11,14 +11,14 @@ from lod.arrays import Ints, Reals
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
 from lod.vision.contrast import CONTRAST_CLASSES
-from lod.vision.viewer import Sight
+from lod.vision.viewer import ViewingConditions
 
 _HALVINGS = 60
 """Of an interval: to the last bits of a float64."""
 
 
 def chained_limits(
-    hierarchy: Hierarchy, metric: Metric, m: float, sight: Sight | None = None
+    hierarchy: Hierarchy, metric: Metric, m: float, sight: ViewingConditions | None = None
 ) -> np.ndarray:
     """Limit distance of every part, (n,) [m], for the metrics that have a law.
 
@@ -48,7 +48,7 @@ def chained_limits(
     return np.maximum(limit, 0.0)
 
 
-def _farthest_seen(clear: Reals, contrast: Ints, sight: Sight, m: float) -> Reals:
+def _farthest_seen(clear: Reals, contrast: Ints, sight: ViewingConditions, m: float) -> Reals:
     """The d at which W(d) comes up to the limit in clear air, by halving: W increases, (n,) [m]."""
     near, far = np.zeros_like(clear), clear.copy()
     tables = [
@@ -69,12 +69,12 @@ def disc_areas(D: np.ndarray, h: np.ndarray) -> np.ndarray:
     return np.pi * np.maximum(np.square(D) - np.square(h), 0.0)
 
 
-def expected(K: float, areas: np.ndarray) -> float:
+def expected_count(K: float, areas: np.ndarray) -> float:
     """Expected number of parts displayed, K·Σ areas; of objects, where only wholes are given."""
     return K * float(np.sum(areas))
 
 
-def variance(K: float, areas: np.ndarray) -> float:
+def count_variance(K: float, areas: np.ndarray) -> float:
     """Variance of the number of parts displayed: compound Poisson, K·ΣᵢΣⱼ min(areaᵢ, areaⱼ).
 
     Parts of one object come together: the discs are concentric, so those of i and j overlap in the

@@ -23,7 +23,7 @@ _INNER_M = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Net:
+class PolarQuadrature:
     """Points of ground about the eye, one in each cell of a polar net.
 
     xy (n, 2) relative to the frame's corner [m]; area (n,) of the cell [m²]; turn (n,) heading
@@ -38,7 +38,7 @@ class Net:
         freeze(self, xy=np.float64, area=np.float64, turn=np.float64)
 
 
-def polar_net(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> Net:
+def polar_quadrature(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> PolarQuadrature:
     """A net over the disc of radius ``reach_m`` about the eye; the place in each cell is drawn
     once.
     """
@@ -53,11 +53,11 @@ def polar_net(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> Net:
         -1, 2
     )
     area = np.broadcast_to(np.pi * (outer - inner) / spokes, shape).ravel()
-    return Net(xy, area, 2 * np.pi * chance.random(rings * spokes))
+    return PolarQuadrature(xy, area, 2 * np.pi * chance.random(rings * spokes))
 
 
 @dataclass(frozen=True)
-class Moments:
+class CountMoments:
     """Mean and variance per unit density [m²]: of objects, of parts, and of parts level by
     level.
     """
@@ -69,7 +69,7 @@ class Moments:
     parts_by_level: tuple[float, ...]
 
 
-def reach_of(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
+def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
     """Farthest in plan that an object of these can stand and have a part displayed [m]."""
     return max(
         float(chained_limits(h, view.metric, view.m, view.sight)[0] + np.hypot(*h.position[0, :2]))
@@ -77,9 +77,9 @@ def reach_of(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
     )
 
 
-def moments(
-    hierarchies: tuple[Hierarchy, ...], view: View, net: Net, ground: np.ndarray
-) -> Moments:
+def count_moments(
+    hierarchies: tuple[Hierarchy, ...], view: View, net: PolarQuadrature, ground: np.ndarray
+) -> CountMoments:
     """Integrals of n and n² over the net, (n,) heights of ``ground`` [m], for equally likely kinds.
 
     Kinds take turns along each ring. Cells outside a window are given area 0 by the caller.
@@ -89,15 +89,17 @@ def moments(
     for turn, hierarchy in enumerate(hierarchies):
         rows = slice(turn, None, len(hierarchies))
         where = net.xy[rows], net.area[rows] * len(hierarchies), net.turn[rows], ground[rows]
-        sums, level_sums = _integrate(_falling(hierarchy, view), where, _frustum(view), levels)
+        sums, level_sums = _integrate(
+            _parts_by_distance(hierarchy, view), where, _frustum(view), levels
+        )
         total += sums
         by_level += level_sums
     objects, objects_variance, parts, parts_variance = (total / len(hierarchies)).tolist()
     shares = tuple((by_level / len(hierarchies)).tolist())
-    return Moments(objects, objects_variance, parts, parts_variance, shares)
+    return CountMoments(objects, objects_variance, parts, parts_variance, shares)
 
 
-def _falling(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
+def _parts_by_distance(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
     """Parts in falling order of how far in plan the object can stand while they are displayed."""
     inside = chained_limits(hierarchy, view.metric, view.m, view.sight)
     outside = chained_limits(hierarchy, view.metric, view.m_offscreen, view.sight)

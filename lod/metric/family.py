@@ -13,7 +13,7 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
-from lod.vision.viewer import Sight, seen_limits
+from lod.vision.viewer import ViewingConditions, perceptual_limits
 
 LimitFunction = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 
@@ -67,7 +67,7 @@ METRICS: dict[str, Metric] = {
 
 @lru_cache(maxsize=4096)
 def limit_distances(
-    hierarchy: Hierarchy, metric: Metric, m: float, sight: Sight | None = None
+    hierarchy: Hierarchy, metric: Metric, m: float, sight: ViewingConditions | None = None
 ) -> np.ndarray:
     """Limit distance D of every part, clamped once so that every cut is connected, (n,) [m].
 
@@ -81,7 +81,7 @@ def limit_distances(
         raise InputError("m", m, "the detail angle is finite and above 0 rad", "check --detail")
     D = np.asarray(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)
     if sight is not None and metric.finite:
-        D = seen_limits(sight, D, hierarchy.contrast, m)
+        D = perceptual_limits(sight, D, hierarchy.contrast, m)
     D = D.copy()
     for depth in range(1, int(hierarchy.depth.max()) + 1):
         rows = np.flatnonzero(hierarchy.depth == depth)

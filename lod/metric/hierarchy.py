@@ -25,8 +25,8 @@ class Hierarchy:
     none
                       is given the last, which no air and no eye ever lose
     overlap    (n,)   of its leaf appearance and its parts', where half of either shows: how much of
-                      them lies in one another (``lod.pruning.area_scaling.stands_for``), below 1;
-                      0 by default
+                      them lies in one another, below 1; 0 by default
+                      (``lod.pruning.area_scaling.leaf_area_share``)
 
     Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0, nested bounds
     (B of a whole ≥ separation + B of its part, so that what is in view has its whole in view).

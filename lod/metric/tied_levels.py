@@ -11,7 +11,7 @@ import numpy as np
 from lod.arrays import Ints, Reals
 
 
-def first_of_one(whole: Ints, P: Reals) -> Ints:
+def representative(whole: Ints, P: Reals) -> Ints:
     """For each part the first of those that it is one with, (n,): itself for most.
 
     whole (n,) rows of the wholes, before their parts, -1 for row 0; P (n,) priorities [m].
@@ -28,7 +28,7 @@ def first_of_one(whole: Ints, P: Reals) -> Ints:
     return first
 
 
-def shared(lengths: Reals, first: Ints) -> Reals:
+def max_over_tied(lengths: Reals, first: Ints) -> Reals:
     """The greatest length of all that are one, for each of them, (n,) [m]."""
     greatest = lengths.copy()
     np.maximum.at(greatest, first, lengths)

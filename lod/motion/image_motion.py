@@ -26,11 +26,11 @@ from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.camera import GRID_M, Camera, Corner
-from lod.motion.shutter import EASE, NEAR, STEPS, Exposure
+from lod.motion.shutter import EASE_PER_FRAME, MAX_NEIGHBOURS, STEPS_PER_OCTAVE, ShutterInterval
 
 
-def smears(
-    exposure: Exposure,
+def motion_steps(
+    exposure: ShutterInterval,
     corner: Corner,
     theta: float,
     start: Points,
@@ -45,14 +45,18 @@ def smears(
     bound, own  (n,) radius that holds it, and farthest anything of it moves but for that shift [m]
     """
     smear, objects = np.empty(len(bound)), (theta, start, end, bound, own)
-    _smears(_path(exposure, corner, 0), *objects, smear)
+    _motion_steps(_camera_path(exposure, corner, 0), *objects, smear)
     most = float(smear.max(initial=0.0))
     if most and exposure.near is not None:
-        _smears(_path(exposure, corner, min(math.ceil(most / EASE), NEAR)), *objects, smear)
+        _motion_steps(
+            _camera_path(exposure, corner, min(math.ceil(most / EASE_PER_FRAME), MAX_NEIGHBOURS)),
+            *objects,
+            smear,
+        )
     return smear
 
 
-class _Path(NamedTuple):
+class _CameraPath(NamedTuple):
     """A camera in a frame and those about it, (k, …).
 
     eyes (k, 2, 3) [m] and axes (k, 2, 3, 3) as the shutter opens and as it closes
@@ -67,27 +71,29 @@ class _Path(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _path(exposure: Exposure, corner: Corner, near: int) -> _Path:
+def _camera_path(exposure: ShutterInterval, corner: Corner, near: int) -> _CameraPath:
     """From so many frames before to as many after, nearest first: asked for by every species."""
     every = [exposure]
     if exposure.near is not None:
         every += [exposure.near(k) for far in range(1, near + 1) for k in (-far, far)]
     cameras = [camera for each in every for camera in (each.opens, each.closes)]
-    eyes = np.stack([eye_from(corner, camera) for camera in cameras])
+    eyes = np.stack([eye_relative_to(corner, camera) for camera in cameras])
     axes = np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
     away = (np.arange(len(every)) + 1) // 2
     later = np.array([each.opens_s - exposure.opens_s for each in every]) / exposure.seconds
-    return _Path(eyes.reshape(-1, 2, 3), axes.reshape(-1, 2, 3, 3), EASE * away, later)
+    return _CameraPath(
+        eyes.reshape(-1, 2, 3), axes.reshape(-1, 2, 3, 3), EASE_PER_FRAME * away, later
+    )
 
 
-def eye_from(corner: Corner, camera: Camera) -> np.ndarray:
+def eye_relative_to(corner: Corner, camera: Camera) -> np.ndarray:
     """The eye of a camera in the coordinates of another frame's corner, (3,) [m]."""
     away = camera.corner.x - corner.x, camera.corner.y - corner.y, 0
     return camera.eye + GRID_M * np.array(away, np.float64)
 
 
 @njit(cache=True)
-def _smears(path, theta, start, end, bound, own, smear):  # type: ignore[no-untyped-def]
+def _motion_steps(path, theta, start, end, bound, own, smear):  # type: ignore[no-untyped-def]
     eyes, axes, ease, later = path
     turn = axes[:, 1] - axes[:, 0]
     phi = np.array([math.sqrt((each * each).sum() / 2) for each in turn])
@@ -104,20 +110,22 @@ def _smears(path, theta, start, end, bound, own, smear):  # type: ignore[no-unty
                 closed[c] = end[i, c] + gone - eyes[k, 1, c]
                 shift += (closed[c] - opened[c]) ** 2
             shift = math.sqrt(shift)
-            length = _least(axes[k], turn[k], phi[k], opened, closed, shift, bound[i], own[i])
-            if k == 0 or length / theta < _ratio(smear[i] - ease[k]):
-                smear[i] = _steps(length / theta) + ease[k]
+            length = _least_motion(
+                axes[k], turn[k], phi[k], opened, closed, shift, bound[i], own[i]
+            )
+            if k == 0 or length / theta < _ratio_at_step(smear[i] - ease[k]):
+                smear[i] = _step_at_ratio(length / theta) + ease[k]
 
 
 @njit(cache=True)
-def _ratio(steps):  # type: ignore[no-untyped-def]
+def _ratio_at_step(steps):  # type: ignore[no-untyped-def]
     """L/θ at a place on the scale."""
-    x = 2.0 ** (2.0 * steps / STEPS)
+    x = 2.0 ** (2.0 * steps / STEPS_PER_OCTAVE)
     return math.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0.0))
 
 
 @njit(cache=True)
-def _steps(ratio):  # type: ignore[no-untyped-def]
+def _step_at_ratio(ratio):  # type: ignore[no-untyped-def]
     """Where L/θ is on the scale: x = g² of 4x⁴ = (x + 1)(x + 1 + (L/θ)²), by Newton from above."""
     squared = ratio * ratio
     x = 1.0 + np.cbrt(squared)
@@ -125,12 +133,12 @@ def _steps(ratio):  # type: ignore[no-untyped-def]
         value = 4 * x**4 - (x + 1) * (x + 1 + squared)
         after = x - value / (16 * x**3 - 2 * (x + 1) - squared)
         if not after < x:
-            return STEPS / 2 * math.log2(x)
+            return STEPS_PER_OCTAVE / 2 * math.log2(x)
         x = after
 
 
 @njit(cache=True)
-def _least(axes, turn, phi, opened, closed, shift, bound, own):  # type: ignore[no-untyped-def]
+def _least_motion(axes, turn, phi, opened, closed, shift, bound, own):  # type: ignore[no-untyped-def]
     """The least L [rad] of anything within an object, from what its origin does."""
     far, farther = 0.0, 0.0
     for c in range(3):

@@ -33,18 +33,18 @@ from dataclasses import dataclass
 
 from lod.camera import Camera
 
-STEPS = 8
+STEPS_PER_OCTAVE = 8
 """Steps of the scale of smears to each doubling of m."""
 
-EASE = 0.5
+EASE_PER_FRAME = 0.5
 """Steps between two frames at most: by 4 % of D, of which a fade band is five times as wide."""
 
-NEAR = 48
+MAX_NEIGHBOURS = 48
 """Frames before and after that are asked at most: farther ones matter only where L > 1100 θ."""
 
 
 @dataclass(frozen=True, eq=False)
-class Exposure:
+class ShutterInterval:
     """While the shutter is open: the camera as it opens and as it closes, and when [s].
 
     near  the same so many frames later, or before where it is below 0; None = nothing is eased
@@ -54,7 +54,7 @@ class Exposure:
     closes: Camera
     opens_s: float
     closes_s: float
-    near: Callable[[int], "Exposure"] | None = None
+    near: Callable[[int], "ShutterInterval"] | None = None
 
     @property
     def seconds(self) -> float:
@@ -62,6 +62,6 @@ class Exposure:
         return self.closes_s - self.opens_s
 
 
-def growth(smear: float) -> float:
+def motion_coarsening(smear: float) -> float:
     """How much m grows at a place on the scale of smears, from 0: a factor, 1 or more."""
-    return float(2.0 ** (smear / STEPS))
+    return float(2.0 ** (smear / STEPS_PER_OCTAVE))

@@ -16,7 +16,7 @@ LIMIT_HZ = 30.0
 """ω_l, the round figure of both papers."""
 
 
-def blurred_s(shutter_s: float, limit_hz: float = LIMIT_HZ) -> float:
+def integration_time_s(shutter_s: float, limit_hz: float = LIMIT_HZ) -> float:
     """How long an eye behind a shutter takes things together [s]: variances of both add (§2.1)."""
     return math.hypot(shutter_s, 1 / (2 * limit_hz))
 

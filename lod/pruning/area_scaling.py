@@ -6,7 +6,7 @@ from numba import njit
 
 
 @njit(cache=True)
-def thinning(r0, r1, length, share):  # type: ignore[no-untyped-def]
+def radius_factor(r0, r1, length, share):  # type: ignore[no-untyped-def]
     """What to multiply both radii of a stick by, for it to have this share of its mean outline.
 
     A stick of radii r₀, r₁ and length L has a quarter of its surface as mean outline (Cauchy):
@@ -20,7 +20,7 @@ def thinning(r0, r1, length, share):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def stands_for(hidden, overlap):  # type: ignore[no-untyped-def]
+def leaf_area_share(hidden, overlap):  # type: ignore[no-untyped-def]
     """Share of its area that a leaf appearance shows for a share h of its parts that is hidden.
 
     The shares s of the one and 1 − h of the others hide s·(1 − h)·c of one another, c the overlap,

@@ -11,12 +11,12 @@ from numba import njit
 
 from lod.pruning.view import View
 
-ENTRY = 0.25
+ENTRY_SHARE = 0.25
 """Share of its diameter with which a sphere has entered the view: what it holds fills little of it,
 and would be seen thin along the picture's edges if that took longer."""
 
 
-class Vantage(NamedTuple):
+class CompiledView(NamedTuple):
     """A view as compiled walks read it: the eye, the camera's axes, and its pyramid of view, of
     whose sides ``length`` is √(1 + tan²).
     """
@@ -41,7 +41,7 @@ class Vantage(NamedTuple):
     look_around: bool
 
 
-def vantage_of(view: View) -> Vantage:
+def compile_view(view: View) -> CompiledView:
     """What the walks need of a view."""
     camera = view.camera
     x, y, z = camera.eye.tolist()
@@ -50,7 +50,7 @@ def vantage_of(view: View) -> Vantage:
     tan_x, tan_y = camera.tan_half
     sides = tan_x, tan_y, math.hypot(1.0, tan_x), math.hypot(1.0, tan_y)
     rules = view.metric.along_axis, view.look_around
-    return Vantage(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *sides, *rules)
+    return CompiledView(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *sides, *rules)
 
 
 @njit(cache=True)
@@ -63,7 +63,7 @@ def distance_to(s, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def sees(s, x, y, z, radius):  # type: ignore[no-untyped-def]
+def sphere_in_frustum(s, x, y, z, radius):  # type: ignore[no-untyped-def]
     """``view.in_view`` of one sphere."""
     if s.look_around:
         return True
@@ -79,11 +79,11 @@ def sees(s, x, y, z, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def into_view(s, x, y, z):  # type: ignore[no-untyped-def]
+def frustum_margin(s, x, y, z):  # type: ignore[no-untyped-def]
     """How far a point is inside the pyramid of view, by the plane that it is least inside of; below
     0 outside [m].
 
-    Plane by plane as ``sees``: a sphere is seen while this is above minus its radius.
+    Plane by plane as ``sphere_in_frustum``: a sphere is seen while this is above minus its radius.
     """
     if s.look_around:
         return math.inf
@@ -96,12 +96,14 @@ def into_view(s, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def entered(s, x, y, z, radius):  # type: ignore[no-untyped-def]
-    """How far a sphere that ``sees`` has come into the pyramid of view, 0 to 1: ENTRY of its
-    diameter."""
+def entry_fraction(s, x, y, z, radius):  # type: ignore[no-untyped-def]
+    """Share of its entry that a sphere in the frustum has made, 0 to 1.
+
+    The entry is complete once ENTRY_SHARE of the sphere's diameter is inside the pyramid of view.
+    """
     if s.look_around or radius <= 0.0:
         return 1.0
-    return min((into_view(s, x, y, z) + radius) / (2.0 * ENTRY * radius), 1.0)
+    return min((frustum_margin(s, x, y, z) + radius) / (2.0 * ENTRY_SHARE * radius), 1.0)
 
 
 @njit(cache=True)
@@ -109,8 +111,9 @@ def slack(d, away, within, least, most, inside, outside, passed):  # type: ignor
     """How far a point may come or go before its comparison could turn out otherwise [m]: by its
     distance, and by what is in view (inf where that does not decide).
 
-    d, within: distance and ``into_view`` of the point, or of one that it is never further from than
-    ``away``; in view it counts while that is above ``least``, and out of it below −``most``.
+    d, within: distance and ``frustum_margin`` of the point, or of one that it is never further
+    from than ``away``; in view it counts while that is above ``least``, and out
+    of it below −``most``.
     """
     if passed and d + away < outside:
         return outside - d - away, math.inf
@@ -122,8 +125,8 @@ def slack(d, away, within, least, most, inside, outside, passed):  # type: ignor
 
 
 @njit(cache=True)
-def passes(s, x, y, z, bound, limit, limit_offscreen):  # type: ignore[no-untyped-def]
+def is_displayed(s, x, y, z, bound, limit, limit_offscreen):  # type: ignore[no-untyped-def]
     """Whether a part is displayed: d < D, with the coarser D for what is out of view."""
     d = distance_to(s, x, y, z)
     inside, outside = d < limit, d < limit_offscreen
-    return inside if inside == outside or sees(s, x, y, z, bound) else outside
+    return inside if inside == outside or sphere_in_frustum(s, x, y, z, bound) else outside

@@ -4,7 +4,7 @@ Within a band before its limit distance D a part shrinks from its full area to n
 the paper's ref. 8), and what hangs on it with it. Out of view D is less; what is displayed only
 because it is in view grows while the sphere that holds it enters the pyramid of view. The area
 that a part's own parts no longer cover is the share λ of its leaf appearance; what of the two lies
-in one another is made up for where they are drawn (``lod.pruning.area_scaling.stands_for``).
+in one another is made up for where they are drawn (``lod.pruning.area_scaling.leaf_area_share``).
 Counts are those
 of the cut: fading changes no part of it.
 """
@@ -15,13 +15,13 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Points, Reals
-from lod.pruning.compiled_test import distance_to, entered, sees, vantage_of
-from lod.pruning.parts import Look
+from lod.pruning.compiled_test import compile_view, distance_to, entry_fraction, sphere_in_frustum
+from lod.pruning.parts import BlendWeights
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
-from lod.threads import in_runs
+from lod.threads import map_chunks
 
-_FIRM = 4.0
+_INNER_GAIN = 4.0
 """An inner appearance thins only while less than a quarter of what hangs on it is left: it and the
 leaf appearance mostly lie in one another, and halves of both would not make a whole."""
 
@@ -32,15 +32,15 @@ _ROUNDING = 1e-9
 """Hidden shares below this are what sums of shares leave over."""
 
 
-def looks(cut: Cut, view: View) -> Look:
+def blend_weights(cut: Cut, view: View) -> BlendWeights:
     """How much of its inner and of its leaf appearance each displayed part shows."""
     parts = cut.parts
-    shown = shown_shares(cut, view) if view.fade else np.ones(len(parts))
-    inner, leaf, hidden = blended(parts.whole, parts.share, shown)
-    return Look(inner, leaf, *sides(parts.position, view), hidden)
+    shown = fade_factors(cut, view) if view.fade else np.ones(len(parts))
+    inner, leaf, hidden = cross_fade(parts.whole, parts.share, shown)
+    return BlendWeights(inner, leaf, *view_angles(parts.position, view), hidden)
 
 
-def sides(position: Points, view: View) -> tuple[Reals, Reals]:
+def view_angles(position: Points, view: View) -> tuple[Reals, Reals]:
     """From which side the eye sees each point (n, 3): sine of the angle at which the line to it
     rises, and cosine of its angle to where the sun stands on the map (NaN without one), (n,).
     """
@@ -48,47 +48,47 @@ def sides(position: Points, view: View) -> tuple[Reals, Reals]:
     rise, turn = np.empty((2, len(position)))
 
     def run(first: int, last: int) -> None:
-        _sides(position[first:last], eye, sun, rise[first:last], turn[first:last])
+        _view_angles(position[first:last], eye, sun, rise[first:last], turn[first:last])
 
-    in_runs(run, len(position), _SHORTEST_RUN)
+    map_chunks(run, len(position), _SHORTEST_RUN)
     return rise, turn
 
 
-def shown_shares(cut: Cut, view: View) -> Reals:
+def fade_factors(cut: Cut, view: View) -> Reals:
     """Share of its area that each displayed part shows by itself: (D − d)/(fade·D), at most 1.
 
     In view times how far its sphere has entered it, but no less than it would show out of view.
     """
     parts = cut.parts
     columns = parts.position, parts.centre, parts.bound, parts.limit, parts.limit_offscreen
-    vantage = vantage_of(view)
+    vantage = compile_view(view)
 
     shown = np.ones(len(parts))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
-        _shown(vantage, *(each[rows] for each in columns), view.fade, shown[rows])
+        _fade_factors(vantage, *(each[rows] for each in columns), view.fade, shown[rows])
 
-    in_runs(run, len(parts), _SHORTEST_RUN)
+    map_chunks(run, len(parts), _SHORTEST_RUN)
     return shown
 
 
 @njit(cache=True, nogil=True)
-def _shown(vantage, position, centre, bound, limit, limit_offscreen, fade, shown):  # type: ignore[no-untyped-def]
+def _fade_factors(vantage, position, centre, bound, limit, limit_offscreen, fade, shown):  # type: ignore[no-untyped-def]
     for i in range(len(bound)):
         d = distance_to(vantage, position[i, 0], position[i, 1], position[i, 2])
         # Where it is well within the coarser limit it is whole, in view or not.
         if d < limit_offscreen[i] * (1.0 - fade) and limit_offscreen[i] <= limit[i]:
             continue
         x, y, z = centre[i, 0], centre[i, 1], centre[i, 2]
-        shown[i] = _of_band(d, limit_offscreen[i], fade)
-        if sees(vantage, x, y, z, bound[i]):
-            inside = _of_band(d, limit[i], fade) * entered(vantage, x, y, z, bound[i])
+        shown[i] = _band_factor(d, limit_offscreen[i], fade)
+        if sphere_in_frustum(vantage, x, y, z, bound[i]):
+            inside = _band_factor(d, limit[i], fade) * entry_fraction(vantage, x, y, z, bound[i])
             shown[i] = max(shown[i], inside)
 
 
 @njit(cache=True, nogil=True)
-def _sides(position, eye, sun, rise, turn):  # type: ignore[no-untyped-def]
+def _view_angles(position, eye, sun, rise, turn):  # type: ignore[no-untyped-def]
     for i in range(len(position)):
         x, y, z = eye[0] - position[i, 0], eye[1] - position[i, 1], eye[2] - position[i, 2]
         d = math.sqrt(x * x + y * y + z * z)
@@ -97,14 +97,14 @@ def _sides(position, eye, sun, rise, turn):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _of_band(d, D, fade):  # type: ignore[no-untyped-def]
+def _band_factor(d, D, fade):  # type: ignore[no-untyped-def]
     if D == math.inf:
         return 1.0
     return min(max((D - d) / (fade * D), 0.0), 1.0) if D > 0.0 else 0.0
 
 
 @njit(cache=True)
-def blended(whole, share, shown):  # type: ignore[no-untyped-def]
+def cross_fade(whole, share, shown):  # type: ignore[no-untyped-def]
     """Shares of the two appearances, and of what is hidden of the parts of each, from what each
     shows by itself; wholes stand before their parts.
 
@@ -121,7 +121,7 @@ def blended(whole, share, shown):  # type: ignore[no-untyped-def]
     for i in range(n):
         if whole[i] >= 0:
             shown[i] *= shown[whole[i]]
-        inner[i] = min(1.0, _FIRM * inner[i]) * shown[i]
+        inner[i] = min(1.0, _INNER_GAIN * inner[i]) * shown[i]
         if hidden[i] <= _ROUNDING:
             hidden[i] = 0.0
         leaf[i] = hidden[i] * shown[i]

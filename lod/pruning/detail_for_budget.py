@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 from lod.errors import InputError
 
-ENOUGH = 0.98
+MIN_BUDGET_USE = 0.98
 """Share of the budget that is to be used."""
 
-MOST_PRUNES = 12
+MAX_PRUNES = 12
 """After so many the best so far is taken."""
 
-_WIDEST = 2.0**20
+_MAX_FACTOR = 2.0**20
 """Times the detail to begin with, up or down, is as far as is looked."""
 
 _STEP = 1e-6
@@ -25,7 +25,7 @@ _STEP = 1e-6
 
 
 @dataclass(frozen=True)
-class Fit:
+class BudgetFit:
     """A detail τ [px] at which there are ``parts`` parts, found in so many prunes."""
 
     detail: float
@@ -33,30 +33,30 @@ class Fit:
     prunes: int
 
 
-def fitting_detail(parts_at: Callable[[float], int], most: int, start: float) -> Fit:
+def find_detail(parts_at: Callable[[float], int], most: int, start: float) -> BudgetFit:
     """The detail [px] at which there are at most ``most`` parts, and at least ENOUGH of that.
 
     parts_at(τ) never grows with τ; where it jumps past the budget, the near side of the jump is
     taken. Raises InputError where even the coarsest detail has too many.
     """
-    low, high, fit = start / _WIDEST, start * _WIDEST, None
+    low, high, fit = start / _MAX_FACTOR, start * _MAX_FACTOR, None
     above: tuple[float, int] | None = None
     detail = start
-    for prunes in range(1, MOST_PRUNES + 1):
+    for prunes in range(1, MAX_PRUNES + 1):
         parts = parts_at(detail)
         if parts <= most:
-            high, fit = detail, Fit(detail, parts, prunes)
-            if parts >= ENOUGH * most:
+            high, fit = detail, BudgetFit(detail, parts, prunes)
+            if parts >= MIN_BUDGET_USE * most:
                 return fit
         else:
             low, above = detail, (detail, parts)
-        if high / low < 1 + _STEP or detail in (start / _WIDEST, start * _WIDEST):
+        if high / low < 1 + _STEP or detail in (start / _MAX_FACTOR, start * _MAX_FACTOR):
             break
         detail = _next(detail, parts, most, (low, high), (above, fit), prunes)
     if fit is None:
         rule = f"{parts:,} parts are displayed even at {detail:.6g} px"
         raise InputError("--max-parts", most, rule, "allow more")
-    return Fit(fit.detail, fit.parts, prunes)
+    return BudgetFit(fit.detail, fit.parts, prunes)
 
 
 def _next(
@@ -64,12 +64,12 @@ def _next(
     parts: int,
     most: int,
     bracket: tuple[float, float],
-    known: tuple[tuple[float, int] | None, Fit | None],
+    known: tuple[tuple[float, int] | None, BudgetFit | None],
     prunes: int,
 ) -> float:
     """Where parts should be just under the budget, along a power law through what is known."""
     (low, high), (above, below) = bracket, known
-    aim = math.log((1 + ENOUGH) / 2 * most)
+    aim = math.log((1 + MIN_BUDGET_USE) / 2 * most)
     if above is None or below is None:
         # By the law, and ever farther where that is not enough.
         step = 0.5 * (math.log(max(parts, 1)) - aim) * 2.0 ** (prunes - 1)

@@ -72,7 +72,7 @@ class Parts:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class BlendWeights:
     """How much of each of its two appearances a displayed part shows (§2.4).
 
     What of a part's own parts is hidden, its leaf appearance stands for; what of them is displayed
@@ -106,10 +106,10 @@ class Look:
     def __len__(self) -> int:
         return len(self.inner)
 
-    def take(self, rows: np.ndarray) -> "Look":
+    def take(self, rows: np.ndarray) -> "BlendWeights":
         """Of the parts at ``rows`` (indices or flags)."""
         columns = self.inner, self.leaf, self.rise, self.turn, self.hidden
-        return Look(*(each[rows] for each in columns))
+        return BlendWeights(*(each[rows] for each in columns))
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +183,7 @@ class Representation(Protocol):
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly; ``whole`` gives rows of ``parts``."""
 
-    def appearance(self, parts: Parts, look: Look) -> Sticks | Triangles:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks | Triangles:
         """What displayed parts look like: so much of each appearance as they show (§2.4)."""
 
 

@@ -50,7 +50,7 @@ class Cut:
 
 
 @runtime_checkable
-class Walk(Protocol):
+class CompiledTraversal(Protocol):
     """A representation with a compiled walk over its own hierarchy, by the same comparison."""
 
     def walk(self, view: View) -> Cut:
@@ -66,7 +66,7 @@ def displayed(parts: Parts, view: View) -> np.ndarray:
 
 def prune(representation: Representation, view: View) -> Cut:
     """What of a representation is displayed: by its compiled walk, or level by level."""
-    if isinstance(representation, Walk):
+    if isinstance(representation, CompiledTraversal):
         return representation.walk(view)
     return prune_by_level(representation, view)
 
@@ -86,10 +86,10 @@ def prune_by_level(representation: Representation, view: View) -> Cut:
         first_row += len(batches[-1])
         batches.append(passed)
     parts = _by_object(_join(batches, np.concatenate(wholes)))
-    return cut_of(parts, examined_objects, examined_parts)
+    return cut_from_parts(parts, examined_objects, examined_parts)
 
 
-def cut_of(parts: Parts, examined_objects: int, examined_parts: int) -> Cut:
+def cut_from_parts(parts: Parts, examined_objects: int, examined_parts: int) -> Cut:
     """The cut of parts that are known already."""
     columns = (parts.object, parts.part, parts.level, parts.whole)
     return Cut(*columns, examined_objects, examined_parts, lambda: parts)

@@ -25,12 +25,12 @@ WINDOW = 32
 """Frames after which every part is drawn anew, due or not: the state of a frame depends on no more
 frames before it."""
 
-Rule = Callable[[Reals], Flags]
+UpdateRule = Callable[[Reals], Flags]
 """From how far each part is off (p,) [px] to whether it is drawn anew, (p,)."""
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class DrawnState:
     """Sticks as they stand in the picture.
 
     start, end (s, 3) [m]; moved, off (p,): how far each part was off before and is after some were
@@ -49,7 +49,7 @@ class Drawn:
 
 
 @dataclass(frozen=True, eq=False)
-class Posed:
+class TruePose:
     """Sticks (s,) of parts (p,) as they truly are in a frame, and where they are seen from.
 
     start, end (s, 3) [m]; owner (s,) row of the part; due (p,) parts that are drawn anew whatever
@@ -68,12 +68,12 @@ class Posed:
         freeze(self, owner=np.int64, due=bool)
 
 
-def past(threshold_px: float) -> Rule:
+def threshold_rule(threshold_px: float) -> UpdateRule:
     """The rule of a threshold."""
     return lambda moved: moved > threshold_px
 
 
-def most_urgent(budget: int) -> Rule:
+def budget_rule(budget: int) -> UpdateRule:
     """The rule of a budget: those that have moved farthest, at most so many; in their order where
     two are as far.
     """
@@ -87,23 +87,23 @@ def most_urgent(budget: int) -> Rule:
     return rule
 
 
-def all_drawn(now: Posed) -> Drawn:
+def initial_state(now: TruePose) -> DrawnState:
     """The first frame of all: everything is where it is."""
     zero = np.zeros(len(now.due))
-    return Drawn(now.start, now.end, zero, zero, np.ones(len(now.due), bool))
+    return DrawnState(now.start, now.end, zero, zero, np.ones(len(now.due), bool))
 
 
-def redrawn(before: Drawn, now: Posed, rule: Rule) -> Drawn:
+def step(before: DrawnState, now: TruePose, rule: UpdateRule) -> DrawnState:
     """One frame on: from what was drawn to what is drawn, by a rule."""
-    moved = off_px(before, now)
+    moved = displacement_px(before, now)
     anew = rule(moved) | now.due
     sticks = anew[now.owner][:, None]
     start = np.where(sticks, now.start, before.start)
     end = np.where(sticks, now.end, before.end)
-    return Drawn(start, end, moved, np.where(anew, 0.0, moved), anew)
+    return DrawnState(start, end, moved, np.where(anew, 0.0, moved), anew)
 
 
-def off_px(drawn: Drawn, now: Posed) -> Reals:
+def displacement_px(drawn: DrawnState, now: TruePose) -> Reals:
     """How far parts are from where they were drawn, seen from the eye now, (p,) [px].
 
     The angle between two directions, exact for the least of them (Kahan), is
@@ -135,27 +135,27 @@ def _farthest(old, new, owner, eye, moved):  # type: ignore[no-untyped-def]
         moved[owner[i]] = max(moved[owner[i]], angle)
 
 
-def frames_before(frame: int) -> range:
+def replay_frames(frame: int) -> range:
     """The frames, from 1, that what ``frame`` draws depends on, itself the last."""
     return range(max(1, frame - WINDOW + 1), frame + 1)
 
 
-def replayed(frames: Iterator[Posed], rules: Sequence[Rule]) -> list[Drawn]:
+def replay(frames: Iterator[TruePose], rules: Sequence[UpdateRule]) -> list[DrawnState]:
     """What the last of these frames draws, by each of the rules."""
     first = next(frames)
-    states = [all_drawn(first) for _ in rules]
+    states = [initial_state(first) for _ in rules]
     for now in frames:
-        states = [redrawn(state, now, rule) for state, rule in zip(states, rules, strict=True)]
+        states = [step(state, now, rule) for state, rule in zip(states, rules, strict=True)]
     return states
 
 
-def kept_of(drawn: Drawn, sticks: Sticks) -> Sticks:
+def apply_state(drawn: DrawnState, sticks: Sticks) -> Sticks:
     """Sticks as they are at some moment of a frame, those of parts that it keeps as drawn."""
     anew = drawn.anew[sticks.owner][:, None]
     start = np.where(anew, sticks.start, drawn.start)
     return replace(sticks, start=start, end=np.where(anew, sticks.end, drawn.end))
 
 
-def due_in(part: Ints, frame: int) -> Flags:
+def refresh_due(part: Ints, frame: int) -> Flags:
     """Parts (p,) whose turn it is in a frame: each once in WINDOW frames, spread over them all."""
     return (part + frame) % WINDOW == 0

@@ -9,8 +9,8 @@ from lod.camera import Camera
 from lod.errors import InputError
 from lod.metric.family import Metric, limit_distances
 from lod.metric.hierarchy import Hierarchy
-from lod.motion.shutter import Exposure, growth
-from lod.vision.viewer import Sight
+from lod.motion.shutter import ShutterInterval, motion_coarsening
+from lod.vision.viewer import ViewingConditions
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +35,8 @@ class View:
     look_around: bool = False
     fade: float = 0.0
     time_s: float = 0.0
-    sight: Sight | None = None
-    exposure: Exposure | None = None
+    sight: ViewingConditions | None = None
+    exposure: ShutterInterval | None = None
     sun: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -77,22 +77,22 @@ class View:
         """
         inside = limit_distances(hierarchy, self.metric, self.m, self.sight)
         if smear and self.metric.finite:
-            m, sight = self.m * growth(smear), self._smeared_sight(smear)
+            m, sight = self.m * motion_coarsening(smear), self._smeared_sight(smear)
             inside = np.minimum(inside, limit_distances(hierarchy, self.metric, m, sight))
         if self.metric.along_axis:
             return inside, np.zeros_like(inside)
         outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.sight)
         return inside, np.minimum(inside, outside)
 
-    def _smeared_sight(self, smear: int) -> Sight | None:
+    def _smeared_sight(self, smear: int) -> ViewingConditions | None:
         """What is looked through while things move: θ_motion is the even blur of the same m."""
         if self.sight is None:
             return None
-        motion = self.theta * math.sqrt(growth(smear) ** 2 - 1)
+        motion = self.theta * math.sqrt(motion_coarsening(smear) ** 2 - 1)
         return replace(self.sight, widths=replace(self.sight.widths, motion=motion))
 
 
-def along(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:
+def dot(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """Products of vectors (n, 3) with one, summed from x to z whatever n is: same point, same bits,
     and the bits of ``comparison``. (n,)
     """
@@ -106,11 +106,11 @@ def distance(view: View, position: np.ndarray) -> np.ndarray:
     """
     offset = position - view.camera.eye
     if view.metric.along_axis:
-        return np.maximum(along(offset, view.camera.forward), 0.0)
+        return np.maximum(dot(offset, view.camera.forward), 0.0)
     return np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2)
 
 
-def reach(view: View, limit: float, bound: float) -> float:
+def search_radius(view: View, limit: float, bound: float) -> float:
     """Greatest true distance at which something of that D and B in view can pass its test [m].
 
     Along the axis it can be D deep and still lie aside of it, by D·tan + B·√(1 + tan²) on each
@@ -133,9 +133,9 @@ def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
         return np.ones(len(centre), bool)
     camera, offset = view.camera, centre - view.camera.eye
     tan_x, tan_y = camera.tan_half
-    ahead = along(offset, camera.forward)
+    ahead = dot(offset, camera.forward)
     seen = ahead > -radius
     for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):
-        aside, length = along(offset, axis), math.hypot(1.0, tangent)
+        aside, length = dot(offset, axis), math.hypot(1.0, tangent)
         seen &= (ahead * tangent - np.abs(aside)) / length > -radius
     return seen

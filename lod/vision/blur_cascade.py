@@ -21,11 +21,11 @@ FULL_WIDTH = math.sqrt(12.0)
 
 
 @dataclass(frozen=True)
-class Widths:
+class BlurWidths:
     """Full widths √12·σ of the blurs between scene and sight, as angles at the camera [rad].
 
     pixel       angle of one pixel: a box of that width, σ = θ/√12
-    eye         the viewer's optics, carried to the camera by the display (``widths_seen``)
+    eye         the viewer's optics, carried to the camera by the display (``blur_widths``)
     atmosphere  seeing (``turbulence_width``)
     motion      what passes by while the shutter is open: a box of angular speed × exposure
     """
@@ -54,13 +54,13 @@ class Widths:
         return math.hypot(self.pixel, self.atmosphere, self.motion)
 
 
-def widths_seen(
+def blur_widths(
     pixel_angle: float,
     display: Display,
     eye: Eye | None,
     atmosphere: float = 0.0,
     motion: float = 0.0,
-) -> Widths:
+) -> BlurWidths:
     """The cascade of a camera whose picture is looked at on a display; angles at the camera [rad].
 
     The display shows a camera's pixel under an angle of its own. So the eye's width, an angle at
@@ -68,7 +68,7 @@ def widths_seen(
     camera. An ideal eye (None) has no width.
     """
     seen = 0.0 if eye is None else eye_width(display, eye) * pixel_angle / display.pixel_angle
-    return Widths(pixel_angle, seen, atmosphere, motion)
+    return BlurWidths(pixel_angle, seen, atmosphere, motion)
 
 
 def eye_width(display: Display, eye: Eye) -> float:
@@ -101,7 +101,7 @@ def turbulence_width(
     return FULL_WIDTH * 0.98 * wavelength_m * inverse_r0 / math.sqrt(8 * math.log(2))
 
 
-def transfer(width: float, frequency: Reals) -> Reals:
+def gaussian_transfer(width: float, frequency: Reals) -> Reals:
     """Share of a sinusoid's contrast that a blur leaves, (n,): exp(−2π²σ²f²), σ = width/√12.
 
     ``width`` and 1/``frequency`` are in the same unit. The Fourier transform of a Gaussian.

@@ -18,7 +18,7 @@ from lod.vision.barten import (
     retinal_illuminance,
 )
 
-BARS = 4 / math.pi
+SQUARE_WAVE_GAIN = 4 / math.pi
 """Fundamental of a square wave over its own modulation: bars are seen this much better than a
 sinusoid of the same modulation (Campbell & Robson, J. Physiol. 197, 1968, p. 551)."""
 
@@ -125,7 +125,7 @@ def sensitivity(display: Display, eye: Eye) -> Sensitivity:
         eye.efficiency,
         retinal_illuminance(display.luminance, pupil_mm),
     )
-    return Sensitivity(frequency, BARS * value)
+    return Sensitivity(frequency, SQUARE_WAVE_GAIN * value)
 
 
 def envelope(value: Reals) -> Reals:

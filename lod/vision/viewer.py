@@ -20,16 +20,21 @@ import numpy as np
 
 from lod.arrays import Ints, Reals
 from lod.errors import InputError
-from lod.vision.blur_cascade import Widths
+from lod.vision.blur_cascade import BlurWidths
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.eye import Display, Eye, sensitivity
-from lod.vision.weighted_distance import NO_AIR, UNWEIGHTED, WeightedDistance, weighted_distance
+from lod.vision.weighted_distance import (
+    MIN_EXTINCTION,
+    UNWEIGHTED,
+    WeightedDistance,
+    weighted_distance,
+)
 
 STANDARD_DISPLAY, STANDARD_EYE = Display(), Eye()
 
 
 @dataclass(frozen=True)
-class Sight:
+class ViewingConditions:
     """Air, display and eye of one view.
 
     widths      the cascade of blurs at the camera; m = τ·(its effective width)
@@ -38,7 +43,7 @@ class Sight:
     acuity      whether the eye's fineness counts, or only its threshold of contrast
     """
 
-    widths: Widths
+    widths: BlurWidths
     extinction: float = 0.0
     display: Display = STANDARD_DISPLAY
     eye: Eye = STANDARD_EYE
@@ -53,20 +58,22 @@ class Sight:
         if self.acuity:
             air = self.extinction
             return weighted_distance(contrast, air, m, self.widths, self.display, self.eye)
-        return faded(contrast, self.extinction, self.display, self.eye)
+        return extinction_cutoff(contrast, self.extinction, self.display, self.eye)
 
 
 @lru_cache(maxsize=256)
-def faded(contrast: float, extinction: float, display: Display, eye: Eye) -> WeightedDistance:
+def extinction_cutoff(
+    contrast: float, extinction: float, display: Display, eye: Eye
+) -> WeightedDistance:
     """W(d) = d up to where contrast C₀ is gone at any size, ln(C₀·max S)/β, and infinite beyond."""
-    if math.isinf(contrast) or extinction < NO_AIR:
+    if math.isinf(contrast) or extinction < MIN_EXTINCTION:
         return UNWEIGHTED
     gone = math.log(contrast * float(sensitivity(display, eye).value.max())) / extinction
     knots = np.array([0.0, gone] if gone > 0 else [0.0])
     return WeightedDistance(knots, knots, math.inf)
 
 
-def seen_limits(sight: Sight, clear: Reals, contrast: Ints, m: float) -> Reals:
+def perceptual_limits(sight: ViewingConditions, clear: Reals, contrast: Ints, m: float) -> Reals:
     """D = W⁻¹(D in clear air) of parts in these classes of contrast, (n,) [m].
 
     ``contrast`` holds rows of CONTRAST_CLASSES.

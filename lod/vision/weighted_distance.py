@@ -35,10 +35,10 @@ import numpy as np
 
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
-from lod.vision.blur_cascade import Widths, transfer
+from lod.vision.blur_cascade import BlurWidths, gaussian_transfer
 from lod.vision.eye import Display, Eye, envelope, sensitivity
 
-NO_AIR = 1e-15
+MIN_EXTINCTION = 1e-15
 """β below which air counts as clear [1/m]: it would take a thousand times the field to fade in."""
 
 
@@ -102,7 +102,12 @@ _NEVER_SEEN = WeightedDistance(np.zeros(1), np.zeros(1), math.inf)
 
 @lru_cache(maxsize=256)
 def weighted_distance(
-    contrast: float, extinction: float, m: float, widths: Widths, display: Display, eye: Eye | None
+    contrast: float,
+    extinction: float,
+    m: float,
+    widths: BlurWidths,
+    display: Display,
+    eye: Eye | None,
 ) -> WeightedDistance:
     """W for parts of inherent contrast C₀ in air of extinction β [1/m], at detail angle m [rad].
 
@@ -112,23 +117,23 @@ def weighted_distance(
     if eye is None or math.isinf(contrast):
         return UNWEIGHTED
     table = sensitivity(display, eye)
-    f_m = frequency_of(m, widths, display)
+    f_m = display_frequency(m, widths, display)
     # From the finest feature to the coarsest: the optical depth at which each fades.
     frequency = table.frequency[::-1]
     blur_deg = math.degrees(widths.before_eye * display.pixel_angle / widths.pixel)
-    seen = envelope(table.value * transfer(blur_deg, table.frequency))[::-1]
+    seen = envelope(table.value * gaussian_transfer(blur_deg, table.frequency))[::-1]
     with np.errstate(divide="ignore"):
         fades = np.log(contrast * seen)
     growth = np.maximum(1.0, f_m / np.concatenate(([math.inf], frequency[:-1])))
     visible = fades > 0
     if not visible.any():
         return _NEVER_SEEN
-    if extinction < NO_AIR:
+    if extinction < MIN_EXTINCTION:
         return WeightedDistance(np.zeros(1), np.zeros(1), float(growth[visible][0]))
     return _table(fades[visible] / extinction, growth[visible])
 
 
-def frequency_of(m: float, widths: Widths, display: Display) -> float:
+def display_frequency(m: float, widths: BlurWidths, display: Display) -> float:
     """Frequency on the display of a feature of angle m at the camera [cycles/degree of sight].
 
     It covers m/θ_pixel pixels there, and is half a period: f = 1/(2·angle).

@@ -25,9 +25,9 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
 from lod.metric.hierarchy import Hierarchy
-from lod.pruning.compiled_test import vantage_of
-from lod.pruning.parts import Look, Parts, Sticks
-from lod.pruning.view import View, reach
+from lod.pruning.compiled_test import compile_view
+from lod.pruning.parts import BlendWeights, Parts, Sticks
+from lod.pruning.view import View, search_radius
 from scenes.dust import growth
 from scenes.dust.appearance import DustFrame, drawn, grains_in, puffs_of, wisps_in
 from scenes.dust.footfalls import Legs, Walkers, fastest, keys
@@ -102,7 +102,7 @@ class Dust:
         inside, outside, bound = (float(a.max()) for a in (*limits[:, :, 0], near.bound))
         sizes = inside, outside, bound, near.lean, near.low, near.high
         cells = cells_near_view(view, search(field.cells, field.extent, view, *sizes))
-        draws, _ = field.cells.near(*cells, corner, vantage_of(view), near)
+        draws, _ = field.cells.near(*cells, corner, compile_view(view), near)
         draws = draws.take(field.grown(corner, draws))
         prototype, stride_factor, rounds = field.rounds(draws)
         key = keys(draws.cell_x, draws.cell_y, draws.index, self.air.seed, self.air.word)
@@ -126,7 +126,7 @@ class Dust:
         level, who = parts.level[whole] + 1, parts.object[whole]
         return self._parts(moment, level, place[order], who, part[order], whole, share[order])
 
-    def appearance(self, parts: Parts, look: Look) -> Sticks:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
         """Balls: leaf appearances alone, as much as each shows."""
         moment = parts.state
         owner, place, area, struck = drawn(self._scene(moment), parts, look.leaf > 0)
@@ -154,7 +154,7 @@ class Dust:
         """Where trails can be displayed at all, prototype by prototype."""
         field, bound = self.walkers, np.array([each.B[0] for each in self.hierarchies])
         pairs = zip(limits[0, :, 0].tolist(), bound.tolist(), strict=True)
-        farthest = np.array([reach(view, limit, radius) for limit, radius in pairs])
+        farthest = np.array([search_radius(view, limit, radius) for limit, radius in pairs])
         lean = field.species.patrol_m + self.air.wind_m_s * LIFE_S / 2
         low, high = field.ground.bounds()
         high += growth.HIGH / 2 * float(self.legs.stride.max())

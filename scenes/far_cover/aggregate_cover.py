@@ -14,12 +14,12 @@ from lod.canopy.gap_fraction import (
     LEAST_LIGHT,
     cover_depths,
     covered_share,
-    irradiance_on,
-    kinds_met,
-    missing_share,
+    first_hit_shares,
+    surface_irradiance,
+    undisplayed_share,
 )
 from lod.metric.hierarchy import Hierarchy
-from lod.motion.image_motion import smears
+from lod.motion.image_motion import motion_steps
 from lod.pruning.view import View, distance
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_appearance import (
@@ -73,7 +73,7 @@ class AggregateCover:
             trees = [p.hierarchy for p in each.prototypes]
             outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
             limits = _limits_at(view, trees, points, d)
-            gone[:, k] = missing_share(d, limits, outlines, view.fade)
+            gone[:, k] = undisplayed_share(d, limits, outlines, view.fade)
         return gone
 
     def _habitat_share(self, view: View, points: Points) -> Shares:
@@ -124,13 +124,13 @@ class ResidualCover:
         """
         colours, rows, cover = bare.copy(), self.rows, self.cover
         if self.lines is not None:
-            light = irradiance_on(normals[rows], cover.to_sun, cover.sky.share)
+            light = surface_irradiance(normals[rows], cover.to_sun, cover.sky.share)
             colours[rows] = np.clip(self._outgoing(self.lines, bare[rows], light), 0.0, 1.0)
         return colours
 
     def _outgoing(self, look: "_Lines", bare: Points, light: Points) -> Points:
         """Radiance toward the eye over that of white ground in that ``light``, (n, 3)."""
-        stand, kinds = self.cover.stand, kinds_met(look.depths)
+        stand, kinds = self.cover.stand, first_hit_shares(look.depths)
         covered = self.covered[self.rows, None]
         sent, ground_bounce = (
             sum(kinds[:, k, None] * look.at(table[k]) for k in range(len(table)))
@@ -163,7 +163,7 @@ def _limits_at(
     for exposure in (replace(view.exposure, near=None), view.exposure):
         still, bound = np.zeros(len(rows)), np.full(len(rows), radius)
         ends = points[rows], points[rows]
-        smear = smears(exposure, view.camera.corner, view.theta, *ends, bound, still)
+        smear = motion_steps(exposure, view.camera.corner, view.theta, *ends, bound, still)
         limits[rows] = _smeared(view, trees, smear)
         rows = rows[d[rows] > (1 - view.fade) * limits[rows].min(axis=1)]
     return limits

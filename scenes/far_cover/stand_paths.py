@@ -14,7 +14,7 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints
-from lod.threads import in_runs
+from lod.threads import map_chunks
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_rays import StandField, intersect_stand
 
@@ -90,7 +90,7 @@ def trace_lines(
         found: tuple[np.ndarray, ...] = _seen(*there, draws[begin:end], first + begin)
         return found
 
-    found = in_runs(run, len(draws), _LEAST)
+    found = map_chunks(run, len(draws), _LEAST)
     return Seen(*(np.concatenate(each) for each in zip(*found, strict=True)))
 
 

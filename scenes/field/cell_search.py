@@ -7,8 +7,8 @@ import numpy as np
 
 from lod.camera import Corner
 from lod.errors import InputError
-from lod.pruning.compiled_test import vantage_of
-from lod.pruning.view import View, reach
+from lod.pruning.compiled_test import compile_view
+from lod.pruning.view import View, search_radius
 from scenes.field.poisson_cells import PoissonCells, cells_near
 
 
@@ -30,7 +30,7 @@ def search(
     lean              how far in plan the origin of a whole can be from its home
     low, high         heights that it cannot be beyond
     """
-    inside, eye = reach(view, inside, bound), view.camera.eye
+    inside, eye = search_radius(view, inside, bound), view.camera.eye
     above = max(0.0, eye[2] - high, low - eye[2])
     in_plan = math.sqrt(max(inside**2 - above**2, 0.0)) + lean
     spans = _spans(cells, extent, view.camera.corner, eye, in_plan)
@@ -43,7 +43,7 @@ def search(
 def cells_near_view(view: View, asked: tuple[Any, Any, Any]) -> tuple[np.ndarray, np.ndarray]:
     """Cells near enough, in view or out of it, to hold a displayed whole; asked: of ``search``."""
     spans, lattice, rules = asked
-    return cells_near(spans, lattice, vantage_of(view), rules)
+    return cells_near(spans, lattice, compile_view(view), rules)
 
 
 def _spans(

@@ -10,10 +10,10 @@ from numba import njit
 
 from lod.arrays import freeze
 from lod.metric.hierarchy import Hierarchy
-from lod.pruning.area_scaling import stands_for
-from lod.pruning.parts import Look
+from lod.pruning.area_scaling import leaf_area_share
+from lod.pruning.parts import BlendWeights
 from lod.pruning.view import View
-from lod.threads import in_runs
+from lod.threads import map_chunks
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.view_dependence import (
@@ -114,7 +114,7 @@ class Atlas:
         whole, offset = expand(self.part_count[rows])
         return whole, self.order[self.first_part[rows][whole] + offset]
 
-    def sticks_of(self, rows: np.ndarray, look: Look) -> "Displayed":
+    def sticks_of(self, rows: np.ndarray, look: BlendWeights) -> "Displayed":
         """The displayed sticks of these rows."""
         minds, table = self.minds, self.sticks
         tables = minds.of_stick, minds.share, minds.darker, minds.aside
@@ -123,7 +123,7 @@ class Atlas:
         def counted(first: int, last: int) -> tuple[int, int]:
             return first, _count(table.first, *(each[first:last] for each in asked[:3]))
 
-        starts, counts = zip(*in_runs(counted, len(rows), _SHORTEST_RUN), strict=True)
+        starts, counts = zip(*map_chunks(counted, len(rows), _SHORTEST_RUN), strict=True)
         *begins, total = np.cumsum((0, *counts)).tolist()
         begin = dict(zip(starts, begins, strict=True))
         kinds = np.int64, np.int64, np.float64, np.int64
@@ -134,7 +134,7 @@ class Atlas:
             known = table.first, table.tint, tables, self.overlap
             _sticks_of(*known, first, own[0], tuple(own[1:]), tuple(out))
 
-        in_runs(told, len(rows), _SHORTEST_RUN)
+        map_chunks(told, len(rows), _SHORTEST_RUN)
         return found
 
 
@@ -189,7 +189,7 @@ def _sticks_of(first, tints, minds, overlap, begin, rows, look, found):  # type:
         aloft = high = around = -2.0  # not looked up yet
         blended = leaf[i]
         if 0.0 < hidden[i] < 1.0:
-            blended *= stands_for(hidden[i], overlap[rows[i]]) / hidden[i]
+            blended *= leaf_area_share(hidden[i], overlap[rows[i]]) / hidden[i]
         for side, share in enumerate((inner[i], blended)):
             block = 2 * rows[i] + side
             if share > 0.0:

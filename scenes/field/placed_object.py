@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from lod.camera import GRID_M, Corner
-from lod.pruning.parts import Look, Parts, Sticks
+from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
 from scenes.field.posed_species import Objects, Troupe, troupe_of
@@ -74,6 +74,6 @@ class Placed:
         """The parts that ``parts`` own directly."""
         return self.troupe.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, look: Look) -> Sticks:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
         """Sticks of the displayed parts."""
         return self.troupe.appearance(parts, look)

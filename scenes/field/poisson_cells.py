@@ -11,7 +11,7 @@ from scipy.stats import poisson
 
 from lod.arrays import freeze
 from lod.camera import Corner
-from lod.pruning.compiled_test import Vantage, into_view, sees, slack
+from lod.pruning.compiled_test import CompiledView, frustum_margin, slack, sphere_in_frustum
 from scenes.noise.philox import hash_name, philox, unit
 
 _MEAN_PER_CELL = 2.0
@@ -100,7 +100,7 @@ class PoissonCells:
         cell_x: np.ndarray,
         cell_y: np.ndarray,
         corner: Corner,
-        vantage: Vantage,
+        vantage: CompiledView,
         near: Near,
         held: np.ndarray = NOT_HELD,
     ) -> tuple[Draws, int]:
@@ -158,7 +158,9 @@ def near_enough(vantage, east, north, side, rules):  # type: ignore[no-untyped-d
     if vantage.look_around:
         return True
     far = away_at_least(near, lean, above)
-    return not far > inside and (not far > outside or sees(vantage, east, north, middle, radius))
+    return not far > inside and (
+        not far > outside or sphere_in_frustum(vantage, east, north, middle, radius)
+    )
 
 
 @njit(cache=True)
@@ -237,9 +239,9 @@ def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u,
             reach = (near.bound[kind] + spread) * (1 + 1e-9)
             passed = away < inside
             if passed and not away < outside:
-                passed = sees(vantage, east, north, middle, reach)
+                passed = sphere_in_frustum(vantage, east, north, middle, reach)
             if holding:
-                within = into_view(vantage, east, north, middle)
+                within = frustum_margin(vantage, east, north, middle)
                 by_d, by_view = slack(away, 0.0, within, -reach, reach, inside, outside, passed)
                 room, room_view = min(room, by_d), min(room_view, by_view)
             if not passed:

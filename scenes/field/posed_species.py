@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Reals, freeze
-from lod.motion.image_motion import smears
-from lod.pruning.parts import Look, Parts, Sticks
+from lod.motion.image_motion import motion_steps
+from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
 from scenes.field.ground_contact_detail import foot_parts, heed, heed_slack
@@ -121,7 +121,7 @@ class Troupe:
         turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
         # The origin of the whole may swing one way and something of it the other.
         own = 2 * self.swing[instances.prototype] * exposure.seconds + turn * bound
-        smear = smears(exposure, view.camera.corner, view.theta, start, end, bound, own)
+        smear = motion_steps(exposure, view.camera.corner, view.theta, start, end, bound, own)
         return Objects(instances, draws, smear)
 
     def _origins(self, instances: Instances) -> np.ndarray:
@@ -165,7 +165,7 @@ class Troupe:
         whole, part = self.atlas.parts_of(parts.part)
         return self._parts(parts.state, parts.object[whole], part, whole, view)
 
-    def appearance(self, parts: Parts, look: Look) -> Sticks:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
         """Sticks of displayed parts, as much of both appearances as they show.
 
         Parts of one object stand together, so that every joint is posed once.

@@ -13,10 +13,10 @@ import numpy as np
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
 from lod.errors import InputError
-from lod.pruning.compiled_test import vantage_of
-from lod.pruning.parts import Look, Parts, Sticks
+from lod.pruning.compiled_test import compile_view
+from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.pruner import Cut
-from lod.pruning.view import View, reach
+from lod.pruning.view import View, search_radius
 from scenes.field.cell_search import cells_near_view, search
 from scenes.field.habitat import Habitat
 from scenes.field.poisson_cells import Draws, Near, PoissonCells
@@ -138,7 +138,7 @@ class SpeciesField:
     def walk(self, view: View) -> Cut:
         """What is displayed, by compiled walks: of the objects, then of their parts."""
         corner, near = view.camera.corner, self.near(view)
-        draws, examined = self.cells.near(*self._cells_near(view), corner, vantage_of(view), near)
+        draws, examined = self.cells.near(*self._cells_near(view), corner, compile_view(view), near)
         return self.troupe.cut(self.seen(self._grown(corner, draws), view), view, examined)
 
     def near(self, view: View) -> Near:
@@ -147,7 +147,7 @@ class SpeciesField:
         bound = atlas.bound[atlas.root]
         inside, outside = (limit[atlas.root] for limit in atlas.limits(view))
         pairs = zip(inside.tolist(), bound.tolist(), strict=True)
-        farthest = np.array([reach(view, limit, radius) for limit, radius in pairs])
+        farthest = np.array([search_radius(view, limit, radius) for limit, radius in pairs])
         lean, half = self.troupe.lean_m + self.species.patrol_m, self.extent
         window = math.inf if half is None else half / 2
         return Near(farthest, outside, bound, lean, *self._root_heights(), window)
@@ -156,7 +156,7 @@ class SpeciesField:
         """The parts that ``parts`` own directly."""
         return self.troupe.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, look: Look) -> Sticks:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
         """Sticks of the displayed parts, as much of both appearances as they show."""
         return self.troupe.appearance(parts, look)
 

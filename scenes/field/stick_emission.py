@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints
-from lod.pruning.area_scaling import thinning
+from lod.pruning.area_scaling import radius_factor
 from lod.pruning.parts import Sticks
-from lod.threads import in_runs
+from lod.threads import map_chunks
 from scenes.field.part_tables import Atlas, Displayed
 from scenes.rig.pose import (
     begin_pose,
@@ -49,7 +49,7 @@ def emit(
         out = start[rows], end[rows], radii[:, rows]
         _emit(pose_tables.tables, pose_tables.max_joints, *columns, *which, ends, sizes, *out)
 
-    in_runs(run, n, _SHORTEST_RUN)
+    map_chunks(run, n, _SHORTEST_RUN)
     return Sticks(start, end, radii[0], radii[1], tint, atlas.tints, owner)
 
 
@@ -105,6 +105,6 @@ def _emit(  # type: ignore[no-untyped-def]
             if share[m] != 1.0:
                 x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
                 length = math.sqrt(x * x + y * y + z * z)
-                factor = thinning(radius0[k], radius1[k], length, share[m])
+                factor = radius_factor(radius0[k], radius1[k], length, share[m])
             radii[0, m], radii[1, m] = radius0[k] * factor, radius1[k] * factor
             m += 1

@@ -16,16 +16,16 @@ import numpy as np
 from numba import njit
 
 from lod.pruning.compiled_test import (
-    Vantage,
+    CompiledView,
+    compile_view,
     distance_to,
-    into_view,
-    passes,
-    sees,
+    frustum_margin,
+    is_displayed,
     slack,
-    vantage_of,
+    sphere_in_frustum,
 )
 from lod.pruning.view import View
-from lod.threads import in_runs
+from lod.threads import map_chunks
 from scenes.field.poisson_cells import NOT_HELD
 from scenes.field.traversal_tables import Slots
 from scenes.rig.pose import (
@@ -87,13 +87,13 @@ def walk(
     held: Held | None = None,
 ) -> Rows:
     """Everything displayed of these objects; smear (n,): of each; held: takes for how long."""
-    vantage, columns = vantage_of(view), (*instances.columns(), smear)
+    vantage, columns = compile_view(view), (*instances.columns(), smear)
     asked = Held(NOT_HELD, True, 0.0, 0.0) if held is None else held
 
     def run(first: int, last: int) -> list[Rows]:
         return _run(pose_tables, slots, limits, columns, vantage, asked, first, last)
 
-    runs = in_runs(run, len(instances), _SHORTEST_RUN)
+    runs = map_chunks(run, len(instances), _SHORTEST_RUN)
     return _joined([rows for each in runs for rows in each])
 
 
@@ -102,7 +102,7 @@ def _run(
     slots: Slots,
     limits: np.ndarray,
     columns: tuple[np.ndarray, ...],
-    vantage: Vantage,
+    vantage: CompiledView,
     held: Held,
     first: int,
     last: int,
@@ -177,7 +177,7 @@ def _walk(  # type: ignore[no-untyped-def]
         stance, turn = NO_POSE, IDENTITY
         base, i, whole, k, end = n, n, -1, v, v + 1
         room, room_view, before = math.inf, math.inf, examined
-        within = into_view(vantage, *middle) if holding else 0.0
+        within = frustum_margin(vantage, *middle) if holding else 0.0
         ends = spread[v, 0], spread[v, 1]
         step = int(smear[o])
         between = smear[o] - step
@@ -216,7 +216,7 @@ def _walk(  # type: ignore[no-untyped-def]
                             x, y, z = transform_point(
                                 frame, row, rotation_matrix(frame, row), x, y, z
                             )
-                    passed = passes(vantage, x, y, z, limits[step, k, 3], inside, outside)
+                    passed = is_displayed(vantage, x, y, z, limits[step, k, 3], inside, outside)
                 if holding and room > held.least:
                     by_d, by_view = 0.0, 0.0
                     if decided:
@@ -224,7 +224,7 @@ def _walk(  # type: ignore[no-untyped-def]
                     elif held.still:
                         far, into, reach = distance_to(vantage, x, y, z), 0.0, limits[step, k, 3]
                         if not far < outside and far < inside:
-                            into = into_view(vantage, x, y, z)
+                            into = frustum_margin(vantage, x, y, z)
                         by_d, by_view = slack(
                             far, 0.0, into, -reach, reach, inside, outside, passed
                         )
@@ -261,6 +261,6 @@ def _rests(at, x, y, z):  # type: ignore[no-untyped-def]
 def _whether_seen(vantage, middle, wander, reach):  # type: ignore[no-untyped-def]
     """Whether the origins of an object's parts are all in view, or nothing of it, or neither."""
     x, y, z = middle
-    if sees(vantage, x, y, z, -wander):
+    if sphere_in_frustum(vantage, x, y, z, -wander):
         return _SEEN
-    return _PARTLY if sees(vantage, x, y, z, reach) else _UNSEEN
+    return _PARTLY if sphere_in_frustum(vantage, x, y, z, reach) else _UNSEEN

@@ -8,11 +8,19 @@ from functools import partial
 import numpy as np
 
 from lod.camera import Camera
-from lod.motion.image_motion import eye_from
-from lod.pruning.crossfade import looks
-from lod.pruning.parts import Look, Moving, Parts, Representation, Sticks, Triangles
+from lod.motion.image_motion import eye_relative_to
+from lod.pruning.crossfade import blend_weights
+from lod.pruning.parts import BlendWeights, Moving, Parts, Representation, Sticks, Triangles
 from lod.pruning.pruner import Cut, prune
-from lod.pruning.update_schedule import Drawn, Posed, due_in, frames_before, kept_of, past, replayed
+from lod.pruning.update_schedule import (
+    DrawnState,
+    TruePose,
+    apply_state,
+    refresh_due,
+    replay,
+    replay_frames,
+    threshold_rule,
+)
 from lod.pruning.view import View
 from scenes.far_cover.turbid_canopy import turbid_canopy
 from scenes.field.species_field import SpeciesField
@@ -45,7 +53,7 @@ def shoot(
         start = time.perf_counter()
         cut = _cut_after(each, view, holds)
         pruned = time.perf_counter()
-        one = Shown(each, cut, looks(cut, view), view)
+        one = Shown(each, cut, blend_weights(cut, view), view)
         shown.append(with_schedule(world, preset, frame, one))
         seconds["prune"] += pruned - start
         seconds["appearance"] += time.perf_counter() - pruned
@@ -95,14 +103,14 @@ class Shown:
 
     each: Representation
     cut: Cut
-    look: Look
+    look: BlendWeights
     view: View
-    drawn: Drawn | None = None
+    drawn: DrawnState | None = None
 
     def shape(self, time_s: float) -> Sticks | Triangles:
         """What is drawn at a time, in the frame's coordinates."""
         posed = self.posed(time_s)
-        return kept_of(self.drawn, posed) if self.drawn and isinstance(posed, Sticks) else posed
+        return apply_state(self.drawn, posed) if self.drawn and isinstance(posed, Sticks) else posed
 
     def posed(self, time_s: float) -> Sticks | Triangles:
         """Its looks at a time, nothing of it kept."""
@@ -124,8 +132,8 @@ def with_schedule(world: World, preset: Preset, frame: int, shown: Shown) -> Sho
     threshold = preset.view.update_threshold
     if threshold == 0 or not scheduled(shown, time_of(preset, frame + 1)):
         return shown
-    frames = posed_in(world, preset, frames_before(frame), shown)
-    (drawn,) = replayed(frames, [past(threshold)])
+    frames = posed_in(world, preset, replay_frames(frame), shown)
+    (drawn,) = replay(frames, [threshold_rule(threshold)])
     return replace(shown, drawn=drawn)
 
 
@@ -134,16 +142,18 @@ def scheduled(shown: Shown, later_s: float) -> bool:
     return shown.moves(later_s) and isinstance(shown.posed(shown.view.time_s), Sticks)
 
 
-def posed_in(world: World, preset: Preset, frames: Iterable[int], shown: Shown) -> Iterator[Posed]:
+def posed_in(
+    world: World, preset: Preset, frames: Iterable[int], shown: Shown
+) -> Iterator[TruePose]:
     """Its parts as they stand in each of these frames; of what is drawn in sticks."""
     for at in frames:
         shape = shown.posed(time_of(preset, at))
-        due, eye = due_in(shown.cut.parts.part, at), _camera(world, preset, at, shown.view).eye
+        due, eye = refresh_due(shown.cut.parts.part, at), _camera(world, preset, at, shown.view).eye
         if isinstance(shape, Sticks):
-            yield Posed(shape.start, shape.end, shape.owner, due, eye, shown.view.theta)
+            yield TruePose(shape.start, shape.end, shape.owner, due, eye, shown.view.theta)
 
 
-def updates(drawn: Sequence[Drawn]) -> dict[str, int]:
+def updates(drawn: Sequence[DrawnState]) -> dict[str, int]:
     """How many of the parts that could move are drawn anew, and how far the farthest other is off
     [px/1000]; nothing where there is no schedule.
     """
@@ -199,7 +209,7 @@ def _camera(world: World, preset: Preset, frame: float, view: View) -> Camera:
     """The camera between frames, in the coordinates of a frame's view."""
     camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
     corner = view.camera.corner
-    return replace(camera, corner=corner, eye=eye_from(corner, camera))
+    return replace(camera, corner=corner, eye=eye_relative_to(corner, camera))
 
 
 def _stand_together(a: Camera, b: Camera) -> bool:

@@ -12,7 +12,7 @@ from numba import njit
 
 from lod.arrays import Reals
 from lod.camera import STEP_M, Corner
-from lod.threads import in_runs
+from lod.threads import map_chunks
 from scenes.noise.lattice import cell_at, lattice_bits, slopes_in, twin_cells_at, value_in
 from scenes.noise.partial_sums import SoFar
 
@@ -235,5 +235,5 @@ def _summed(
         rows = slice(first, last)
         kernel(*octaves, points[rows], least[rows], *more, *(k[rows] for k in kept), out[rows])
 
-    in_runs(run, len(points), _SHORTEST_RUN)
+    map_chunks(run, len(points), _SHORTEST_RUN)
     return out

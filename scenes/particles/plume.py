@@ -26,7 +26,7 @@ from lod.arrays import Ints, Points, Reals
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
-from lod.pruning.parts import Look, Parts, Sticks, Triangles
+from lod.pruning.parts import BlendWeights, Parts, Sticks, Triangles
 from lod.pruning.view import View
 from scenes.field.species_field import Ground
 from scenes.particles.growth import LARGEST, Growth, Puffs
@@ -135,7 +135,7 @@ class Plume:
         share = self._shares(parts.state, births, level, part, number)
         return self._parts(parts.state, view, part, parts.object[whole], whole, share)
 
-    def appearance(self, parts: Parts, look: Look) -> Sticks | Triangles:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks | Triangles:
         """Balls of smoke or tongues of flame: leaf appearances alone, as much as each shows."""
         grains, time = self._grains(parts, look), parts.state
         puffs = self._puffs(time, grains.birth)
@@ -182,7 +182,7 @@ class Plume:
         at[part == 0] = self._base(time.corner) + self.size * self.growth.axis(np.array([0.5]))[0]
         return at
 
-    def _grains(self, parts: Parts, look: Look) -> DrawnParticles:
+    def _grains(self, parts: Parts, look: BlendWeights) -> DrawnParticles:
         """What is drawn: CLUMPS for each puff of a plume, one for PARTICLES_PER_BALL particles."""
         n, births = self.kind.particles, self.growth.live(parts.state.time_s)
         count = np.array([CLUMPS * len(births), n // PARTICLES_PER_BALL, 1])[parts.level] * (

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from lod.pruning.compiled_test import into_view, vantage_of
+from lod.pruning.compiled_test import compile_view, frustum_margin
 from lod.pruning.view import View
 from scenes.field.poisson_cells import Draws, away_at_least, away_in_plan, near_enough
 from scenes.field.species_field import SpeciesField
@@ -21,7 +21,7 @@ def drawn_anew(
     cells: rows of those that ``field.search`` spans.
     """
     (x0, x1, y0, _), lattice, rules = field.search(view)
-    reach, vantage, corner = field.near(view), vantage_of(view), view.camera.corner
+    reach, vantage, corner = field.near(view), compile_view(view), view.camera.corner
     spread += reach.high - reach.low
     x, y = x0 + cells % (x1 - x0), y0 + cells // (x1 - x0)
     counts, room = np.zeros((2, len(cells)), np.int32), np.empty((len(cells), 2))
@@ -57,7 +57,7 @@ def _searched(cell_x, cell_y, vantage, lattice, rules, spread, room):  # type: i
             if not far > outside:
                 room[i, 0] = outside - far
             else:
-                within = into_view(vantage, east, north, middle)
+                within = frustum_margin(vantage, east, north, middle)
                 room[i, 1] = abs(within + radius)
                 if not is_near[i]:
                     room[i, 0] = far - outside

@@ -13,7 +13,7 @@ import numpy as np
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.camera import Corner
-from lod.pruning.parts import Look, Parts, Triangles
+from lod.pruning.parts import BlendWeights, Parts, Triangles
 from lod.pruning.pruner import Cut, prune_by_level
 from lod.pruning.view import View
 from scenes.terrain.point_cache import Shelf
@@ -64,7 +64,7 @@ class Recalled:
         """The four quarters of each tile."""
         return self.terrain.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, look: Look) -> Triangles:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Triangles:
         """One mesh of all tiles."""
         return self.terrain.appearance(parts, look)
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.actors.actor import Actor, CompoundActor, SimpleActor
-from lod.actors.appearance import NOTHING, Appearance, Bundle, Stick
+from lod.actors.appearance import NO_STICKS, Appearance, ConeStick, StickBundle
 from lod.actors.compile import compile_actor
-from lod.actors.joint import HERE, Limits, RevoluteJoint
+from lod.actors.joint import IDENTITY_JOINT, JointLimits, RevoluteJoint
 from lod.actors.quaternion import Quaternion, VectorLike, vector
 from scenes.gait.contact_errors import finest
 from scenes.rig.keyframes import rest_motion
@@ -25,7 +25,7 @@ _SLACK_DEG = 1e-6
 
 
 @dataclass(frozen=True, init=False)
-class AngleLimits(Limits):
+class AngleLimits(JointLimits):
     """A box of angles about x, y and z in Rz·Ry·Rx, as the tables of figures give them
     [degrees].
     """
@@ -60,7 +60,7 @@ def to_actor(prototype: RiggedPrototype) -> CompoundActor:
         parts = parts_of(j)
         return CompoundActor(parts, here, looks[j]) if parts else SimpleActor(here, looks[j])
 
-    return CompoundActor(parts_of(-1), HERE, NOTHING, name=prototype.name)
+    return CompoundActor(parts_of(-1), IDENTITY_JOINT, NO_STICKS, name=prototype.name)
 
 
 def compile_rig(actor: Actor, like: Rig) -> Rig:
@@ -88,11 +88,11 @@ def pose_from_actor(prototype: RiggedPrototype, actor: Actor) -> RiggedPrototype
 
 def _looks(prototype: RiggedPrototype) -> list[Appearance]:
     """The sticks that ride on each joint while every part is displayed."""
-    sticks: list[list[Stick]] = [[] for _ in prototype.rig.name]
+    sticks: list[list[ConeStick]] = [[] for _ in prototype.rig.name]
     for table in finest(prototype):
         albedo = prototype.tints[table.tint].tolist()
         columns = table.start, table.end, table.start_radius, table.end_radius
         rows = zip(table.start_joint.tolist(), *(c.tolist() for c in columns), albedo, strict=True)
         for joint, *stick in rows:
-            sticks[joint].append(Stick(*stick))
-    return [Bundle(tuple(own)) if own else NOTHING for own in sticks]
+            sticks[joint].append(ConeStick(*stick))
+    return [StickBundle(tuple(own)) if own else NO_STICKS for own in sticks]

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Points
-from lod.threads import in_runs
+from lod.threads import map_chunks
 from scenes.rig.foot_ik import solve_foot
 from scenes.rig.leg_ik import set_rotation
 from scenes.rig.pose_tables import Instances as Bodies
@@ -66,7 +66,7 @@ def pose_points(
         of, out = (rows[first:last], points[first:last]), found[:, first:last]
         _pose_ends(pose_tables.tables, pose_tables.max_joints, *columns, *of, ends, out)
 
-    in_runs(run, len(rows), _SHORTEST_RUN)
+    map_chunks(run, len(rows), _SHORTEST_RUN)
     return found[0]
 
 

@@ -26,7 +26,7 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
-from lod.metric.tied_levels import first_of_one, shared
+from lod.metric.tied_levels import max_over_tied, representative
 from scenes.rig.keyframes import Motion, rest_motion
 from scenes.rig.reach_bound import reach_bound
 from scenes.rig.rig import Rig, RiggedSticks, to_object_frame
@@ -156,7 +156,7 @@ def build_hierarchy(
     """
     n = len(whole)
     P = np.sqrt(_largest_areas(rig, leaf)[twin])
-    one = first_of_one(whole, P)
+    one = representative(whole, P)
     joint = joint[one]
     own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
     for row in np.flatnonzero(twin == np.arange(n)).tolist():
@@ -171,7 +171,7 @@ def build_hierarchy(
     for row in range(n - 1, 0, -1):
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
     position = rig.frames()[0][joint]
-    lengths = shared(P, one), shared(R, one), B, separation
+    lengths = max_over_tied(P, one), max_over_tied(R, one), B, separation
     contrast = part_contrast(whole, leaf.posed(*rig.frames()), tints)[one]
     return Hierarchy(whole, level, position, *lengths, contrast), joint
 

@@ -26,7 +26,7 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
-from lod.metric.tied_levels import first_of_one, shared
+from lod.metric.tied_levels import max_over_tied, representative
 from scenes.sticks.contrast import part_contrast
 from scenes.sticks.table import StickTable as StickTable
 from scenes.sticks.view_dependence import Minds, largest_seen
@@ -78,7 +78,7 @@ def assemble(
             raise InputError(f"{name}.{key}", size, f"one entry for each of {len(whole)} parts")
     minds = minds or Minds()
     P = np.sqrt(largest_seen(leaf, minds))
-    one = first_of_one(whole, P)
+    one = representative(whole, P)
     origin = origin[one]
     part = np.flatnonzero(whole >= 0)
     owner = whole[part]
@@ -91,7 +91,9 @@ def assemble(
     B = own.copy()
     for row in part[::-1]:
         B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
-    hierarchy = Hierarchy(whole, level, origin, shared(P, one), shared(R, one), B, separation)
+    hierarchy = Hierarchy(
+        whole, level, origin, max_over_tied(P, one), max_over_tied(R, one), B, separation
+    )
     if overlap is not None:
         hierarchy = replace(hierarchy, overlap=overlap)
     prototype = Prototype(name, hierarchy, inner, leaf, tints, minds)  # refuses what is bad

@@ -20,7 +20,7 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints, Reals, freeze
-from lod.pruning.area_scaling import thinning
+from lod.pruning.area_scaling import radius_factor
 from scenes.sticks.outline_area import directions, largest_area, parts_alone
 from scenes.sticks.table import StickTable
 from scenes.sticks.union_area import areas_of_parts
@@ -187,5 +187,5 @@ def shares_from(minds: Minds, rows: Ints, height: float) -> Reals:
 def _factors(r0, r1, length, share):  # type: ignore[no-untyped-def]
     found = np.empty(len(r0))
     for k in range(len(r0)):
-        found[k] = thinning(r0[k], r1[k], length[k], share[k])
+        found[k] = radius_factor(r0[k], r1[k], length[k], share[k])
     return found

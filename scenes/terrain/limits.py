@@ -19,7 +19,7 @@ import numpy as np
 from lod.arrays import Reals
 from lod.metric.family import blake
 from lod.pruning.view import View
-from lod.vision.viewer import seen_limits
+from lod.vision.viewer import perceptual_limits
 from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.relief import Relief
 
@@ -57,7 +57,7 @@ def limits(P: Reals, R: Reals, view: View) -> tuple[Reals, Reals, Reals]:
     if view.sight is not None and view.metric.finite:
         contrast = np.full(len(P), GROUND_CONTRAST)
         pairs = zip(found, angles, strict=True)
-        found = np.stack([seen_limits(view.sight, D, contrast, angle) for D, angle in pairs])
+        found = np.stack([perceptual_limits(view.sight, D, contrast, angle) for D, angle in pairs])
     found[2] *= not view.metric.along_axis
     found[:, 0] = np.inf
     inside, hidden, outside = np.minimum.accumulate(found, axis=1)

@@ -20,7 +20,7 @@ from numba import njit
 from lod.arrays import Ints, Points, Reals
 from lod.pruning.parts import Triangles
 from lod.pruning.view import View, distance
-from lod.threads import in_runs
+from lod.threads import map_chunks
 from scenes.noise.partial_sums import SoFar
 from scenes.terrain.colour import Cover, ground_colours
 from scenes.terrain.geomorph import Places, blended, lineage, names_of
@@ -185,7 +185,7 @@ def _by_runs(task: Callable[[slice], np.ndarray], points: Sized, columns: int) -
     def run(first: int, last: int) -> None:
         found[first:last] = task(slice(first, last))
 
-    in_runs(run, len(points), _RUN, _RUN)
+    map_chunks(run, len(points), _RUN, _RUN)
     return found
 
 

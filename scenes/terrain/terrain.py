@@ -22,7 +22,7 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals, frozen
 from lod.camera import Corner
 from lod.errors import InputError
-from lod.pruning.parts import Look, Parts, Triangles
+from lod.pruning.parts import BlendWeights, Parts, Triangles
 from lod.pruning.view import View
 from scenes.terrain.colour import COVERS
 from scenes.terrain.horizon import Horizon, beside, horizon
@@ -236,7 +236,7 @@ class Terrain:
         """P and R of the tiles of each level [m]."""
         return sizes(self.relief, self.spacings)
 
-    def appearance(self, parts: Parts, look: Look) -> Triangles:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Triangles:
         """One watertight mesh of all tiles, each at its own spacing.
 
         Where only some quarters of a tile are displayed, the tile itself draws the others. Ground

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from lod.camera import Camera, look, split
+from lod.camera import Camera, camera_from_heading, split_position
 from scenes.field.species_field import Ground
 from scenes.preset.tables import CameraKey, CameraPreset
 
@@ -33,14 +33,14 @@ def camera_at(preset: CameraPreset, size: tuple[int, int], frame: float, ground:
         stand = _between_keys(preset, frame, ground)
     else:
         stand = _walked(preset, frame)
-    corner, x, y = split(stand.x, stand.y, *preset.cell)
+    corner, x, y = split_position(stand.x, stand.y, *preset.cell)
     eye = np.array((x, y, height_at(ground, stand.x, stand.y, preset.cell) + stand.height))
-    return look(corner, eye, stand.heading, stand.pitch, stand.fov, size)
+    return camera_from_heading(corner, eye, stand.heading, stand.pitch, stand.fov, size)
 
 
 def height_at(ground: Ground, x: float, y: float, cell: tuple[int, int] = (0, 0)) -> float:
     """Height of the ground at one point, metres from a cell's corner [m]."""
-    corner, x, y = split(x, y, *cell)
+    corner, x, y = split_position(x, y, *cell)
     return float(ground.height(corner, np.array([[x, y]]))[0])
 
 

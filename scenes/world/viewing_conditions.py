@@ -5,9 +5,9 @@ import math
 from lod.atmosphere.air import Air, least_extinction
 from lod.atmosphere.mist import Mist
 from lod.camera import Camera
-from lod.vision.blur_cascade import widths_seen
+from lod.vision.blur_cascade import blur_widths
 from lod.vision.eye import Display, Eye
-from lod.vision.viewer import Sight
+from lod.vision.viewer import ViewingConditions
 from scenes.preset.load import Preset
 
 _ARCSECOND = math.radians(1 / 3600)
@@ -20,7 +20,7 @@ def air_of(preset: Preset) -> Air:
     return Air(keys.visibility, mist)
 
 
-def sight_of(preset: Preset, camera: Camera, highest_m: float) -> Sight | None:
+def sight_of(preset: Preset, camera: Camera, highest_m: float) -> ViewingConditions | None:
     """What counts beyond the pixel; None where the air is clear, or ignored, and no eye is given.
 
     ``highest_m``: height above the datum that neither the eye nor anything it sees is above, for β
@@ -34,6 +34,6 @@ def sight_of(preset: Preset, camera: Camera, highest_m: float) -> Sight | None:
     display = Display(**preset.display.model_dump()) if preset.display else Display()
     eye = Eye(**preset.eye.model_dump()) if preset.eye else Eye()
     seeing = keys.seeing * _ARCSECOND
-    widths = widths_seen(camera.pixel_angle, display, eye if watched else None, seeing)
+    widths = blur_widths(camera.pixel_angle, display, eye if watched else None, seeing)
     beta = least_extinction(air, highest_m) if hazy else 0.0
-    return Sight(widths, beta, display, eye, acuity=watched)
+    return ViewingConditions(widths, beta, display, eye, acuity=watched)

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
-from lod.motion.shutter import Exposure
-from lod.motion.window_of_visibility import blurred_s
+from lod.motion.shutter import ShutterInterval
+from lod.motion.window_of_visibility import integration_time_s
 from lod.pruning.parts import Representation
 from lod.pruning.view import View
 from scenes.dust.dust import Dust
@@ -129,23 +129,23 @@ def time_of(preset: Preset, frame: float) -> float:
     return (frame - 1) / preset.camera.fps
 
 
-def exposure_at(world: World, preset: Preset, frame: int) -> Exposure | None:
+def exposure_at(world: World, preset: Preset, frame: int) -> ShutterInterval | None:
     """While the shutter is open, or an eye behind it takes things together: half before a frame's
     time and half after; None where no heed is paid to motion."""
     open_s = preset.view.shutter / 360 / preset.camera.fps
     if preset.view.smear == "window":
-        open_s = blurred_s(open_s)
+        open_s = integration_time_s(open_s)
     half = open_s * preset.camera.fps / 2
     if half == 0 or preset.view.smear == "off":
         return None
 
     @cache
-    def at(later: int) -> Exposure:
+    def at(later: int) -> ShutterInterval:
         ends = frame + later - half, frame + later + half
         size = preset.render.size
         opens, closes = (camera_at(preset.camera, size, end, world.terrain) for end in ends)
         opens_s, closes_s = (time_of(preset, end) for end in ends)
-        return Exposure(opens, closes, opens_s, closes_s)
+        return ShutterInterval(opens, closes, opens_s, closes_s)
 
     return replace(at(0), near=at)
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.camera import GRID_M, Corner, look, split
+from lod.camera import GRID_M, Corner, camera_from_heading, split_position
 from lod.errors import InputError
 
 CELLS = st.integers(-(2**40), 2**40)
@@ -14,7 +14,7 @@ CELLS = st.integers(-(2**40), 2**40)
 
 def camera(width=640, fov=60.0, **where):
     where = {"heading_deg": 0.0, "pitch_deg": 0.0} | where
-    return look(Corner(0, 0), np.zeros(3), fov_x_deg=fov, size=(width, 360), **where)
+    return camera_from_heading(Corner(0, 0), np.zeros(3), fov_x_deg=fov, size=(width, 360), **where)
 
 
 def test_the_angle_of_a_pixel():
@@ -52,7 +52,7 @@ def test_lattices_are_exact(x, y, exponent):
 
 @given(x=st.floats(-1e6, 1e6), cell=CELLS)
 def test_a_point_keeps_its_place_when_split(x, cell):
-    corner, offset, _ = split(x, 0.0, cell, 0)
+    corner, offset, _ = split_position(x, 0.0, cell, 0)
     assert 0 <= offset < GRID_M or offset == pytest.approx(GRID_M)
     moved = (corner.x - cell) * Fraction(GRID_M) + Fraction(offset)
     assert abs(moved - Fraction(x)) < Fraction(1, 10**9)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.camera import GRID_M, Corner, look
+from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
-from lod.pruning.parts import Look, Parts, Sticks
+from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.view import View
 from scenes.field.species_field import Ground
 from scenes.plugins.representation import Offer
@@ -59,7 +59,7 @@ class Fence:
         number = np.arange(len(whole)) % self.posts
         return self._parts(view, number + 1, whole)
 
-    def appearance(self, parts: Parts, look: Look) -> Sticks:
+    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
         """Posts as they are; the fence itself as a beam, where it has to stand for them."""
         post = parts.part > 0
         share = np.where(post, look.leaf + look.inner, look.leaf)
@@ -96,7 +96,7 @@ class Fence:
 FENCE = Offer(
     "a fence of posts (options: posts, gap)",
     lambda name, seed, ground, **options: Fence(name, ground, **options),
-    look(Corner(0, 0), np.array((2.0, -6.0, 1.5)), 20.0, -5.0, 50.0, (120, 60)),
+    camera_from_heading(Corner(0, 0), np.array((2.0, -6.0, 1.5)), 20.0, -5.0, 50.0, (120, 60)),
     detail=1.5,
 )
 

@@ -10,9 +10,9 @@ from scipy.optimize import brentq
 
 from bench.statistics.estimates import Estimate
 from lod.atmosphere.air import Air, rgb_extinction
-from lod.camera import Camera, Corner, look
+from lod.camera import Camera, Corner, camera_from_heading
 from lod.pruning.parts import Parts, Triangles
-from lod.pruning.pruner import Cut, cut_of
+from lod.pruning.pruner import Cut, cut_from_parts
 from scenes.frame.types import Light, Quality, Visible
 from scenes.render.pipeline.render import render_frame
 
@@ -39,7 +39,7 @@ def order(seed: int) -> tuple[np.ndarray, np.ndarray]:
 def camera() -> Camera:
     """Level, all slots across."""
     size = (_SLOT_PX * _SLOTS, _ROWS)
-    return look(Corner(0, 0), np.zeros(3), HEADING_DEG, 0.0, _FOV_DEG, size)
+    return camera_from_heading(Corner(0, 0), np.zeros(3), HEADING_DEG, 0.0, _FOV_DEG, size)
 
 
 def targets(visibility_m: float, seed: int) -> Visible:
@@ -79,7 +79,7 @@ def _cut(count: int) -> Cut:
         whole=np.full(count, -1),
         share=np.ones(count),
     )
-    return cut_of(parts, count, count)
+    return cut_from_parts(parts, count, count)
 
 
 def look_at(visibility_m: float, quality: Quality) -> tuple[Seen, Seen]:

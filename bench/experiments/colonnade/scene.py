@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.atmosphere.air import CLEAR
-from lod.camera import Camera, Corner, look
-from lod.pruning.crossfade import looks
+from lod.camera import Camera, Corner, camera_from_heading
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Representation
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
@@ -64,7 +64,9 @@ def places() -> list[float]:
 
 def camera() -> Camera:
     """Level, towards the middle of the row."""
-    return look(Corner(0, 0), np.array((0.0, 0.0, EYE_M)), 0.0, 0.0, FOV_DEG, SIZE_PX)
+    return camera_from_heading(
+        Corner(0, 0), np.array((0.0, 0.0, EYE_M)), 0.0, 0.0, FOV_DEG, SIZE_PX
+    )
 
 
 def cut(shot: Shot) -> tuple[list[Visible], list[int]]:
@@ -74,7 +76,7 @@ def cut(shot: Shot) -> tuple[list[Visible], list[int]]:
     everything: tuple[Representation, ...] = (*colonnade(), _ground())
     for each in everything:
         found = prune(each, view)
-        shape = each.appearance(found.parts, looks(found, view))
+        shape = each.appearance(found.parts, blend_weights(found, view))
         made.append(Visible(each.name, short_ids(found), shape))
         parts.append(len(found))
     return made, parts[:-1]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Representation
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
@@ -122,4 +122,4 @@ def whole(world: World, preset: Preset) -> list[Visible]:
 
 def _visible(each: Representation, view: View) -> Visible:
     cut = prune(each, view)
-    return visible_at(Shown(each, cut, looks(cut, view), view), view.time_s, None)
+    return visible_at(Shown(each, cut, blend_weights(cut, view), view), view.time_s, None)

@@ -22,7 +22,7 @@ from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import measured, record_of
 from lod.arrays import Ints
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Sticks
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
@@ -80,7 +80,7 @@ def count(extent: float, metric: str, seed: int, index: int) -> list[int]:
     species = Species("depth", prototypes_with("figure", None), DENSITY)
     field = SpeciesField(species, own, FLAT, extent)
     cut = prune(field, view)
-    shape = field.appearance(cut.parts, looks(cut, view))
+    shape = field.appearance(cut.parts, blend_weights(cut, view))
     eye = np.array((view.camera.eye[0], view.camera.eye[1], EYE_M))
     turn = np.random.Generator(np.random.Philox(own)).random()
     angle = (np.arange(QUADRANTS * RAYS) + turn) * math.tau / (QUADRANTS * RAYS)

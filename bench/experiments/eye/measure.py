@@ -27,9 +27,9 @@ from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import measured, record_of
 from lod.pruning.view import View
-from lod.vision.blur_cascade import Widths, widths_seen
+from lod.vision.blur_cascade import BlurWidths, blur_widths
 from lod.vision.eye import Display
-from lod.vision.viewer import STANDARD_EYE, Sight
+from lod.vision.viewer import STANDARD_EYE, ViewingConditions
 
 NAME, VERSION = "eye", 1
 
@@ -77,7 +77,7 @@ def measure(species: str, ppd: float, fields: int, seed: int) -> Point:
         for row, size in enumerate(SIZES):
             samples[f"{viewer}, {size}"] = [counts[row] for counts in seen]
             predicted[f"{viewer}, {size}"] = float(means[row])
-    widths = widths_seen(1.0, Display(ppd), STANDARD_EYE)
+    widths = blur_widths(1.0, Display(ppd), STANDARD_EYE)
     case = {"species": species, "pixels_per_degree": ppd, "blur_px": widths.effective}
     return Point(case, predicted, samples)
 
@@ -85,10 +85,10 @@ def measure(species: str, ppd: float, fields: int, seed: int) -> Point:
 def viewers(ppd: float) -> dict[str, tuple[View, float | None]]:
     """Views by viewer, and the contrast that each gives all parts; None = each part's own."""
     theta, display = camera(WIDTH).pixel_angle, Display(ppd)
-    pixel, blur = Widths(theta), widths_seen(theta, display, STANDARD_EYE)
+    pixel, blur = BlurWidths(theta), blur_widths(theta, display, STANDARD_EYE)
 
-    def view(widths: Widths, acuity: bool) -> View:
-        return view_through(Sight(widths, 0.0, display, STANDARD_EYE, acuity), WIDTH)
+    def view(widths: BlurWidths, acuity: bool) -> View:
+        return view_through(ViewingConditions(widths, 0.0, display, STANDARD_EYE, acuity), WIDTH)
 
     return {
         "ideal": (view(pixel, False), None),

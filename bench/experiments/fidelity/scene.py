@@ -12,9 +12,9 @@ from functools import lru_cache
 import numpy as np
 
 from lod.errors import InputError
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Representation
-from lod.pruning.pruner import Cut, cut_of, prune
+from lod.pruning.pruner import Cut, cut_from_parts, prune
 from lod.pruning.view import View, in_view
 from scenes.frame.frame_input import short_ids
 from scenes.frame.types import Visible
@@ -150,7 +150,7 @@ def _objects(cut: Cut, view: View, seen: bool) -> Cut:
     place = np.full(len(parts) + 1, -1)  # the last for what has no whole
     place[rows] = np.arange(len(rows))
     taken = parts.take(rows)
-    return cut_of(replace(taken, whole=place[taken.whole]), 0, 0)
+    return cut_from_parts(replace(taken, whole=place[taken.whole]), 0, 0)
 
 
 def _full(each: Representation, view: str) -> View:
@@ -161,7 +161,7 @@ def _full(each: Representation, view: str) -> View:
 
 
 def _visible(each: Representation, view: View, cut: Cut) -> Visible:
-    return Visible(each.name, short_ids(cut), each.appearance(cut.parts, looks(cut, view)))
+    return Visible(each.name, short_ids(cut), each.appearance(cut.parts, blend_weights(cut, view)))
 
 
 def parts_in(visible: Sequence[Visible]) -> int:

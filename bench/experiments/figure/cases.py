@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Reals
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.pruning.view import View
 from scenes.models.animals.catalogue import KINDS, animal
 from scenes.models.people.people import people_at_rest
@@ -51,7 +51,7 @@ class Curve:
     @property
     def view(self) -> View:
         """The view, that sees all round."""
-        camera = look(Corner(0, 0), np.zeros(3), 0.0, 0.0, FOV_DEG, SIZE_PX)
+        camera = camera_from_heading(Corner(0, 0), np.zeros(3), 0.0, 0.0, FOV_DEG, SIZE_PX)
         return View(camera, metric_named(self.metric), self.detail, look_around=True)
 
     @property

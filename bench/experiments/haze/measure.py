@@ -27,8 +27,8 @@ from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import measured, record_of
 from lod.atmosphere.air import Air, least_extinction
 from lod.pruning.view import View
-from lod.vision.blur_cascade import Widths, widths_seen
-from lod.vision.viewer import STANDARD_DISPLAY, STANDARD_EYE, Sight
+from lod.vision.blur_cascade import BlurWidths, blur_widths
+from lod.vision.viewer import STANDARD_DISPLAY, STANDARD_EYE, ViewingConditions
 
 NAME, VERSION = "haze", 1
 
@@ -89,8 +89,8 @@ def measure(species: str, viewer: str, width: int, fields: int, seed: int) -> li
 def views_of(viewer: str, width: int, visibility_m: float) -> tuple[View, View]:
     """In haze and in clear air, with the same detail angle m, so that haze alone differs."""
     theta, watched = camera(width).pixel_angle, viewer == "eye"
-    widths = widths_seen(theta, STANDARD_DISPLAY, STANDARD_EYE) if watched else Widths(theta)
-    sight = Sight(widths, least_extinction(Air(visibility_m)), acuity=watched)
+    widths = blur_widths(theta, STANDARD_DISPLAY, STANDARD_EYE) if watched else BlurWidths(theta)
+    sight = ViewingConditions(widths, least_extinction(Air(visibility_m)), acuity=watched)
     return view_through(sight, width), view_through(replace(sight, extinction=0.0), width)
 
 

@@ -19,7 +19,7 @@ from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import measured, record_of
 from lod.arrays import Ints
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Sticks
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
@@ -96,7 +96,7 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Cov
     kind = Species("pixels", prototypes_with(species, None), density)
     field = SpeciesField(kind, seed_of(f"pixels {species}", seed, 0), FLAT)
     cut = prune(field, view)
-    parts, look = cut.parts, looks(cut, view)
+    parts, look = cut.parts, blend_weights(cut, view)
     roots = np.flatnonzero(parts.whole < 0)
     offset = parts.position[roots] - view.camera.eye
     roots = roots[np.linalg.norm(offset, axis=1) > NEAREST * parts.bound[roots]]

@@ -24,7 +24,7 @@ from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import measured, record_of
 from lod.arrays import Reals
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits
 from lod.metric.family import METRICS
 from lod.pruning.pruner import Cut, prune
@@ -91,7 +91,7 @@ def run(
 def view_at_step(step: int) -> View:
     """All round, ``step`` steps along the walk."""
     eye = np.array((0.0, step * STEP_M, EYE_HEIGHT_M))
-    camera = look(Corner(0, 0), eye, 0.0, 0.0, 60.0, (WIDTH_PX, 360))
+    camera = camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, 60.0, (WIDTH_PX, 360))
     return View(camera, METRICS["blake"], look_around=True)
 
 

@@ -14,7 +14,7 @@ from jaxtyping import Float32
 
 from lod.atmosphere.air import CLEAR
 from lod.camera import Camera
-from lod.motion.image_motion import eye_from
+from lod.motion.image_motion import eye_relative_to
 from lod.pruning.parts import Sticks
 from scenes.frame.frame_input import Shown, visible_at
 from scenes.frame.types import Light, Quality, Visible
@@ -39,7 +39,7 @@ def silhouettes(
     One for each number of ``samples``: the frame whose places in each pixel are looked at.
     """
     corner = shown[0].view.camera.corner
-    here = replace(camera, corner=corner, eye=eye_from(corner, camera))
+    here = replace(camera, corner=corner, eye=eye_relative_to(corner, camera))
     visible = [whitened(visible_at(each, time_s, None)) for each in shown]
     gc.collect()  # the renderer numbers shapes from 1 only where none before are left
     stage = staged(here, visible, CLEAR, light, replace(quality, max_depth=1))

@@ -15,7 +15,7 @@ from jaxtyping import Float64
 from bench.experiments.popping.silhouettes import silhouettes
 from lod.arrays import Points, Reals, freeze
 from lod.camera import GRID_M, Camera
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View, in_view
 from scenes.field.species_field import SpeciesField
@@ -69,7 +69,7 @@ def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) ->
         view, shown, seen = view_at(world, preset, number), [], {}
         for each in world.representations:
             cut = prune(each, view)
-            look = looks(cut, view)
+            look = blend_weights(cut, view)
             if isinstance(each, SpeciesField):  # the ground's vertices move; its tiles do not pop
                 seen[each.name] = seen_of(cut, np.maximum(look.inner, look.leaf))
             shown.append(with_schedule(world, preset, number, Shown(each, cut, look, view)))

@@ -7,11 +7,11 @@ import numpy as np
 from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from lod.arrays import Reals
-from lod.law.flat_ground import chained_limits, disc_areas, expected, variance
-from lod.law.uneven_ground import moments, polar_net, reach_of
+from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
+from lod.law.uneven_ground import count_moments, max_ground_distance, polar_quadrature
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
-from lod.vision.viewer import Sight
+from lod.vision.viewer import ViewingConditions
 from scenes.plugins.entry_points import metric_named
 from scenes.sticks.prototype import Prototype
 
@@ -72,7 +72,12 @@ def _over_flat(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
             areas = shown_areas(D, case.eye_height - tree.position[:, 2], case.extent)
             if case.gathered == "clearing":
                 areas = cleared(areas, case.scale)
-            means += expected(K, areas[:1]), 0, expected(K, areas), variance(K, areas)
+            means += (
+                expected_count(K, areas[:1]),
+                0,
+                expected_count(K, areas),
+                count_variance(K, areas),
+            )
     means[1] = means[0]
     means[[1, 3]] *= clumping(case)
     return means
@@ -83,8 +88,8 @@ def _over_hills(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
     view, ground, means = view_of(case), ground_of(case), np.zeros(4)
     for kind in kinds:
         trees = tuple(each.hierarchy for each in kind)
-        net = polar_net(view.camera.eye, reach_of(trees, view), _NET, _NET)
-        found = moments(trees, view, net, ground.height(view.camera.corner, net.xy))
+        net = polar_quadrature(view.camera.eye, max_ground_distance(trees, view), _NET, _NET)
+        found = count_moments(trees, view, net, ground.height(view.camera.corner, net.xy))
         K = case.density / len(kinds)
         means += K * np.array(
             (found.objects, found.objects_variance, found.parts, found.parts_variance)
@@ -120,7 +125,7 @@ def _metric(case: Case) -> Metric:
     return metric_named(case.metric)
 
 
-def _sight(case: Case) -> Sight | None:
+def _sight(case: Case) -> ViewingConditions | None:
     return view_of(case).sight
 
 

@@ -24,7 +24,7 @@ from bench.runner.run_cases import joined, measured, record_of
 from lod.arrays import Reals
 from lod.atmosphere.air import CLEAR
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from scenes.frame.frame_input import short_ids
 from scenes.frame.types import Light, Quality, Visible
@@ -113,7 +113,7 @@ def picture(heading: float, detail: float | None, variant: str, seed: int) -> Pi
     view, visible = replace(view, metric=metric, detail=detail or 1.0), []
     for each in world.representations:
         cut = prune(each, view)
-        shape = each.appearance(cut.parts, looks(cut, view))
+        shape = each.appearance(cut.parts, blend_weights(cut, view))
         visible.append(Visible(each.name, short_ids(cut), shape))
     quality = Quality(variant, _SPP, 0, max_depth=1)
     light = Light(preset.light.sun_azimuth, preset.light.sun_elevation)

@@ -20,17 +20,17 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import Each, in_turn
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import joined, measured, record_of
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.update_schedule import (
     WINDOW,
-    Posed,
-    all_drawn,
-    frames_before,
-    most_urgent,
-    off_px,
-    past,
-    replayed,
+    TruePose,
+    budget_rule,
+    displacement_px,
+    initial_state,
+    replay,
+    replay_frames,
+    threshold_rule,
 )
 from scenes.frame.frame_input import Shown, posed_in, scheduled, shoot
 from scenes.preset.load import Preset, load_preset
@@ -114,15 +114,15 @@ def counted(world: World, preset: Preset) -> dict[str, int]:
     """Parts that could move, those drawn anew and the farthest that another is off [px/1000], by
     every rule; and by their speed.
     """
-    shown, numbers = movers(world, preset, FRAME), frames_before(FRAME)
+    shown, numbers = movers(world, preset, FRAME), replay_frames(FRAME)
     made = [posed_in(world, preset, numbers, each) for each in shown]
     frames = [_together(each) for each in zip(*made, strict=True)]
     last, parts = frames[-1], len(frames[-1].due)
-    rules = {f"{t:g} px": past(t) for t in THRESHOLDS}
-    rules["budget"] = most_urgent(round(BUDGET * parts))
-    states = dict(zip(rules, replayed(iter(frames), list(rules.values())), strict=True))
-    (before,) = replayed(iter(frames[-2:-1]), [past(0.0)])
-    kind = np.searchsorted(SPEEDS, off_px(before, last), "right") - 1
+    rules = {f"{t:g} px": threshold_rule(t) for t in THRESHOLDS}
+    rules["budget"] = budget_rule(round(BUDGET * parts))
+    states = dict(zip(rules, replay(iter(frames), list(rules.values())), strict=True))
+    (before,) = replay(iter(frames[-2:-1]), [threshold_rule(0.0)])
+    kind = np.searchsorted(SPEEDS, displacement_px(before, last), "right") - 1
     found = {"parts": parts}
     for name, state in states.items():
         found[f"redrawn {name}"] = int(state.anew.sum())
@@ -139,17 +139,17 @@ def movers(world: World, preset: Preset, frame: int) -> list[Shown]:
     view, found = view_at(world, preset, frame), []
     for each in world.representations:
         cut = prune(each, view)
-        shown = Shown(each, cut, looks(cut, view), view)
+        shown = Shown(each, cut, blend_weights(cut, view), view)
         if scheduled(shown, time_of(preset, frame + 1)):
             found.append(shown)
     return found
 
 
-def _together(several: Sequence[Posed]) -> Posed:
+def _together(several: Sequence[TruePose]) -> TruePose:
     """One moment of several representations as one: a budget is for all of them."""
     first = np.cumsum([0] + [len(each.due) for each in several])[:-1]
     owners = [each.owner + row for each, row in zip(several, first.tolist(), strict=True)]
-    return Posed(
+    return TruePose(
         start=np.concatenate([each.start for each in several]),
         end=np.concatenate([each.end for each in several]),
         owner=np.concatenate(owners),
@@ -187,19 +187,19 @@ def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str,
     render_frame(made.camera, made.visible, made.air, made.light, made.quality, frame)
     clock.append(time.process_time())
     shown = movers(world, preset, frame)
-    drawn = [all_drawn(each) for each in _posed(world, preset, frame - 1, shown)]
+    drawn = [initial_state(each) for each in _posed(world, preset, frame - 1, shown)]
     clock.append(time.process_time())
     now = _posed(world, preset, frame, shown)
     clock.append(time.process_time())
     for before, after in zip(drawn, now, strict=True):
-        off_px(before, after)
+        displacement_px(before, after)
     clock.append(time.process_time())
     shot, rendered, _, posed, decided = np.diff(clock).tolist()
     stages = {"before rendering": shot, "posing": posed, "deciding": decided}
     return {"": shot + rendered, **{f", {name}": each for name, each in stages.items()}}
 
 
-def _posed(world: World, preset: Preset, frame: int, shown: Sequence[Shown]) -> list[Posed]:
+def _posed(world: World, preset: Preset, frame: int, shown: Sequence[Shown]) -> list[TruePose]:
     """What is shown of each, as it stands in a frame."""
     return [each for one in shown for each in posed_in(world, preset, (frame,), one)]
 

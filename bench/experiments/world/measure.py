@@ -18,7 +18,7 @@ from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import record_of
 from bench.studies.posing import interleaved
 from bench.studies.speed import described, digest, scene, size_of
-from lod.law.uneven_ground import reach_of
+from lod.law.uneven_ground import max_ground_distance
 from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
 
@@ -74,7 +74,9 @@ def _point(metric: str, objects: float, world: Any, preset: Any, view: Any) -> P
     plain = described(world, preset, view)
     reach = 0.0
     if metric != "full":
-        reach = max(reach_of(each.troupe.atlas.hierarchies, view) for each in world.fields)
+        reach = max(
+            max_ground_distance(each.troupe.atlas.hierarchies, view) for each in world.fields
+        )
     case = {
         "metric": metric,
         "objects": objects,

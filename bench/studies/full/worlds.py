@@ -10,7 +10,7 @@ hold those of ``meadow`` once, and some 3 kB for every object. Nothing of ``crow
 import math
 from dataclasses import dataclass, replace
 
-from lod.law.uneven_ground import reach_of
+from lod.law.uneven_ground import max_ground_distance
 from scenes.preset.load import Preset, load_preset
 from scenes.world.world import build_world, view_at
 
@@ -85,4 +85,4 @@ def limit_of(kind: Kind, picture: Picture, detail: float) -> float:
     preset = preset_of(kind, kind.worlds[0], picture, detail)
     world = build_world(preset)
     view = view_at(world, preset, 1)
-    return max(reach_of(each.troupe.atlas.hierarchies, view) for each in world.fields)
+    return max(max_ground_distance(each.troupe.atlas.hierarchies, view) for each in world.fields)

@@ -90,9 +90,8 @@ class TreeSpecies:
         (``scenes.sticks.view_dependence.TURNS_DEG``), over that of all sides, ``lit``; measured
         likewise; () for 1
     overlap: how much of the leaf appearance of the tree, a limb, … and of the parts that it stands
-        for lies in one another, half of each shown (``lod.pruning.area_scaling.stands_for``), for
-        trees in
-        leaf, and bare; measured (``bench.calibrate.leaf_overlap``)
+        for lies in one another, half of each shown (``lod.pruning.area_scaling.leaf_area_share``),
+        for trees in leaf, and bare; measured (``bench.calibrate.leaf_overlap``)
     """
 
     name: str

@@ -14,7 +14,7 @@ from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.pruning.parts import Sticks, Triangles
 from lod.pruning.pruner import Cut
-from lod.threads import in_runs
+from lod.threads import map_chunks
 from scenes.frame.types import Light, Visible
 from scenes.render.description.stick_batches import Batch, batches
 
@@ -197,7 +197,7 @@ def _check_range(where: str, values: np.ndarray, low: float, high: float) -> Non
     def ends(first: int, last: int) -> tuple[Any, Any]:
         return values[first:last].min(), values[first:last].max()
 
-    lows, highs = zip(*in_runs(ends, len(values), _SHORTEST_RUN), strict=True)
+    lows, highs = zip(*map_chunks(ends, len(values), _SHORTEST_RUN), strict=True)
     smallest, largest = np.min(lows), np.max(highs)  # NaN where any is
     if not (np.isfinite(smallest) and low <= smallest and largest <= high and np.isfinite(largest)):
         arrived = smallest if not smallest >= low else largest

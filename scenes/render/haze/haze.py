@@ -14,7 +14,7 @@ import numpy as np
 
 from lod.arrays import Reals
 from lod.atmosphere.air import Air, PathBands, mist_extinction, optical_depth
-from lod.atmosphere.mist import depth_beyond
+from lod.atmosphere.mist import base_equivalent_length
 from scenes.render.description.direction_table import (
     looked_up,
     looked_up_along,
@@ -88,7 +88,7 @@ def veil(haze: Haze, directions: np.ndarray) -> np.ndarray:
     rise = np.maximum(directions[..., 2].astype(np.float64).ravel(), haze.lowest)
     if haze.seen is not None or haze.air.mist is None:
         return np.ones((*directions.shape[:-1], len(haze.wavelengths)))
-    metres = depth_beyond(haze.air.mist, np.full_like(rise, haze.eye_m), rise)
+    metres = base_equivalent_length(haze.air.mist, np.full_like(rise, haze.eye_m), rise)
     depth = metres[:, None] * mist_extinction(haze.air, haze.wavelengths)
     return np.exp(-depth).reshape(*directions.shape[:-1], -1)
 

@@ -21,10 +21,10 @@ from lod.atmosphere.plane_parallel import (
     LOWEST_SUN,
     RINGS,
     SPOKES,
-    Lit,
     Scattering,
+    SlabInputs,
     directions,
-    solve,
+    source_function,
 )
 from lod.canopy.turbid_medium import Canopy
 from scenes.render.description.describe import Description
@@ -119,16 +119,18 @@ def _sources(description: Description, air: Air, profile: Profile, top: float) -
         heights = heights[1:2]
     lit = [_lit(description, air, float(ground), top) for ground in np.unique(heights)]
     above = np.stack([each.height - each.height[0] for each in lit])
-    return Sources(np.unique(heights), above, np.stack([solve(each, AIR) for each in lit]))
+    return Sources(
+        np.unique(heights), above, np.stack([source_function(each, AIR) for each in lit])
+    )
 
 
-def _lit(description: Description, air: Air, ground: float, top: float) -> Lit:
+def _lit(description: Description, air: Air, ground: float, top: float) -> SlabInputs:
     light, way = description["light"], directions()[RINGS // 2 :]
     canopy: Canopy = light["canopy"]
     free = np.linspace(ground + canopy.top_m, top, _STEPS + 1)
     height = np.concatenate((ground + canopy.height, free[1:]))
     step = np.diff(height)
-    return Lit(
+    return SlabInputs(
         height=height,
         depth=optical_depth(air, height[:-1], height[1:], step, bands().wavelengths),
         cover=np.concatenate((canopy.depth, np.zeros(_STEPS))),

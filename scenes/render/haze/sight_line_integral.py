@@ -14,7 +14,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Reals, freeze
 from lod.atmosphere.air import Air, optical_depth
-from lod.atmosphere.plane_parallel import RINGS, path_share
+from lod.atmosphere.plane_parallel import RINGS, mean_path_fraction
 from scenes.render.description.direction_table import row_by_sine
 
 Light = Float64[np.ndarray, "rows spokes bands"]
@@ -69,7 +69,7 @@ def gather(
         low, high = lines.start_m + lines.up * start, lines.start_m + lines.up * end
         depth = optical_depth(air, low, high, end - start, wavelengths)
         here = _source_at(sources, lines, end)
-        share = path_share(depth)[:, None]
+        share = mean_path_fraction(depth)[:, None]
         own = before * (1 - share) + here * share
         light = light + (np.exp(-total) * -np.expm1(-depth))[:, None] * own
         total, start, before = total + depth, end, here

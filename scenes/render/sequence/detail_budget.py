@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from lod.errors import InputError
-from lod.pruning.detail_for_budget import fitting_detail
+from lod.pruning.detail_for_budget import find_detail
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.frame.frame_input import shoot
@@ -49,7 +49,7 @@ def _fitting(need: Need, most: int, start: float, frames: Sequence[int]) -> floa
             return need(frame, px)
 
         if number == 0 or at(detail) > most:
-            detail = fitting_detail(at, most, detail).detail
+            detail = find_detail(at, most, detail).detail
     return detail
 
 

@@ -35,7 +35,7 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.records.records import Point, read_record, write_record
 from bench.report.write import write_report
 from bench.statistics.estimates import median
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.pruning.parts import Parts, Sticks
 from lod.pruning.pruner import prune
@@ -135,7 +135,7 @@ def test_counts_are_those_of_the_pruner_on_the_posed_object(kind, metric):
         ahead = directions[pose] / np.linalg.norm(directions[pose])
         for row, distance in enumerate(far[:, pose]):
             eye = posed.hierarchy.position[0] + distance * ahead
-            camera = look(Corner(0, 0), eye, 0.0, 0.0, 60.0, (640, 360))
+            camera = camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, 60.0, (640, 360))
             cut = prune(Single(posed), replace(curve.view, camera=camera))
             assert found[row, pose] == cut.displayed_parts
 

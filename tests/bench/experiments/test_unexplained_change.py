@@ -9,9 +9,9 @@ from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.silhouettes import LUMINANCE, silhouettes
 from bench.experiments.popping.unexplained_change import Frame, Seen, popped, walk
 from bench.studies.popping_film import MOST, settings_of
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
@@ -29,7 +29,9 @@ GROUND = Terrain(0, 0.0, 64.0, 0.8, reach=32.0)
 
 def view(east=0.0, corner=0) -> View:
     eye = np.array((east - 16.0 * corner, -7.0, 2.0))
-    return View(look(Corner(corner, 0), eye, 0.0, -8.0, 60.0, SIZE), METRICS["blake"])
+    return View(
+        camera_from_heading(Corner(corner, 0), eye, 0.0, -8.0, 60.0, SIZE), METRICS["blake"]
+    )
 
 
 def displayed(at: View, *distances: float) -> tuple[Shown, ...]:
@@ -37,7 +39,7 @@ def displayed(at: View, *distances: float) -> tuple[Shown, ...]:
     stone = boulder_prototypes(0, 1)[0]
     things = [Placed(f"stone {y}", stone, 0.0, y - 7.0, 0.0, GROUND) for y in distances]
     cuts = [(each, prune(each, at)) for each in (GROUND, *things)]
-    return tuple(Shown(each, cut, looks(cut, at), at) for each, cut in cuts)
+    return tuple(Shown(each, cut, blend_weights(cut, at), at) for each, cut in cuts)
 
 
 def pictures(shown, at: View, *samples: int):

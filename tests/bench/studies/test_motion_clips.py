@@ -11,7 +11,7 @@ from bench.experiments.popping import unexplained_change as popping_measure
 from bench.experiments.popping.unexplained_change import Walk, frames_of, popped
 from bench.studies import motion_clips
 from bench.studies.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
 from scenes.render.files.exr import read_exr
@@ -65,7 +65,7 @@ def test_a_frame_of_a_stop_alone_is_that_of_the_sequence():
 
 
 def camera(heading):
-    return look(Corner(0, 0), np.zeros(3), heading, 0.0, 60.0, (64, 36))
+    return camera_from_heading(Corner(0, 0), np.zeros(3), heading, 0.0, 60.0, (64, 36))
 
 
 def test_what_a_turn_brings_into_view_is_told_from_what_was_seen():

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from bench.studies.occlusion import seen_of, without
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import in_view
 from scenes.frame.types import Visible
@@ -26,7 +26,7 @@ def hares():
     world = build_world(preset)
     view, field = view_at(world, preset, 1), world.fields[0]
     cut = prune(field, view)
-    return world, view, Visible("hare", cut, field.appearance(cut.parts, looks(cut, view)))
+    return world, view, Visible("hare", cut, field.appearance(cut.parts, blend_weights(cut, view)))
 
 
 def test_who_is_met_by_no_ray_is_hidden_and_who_is_out_of_view_is_not():

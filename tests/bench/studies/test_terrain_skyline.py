@@ -5,14 +5,14 @@ import pytest
 from click.testing import CliRunner
 
 from bench.studies.terrain_skyline import main, skyline, slice_of
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.parts import Triangles
 from lod.pruning.view import View, in_view
 
 
 def test_the_skyline_of_a_gable_is_its_outline():
-    camera = look(Corner(0, 0), np.array((0.0, 0.0, 2.0)), 0.0, 0.0, 90.0, (40, 20))
+    camera = camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 2.0)), 0.0, 0.0, 90.0, (40, 20))
     corners = np.array([(-5.0, 10.0, 2.0), (5.0, 10.0, 2.0), (0.0, 10.0, 5.0), (0.0, -9.0, 90.0)])
     faces, up = np.array([[0, 1, 2], [0, 1, 3]]), np.tile((0.0, 0.0, 1.0), (4, 1))
     gable = Triangles(corners, up, up, faces, np.zeros(2))
@@ -32,7 +32,7 @@ def test_it_says_how_true_the_ground_is(monkeypatch):
 
 @pytest.mark.parametrize("pitch", [0.0, -25.0])
 def test_slices_hold_what_the_picture_shows(pitch):
-    camera = look(Corner(0, 0), np.zeros(3), 30.0, pitch, 75.0, (48, 27))
+    camera = camera_from_heading(Corner(0, 0), np.zeros(3), 30.0, pitch, 75.0, (48, 27))
     rng = np.random.default_rng(1)
     x, y = (rng.uniform(-1, 1, (4000, 2)) * camera.tan_half).T
     ray = camera.forward + x[:, None] * camera.right + y[:, None] * camera.up

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 from lod.actors.actor import Actor, CompoundActor, PositionableObject, SimpleActor
-from lod.actors.appearance import Bundle, Stick
-from lod.actors.camera import Camera
-from lod.actors.dispatch import changing, query
-from lod.actors.joint import HERE, Limits, RevoluteJoint
+from lod.actors.appearance import ConeStick, StickBundle
+from lod.actors.camera import CameraActor
+from lod.actors.dispatch import mutator, query
+from lod.actors.joint import IDENTITY_JOINT, JointLimits, RevoluteJoint
 from lod.actors.message import Answer, Message, Refusal, Refused, ask, change
 from lod.actors.object_with_parts import ObjectWithParts
 from lod.actors.quaternion import NORTH, UP, components, rotate, rotation
-from lod.camera import look, split
+from lod.camera import camera_from_heading, split_position
 from lod.errors import InputError
 
-SHIN = Stick((0, 0, 0), (0, 0, -0.4), 0.05, 0.04)
-STUMP = Stick((0, 0, 0), (0, 0, -0.5), 0.05, 0.04)
-FOOT = Stick((0, 0, 0), (0.2, 0, 0), 0.03, 0.02, (0.1, 0.1, 0.2))
-KNEE = Limits((0, -5, 0), (0, 130, 0))
+SHIN = ConeStick((0, 0, 0), (0, 0, -0.4), 0.05, 0.04)
+STUMP = ConeStick((0, 0, 0), (0, 0, -0.5), 0.05, 0.04)
+FOOT = ConeStick((0, 0, 0), (0.2, 0, 0), 0.03, 0.02, (0.1, 0.1, 0.2))
+KNEE = JointLimits((0, -5, 0), (0, 130, 0))
 
 
 class Foot(SimpleActor):
@@ -31,14 +31,14 @@ class Foot(SimpleActor):
 class Leg(Actor):
     part_types: ClassVar = {"foot": Foot}
 
-    def __init__(self, joint=HERE):
+    def __init__(self, joint=IDENTITY_JOINT):
         super().__init__(joint=joint, look=SHIN, leaf_look=STUMP)
 
 
 class Person(Actor):
     part_types: ClassVar = {"left leg": Leg, "right leg": Leg}
 
-    def __init__(self, name="joe", joint=HERE):
+    def __init__(self, name="joe", joint=IDENTITY_JOINT):
         hips = {"left leg": (0, 0.1, 0.5), "right leg": (0, -0.1, 0.5)}
         legs = {leg: Leg(RevoluteJoint(hip, limits=KNEE)) for leg, hip in hips.items()}
         super().__init__(legs, joint, name=name)
@@ -54,9 +54,9 @@ def test_abstract_classes_have_no_instances(abstract):
 
 
 def test_the_classes_of_figure_3():
-    for kind in (Camera, SimpleActor, CompoundActor, Person):
+    for kind in (CameraActor, SimpleActor, CompoundActor, Person):
         assert issubclass(kind, PositionableObject)
-    assert not issubclass(Camera, Actor)
+    assert not issubclass(CameraActor, Actor)
 
 
 def test_a_whole_learns_its_part_types_when_it_is_made():
@@ -266,7 +266,7 @@ def test_a_whole_may_not_make_a_change_of_a_question():
 
 def test_a_whole_changes_its_parts_all_or_none():
     class Walker(Person):
-        @changing
+        @mutator
         def step(self, angle):
             self._tell(change("left leg", "bend", (0, angle, 0)))
             self._tell(change("right leg", "bend", (0, 10 * angle, 0)))
@@ -300,10 +300,10 @@ def test_the_appearance_slot():
 
 def test_a_camera_renders_other_actors():
     joe = Person(joint=RevoluteJoint((100, 200, 3)))
-    camera = Camera(RevoluteJoint((101, 215, 4), rotation(UP, -30)), 50.0, (64, 36))
+    camera = CameraActor(RevoluteJoint((101, 215, 4), rotation(UP, -30)), 50.0, (64, 36))
     theory = camera.projection()
-    corner, x, y = split(101, 215)
-    expected = look(corner, np.array((x, y, 4.0)), 30, 0, 50, (64, 36))
+    corner, x, y = split_position(101, 215)
+    expected = camera_from_heading(corner, np.array((x, y, 4.0)), 30, 0, 50, (64, 36))
     for name in ("corner", "eye", "forward", "up", "fov_x", "width", "height"):
         assert np.allclose(*(_plain(getattr(c, name)) for c in (theory, expected)))
     sticks = camera.render([joe])
@@ -319,19 +319,21 @@ def _plain(value):
 
 def test_below_a_part_too_small_its_whole_shows_its_leaf_look():
     joe = Person()
-    sticks = Camera().render([joe], lambda route, position: "foot" not in route)
+    sticks = CameraActor().render([joe], lambda route, position: "foot" not in route)
     assert np.allclose(sticks.end[:, 2], 0)  # the stumps reach to the ground
-    assert len(Camera().render([joe], lambda route, position: False)) == 0
-    left = Camera().render([joe], lambda route, position: position[1] >= 0)
+    assert len(CameraActor().render([joe], lambda route, position: False)) == 0
+    left = CameraActor().render([joe], lambda route, position: position[1] >= 0)
     assert len(left) == 2
 
 
 def test_a_camera_can_be_part_of_an_actor():
-    head = CompoundActor({"eye": Camera(RevoluteJoint((0.1, 0, 0)))}, RevoluteJoint((5, 5, 1.7)))
+    head = CompoundActor(
+        {"eye": CameraActor(RevoluteJoint((0.1, 0, 0)))}, RevoluteJoint((5, 5, 1.7))
+    )
     frame = dict(head.frames())[()]
     theory = head.receive(ask("eye", "projection", frame)).value
     assert np.allclose(theory.eye, (5.1, 5, 1.7))
-    assert len(Camera().render([head])) == 0
+    assert len(CameraActor().render([head])) == 0
 
 
 # Sticks
@@ -341,7 +343,7 @@ def test_a_stick_in_a_frame():
     stick = FOOT.sticks_in(RevoluteJoint((0, 0, 1), rotation(UP, 90)))[0]
     assert np.allclose((stick.start, stick.end), ((0, 0, 1), (0, 0.2, 1)))
     assert (stick.start_radius, stick.albedo) == (0.03, (0.1, 0.1, 0.2))
-    assert len(Bundle((SHIN, FOOT)).sticks_in(HERE)) == 2
+    assert len(StickBundle((SHIN, FOOT)).sticks_in(IDENTITY_JOINT)) == 2
 
 
 @pytest.mark.parametrize(
@@ -356,4 +358,4 @@ def test_a_stick_in_a_frame():
 )
 def test_what_is_no_stick_is_refused(values, named):
     with pytest.raises(InputError, match=named):
-        Stick(*values)
+        ConeStick(*values)

@@ -4,11 +4,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.actors.actor import CompoundActor, SimpleActor
-from lod.actors.appearance import Bundle, Stick
-from lod.actors.camera import Camera
+from lod.actors.appearance import ConeStick, StickBundle
+from lod.actors.camera import CameraActor
 from lod.actors.compile import compile_actor, posed
 from lod.actors.dispatch import query
-from lod.actors.joint import Limits, RevoluteJoint
+from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.message import Refused, change
 from lod.actors.quaternion import UP, rotation
 from lod.errors import InputError
@@ -18,7 +18,7 @@ RED, GREY = (0.8, 0.1, 0.1), (0.5, 0.5, 0.5)
 
 
 def stick(length, albedo=GREY):
-    return Stick((0, 0, 0), (length, 0, 0), 0.1, 0.05, albedo)
+    return ConeStick((0, 0, 0), (length, 0, 0), 0.1, 0.05, albedo)
 
 
 def chain_of_things(wholes, chance):
@@ -27,7 +27,10 @@ def chain_of_things(wholes, chance):
     def build(row):
         parts = {f"p{i}": build(i) for i, whole in enumerate(wholes) if whole == row}
         joint = RevoluteJoint(chance.normal(size=3), chance.normal(size=4))
-        looks = (Bundle(tuple(stick(row + k + 2, RED) for k in range(row % 3))), stick(row + 9))
+        looks = (
+            StickBundle(tuple(stick(row + k + 2, RED) for k in range(row % 3))),
+            stick(row + 9),
+        )
         return CompoundActor(parts, joint, *looks) if parts else SimpleActor(joint, looks[0])
 
     return build(-1)
@@ -84,14 +87,14 @@ def test_the_sticks_are_those_that_a_camera_renders(wholes, seed, deepest):
         ends = rotated(turns[0, own], sticks.end[wanted[sticks.part]]) + positions[0, own]
         tints = arrays.tints[sticks.tint[wanted[sticks.part]]]
         found += [(*end, *tint) for end, tint in zip(ends, tints, strict=True)]
-    rendered = Camera().render([actor], lambda route, _: len(route) <= deepest)
+    rendered = CameraActor().render([actor], lambda route, _: len(route) <= deepest)
     expected = np.hstack((rendered.end, rendered.tints[rendered.tint].reshape(-1, 3)))
     assert np.allclose(sorted(found), sorted(map(tuple, expected)), atol=1e-9)
 
 
 def test_a_joints_limits_and_places():
     rest = rotation(UP, 90)
-    elbow = RevoluteJoint((0, 0, 1), rest, Limits((0, 0, 0), (0, 140, 0), rest))
+    elbow = RevoluteJoint((0, 0, 1), rest, JointLimits((0, 0, 0), (0, 140, 0), rest))
     arrays = compile_actor(CompoundActor({"arm": SimpleActor(elbow)}))
     assert arrays.position.tolist() == [[0, 0, 0], [0, 0, 1]]
     assert np.allclose(arrays.orientation[1], (0, 0, np.sqrt(0.5), np.sqrt(0.5)))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lod.actors.actor import CompoundActor, SimpleActor
-from lod.actors.dispatch import changing
+from lod.actors.dispatch import mutator
 from lod.actors.joint import RevoluteJoint
 from lod.actors.message import Action, Answer, Message, Refusal, ask, change
 from lod.errors import InputError
@@ -88,7 +88,7 @@ class Meddler(CompoundActor):
 class Thrower(CompoundActor):
     """Changes, and then breaks."""
 
-    @changing
+    @mutator
     def trip(self):
         self.place((8, 8, 8))
         for name in self.part_names():

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.actors.joint import HERE, Limits, RevoluteJoint
+from lod.actors.joint import IDENTITY_JOINT, JointLimits, RevoluteJoint
 from lod.actors.quaternion import (
     NORTH,
     UP,
@@ -41,7 +41,7 @@ def test_joints_carry_one_another(here, turn, there, again, point):
 @given(places, turns)
 def test_nothing_is_carried_nowhere(position, turn):
     joint = RevoluteJoint(position, turn)
-    assert HERE.carry(joint) == joint
+    assert IDENTITY_JOINT.carry(joint) == joint
 
 
 @given(turns)
@@ -54,7 +54,7 @@ def test_the_orientation_is_of_length_1_and_moving_keeps_its_bits(turn):
 @given(turns, shares)
 def test_every_turn_within_the_box_is_admitted(rest, share):
     low, high = np.array((-200.0, -30.0, 5.0)), np.array((10.0, 80.0, 60.0))
-    limits = Limits(low, high, rest)
+    limits = JointLimits(low, high, rest)
     angles = low + np.array(share) * (high - low)
     joint = RevoluteJoint((0, 0, 0), limits.oriented(angles), limits)
     assert joint.bent(angles).turn == joint.turn
@@ -63,17 +63,17 @@ def test_every_turn_within_the_box_is_admitted(rest, share):
 @given(st.floats(-179, 179))
 def test_a_hinge_turns_about_its_axis_within_its_range_only(angle):
     rest = rotation(UP, 20)
-    limits = Limits((0, -10, 0), (0, 120, 0), rest)
+    limits = JointLimits((0, -10, 0), (0, 120, 0), rest)
     assert limits.admit(unit(rest * rotation(NORTH, angle))) == (-10 <= angle <= 120)
     assert not limits.admit(unit(rest * rotation((0.01, 1, 0), 60)))
 
 
 def test_angles_are_read_back_as_they_were_bent():
     joint = RevoluteJoint(
-        limits=Limits((-90, 0, 0), (90, 120, 0), rotation(UP, 45)), turn=rotation(UP, 45)
+        limits=JointLimits((-90, 0, 0), (90, 120, 0), rotation(UP, 45)), turn=rotation(UP, 45)
     )
     assert np.allclose(joint.bent((10, 70, 0)).angles_deg, (10, 70, 0))
-    assert components(HERE.bent((0, 30, 0)).orientation) == components(
+    assert components(IDENTITY_JOINT.bent((0, 30, 0)).orientation) == components(
         from_rotation_vector((0, 30, 0))
     )
 
@@ -85,13 +85,13 @@ def test_angles_are_read_back_as_they_were_bent():
         (lambda: RevoluteJoint((0, 0)), "position"),
         (lambda: RevoluteJoint(turn=(0, 0, 0, 0)), "orientation"),
         (lambda: RevoluteJoint(turn=(0, 0, 1)), "orientation"),
-        (lambda: RevoluteJoint(limits=Limits((1, 0, 0), (2, 0, 0))), "orientation"),
+        (lambda: RevoluteJoint(limits=JointLimits((1, 0, 0), (2, 0, 0))), "orientation"),
         (
-            lambda: RevoluteJoint(limits=Limits((0, 0, 0), (0, 9, 0))).bent((0, 10, 0)),
+            lambda: RevoluteJoint(limits=JointLimits((0, 0, 0), (0, 9, 0))).bent((0, 10, 0)),
             "orientation",
         ),
-        (lambda: Limits((0, 1, 0), (0, 0, 0)), "limits.low"),
-        (lambda: Limits((0, 1, 0), (0, np.inf, 0)), "limits.high"),
+        (lambda: JointLimits((0, 1, 0), (0, 0, 0)), "limits.low"),
+        (lambda: JointLimits((0, 1, 0), (0, np.inf, 0)), "limits.high"),
     ],
 )
 def test_what_no_joint_can_be_is_refused(call, named):

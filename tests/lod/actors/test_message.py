@@ -3,8 +3,8 @@ import importlib
 
 import pytest
 
-from lod.actors.message import Answer, Refusal, Refused, ask, change, read
-from lod.actors.nearest_route import nearest
+from lod.actors.message import Answer, Refusal, Refused, ask, change, parse_route
+from lod.actors.nearest_route import nearest_route
 from lod.errors import InputError
 
 MODULES = ("quaternion", "message", "nearest_route", "object_with_parts", "actor")
@@ -20,16 +20,16 @@ def test_the_examples_in_the_docstrings_run(module):
 
 def test_a_route_is_read_with_slashes_dots_or_as_names():
     names = ("right leg", "lower leg", "foot")
-    assert read("right leg/lower leg/foot") == names
-    assert read("right leg.lower leg.foot") == names
-    assert read(names) == names
-    assert read("") == ()
+    assert parse_route("right leg/lower leg/foot") == names
+    assert parse_route("right leg.lower leg.foot") == names
+    assert parse_route(names) == names
+    assert parse_route("") == ()
 
 
 @pytest.mark.parametrize("route", ["leg//foot", "/leg", "leg/", " ", ("leg", "")])
 def test_a_route_without_a_name_is_refused(route):
     with pytest.raises(InputError, match="names with one / between"):
-        read(route)
+        parse_route(route)
 
 
 def test_messages_say_what_they_are():
@@ -63,8 +63,8 @@ def test_an_answer_has_a_value_and_a_refusal_none():
     ],
 )
 def test_the_nearest_route_is_what_was_meant(asked, meant):
-    known = [read(side + way) for side in ("left leg", "right leg") for way in WAYS]
-    assert nearest(read(asked), [read("head"), *known]) == read(meant)
+    known = [parse_route(side + way) for side in ("left leg", "right leg") for way in WAYS]
+    assert nearest_route(parse_route(asked), [parse_route("head"), *known]) == parse_route(meant)
 
 
 WAYS = ("", "/lower leg", "/lower leg/foot")

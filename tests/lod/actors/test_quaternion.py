@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from lod import rotations as quaternion_arrays
 from lod.actors.quaternion import (
-    AS_IT_IS,
     EAST,
+    IDENTITY,
     NORTH,
     UP,
     Quaternion,
@@ -19,7 +19,7 @@ from lod.actors.quaternion import (
     from_rotation_vector,
     matrix,
     norm,
-    pure,
+    pure_quaternion,
     rotate,
     rotation,
     rotation_vector,
@@ -45,7 +45,7 @@ def same_rotation(a, b, tolerance=1e-12):
 
 
 def test_the_formula_of_1843():
-    i, j, k = pure(EAST), pure(NORTH), pure(UP)
+    i, j, k = pure_quaternion(EAST), pure_quaternion(NORTH), pure_quaternion(UP)
     for product in (i * i, j * j, k * k, i * j * k):
         assert components(product) == (0, 0, 0, -1)
     assert components(i * j) == components(k)
@@ -56,8 +56,8 @@ def test_they_mix_with_reals_and_divide():
     q = Quaternion(1.0, 2.0, 3.0, 4.0)
     assert components(2 * q + 1) == (2, 4, 6, 9)
     assert components(q / 2) == (0.5, 1, 1.5, 2)
-    assert close(components(q / q), AS_IT_IS)
-    assert close(components(1 / q * q), AS_IT_IS)
+    assert close(components(q / q), IDENTITY)
+    assert close(components(1 / q * q), IDENTITY)
 
 
 def test_a_quarter_turn_about_up_takes_east_to_north():
@@ -100,8 +100,8 @@ def test_rotation_agrees_with_scipy(axis, angle):
 
 
 def test_no_rotation_is_no_rotation():
-    assert components(from_rotation_vector((0, 0, 0))) == AS_IT_IS
-    assert rotation_vector(Quaternion(*AS_IT_IS)) == (0, 0, 0)
+    assert components(from_rotation_vector((0, 0, 0))) == IDENTITY
+    assert rotation_vector(Quaternion(*IDENTITY)) == (0, 0, 0)
 
 
 @given(turns, turns, st.floats(0, 1))
@@ -161,7 +161,7 @@ def test_normalising_twice_changes_nothing(q):
         (lambda: rotation((0, 0, 0), 40), "axis"),
         (lambda: rotation((0, np.nan, 1), 40), "axis"),
         (lambda: rotation(UP, np.inf), "angle"),
-        (lambda: pure((1, 2)), "three numbers"),
+        (lambda: pure_quaternion((1, 2)), "three numbers"),
         (lambda: unit(Quaternion(0, 0, 0, 0)), "quaternion"),
         (lambda: unit(Quaternion(0, 0, np.nan, 1)), "quaternion"),
     ],
@@ -172,7 +172,7 @@ def test_what_is_no_rotation_is_refused(call, named):
 
 
 def test_a_vector_comes_back_from_its_pure_quaternion():
-    assert vector_part(pure(np.array([1.0, 2.0, 3.0]))) == (1, 2, 3)
+    assert vector_part(pure_quaternion(np.array([1.0, 2.0, 3.0]))) == (1, 2, 3)
 
 
 def test_needs_neither_llvm_nor_mitsuba(tmp_path):

@@ -21,7 +21,12 @@ from lod.atmosphere.extinction import (
     rayleigh_extinction,
     visibility_of_extinction,
 )
-from lod.atmosphere.mist import Mist, depth_beyond, mean_share, mist_extinction
+from lod.atmosphere.mist import (
+    Mist,
+    base_equivalent_length,
+    mean_relative_extinction,
+    mist_extinction,
+)
 from lod.atmosphere.rgb_bands import rgb_wavelengths
 from lod.errors import InputError
 
@@ -177,6 +182,6 @@ def test_a_height_that_is_no_number_is_refused():
 def test_a_path_without_end_is_the_limit_of_long_ones(mist, start, rise):
     top = max(mist.base_m, start) + 60 * mist.scale_m
     length = np.array([(top - start) / rise])
-    long = mean_share(mist, np.array([start]), np.array([top])) * length
-    beyond = depth_beyond(mist, np.array([start]), np.array([rise]))
+    long = mean_relative_extinction(mist, np.array([start]), np.array([top])) * length
+    beyond = base_equivalent_length(mist, np.array([start]), np.array([rise]))
     assert beyond[0] == pytest.approx(long[0], rel=1e-9)

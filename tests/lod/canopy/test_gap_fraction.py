@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from lod.canopy.gap_fraction import (
     cover_depths,
     covered_share,
-    irradiance_on,
-    kinds_met,
-    missing_share,
+    first_hit_shares,
+    surface_irradiance,
+    undisplayed_share,
 )
 
 UP = np.array(((0.0, 0.0, 1.0),))
@@ -31,16 +31,16 @@ def test_a_poisson_field_of_discs_leaves_the_gaps_it_should():
 def test_missing_runs_as_roots_fade():
     d, one, alike = np.array((0.0, 79.9, 90.0, 100.0, 500.0)), np.ones(1), np.ones(2)
     near, both = np.array(((100.0,),)), np.array(((100.0, np.inf),))
-    assert np.allclose(missing_share(d, near, one, 0.2), (0, 0, 0.5, 1, 1))
-    assert np.allclose(missing_share(d, both, alike, 0.2), (0, 0, 0.25, 0.5, 0.5))
-    assert np.array_equal(missing_share(d, near, one, 0.0) > 0.5, d >= 100.0)
+    assert np.allclose(undisplayed_share(d, near, one, 0.2), (0, 0, 0.5, 1, 1))
+    assert np.allclose(undisplayed_share(d, both, alike, 0.2), (0, 0, 0.25, 0.5, 0.5))
+    assert np.array_equal(undisplayed_share(d, near, one, 0.0) > 0.5, d >= 100.0)
 
 
 def test_what_is_small_leaves_little():
     """Of two kinds of tree, as many of each, the small one is a third of the cover of the other."""
     limits, areas = np.array(((100.0, 300.0),)), np.array((2.0, 6.0))
     d = np.array((50.0, 200.0, 400.0))
-    assert missing_share(d, limits, areas, 0.2) == pytest.approx([0.0, 0.25, 1.0])
+    assert undisplayed_share(d, limits, areas, 0.2) == pytest.approx([0.0, 0.25, 1.0])
 
 
 shares = st.floats(0, 1)
@@ -52,7 +52,7 @@ def test_cover_grows_with_what_is_missing_and_kinds_share_it(missing, sine):
     depths = cover_depths(np.array((missing,)), K, area, sines)
     whole = cover_depths(np.ones((1, 2)), K, area, sines)
     assert 0 <= covered_share(depths)[0] <= covered_share(whole)[0] <= 1
-    kinds = kinds_met(depths)[0]
+    kinds = first_hit_shares(depths)[0]
     assert np.isclose(kinds.sum(), 1) or not depths.any()
     assert np.allclose(kinds * depths.sum(), depths[0])
 
@@ -62,5 +62,5 @@ def test_opposite_slopes_get_the_suns_light_by_their_tilt_and_of_the_sky_what_th
     across, sky = np.sin(tilt) * np.array((np.cos(turn), np.sin(turn))), np.array((0.1, 0.2, 0.4))
     slopes = np.array([(*(side * across), np.cos(tilt)) for side in (1, -1)])
     told = (1 - sky) * np.cos(tilt) + sky * (1 + np.cos(tilt)) / 2
-    assert np.allclose(irradiance_on(slopes, SUN, sky).mean(axis=0), told)
-    assert np.allclose(irradiance_on(UP, SUN, sky), 1.0)
+    assert np.allclose(surface_irradiance(slopes, SUN, sky).mean(axis=0), told)
+    assert np.allclose(surface_irradiance(UP, SUN, sky), 1.0)

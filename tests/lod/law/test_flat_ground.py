@@ -6,15 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lod.metric.family
-from lod.camera import Corner, look
-from lod.law.flat_ground import chained_limits, disc_areas, expected, variance
-from lod.law.uneven_ground import moments, polar_net, reach_of
+from lod.camera import Corner, camera_from_heading
+from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
+from lod.law.uneven_ground import count_moments, max_ground_distance, polar_quadrature
 from lod.metric.family import METRICS, limit_distances
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.view import View
-from lod.vision.blur_cascade import Widths
+from lod.vision.blur_cascade import BlurWidths
 from lod.vision.contrast import CONTRAST_CLASSES
-from lod.vision.viewer import Sight
+from lod.vision.viewer import ViewingConditions
 from lod.vision.weighted_distance import WeightedDistance
 
 AREAS = st.lists(st.floats(0, 1e6), min_size=1, max_size=30).map(np.array)
@@ -41,23 +41,23 @@ def test_a_disc_by_hand():
     assert disc_areas(np.array([5.0, 1.0]), np.array([3.0, 2.0])) == pytest.approx(
         [16 * math.pi, 0.0]
     )
-    assert expected(0.5, np.array([16.0, 4.0])) == 10.0
+    assert expected_count(0.5, np.array([16.0, 4.0])) == 10.0
 
 
 def test_variance_of_single_parts_is_poisson_and_of_pairs_by_hand():
-    assert variance(2.0, np.array([3.0])) == 6.0
-    assert variance(1.0, np.array([3.0, 1.0])) == 3 + 1 + 2 * 1
+    assert count_variance(2.0, np.array([3.0])) == 6.0
+    assert count_variance(1.0, np.array([3.0, 1.0])) == 3 + 1 + 2 * 1
 
 
 @given(AREAS)
 def test_variance_is_the_double_sum(areas):
     double = np.minimum.outer(areas, areas).sum()
-    assert variance(0.3, areas) == pytest.approx(0.3 * double)
+    assert count_variance(0.3, areas) == pytest.approx(0.3 * double)
 
 
 SIGHTS = st.none() | st.builds(
-    Sight,
-    st.builds(Widths, st.floats(1e-3, 0.5), st.floats(0, 1), st.floats(0, 0.1)),
+    ViewingConditions,
+    st.builds(BlurWidths, st.floats(1e-3, 0.5), st.floats(0, 1), st.floats(0, 0.1)),
     st.floats(0, 0.5),
     acuity=st.booleans(),
 )
@@ -75,11 +75,11 @@ def test_limits_by_chains_agree_with_the_pruners(seed, m, sight):
 
 def test_the_law_does_not_ask_the_pruner_how_far_one_sees(monkeypatch):
     """It turns W round by itself: what the pruner does with the inverse has no bearing on it."""
-    tree, sight = tree_of(1), Sight(Widths(0.01), 0.05)
+    tree, sight = tree_of(1), ViewingConditions(BlurWidths(0.01), 0.05)
     before = chained_limits(tree, METRICS["blake"], 0.01, sight)
     assert (before < chained_limits(tree, METRICS["blake"], 0.01)).any()
     monkeypatch.setattr(WeightedDistance, "unweight", lambda *_: 1 / 0)
-    monkeypatch.setattr(lod.metric.family, "seen_limits", lambda *_: 1 / 0)
+    monkeypatch.setattr(lod.metric.family, "perceptual_limits", lambda *_: 1 / 0)
     assert (chained_limits(tree, METRICS["blake"], 0.01, sight) == before).all()
 
 
@@ -87,17 +87,17 @@ def test_the_law_does_not_ask_the_pruner_how_far_one_sees(monkeypatch):
 @pytest.mark.parametrize("air", [None, 0.02])
 def test_the_net_gives_the_closed_form_on_flat_ground(name, air):
     tree = tree_of(3)
-    camera = look(Corner(0, 0), np.array([4.0, 5.0, 1.7]), 0.0, 0.0, 60.0, (64, 36))
-    sight = air and Sight(Widths(camera.pixel_angle), air, acuity=False)
+    camera = camera_from_heading(Corner(0, 0), np.array([4.0, 5.0, 1.7]), 0.0, 0.0, 60.0, (64, 36))
+    sight = air and ViewingConditions(BlurWidths(camera.pixel_angle), air, acuity=False)
     view = View(camera, METRICS[name], look_around=True, sight=sight)
-    net = polar_net(camera.eye, reach_of((tree,), view), 400, 400)
-    found = moments((tree,), view, net, np.zeros(len(net.area)))
+    net = polar_quadrature(camera.eye, max_ground_distance((tree,), view), 400, 400)
+    found = count_moments((tree,), view, net, np.zeros(len(net.area)))
     areas = disc_areas(
         chained_limits(tree, METRICS[name], view.m, sight), 1.7 - tree.position[:, 2]
     )
     assert found.objects == pytest.approx(areas[0], rel=2e-3)
     assert found.parts == pytest.approx(areas.sum(), rel=2e-3)
-    assert found.parts_variance == pytest.approx(variance(1.0, areas), rel=5e-3)
+    assert found.parts_variance == pytest.approx(count_variance(1.0, areas), rel=5e-3)
     assert sum(found.parts_by_level) == pytest.approx(found.parts)
 
 
@@ -109,9 +109,11 @@ def test_a_view_holds_its_share_of_the_turn():
         np.zeros((1, 3)),
         *(np.array([x]) for x in (1.0, 0.0, 1e-6, 0.0)),
     )
-    camera = look(Corner(0, 0), np.array([0.0, 0.0, 1e-3]), 30.0, 0.0, 60.0, (64, 6400))
+    camera = camera_from_heading(
+        Corner(0, 0), np.array([0.0, 0.0, 1e-3]), 30.0, 0.0, 60.0, (64, 6400)
+    )
     view = View(camera, METRICS["blake"])
-    net = polar_net(camera.eye, reach_of((tree,), view), 200, 600)
-    found = moments((tree,), view, net, np.zeros(len(net.area)))
+    net = polar_quadrature(camera.eye, max_ground_distance((tree,), view), 200, 600)
+    found = count_moments((tree,), view, net, np.zeros(len(net.area)))
     D = 1.0 / view.m
     assert found.objects == pytest.approx(math.pi * D**2 * (1 / 6 + 5 / 6 / 16), rel=5e-3)

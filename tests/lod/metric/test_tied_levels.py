@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.metric.family import METRICS, limit_distances
-from lod.metric.tied_levels import first_of_one, shared
+from lod.metric.tied_levels import max_over_tied, representative
 from scenes.sticks.prototype import assemble
 from scenes.sticks.table import StickTable
 
@@ -49,9 +49,9 @@ def test_of_two_parts_none_is_one_with_its_whole():
 
 def test_one_that_grows_by_its_part_is_compared_as_such():
     """The last is larger than the first, and so what it is one with is one with the first."""
-    assert first_of_one(np.array([-1, 0, 1]), np.array([2.0, 1.0, 3.0])).tolist() == [0, 0, 0]
-    assert first_of_one(np.array([-1, 0, 1]), np.array([4.0, 1.0, 3.0])).tolist() == [0, 1, 1]
-    assert shared(np.array([4.0, 1.0, 3.0]), np.array([0, 1, 1])).tolist() == [4.0, 3.0, 3.0]
+    assert representative(np.array([-1, 0, 1]), np.array([2.0, 1.0, 3.0])).tolist() == [0, 0, 0]
+    assert representative(np.array([-1, 0, 1]), np.array([4.0, 1.0, 3.0])).tolist() == [0, 1, 1]
+    assert max_over_tied(np.array([4.0, 1.0, 3.0]), np.array([0, 1, 1])).tolist() == [4.0, 3.0, 3.0]
 
 
 trees = st.lists(st.tuples(st.integers(0, 9), st.integers(1, 5)), max_size=12)
@@ -62,7 +62,7 @@ def test_in_any_tree_exactly_those_are_one(drawn):
     """Against the rule by itself, applied until nothing changes."""
     whole = np.array([-1] + [owner % (i + 1) for i, (owner, _) in enumerate(drawn)])
     P = np.array([3.0] + [float(size) for _, size in drawn])
-    one, group = first_of_one(whole, P), np.arange(len(P))
+    one, group = representative(whole, P), np.arange(len(P))
     for _ in P:
         for row in range(1, len(P)):
             above, alone = whole[row], np.count_nonzero(whole == whole[row]) == 1

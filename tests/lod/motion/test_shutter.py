@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from lod.camera import Corner, look
-from lod.motion.image_motion import smears
-from lod.motion.shutter import EASE, STEPS, Exposure, growth
+from lod.camera import Corner, camera_from_heading
+from lod.motion.image_motion import motion_steps
+from lod.motion.shutter import EASE_PER_FRAME, STEPS_PER_OCTAVE, ShutterInterval, motion_coarsening
 
 HERE = Corner(0, 0)
 THETA = 1e-3
@@ -19,22 +19,22 @@ metres = st.floats(-3, 3)
 
 
 def camera(eye, heading, pitch, corner=HERE):
-    return look(corner, np.array(eye), heading, pitch, 60.0, (320, 180))
+    return camera_from_heading(corner, np.array(eye), heading, pitch, 60.0, (320, 180))
 
 
 def exposure(*cameras):
-    return Exposure(*cameras, 0.0, 1 / 48)
+    return ShutterInterval(*cameras, 0.0, 1 / 48)
 
 
 def length_of(smear):
     """L over θ from the scale: the other way round."""
-    x = growth(smear) ** 2
+    x = motion_coarsening(smear) ** 2
     return math.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0))
 
 
 def one(exposed, start, end, bound=0.0, own=0.0):
     rows = (np.array([start], float), np.array([end], float))
-    return float(smears(exposed, HERE, THETA, *rows, np.array([bound]), np.array([own]))[0])
+    return float(motion_steps(exposed, HERE, THETA, *rows, np.array([bound]), np.array([own]))[0])
 
 
 def of_length(length):
@@ -44,7 +44,7 @@ def of_length(length):
     closes = camera((0, 0, 0), 2 if length else 0, 0)
     exposed = exposure(camera((0, 0, 0), 0, 0), closes)
     place = np.array([[0.0, 50.0, 0.0]])
-    return float(smears(exposed, HERE, theta, place, place, np.zeros(1), np.zeros(1))[0])
+    return float(motion_steps(exposed, HERE, theta, place, place, np.zeros(1), np.zeros(1))[0])
 
 
 def in_camera(each, point):
@@ -62,12 +62,12 @@ def test_a_pan_smears_what_is_at_the_horizon_by_its_whole_angle():
 @pytest.mark.parametrize("length", [0.0, 0.3, 2.0, 18.75, 400.0])
 def test_what_is_left_out_is_never_more_energy_than_at_rest(length):
     """Mass² over the blurred area, of an even part of the size of m: what it is at L = 0 (½)."""
-    g = growth(of_length(length))
+    g = motion_coarsening(of_length(length))
     assert g**4 / math.sqrt((g**2 + 1) * (g**2 + 1 + length**2)) == pytest.approx(0.5, rel=1e-9)
 
 
 def test_a_long_smear_grows_m_by_its_cube_root():
-    assert growth(of_length(2e6)) == pytest.approx(100, rel=1e-3)
+    assert motion_coarsening(of_length(2e6)) == pytest.approx(100, rel=1e-3)
 
 
 def test_what_the_camera_follows_is_sharp():
@@ -81,13 +81,13 @@ def test_at_rest_nothing_is_hidden_to_the_last_bit():
     chance = np.random.default_rng(3)
     still = camera((1.3, 2.7, 1.1), 37.3, -4.1)
     place, bound = chance.normal(0, 40, (500, 3)), chance.uniform(0, 5, 500)
-    none = smears(exposure(still, still), HERE, THETA, place, place, bound, np.zeros(500))
+    none = motion_steps(exposure(still, still), HERE, THETA, place, place, bound, np.zeros(500))
     assert not none.any()
 
 
 def test_the_scale_doubles_m_every_so_many_steps():
-    assert growth(0) == 1
-    assert growth(STEPS) == 2
+    assert motion_coarsening(0) == 1
+    assert motion_coarsening(STEPS_PER_OCTAVE) == 2
 
 
 def test_the_eye_is_the_same_from_every_corner():
@@ -129,7 +129,7 @@ def turning(frame):
 
 
 def at(frame):
-    return Exposure(*turning(frame), (frame - 0.25) / 24, (frame + 0.25) / 24)
+    return ShutterInterval(*turning(frame), (frame - 0.25) / 24, (frame + 0.25) / 24)
 
 
 def in_frame(frame, eased=True):
@@ -138,7 +138,7 @@ def in_frame(frame, eased=True):
     place = np.array([[20.0, 50.0, 1.0], [0.0, 40.0, 1.0], [0.0, 30.0, 0.0]])
     walked = place + np.array([[0, 0, 0], [0.02, 0, 0], [0, 0, 0]])
     bound, own = np.array([1.0, 1.0, 5.0]), np.array([0.0, 0.01, 0.0])
-    return smears(replace(at(frame), near=near), HERE, THETA, place, walked, bound, own)
+    return motion_steps(replace(at(frame), near=near), HERE, THETA, place, walked, bound, own)
 
 
 def test_what_is_hidden_eases_before_a_camera_stops():
@@ -147,9 +147,9 @@ def test_what_is_hidden_eases_before_a_camera_stops():
     own = np.array([in_frame(frame, False) for frame in frames])
     eased = np.array([in_frame(frame) for frame in frames])
     far = abs(np.subtract.outer(frames, frames))
-    expected = (own[None] + EASE * far[..., None]).min(axis=1)
-    assert np.abs(np.diff(own, axis=0)).max() > 5 * EASE
-    assert np.abs(np.diff(eased, axis=0)).max() <= EASE * (1 + 1e-6)
+    expected = (own[None] + EASE_PER_FRAME * far[..., None]).min(axis=1)
+    assert np.abs(np.diff(own, axis=0)).max() > 5 * EASE_PER_FRAME
+    assert np.abs(np.diff(eased, axis=0)).max() <= EASE_PER_FRAME * (1 + 1e-6)
     assert np.allclose(eased[:, ::2], expected[:, ::2], atol=1e-9)
     assert np.allclose(eased, expected, atol=0.05)  # one walks on as it does in each frame
     assert not eased[-1][::2].any()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.pruning.area_scaling import stands_for, thinning
+from lod.pruning.area_scaling import leaf_area_share, radius_factor
 from lod.pruning.parts import Sticks
 from scenes.sticks.outline_area import mean_outline_areas
 from scenes.sticks.table import StickTable
@@ -19,7 +19,7 @@ def stick(r0: float, r1: float, length: float) -> Sticks:
 
 def thinned(s: Sticks, share: float) -> Sticks:
     length = float(np.linalg.norm(s.end - s.start))
-    factor = thinning(s.start_radius[0], s.end_radius[0], length, share)
+    factor = radius_factor(s.start_radius[0], s.end_radius[0], length, share)
     radii = s.start_radius * factor, s.end_radius * factor
     return Sticks(s.start, s.end, *radii, s.tint, s.tints, s.owner)
 
@@ -61,21 +61,21 @@ OVERLAPS = st.floats(-3, 0.95)
 
 @given(overlap=OVERLAPS)
 def test_it_stands_for_all_and_for_none_whole(overlap):
-    assert stands_for(0.0, overlap) == 0
-    assert stands_for(1.0, overlap) == 1
+    assert leaf_area_share(0.0, overlap) == 0
+    assert leaf_area_share(1.0, overlap) == 1
 
 
 @given(hidden=st.floats(0, 1), overlap=OVERLAPS)
 def test_with_what_is_displayed_it_covers_as_much_as_either_alone(hidden, overlap):
     """Less what of them lies in one another."""
-    share, others = stands_for(hidden, overlap), 1 - hidden
+    share, others = leaf_area_share(hidden, overlap), 1 - hidden
     assert share + others - overlap * share * others == pytest.approx(1)
 
 
 @given(hidden=st.floats(0, 1), more=st.floats(0, 1), overlap=OVERLAPS)
 def test_the_more_is_hidden_the_more_it_shows(hidden, more, overlap):
-    assert stands_for(hidden, overlap) <= stands_for(max(hidden, more), overlap) + 1e-12
+    assert leaf_area_share(hidden, overlap) <= leaf_area_share(max(hidden, more), overlap) + 1e-12
 
 
 def test_without_overlap_areas_add_up():
-    assert [stands_for(h, 0.0) for h in (0.2, 0.5, 0.9)] == [0.2, 0.5, 0.9]
+    assert [leaf_area_share(h, 0.0) for h in (0.2, 0.5, 0.9)] == [0.2, 0.5, 0.9]

@@ -5,15 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks, shown_shares
+from lod.pruning.crossfade import blend_weights, fade_factors
 from lod.pruning.parts import Parts
-from lod.pruning.pruner import Cut, cut_of
+from lod.pruning.pruner import Cut, cut_from_parts
 from lod.pruning.view import View
 
-CAMERA = look(Corner(0, 0), np.zeros(3), 0.0, 0.0, 60.0, (64, 36))
+CAMERA = camera_from_heading(Corner(0, 0), np.zeros(3), 0.0, 0.0, 60.0, (64, 36))
 
 
 def view(fade: float) -> View:
@@ -27,7 +27,7 @@ def cut(whole, share, distance, limit=100.0, ahead=1.0) -> Cut:
     limit = np.broadcast_to(limit, n)
     row = np.arange(n)
     parts = Parts(position, position, np.zeros(n), limit, limit / 4, row, row, row, whole, share)
-    return cut_of(parts, n, n)
+    return cut_from_parts(parts, n, n)
 
 
 def random_cut(seed: int) -> Cut:
@@ -46,7 +46,7 @@ def random_cut(seed: int) -> Cut:
 
 
 def test_all_none_and_some_of_the_parts_displayed():
-    seen = looks(cut([-1, 0, 0, -1, 3, -1], [1, 0.25, 0.75, 1, 0.3, 1], 1.0), view(0.0))
+    seen = blend_weights(cut([-1, 0, 0, -1, 3, -1], [1, 0.25, 0.75, 1, 0.3, 1], 1.0), view(0.0))
     assert seen.inner.tolist() == [1, 0, 0, 1, 0, 0]
     assert seen.leaf == pytest.approx([0, 1, 1, 0.7, 1, 1])
     assert seen.leaf[0] == 0, "nothing is left over by rounding"
@@ -56,7 +56,7 @@ def test_all_none_and_some_of_the_parts_displayed():
 @given(seed=st.integers(0, 2**32))
 def test_without_fading_areas_add_up(seed):
     some = random_cut(seed)
-    seen, whole = looks(some, view(0.0)), some.parts.whole
+    seen, whole = blend_weights(some, view(0.0)), some.parts.whole
     covered = np.bincount(whole[whole >= 0], some.parts.share[whole >= 0], len(whole))
     assert seen.leaf + covered == pytest.approx(np.ones(len(whole)), abs=1e-8)
     assert np.array_equal(seen.inner > 0, np.isin(np.arange(len(whole)), whole))
@@ -65,14 +65,14 @@ def test_without_fading_areas_add_up(seed):
 def test_nothing_displayed_has_no_look():
     empty = cut(np.zeros(0, int), np.zeros(0), 1.0)
     for fade in (0.0, 0.3):
-        assert len(looks(empty, view(fade))) == 0
+        assert len(blend_weights(empty, view(fade))) == 0
 
 
 # The band
 
 
 def test_of_what_fades_with_its_whole_as_much_is_hidden_as_by_itself():
-    seen = looks(cut([-1, 0], [1.0, 0.5], [90.0, 1.0]), view(0.2))
+    seen = blend_weights(cut([-1, 0], [1.0, 0.5], [90.0, 1.0]), view(0.2))
     assert seen.hidden == pytest.approx([0.5, 1])
     assert seen.leaf == pytest.approx([0.25, 0.5])
     taken = seen.take(np.array([1]))
@@ -82,12 +82,12 @@ def test_of_what_fades_with_its_whole_as_much_is_hidden_as_by_itself():
 
 @pytest.mark.parametrize(("d", "share"), [(0, 1), (79.9, 1), (80, 1), (90, 0.5), (99.9, 0.005)])
 def test_a_part_shrinks_over_the_band_before_its_limit(d, share):
-    assert shown_shares(cut([-1], [1.0], d), view(0.2)) == pytest.approx([share])
+    assert fade_factors(cut([-1], [1.0], d), view(0.2)) == pytest.approx([share])
 
 
 def test_out_of_view_the_band_is_before_the_coarser_limit():
     behind = cut([-1], [1.0], 22.5, ahead=-1.0)
-    assert shown_shares(behind, view(0.2)) == pytest.approx([0.5])
+    assert fade_factors(behind, view(0.2)) == pytest.approx([0.5])
 
 
 def beside(turn, ahead=30.0, bound=1.0, limit=100.0, rise=0.0):
@@ -96,11 +96,11 @@ def beside(turn, ahead=30.0, bound=1.0, limit=100.0, rise=0.0):
     row, one = np.zeros(1, int), np.ones(1)
     limits = limit * one, limit * one / 4
     parts = Parts(at, at, bound * one, *limits, row, row, row, row - 1, one)
-    return cut_of(parts, 1, 1)
+    return cut_from_parts(parts, 1, 1)
 
 
 def shown(turn, **where):
-    return float(shown_shares(beside(turn, **where), view(0.2))[0])
+    return float(fade_factors(beside(turn, **where), view(0.2))[0])
 
 
 EDGE, ASIDE = np.radians(30.0), np.arcsin(1 / 30)  # a sphere of 1 m at 30 m touches it so far off
@@ -124,11 +124,11 @@ def test_what_is_displayed_out_of_view_too_does_not_shrink_at_its_edge():
 
 
 def test_without_limit_nothing_fades():
-    assert shown_shares(cut([-1], [1.0], 1e9, limit=np.inf), view(0.2)) == [1.0]
+    assert fade_factors(cut([-1], [1.0], 1e9, limit=np.inf), view(0.2)) == [1.0]
 
 
 def test_what_hangs_on_a_fading_part_fades_with_it():
-    seen = looks(cut([-1, 0, 1], [1.0, 1.0, 1.0], [90.0, 85.0, 90.0]), view(0.2))
+    seen = blend_weights(cut([-1, 0, 1], [1.0, 1.0, 1.0], [90.0, 85.0, 90.0]), view(0.2))
     assert seen.inner == pytest.approx([0.5, 0.5 * 0.75, 0])
     assert seen.leaf == pytest.approx([0.5 * 0.25, 0.5 * 0.75 * 0.5, 0.5 * 0.75 * 0.5])
 
@@ -139,7 +139,7 @@ def test_looks_never_jump(seed, fade):
     some = random_cut(seed)
     parts = some.parts
     moved = cut(parts.whole, parts.share, parts.position[:, 1] + 1e-3)
-    a, b = looks(some, view(fade)), looks(moved, view(fade))
+    a, b = blend_weights(some, view(fade)), blend_weights(moved, view(fade))
     deepest = 40
     step = deepest * 5 * 1e-3 / (fade * 100)
     assert np.abs(a.inner - b.inner).max() <= step

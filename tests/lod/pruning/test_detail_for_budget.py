@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from lod.pruning.detail_for_budget import ENOUGH, MOST_PRUNES, fitting_detail
+from lod.pruning.detail_for_budget import MAX_PRUNES, MIN_BUDGET_USE, find_detail
 
 
 @given(
@@ -22,8 +22,8 @@ def test_a_power_law_is_met_in_a_few_prunes(away, power, most, start):
     def parts_at(detail: float) -> int:
         return int(most * (start * 10**away / detail) ** power)
 
-    fit = fitting_detail(parts_at, most, start)
-    assert ENOUGH * most <= fit.parts <= most
+    fit = find_detail(parts_at, most, start)
+    assert MIN_BUDGET_USE * most <= fit.parts <= most
     assert fit.parts == parts_at(fit.detail)
     assert fit.prunes <= 8
 
@@ -31,15 +31,15 @@ def test_a_power_law_is_met_in_a_few_prunes(away, power, most, start):
 @given(most=st.integers(10, 990), start=st.floats(0.1, 10))
 def test_where_parts_come_all_at_once_the_near_side_of_the_step_is_taken(most, start):
     """A thousand parts up to 1 px, ten beyond it: all that fits is ten."""
-    fit = fitting_detail(lambda tau: 1000 if tau < 1 else 10, most, start)
-    assert fit.parts == 10 and fit.detail >= 1 and fit.prunes <= MOST_PRUNES
+    fit = find_detail(lambda tau: 1000 if tau < 1 else 10, most, start)
+    assert fit.parts == 10 and fit.detail >= 1 and fit.prunes <= MAX_PRUNES
 
 
 def test_what_cannot_fit_is_refused():
     with pytest.raises(InputError, match="--max-parts"):
-        fitting_detail(lambda tau: 7, 6, 1.0)
+        find_detail(lambda tau: 7, 6, 1.0)
 
 
 def test_few_parts_at_any_detail_fit():
-    fit = fitting_detail(lambda tau: 7, 100, 1.0)
+    fit = find_detail(lambda tau: 7, 100, 1.0)
     assert fit.parts == 7 and math.isfinite(fit.detail)

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from lod.errors import InputError
 from lod.vision.blur_cascade import (
     FULL_WIDTH,
-    Widths,
+    BlurWidths,
+    blur_widths,
     eye_width,
-    transfer,
+    gaussian_transfer,
     turbulence_width,
-    widths_seen,
 )
 from lod.vision.eye import Display, Eye, optical_sigma
 
@@ -21,14 +21,14 @@ ANGLE = st.floats(1e-6, 1e-2)
 
 
 def test_quadrature_by_hand():
-    assert Widths(3.0, 4.0).effective == pytest.approx(5)
-    assert Widths(1.0, 2.0, 2.0, 4.0).effective == pytest.approx(5)
-    assert Widths(3.0, 7.0, 4.0).before_eye == pytest.approx(5)
+    assert BlurWidths(3.0, 4.0).effective == pytest.approx(5)
+    assert BlurWidths(1.0, 2.0, 2.0, 4.0).effective == pytest.approx(5)
+    assert BlurWidths(3.0, 7.0, 4.0).before_eye == pytest.approx(5)
 
 
 @given(pixel=ANGLE)
 def test_alone_a_pixel_has_its_own_width(pixel):
-    assert Widths(pixel).effective == pixel
+    assert BlurWidths(pixel).effective == pixel
 
 
 def sigma_of(x, kernel):
@@ -48,13 +48,15 @@ def test_widths_of_convolved_blurs_add_in_quadrature():
     gauss = np.exp(-(x**2) / (2 * 0.1**2))
     widths = [FULL_WIDTH * sigma_of(x, kernel) for kernel in (*boxes, gauss)]
     spread = np.convolve(np.convolve(boxes[0], boxes[1], "same"), gauss, "same")
-    assert FULL_WIDTH * sigma_of(x, spread) == pytest.approx(Widths(*widths).effective, rel=1e-4)
+    assert FULL_WIDTH * sigma_of(x, spread) == pytest.approx(
+        BlurWidths(*widths).effective, rel=1e-4
+    )
 
 
 @given(width=ANGLE, f=st.floats(0.1, 1e3))
 def test_transfer_is_the_fourier_transform_of_the_gaussian(width, f):
     sigma = width / math.sqrt(12)
-    assert transfer(width, np.array([f]))[0] == pytest.approx(
+    assert gaussian_transfer(width, np.array([f]))[0] == pytest.approx(
         math.exp(-2 * (math.pi * sigma * f) ** 2)
     )
 
@@ -63,7 +65,7 @@ def test_transfer_of_the_eye_is_bartens():
     display, eye = Display(), Eye()
     f = np.array([1.0, 5, 20, 40])
     expected = optical_MTF_Barten1999(f, optical_sigma(display, eye))
-    assert transfer(math.degrees(eye_width(display, eye)), f) == pytest.approx(expected)
+    assert gaussian_transfer(math.degrees(eye_width(display, eye)), f) == pytest.approx(expected)
 
 
 def test_width_of_the_standard_observer():
@@ -74,15 +76,15 @@ def test_width_of_the_standard_observer():
 @given(pixel=ANGLE, ppd=st.floats(20, 120))
 def test_the_eye_covers_the_same_pixels_of_any_camera(pixel, ppd):
     display, eye = Display(ppd), Eye()
-    seen = widths_seen(pixel, display, eye)
+    seen = blur_widths(pixel, display, eye)
     assert seen.eye / pixel == pytest.approx(eye_width(display, eye) / display.pixel_angle)
     # A display that shows every pixel under the camera's own angle leaves the eye as it is.
     own = Display(1 / math.degrees(pixel))
-    assert widths_seen(pixel, own, eye).eye == pytest.approx(eye_width(own, eye))
+    assert blur_widths(pixel, own, eye).eye == pytest.approx(eye_width(own, eye))
 
 
 def test_an_ideal_eye_has_no_width():
-    assert widths_seen(1e-3, Display(), None, 2e-5, 3e-5) == Widths(1e-3, 0.0, 2e-5, 3e-5)
+    assert blur_widths(1e-3, Display(), None, 2e-5, 3e-5) == BlurWidths(1e-3, 0.0, 2e-5, 3e-5)
 
 
 def test_seeing_by_hand():
@@ -105,12 +107,12 @@ def test_seeing_grows_with_the_path(path):
 @pytest.mark.parametrize("bad", [-1.0, math.nan, math.inf])
 def test_bad_widths_are_refused(name, bad):
     with pytest.raises(InputError, match=name):
-        Widths(**{"pixel": 1e-3, name: bad})
+        BlurWidths(**{"pixel": 1e-3, name: bad})
 
 
 def test_a_camera_without_pixels_is_refused():
     with pytest.raises(InputError, match="pixel"):
-        Widths(0.0)
+        BlurWidths(0.0)
 
 
 @pytest.mark.parametrize("bad", [(-1e-14, 1.0, 550.0), (1e-14, math.inf, 550.0), (1e-14, 1.0, 0.0)])

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS, limit_distances
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.view import View
-from lod.vision.blur_cascade import Widths, widths_seen
+from lod.vision.blur_cascade import BlurWidths, blur_widths
 from lod.vision.contrast import CONTRAST_CLASSES, NEVER_LOST
 from lod.vision.eye import Display, Eye, sensitivity
-from lod.vision.viewer import Sight, seen_limits
+from lod.vision.viewer import ViewingConditions, perceptual_limits
 from lod.vision.weighted_distance import UNWEIGHTED, weighted_distance
 
-CAMERA = look(Corner(0, 0), np.array([0.0, 0.0, 2.0]), 0.0, 0.0, 60.0, (640, 360))
+CAMERA = camera_from_heading(Corner(0, 0), np.array([0.0, 0.0, 2.0]), 0.0, 0.0, 60.0, (640, 360))
 PIXEL = CAMERA.pixel_angle
 BETA = 3.5 / 2000
 
@@ -41,37 +41,42 @@ def tree_of(*contrasts):
 
 
 def test_without_an_eye_all_is_kept_as_fine_as_asked_up_to_where_contrast_is_gone():
-    sight, row = Sight(Widths(PIXEL), BETA, acuity=False), CONTRAST_CLASSES.index(1.0)
+    sight, row = (
+        ViewingConditions(BlurWidths(PIXEL), BETA, acuity=False),
+        CONTRAST_CLASSES.index(1.0),
+    )
     clear = np.geomspace(1, 1e5, 200)
-    seen = seen_limits(sight, clear, np.full(200, row), PIXEL)
+    seen = perceptual_limits(sight, clear, np.full(200, row), PIXEL)
     gone = math.log(sensitivity(Display(), Eye()).value.max()) / BETA
     assert (seen == np.minimum(clear, gone)).all()
     assert gone * BETA / 3.912 == pytest.approx(1.745, abs=0.01)  # of V, in air as thick as red is
 
 
 def test_with_an_eye_it_is_the_weighted_distance():
-    widths = widths_seen(PIXEL, Display(40.0), Eye())
-    sight = Sight(widths, BETA, Display(40.0), Eye())
+    widths = blur_widths(PIXEL, Display(40.0), Eye())
+    sight = ViewingConditions(widths, BETA, Display(40.0), Eye())
     clear, m = np.geomspace(1, 1e5, 50), sight.widths.effective
     for row, contrast in enumerate(CONTRAST_CLASSES):
         W = weighted_distance(contrast, BETA, m, widths, Display(40.0), Eye())
-        assert (seen_limits(sight, clear, np.full(50, row), m) == W.unweight(clear)).all()
+        assert (perceptual_limits(sight, clear, np.full(50, row), m) == W.unweight(clear)).all()
 
 
 @pytest.mark.parametrize("acuity", [False, True])
 def test_clear_air_and_what_is_never_lost_are_the_cut_of_today(acuity):
     tree = tree_of(NEVER_LOST, NEVER_LOST, NEVER_LOST)
-    hazy = Sight(Widths(PIXEL), BETA, acuity=acuity)
+    hazy = ViewingConditions(BlurWidths(PIXEL), BETA, acuity=acuity)
     assert hazy.weighted(math.inf, PIXEL) is UNWEIGHTED
     for metric in METRICS.values():
         alone = limit_distances(tree, metric, PIXEL)
         assert (limit_distances(tree, metric, PIXEL, hazy) == alone).all()
-    assert Sight(Widths(PIXEL), 0.0, acuity=False).weighted(0.1, PIXEL) is UNWEIGHTED
+    assert (
+        ViewingConditions(BlurWidths(PIXEL), 0.0, acuity=False).weighted(0.1, PIXEL) is UNWEIGHTED
+    )
 
 
 def test_every_part_has_the_limit_of_its_own_contrast():
     """V = 2 km: what is bolder lasts ln(C ratio)/β further."""
-    sight = Sight(Widths(PIXEL), BETA, acuity=False)
+    sight = ViewingConditions(BlurWidths(PIXEL), BETA, acuity=False)
     gone = [sight.weighted(c, PIXEL).gone for c in CONTRAST_CLASSES[:-1]]
     assert np.diff(gone) == pytest.approx(np.diff(np.log(CONTRAST_CLASSES[:-1])) / BETA)
     D = limit_distances(tree_of(3, 1, 0), METRICS["blake"], 1e-4, sight)
@@ -80,7 +85,7 @@ def test_every_part_has_the_limit_of_its_own_contrast():
 
 def test_limits_are_weighted_before_they_are_clamped():
     """A faint whole takes its bold part with it, and the clamp is in metres of the scene."""
-    sight = Sight(Widths(PIXEL), BETA, acuity=False)
+    sight = ViewingConditions(BlurWidths(PIXEL), BETA, acuity=False)
     faint = sight.weighted(CONTRAST_CLASSES[0], PIXEL).gone
     D = limit_distances(tree_of(0, 3, 3), METRICS["blake"], 1e-4, sight)
     assert D == pytest.approx([faint, faint - 1.0, faint - 2.0])
@@ -94,7 +99,7 @@ def test_limits_are_weighted_before_they_are_clamped():
     metric=st.sampled_from(sorted(METRICS)),
 )
 def test_cuts_stay_connected_and_air_only_takes(contrast, beta, m, acuity, metric):
-    tree, sight = tree_of(*contrast), Sight(Widths(PIXEL), beta, acuity=acuity)
+    tree, sight = tree_of(*contrast), ViewingConditions(BlurWidths(PIXEL), beta, acuity=acuity)
     clear = limit_distances(tree, METRICS[metric], m)
     D = limit_distances(tree, METRICS[metric], m, sight)
     assert (D <= clear).all()
@@ -103,13 +108,13 @@ def test_cuts_stay_connected_and_air_only_takes(contrast, beta, m, acuity, metri
 
 
 def test_metric_full_keeps_everything_in_any_air():
-    sight = Sight(Widths(PIXEL), 1.0)
+    sight = ViewingConditions(BlurWidths(PIXEL), 1.0)
     assert np.isinf(limit_distances(tree_of(0, 0), METRICS["full"], PIXEL, sight)).all()
 
 
 def test_a_view_weighs_in_view_and_out_of_it_each_with_its_own_detail():
     display = Display(200.0)
-    sight = Sight(widths_seen(PIXEL, display, Eye()), 20 * BETA, display)
+    sight = ViewingConditions(blur_widths(PIXEL, display, Eye()), 20 * BETA, display)
     view, tree = View(CAMERA, METRICS["blake"], 1.0, sight=sight), tree_of(2, 2, 1)
     inside, outside = view.limits(tree)
     assert view.m == pytest.approx(sight.widths.effective)
@@ -122,12 +127,14 @@ def test_a_view_weighs_in_view_and_out_of_it_each_with_its_own_detail():
 
 def test_without_blur_m_is_that_of_the_pixel_to_the_last_bit():
     for tau in (1.0, 0.3, 7.7):
-        with_air = View(CAMERA, METRICS["blake"], tau, sight=Sight(Widths(PIXEL), BETA))
+        with_air = View(
+            CAMERA, METRICS["blake"], tau, sight=ViewingConditions(BlurWidths(PIXEL), BETA)
+        )
         assert with_air.m == View(CAMERA, METRICS["blake"], tau).m
 
 
 def test_along_an_axis_the_depth_is_weighed():
-    sight = Sight(Widths(PIXEL), BETA, acuity=False)
+    sight = ViewingConditions(BlurWidths(PIXEL), BETA, acuity=False)
     view, tree = View(CAMERA, METRICS["depth"], sight=sight), tree_of(3, 3)
     assert (view.limits(tree)[0] == limit_distances(tree, METRICS["blake"], view.m, sight)).all()
 
@@ -140,10 +147,10 @@ def test_scaled_objects_keep_their_contrast():
 
 def test_another_cameras_pixel_and_bad_air_are_refused():
     with pytest.raises(InputError, match="pixel"):
-        View(CAMERA, METRICS["blake"], sight=Sight(Widths(2 * PIXEL)))
+        View(CAMERA, METRICS["blake"], sight=ViewingConditions(BlurWidths(2 * PIXEL)))
     for beta in (-1.0, math.nan, math.inf):
         with pytest.raises(InputError, match="extinction"):
-            Sight(Widths(PIXEL), beta)
+            ViewingConditions(BlurWidths(PIXEL), beta)
     for contrast in ((-1, 0), (0, NEVER_LOST + 1)):
         with pytest.raises(InputError, match="contrast"):
             tree_of(*contrast)

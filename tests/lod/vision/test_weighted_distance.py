@@ -13,13 +13,13 @@ from scipy.optimize import brentq, minimize_scalar
 
 from lod.atmosphere.air import Air, least_extinction
 from lod.errors import InputError
-from lod.vision.blur_cascade import Widths, widths_seen
+from lod.vision.blur_cascade import BlurWidths, blur_widths
 from lod.vision.contrast import CONTRAST_CLASSES
-from lod.vision.eye import BARS, Display, Eye, optical_sigma
+from lod.vision.eye import SQUARE_WAVE_GAIN, Display, Eye, optical_sigma
 from lod.vision.weighted_distance import (
     UNWEIGHTED,
     WeightedDistance,
-    frequency_of,
+    display_frequency,
     weighted_distance,
 )
 
@@ -38,7 +38,7 @@ DETAILS = decades(0.1, 30)
 
 
 def tabulated(visibility_m, contrast, display, eye, detail, blurs=(0.0, 0.0), pixel=PIXEL):
-    widths = widths_seen(pixel, display, eye, *blurs)
+    widths = blur_widths(pixel, display, eye, *blurs)
     beta = least_extinction(Air(visibility_m))
     return weighted_distance(contrast, beta, detail * widths.effective, widths, display, eye)
 
@@ -109,7 +109,7 @@ def direct(contrast, beta, m, display, eye, d):
             X_0=display.field_deg,
             E=retinal_illuminance_Barten1999(display.luminance, pupil),
         )
-        return math.log(BARS * barten) - 2 * (math.pi * blur_sigma * f) ** 2
+        return math.log(SQUARE_WAVE_GAIN * barten) - 2 * (math.pi * blur_sigma * f) ** 2
 
     peak = minimize_scalar(lambda x: -log_seen(x), bounds=(-1, 3), method="bounded").x
     left = math.log(contrast) - beta * d
@@ -128,7 +128,7 @@ def test_table_against_the_definition(contrast, visibility_m, detail, display):
     """Never above the curve, and within two steps of frequency below it."""
     eye, m = Eye(), detail * PIXEL
     beta = least_extinction(Air(visibility_m))
-    W = weighted_distance(contrast, beta, m, Widths(PIXEL), display, eye)
+    W = weighted_distance(contrast, beta, m, BlurWidths(PIXEL), display, eye)
     d = np.append(np.linspace(0.02, 0.98, 12) * W.gone, 1.001 * W.gone)
     exact = np.array([direct(contrast, beta, m, display, eye, x) for x in d])
     got = W.weight(d)
@@ -149,7 +149,7 @@ def test_haze_takes_large_far_parts_and_leaves_small_near_ones():
 
 def test_a_fine_display_hides_what_is_faint_even_in_clear_air():
     """200 pixels per degree: its pixels are finer than sight, so the limit is 2·f_m/f_s nearer."""
-    W = weighted_distance(1.0, 0.0, PIXEL, Widths(PIXEL), Display(200.0), Eye())
+    W = weighted_distance(1.0, 0.0, PIXEL, BlurWidths(PIXEL), Display(200.0), Eye())
     assert 1.5 < W.beyond < 2.5
     assert W.gone == math.inf
     assert W.unweight(np.array([100.0]))[0] == pytest.approx(100 / W.beyond)
@@ -191,10 +191,10 @@ def test_only_pixels_count_not_the_lens(pixel, detail):
 def test_the_blur_of_the_eye_counts_once():
     """It is in Barten's sensitivity; seeing and motion are not, and take more."""
     m, display, eye = 2 * PIXEL, Display(), Eye()
-    seen = widths_seen(PIXEL, display, eye)
+    seen = blur_widths(PIXEL, display, eye)
     alone, with_eye, shaken = (
         weighted_distance(0.5, 1e-3, m, widths, display, eye)
-        for widths in (Widths(PIXEL), seen, Widths(PIXEL, motion=seen.eye))
+        for widths in (BlurWidths(PIXEL), seen, BlurWidths(PIXEL, motion=seen.eye))
     )
     d = np.linspace(0.5, 0.99, 20) * alone.gone
     assert (with_eye.weight(d) == alone.weight(d)).all()
@@ -202,8 +202,8 @@ def test_the_blur_of_the_eye_counts_once():
 
 
 def test_a_pixel_is_half_a_period_on_the_display():
-    assert frequency_of(PIXEL, Widths(PIXEL), Display(60.0)) == pytest.approx(30.0)
-    assert frequency_of(3 * PIXEL, Widths(PIXEL), Display(60.0)) == pytest.approx(10.0)
+    assert display_frequency(PIXEL, BlurWidths(PIXEL), Display(60.0)) == pytest.approx(30.0)
+    assert display_frequency(3 * PIXEL, BlurWidths(PIXEL), Display(60.0)) == pytest.approx(10.0)
 
 
 def test_one_table_per_setting():
@@ -216,7 +216,7 @@ def test_one_table_per_setting():
 )
 def test_bad_settings_are_refused(contrast, beta, m):
     with pytest.raises(InputError):
-        weighted_distance(contrast, beta, m, Widths(PIXEL), Display(), Eye())
+        weighted_distance(contrast, beta, m, BlurWidths(PIXEL), Display(), Eye())
 
 
 @pytest.mark.parametrize("bad", [-1.0, math.nan])

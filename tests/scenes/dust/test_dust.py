@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from lod.camera import GRID_M, Corner, look
+from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
@@ -57,7 +57,7 @@ def dust(ground=None, wind=0.0, seed=3, few=False):
 
 def view(time_s=20.0, metric="blake", detail=0.2, corner=HOME):
     eye = np.array((-GRID_M * corner.x, -30.0 - GRID_M * corner.y, 3.0))
-    camera = look(corner, eye, 0.0, 0.0, 60.0, (100, 60))
+    camera = camera_from_heading(corner, eye, 0.0, 0.0, 60.0, (100, 60))
     return View(camera, METRICS[metric], detail, time_s=time_s)
 
 

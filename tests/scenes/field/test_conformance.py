@@ -9,7 +9,7 @@ import pytest
 from bench.conformance.rules import RULES, Subject, broken_rules
 from lod.actors.message import change
 from lod.actors.quaternion import Quaternion
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
@@ -34,7 +34,7 @@ WINDY = Weather("autumn", 6.0)
 def camera(far, height, size=(90, 50)):
     """South of the plane's origin, looking north over some of what stands about it."""
     eye = np.array((0.0, -far, height))
-    return look(Corner(0, 0), eye, -8.0, -4.0, 65.0, size)
+    return camera_from_heading(Corner(0, 0), eye, -8.0, -4.0, 65.0, size)
 
 
 def species(model, count, walks, weather):
@@ -72,7 +72,7 @@ def terrain(**changes):
     ground = {"seed": 3, "amplitude": 30.0, "wavelength": 512.0, "hurst": 0.9, "reach": 200.0}
     make = partial(Terrain, **(ground | {"finest": 1.0} | changes))
     eye = np.array((8.0, 8.0, 40.0))
-    return Subject(make, look(Corner(3, -70), eye, 20.0, -10.0, 60.0, (90, 50)), 3.0)
+    return Subject(make, camera_from_heading(Corner(3, -70), eye, 20.0, -10.0, 60.0, (90, 50)), 3.0)
 
 
 def plume(kind):

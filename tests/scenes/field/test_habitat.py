@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.count.count_frame import count
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune, prune_by_level
 from lod.pruning.view import View
@@ -29,7 +29,7 @@ def stones(habitat=HABITAT, density=0.02) -> SpeciesField:
 
 def view(corner=HOME, size=(160, 90)) -> View:
     z = GROUND.height(corner, np.zeros((1, 2)))[0] + 2.0
-    camera = look(corner, np.array((0.0, 0.0, z)), 20.0, 0.0, 60.0, size)
+    camera = camera_from_heading(corner, np.array((0.0, 0.0, z)), 20.0, 0.0, 60.0, size)
     return View(camera, METRICS["blake"], 2.0, look_around=True)
 
 

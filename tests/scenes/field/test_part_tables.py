@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lod.pruning.parts import Look
+from lod.pruning.parts import BlendWeights
 from scenes.field.part_tables import Atlas
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
@@ -22,7 +22,7 @@ def looked_at(parts):
     inner, leaf = np.round(chance.uniform(0, 1, (2, parts)) * chance.integers(0, 2, (2, parts)), 1)
     hidden = np.where(leaf > 0, chance.uniform(0.1, 1, parts), 0.0)
     rise, turn = chance.uniform(-1, 1, (2, parts))
-    return Look(inner, leaf, rise, turn, hidden)
+    return BlendWeights(inner, leaf, rise, turn, hidden)
 
 
 @pytest.mark.parametrize("shortest", [1, 50])
@@ -58,7 +58,7 @@ def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_anothe
         laid = replace(h, overlap=np.where(h.level == 1, overlap, 0.0))
         atlas = Atlas.of((replace(tree, hierarchy=laid),))
         rows = np.array([*np.flatnonzero(h.level == 1)[:2], *np.flatnonzero(h.level == 2)[:1]])
-        look = Look(np.ones(3), np.array((0.3, 0.8, 0.3)), hidden=np.array((0.6, 1.0, 0.6)))
+        look = BlendWeights(np.ones(3), np.array((0.3, 0.8, 0.3)), hidden=np.array((0.6, 1.0, 0.6)))
         shown[overlap] = atlas.sticks_of(rows, look)
     plain, lapped = shown.values()
     assert np.array_equal(plain.stick, lapped.stick)

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.camera import GRID_M, look, split
+from lod.camera import GRID_M, camera_from_heading, split_position
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
@@ -33,8 +33,8 @@ class Ground:
 
 
 def view_from(x, y, height=1.6, time_s=0.0, cell=(0, 0)):
-    corner, x, y = split(x, y, *cell)
-    camera = look(corner, np.array((x, y, height)), 0.0, 0.0, 60.0, (100, 100))
+    corner, x, y = split_position(x, y, *cell)
+    camera = camera_from_heading(corner, np.array((x, y, height)), 0.0, 0.0, 60.0, (100, 100))
     return View(camera, METRICS["blake"], 0.1, look_around=True, time_s=time_s)
 
 
@@ -45,7 +45,7 @@ def origin_of(placed, view):
 
 def displayed(placed, view):
     cut = prune(placed, view)
-    return cut.parts, placed.appearance(cut.parts, looks(cut, view))
+    return cut.parts, placed.appearance(cut.parts, blend_weights(cut, view))
 
 
 def test_it_stands_where_it_is_put_on_the_ground():

@@ -10,17 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import Philox
 
-from lod.camera import GRID_M, Corner, look, split
+from lod.camera import GRID_M, Corner, camera_from_heading, split_position
 from lod.errors import InputError
 from lod.metric.family import METRICS
 from lod.metric.hierarchy import Hierarchy
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from lod.vision.blur_cascade import Widths
+from lod.vision.blur_cascade import BlurWidths
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.eye import Display, Eye
-from lod.vision.viewer import Sight
+from lod.vision.viewer import ViewingConditions
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species_field import Species, SpeciesField
 from scenes.noise.philox import hash_name
@@ -75,10 +75,10 @@ def world_from(seed, metric):
     species = Species("thing", prototypes, float(chance.uniform(0.5, 60)) / extent**2)
     ground = Waves(float(chance.choice([0.0, 3.0])))
     field = SpeciesField(species, int(chance.integers(0, 2**63)), ground, extent)
-    corner, x, y = split(*chance.uniform(-0.6 * extent, 0.6 * extent, 2))
+    corner, x, y = split_position(*chance.uniform(-0.6 * extent, 0.6 * extent, 2))
     eye = np.array((x, y, chance.uniform(-5, 20)))
     angles = chance.uniform(0, 360), chance.uniform(-90, 30), chance.uniform(20, 150)
-    camera = look(corner, eye, *angles, (int(chance.integers(5, 60)), 20))
+    camera = camera_from_heading(corner, eye, *angles, (int(chance.integers(5, 60)), 20))
     view = View(
         camera,
         METRICS[metric],
@@ -94,9 +94,9 @@ def sight_from(chance, camera):
     """Thick air in which a good share of things is lost, an eye or none; or nothing at all."""
     if chance.random() < 0.4:
         return None
-    widths = Widths(camera.pixel_angle, *chance.uniform(0, 1, 3) * camera.pixel_angle)
+    widths = BlurWidths(camera.pixel_angle, *chance.uniform(0, 1, 3) * camera.pixel_angle)
     air = float(chance.choice([0.0, chance.lognormal(-2.5, 1)]))
-    return Sight(widths, air, Display(), Eye(), acuity=bool(chance.random() < 0.6))
+    return ViewingConditions(widths, air, Display(), Eye(), acuity=bool(chance.random() < 0.6))
 
 
 def objects_in(field):
@@ -241,7 +241,7 @@ def test_a_cut_is_a_connected_top_and_leaves_are_marked(seed, metric):
     cut, found = pruned(field, view)
     assert all(p[2] == 0 or whole_of(field, p) in found for p in found)
     owners = set(cut.parts.whole[cut.parts.whole >= 0].tolist())
-    assert set(np.flatnonzero(looks(cut, view).inner > 0).tolist()) == owners
+    assert set(np.flatnonzero(blend_weights(cut, view).inner > 0).tolist()) == owners
     assert (cut.parts.whole < np.arange(len(cut.parts))).all()
 
 
@@ -269,7 +269,7 @@ def test_examined_objects_stay_near_the_displayed():
     """As the disc grows, the cells at its rim weigh less: the ratio falls towards one."""
     prototypes = world_from(5, "blake")[0].species.prototypes[:1]
     field = SpeciesField(Species("thing", prototypes, 0.01), 3, Waves(0.0))
-    camera = look(Corner(0, 0), np.array([3.0, 4.0, 1.7]), 0.0, 0.0, 60.0, (64, 36))
+    camera = camera_from_heading(Corner(0, 0), np.array([3.0, 4.0, 1.7]), 0.0, 0.0, 60.0, (64, 36))
     ratios = []
     for detail in (3.0, 1.0, 0.3):
         around = View(camera, METRICS["blake"], detail, look_around=True)

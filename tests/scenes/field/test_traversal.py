@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lod.pruning.compiled_test import distance_to, passes, sees, vantage_of
-from lod.pruning.crossfade import looks
+from lod.pruning.compiled_test import compile_view, distance_to, is_displayed, sphere_in_frustum
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Parts
 from lod.pruning.pruner import displayed, prune, prune_by_level
 from lod.pruning.view import distance, in_view
@@ -92,7 +92,7 @@ def test_the_number_of_threads_changes_nothing(monkeypatch):
         for threads in (1, 2):
             numba.set_num_threads(min(threads, before))
             cut = prune(field, view)
-            look = looks(cut, view)
+            look = blend_weights(cut, view)
             sticks = field.appearance(cut.parts, look)
             found = cut.object, cut.part, cut.whole, cut.parts.position, look.inner, look.leaf
             one.append([c.tobytes() for c in (*found, sticks.start, sticks.end)])
@@ -124,11 +124,13 @@ def test_the_compiled_comparison_is_the_readable_one(seed, look_around, along):
     share = np.ones(n)
     bound, outside = chance.exponential(5, n), limit * chance.uniform(0, 1, n)
     parts = Parts(position, position, bound, limit, outside, zero, zero, zero, zero, share)
-    vantage = vantage_of(view)
+    vantage = compile_view(view)
     rows = [(*p, b, d, o) for p, b, d, o in zip(position, bound, limit, outside, strict=True)]
-    assert [passes(vantage, *row) for row in rows] == displayed(parts, view).tolist()
+    assert [is_displayed(vantage, *row) for row in rows] == displayed(parts, view).tolist()
     assert [distance_to(vantage, *row[:3]) for row in rows] == distance(view, position).tolist()
-    assert [sees(vantage, *row[:4]) for row in rows] == in_view(view, position, bound).tolist()
+    assert [sphere_in_frustum(vantage, *row[:4]) for row in rows] == in_view(
+        view, position, bound
+    ).tolist()
 
 
 def test_hardly_anything_beyond_its_limit_is_posed():

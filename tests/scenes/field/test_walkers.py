@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import Philox
 
-from lod.camera import GRID_M, Corner, look, split
+from lod.camera import GRID_M, Corner, camera_from_heading, split_position
 from lod.law import flat_ground as law
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.ground_contact_detail import PLACE, PRINTS, SOLES
@@ -69,11 +69,11 @@ def world_from(seed, metric, amplitude):
     density = float(chance.uniform(0.5, 40)) / extent**2
     species = Species("walker", prototypes, density, float(chance.uniform(0.5, 30)))
     field = SpeciesField(species, int(chance.integers(0, 2**63)), Waves(amplitude), extent)
-    corner, x, y = split(*chance.uniform(-0.6 * extent, 0.6 * extent, 2))
+    corner, x, y = split_position(*chance.uniform(-0.6 * extent, 0.6 * extent, 2))
     eye = np.array((x, y, chance.uniform(-2, 12)))
     angles = chance.uniform(0, 360), chance.uniform(-60, 30), chance.uniform(20, 150)
     view = View(
-        look(corner, eye, *angles, (int(chance.integers(5, 60)), 20)),
+        camera_from_heading(corner, eye, *angles, (int(chance.integers(5, 60)), 20)),
         METRICS[metric],
         detail=float(chance.lognormal(-1.8, 0.8)),
         offscreen_detail=float(chance.uniform(0.1, 1)),
@@ -232,7 +232,7 @@ def far_walkers(patrol_m=40.0):
     """An endless field of walkers, seen all round by an eye that resolves the near only."""
     species = Species("walker", people(0, 2), 0.012, patrol_m)
     field = SpeciesField(species, 11, Waves(FLAT))
-    camera = look(Corner(3, -2), np.array((5.0, 7.0, 1.6)), 0.0, 0.0, 60.0, (64, 36))
+    camera = camera_from_heading(Corner(3, -2), np.array((5.0, 7.0, 1.6)), 0.0, 0.0, 60.0, (64, 36))
     return field, View(camera, METRICS["blake"], detail=6.0, look_around=True, time_s=321.0)
 
 
@@ -272,7 +272,7 @@ def test_a_frame_is_the_same_whenever_it_is_asked_for():
     def drawn(where, time):
         at = View(view.camera, view.metric, 0.05, 1.0, look_around=True, time_s=time)
         cut = prune(where, at)
-        sticks = where.appearance(cut.parts, looks(cut, at))
+        sticks = where.appearance(cut.parts, blend_weights(cut, at))
         assert len(sticks)
         return [a.tobytes() for a in (cut.parts.position, sticks.start, sticks.end, sticks.owner)]
 
@@ -287,12 +287,12 @@ def test_walkers_keep_the_law(kind):
     """All round on flat ground: the mean over seeds, of objects and of parts."""
     prototypes = people(0, 2) if kind == "people" else (animal("ostrich"), animal("giraffe"))
     K, eye, seeds = 0.01, 1.4, 40
-    camera = look(Corner(0, 0), np.array((1.0, 2.0, eye)), 0.0, 0.0, 60.0, (160, 90))
+    camera = camera_from_heading(Corner(0, 0), np.array((1.0, 2.0, eye)), 0.0, 0.0, 60.0, (160, 90))
     view = View(camera, METRICS["blake"], 5.0, look_around=True, time_s=77.0)
     areas = [_areas(p, view, eye) for p in prototypes]
     for which in (slice(0, 1), slice(None)):
-        mean = np.mean([law.expected(K, a[which]) for a in areas])
-        spread = math.sqrt(np.mean([law.variance(K, a[which]) for a in areas]) / seeds)
+        mean = np.mean([law.expected_count(K, a[which]) for a in areas])
+        spread = math.sqrt(np.mean([law.count_variance(K, a[which]) for a in areas]) / seeds)
         counts = []
         for seed in range(seeds):
             cut = prune(SpeciesField(Species("w", prototypes, K, 9.0), seed, Waves(FLAT)), view)

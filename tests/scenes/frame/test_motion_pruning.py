@@ -8,8 +8,8 @@ import pytest
 
 from lod.camera import GRID_M
 from lod.metric.family import METRICS, limit_distances
-from lod.motion.image_motion import smears
-from lod.motion.shutter import growth
+from lod.motion.image_motion import motion_steps
+from lod.motion.shutter import motion_coarsening
 from lod.pruning.pruner import prune, prune_by_level
 from lod.pruning.view import distance
 from scenes.preset.load import load_preset
@@ -90,7 +90,7 @@ def test_every_part_is_tested_at_the_m_of_its_object(metric):
     variant = parts.state.instances.prototype[parts.object]
     assert smear.min() > 2
     for row in np.random.default_rng(1).integers(0, len(parts), 40):
-        tree, m = atlas.hierarchies[variant[row]], view.m * growth(float(smear[row]))
+        tree, m = atlas.hierarchies[variant[row]], view.m * motion_coarsening(float(smear[row]))
         own = limit_distances(tree, METRICS[metric], m)
         own = own[parts.part[row] - atlas.root[variant[row]]]
         assert own * (1 - 1e-12) <= parts.limit[row] <= own * 1.003 + 1e-12
@@ -146,9 +146,9 @@ def _all_parts_of(field, wholes, view):
 
 
 def _everything(n):
-    from lod.pruning.parts import Look
+    from lod.pruning.parts import BlendWeights
 
-    return Look(np.ones(n), np.ones(n))
+    return BlendWeights(np.ones(n), np.ones(n))
 
 
 def test_what_cannot_move_does_not_swing():
@@ -159,8 +159,8 @@ def test_what_cannot_move_does_not_swing():
 def length_of(exposed, view, start, end):
     """L/θ of a point, from where it is on the scale of smears."""
     rows, none = [np.array([each], float) for each in (start, end)], np.zeros(1)
-    smear = smears(exposed, view.camera.corner, view.theta, *rows, none, none)
-    x = growth(float(smear[0])) ** 2
+    smear = motion_steps(exposed, view.camera.corner, view.theta, *rows, none, none)
+    x = motion_coarsening(float(smear[0])) ** 2
     return np.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
@@ -54,13 +54,13 @@ def recession(name, way):
     what = Placed(name, standing(it), 0.0, 0.0, 30.0, Plain())
     h = it.hierarchy
     direction = np.array(DIRECTIONS[way]) / np.linalg.norm(DIRECTIONS[way])
-    m = DETAIL * look(Corner(0, 0), np.zeros(3), 0, 0, 60.0, (100, 100)).pixel_angle
+    m = DETAIL * camera_from_heading(Corner(0, 0), np.zeros(3), 0, 0, 60.0, (100, 100)).pixel_angle
     # From where it could be touched to where the whole is lost.
     distances = np.geomspace(h.B[0], 1.1 * (h.P[0] + h.R[0]) / m, STEPS)
     shown = []
     for away in distances:
         eye = h.position[0] + away * direction
-        camera = look(Corner(0, 0), eye, 0.0, 0.0, 60.0, (100, 100))
+        camera = camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, 60.0, (100, 100))
         view = View(camera, METRICS["blake"], DETAIL, look_around=True)
         shown.append(frozenset(prune(what, view).parts.part.tolist()))
     return distances, shown

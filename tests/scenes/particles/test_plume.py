@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lod.camera import GRID_M, Corner, look
+from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
-from lod.pruning.parts import Look, Triangles
+from lod.pruning.parts import BlendWeights, Triangles
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.particles.kinds import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE
@@ -33,7 +33,7 @@ def plume(kind="smoke", **changes):
 
 def view(time_s=20.0, corner=HOME, detail=1.0):
     eye = np.array((-GRID_M * corner.x, -30.0 - GRID_M * corner.y, 3.0))
-    camera = look(corner, eye, 0.0, 0.0, 60.0, (100, 60))
+    camera = camera_from_heading(corner, eye, 0.0, 0.0, 60.0, (100, 60))
     return View(camera, METRICS["blake"], detail, time_s=time_s)
 
 
@@ -46,7 +46,7 @@ def level(it, wanted, at):
 
 
 def drawn(it, parts):
-    return it.appearance(parts, Look(np.zeros(len(parts)), np.ones(len(parts))))
+    return it.appearance(parts, BlendWeights(np.zeros(len(parts)), np.ones(len(parts))))
 
 
 def cover(it, wanted, at):

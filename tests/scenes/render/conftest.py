@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from lod.atmosphere.air import CLEAR
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.pruning.parts import Parts, Sticks, Triangles
-from lod.pruning.pruner import cut_of
+from lod.pruning.pruner import cut_from_parts
 from scenes.frame.types import Light, Quality, Visible
 from scenes.render.mitsuba import variants
 
@@ -39,7 +39,7 @@ def cut(objects, parts, levels):
         whole=np.full(n, -1),
         share=np.ones(n),
     )
-    return cut_of(made, n, n)
+    return cut_from_parts(made, n, n)
 
 
 class Making:
@@ -50,7 +50,7 @@ class Making:
 
     @staticmethod
     def camera(size=(16, 8), heading=0.0, pitch=0.0, fov=60.0, eye=(0.0, 0.0, 2.0)):
-        return look(Corner(0, 0), np.array(eye), heading, pitch, fov, size)
+        return camera_from_heading(Corner(0, 0), np.array(eye), heading, pitch, fov, size)
 
     @staticmethod
     def balls(centres, radius=0.5, albedo=0.5, name="balls", first_part=100, level=2):

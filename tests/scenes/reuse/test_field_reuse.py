@@ -7,7 +7,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.pruning.parts import Sticks
 from lod.pruning.pruner import prune
 from scenes.frame.frame_input import shoot
@@ -81,7 +81,9 @@ def test_a_walk_is_cut_as_from_scratch(name, start, steps):
             eye = eye + np.array((east, north, up))
             heading, time_s = heading + turn, time_s + later
             size = old.width, old.height
-            camera = look(old.corner, eye, heading, -2.0, np.degrees(old.fov_x), size)
+            camera = camera_from_heading(
+                old.corner, eye, heading, -2.0, np.degrees(old.fov_x), size
+            )
             hold = same(field, replace(first, camera=camera, time_s=time_s), hold)
 
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.preset.load import load_preset
@@ -27,7 +27,9 @@ def seen_in(name):
     preset = load_preset(name, ["render.size=96x54"])
     terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
     eye = np.array((4.0, 5.0, float(terrain.height(Corner(0, 0), np.array(((4.0, 5.0),)))[0]) + 2))
-    return terrain, View(look(Corner(0, 0), eye, 0.0, -2.0, 60.0, (96, 54)), METRICS["blake"], 1.0)
+    return terrain, View(
+        camera_from_heading(Corner(0, 0), eye, 0.0, -2.0, 60.0, (96, 54)), METRICS["blake"], 1.0
+    )
 
 
 def same(terrain, view, before):
@@ -40,7 +42,7 @@ def same(terrain, view, before):
     for name in PARTS:
         assert getattr(cut.parts, name).tobytes() == getattr(read.parts, name).tobytes(), name
     assert len(boxes.names) == read.examined_parts
-    ours, anew = (terrain.appearance(each.parts, looks(each, view)) for each in (cut, read))
+    ours, anew = (terrain.appearance(each.parts, blend_weights(each, view)) for each in (cut, read))
     for name in LOOKS:
         assert getattr(ours, name).tobytes() == getattr(anew, name).tobytes(), name
     return boxes
@@ -66,7 +68,7 @@ def test_ground_is_cut_as_from_scratch(name, steps):
     for east, up, turn in steps:
         eye, heading = eye + np.array((east, 0.0, up)), heading + turn
         size = old.width, old.height
-        camera = look(old.corner, eye, heading, -2.0, np.degrees(old.fov_x), size)
+        camera = camera_from_heading(old.corner, eye, heading, -2.0, np.degrees(old.fov_x), size)
         boxes = same(terrain, replace(view, camera=camera), boxes)
     same(terrain, replace(view, camera=replace(camera, corner=Corner(3, 5))), boxes)
 
@@ -90,7 +92,7 @@ def test_slow_steps_look_up_few_heights(monkeypatch):
     """Of points that stay, heights and whole octaves are kept."""
     terrain, view = seen_in("meadow")
     cut, boxes = ground_after(terrain, view, None)
-    whole = terrain.appearance(cut.parts, looks(cut, view))
+    whole = terrain.appearance(cut.parts, blend_weights(cut, view))
     looked_up = []
     height = Relief.height
     monkeypatch.setattr(
@@ -101,5 +103,5 @@ def test_slow_steps_look_up_few_heights(monkeypatch):
     eye = view.camera.eye + np.array((0.04, 0.04, 0.0))
     near = replace(view, camera=replace(view.camera, eye=eye))
     cut, _ = ground_after(terrain, near, boxes)
-    terrain.appearance(cut.parts, looks(cut, near))
+    terrain.appearance(cut.parts, blend_weights(cut, near))
     assert 0 < sum(looked_up) < 0.05 * len(whole.vertices)

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.calibrate.leaf_light import from_heights
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import sides
-from lod.pruning.parts import Look
+from lod.pruning.crossfade import view_angles
+from lod.pruning.parts import BlendWeights
 from lod.pruning.view import View
 from scenes.far_cover.stand_appearance import full_detail_sticks
 from scenes.field.part_tables import Atlas
@@ -51,7 +51,7 @@ def seen_from(prototype, height, row=0):
     """Sticks that one part shows as a leaf, and the colour of each."""
     atlas = Atlas.of((rigid_prototype(prototype),))
     one = np.ones(1)
-    found = atlas.sticks_of(np.array([row]), Look(0 * one, one, height * one))
+    found = atlas.sticks_of(np.array([row]), BlendWeights(0 * one, one, height * one))
     return found, atlas.tints[found.tint]
 
 
@@ -62,20 +62,20 @@ def test_between_two_heights_looks_go_evenly_with_the_angle(degrees):
 
 
 def test_the_eye_rises_by_the_sine_of_its_angle():
-    camera = look(Corner(0, 0), np.array((3.0, 0.0, 4.0)), 0, 0, 60.0, (100, 100))
+    camera = camera_from_heading(Corner(0, 0), np.array((3.0, 0.0, 4.0)), 0, 0, 60.0, (100, 100))
     points = camera.eye - np.array(
         [(3.0, 0.0, 4.0), (0.0, 0.0, 2.0), (1.0, 1.0, 0.0), (0, 0, -1), (0, 0, 0)]
     )
-    found, turn = sides(points, View(camera, METRICS["blake"]))
+    found, turn = view_angles(points, View(camera, METRICS["blake"]))
     assert found == pytest.approx([0.8, 1.0, 0.0, -1.0, 0.0])
     assert np.isnan(turn).all(), "nobody said where the sun stands"
 
 
 def test_the_eye_turns_from_the_sun():
     """With the sun in the east: who looks west, east, steeply to the east, north, and down."""
-    camera = look(Corner(0, 0), np.array((1.0, 2.0, 30.0)), 0, 0, 60.0, (100, 100))
+    camera = camera_from_heading(Corner(0, 0), np.array((1.0, 2.0, 30.0)), 0, 0, 60.0, (100, 100))
     away = np.array([(-5.0, 0, 0), (4.0, 0, 0), (3.0, 0, -4.0), (0, 3.0, 9.0), (0, 0, -7.0)])
-    _, turn = sides(camera.eye + away, View(camera, METRICS["blake"], sun=(1.0, 0.0)))
+    _, turn = view_angles(camera.eye + away, View(camera, METRICS["blake"], sun=(1.0, 0.0)))
     assert turn == pytest.approx([1.0, -1.0, -0.6, 0.0, 0.0])
 
 
@@ -106,7 +106,8 @@ def test_shapes_are_as_bright_as_the_species_says_toward_each_side(degrees):
     one = np.ones(len(limbs))
     turn = np.nan if degrees is None else math.cos(math.radians(degrees))
     seen, plain = (
-        atlas.sticks_of(limbs, Look(0 * one, one, 0 * one, each * one)) for each in (turn, np.nan)
+        atlas.sticks_of(limbs, BlendWeights(0 * one, one, 0 * one, each * one))
+        for each in (turn, np.nan)
     )
     ours, mean = (np.log(atlas.tints[each.tint].sum(axis=1)).mean() for each in (seen, plain))
     wanted = 1.0 if degrees is None else np.interp(degrees, TURNS_DEG, SPECIES["shrub"].sides[1])
@@ -136,7 +137,7 @@ def test_between_two_tones_sticks_share_themselves_out(tree):
     plain = Atlas.of((rigid_prototype(replace(tree, minds=Minds())),))
     for degrees in (12.0, 17.0, 23.0):
         rise, one = np.full(len(limbs), math.sin(math.radians(degrees))), np.ones(len(limbs))
-        shown = [each.sticks_of(limbs, Look(0 * one, one, rise)) for each in (atlas, plain)]
+        shown = [each.sticks_of(limbs, BlendWeights(0 * one, one, rise)) for each in (atlas, plain)]
         ours, own = (
             each.tints[sticks.tint].sum(axis=1)
             for each, sticks in zip((atlas, plain), shown, strict=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import distance
 from scenes.terrain.geomorph import blended, forebears_of, level_of, lineage
@@ -82,7 +82,7 @@ def jumps(near, far, fade):
     meshes = []
     for x in (near, far):
         cut = prune(ROUGH, view := from_east(x, fade))
-        meshes.append(ROUGH.appearance(cut.parts, looks(cut, view)))
+        meshes.append(ROUGH.appearance(cut.parts, blend_weights(cut, view)))
     probes = probes_about(view, 100.0)
     z = [probe_count(mesh.vertices, mesh.faces, probes)[1] for mesh in meshes]
     pixel = distance(view, np.column_stack((probes, z[0]))) * view.camera.pixel_angle

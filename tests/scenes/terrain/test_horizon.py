@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.parts import Parts
 from lod.pruning.pruner import displayed, prune
@@ -21,7 +21,9 @@ def view_of(terrain: Terrain, heading: float, above: float = 12.0, **settings: o
     eye = np.array((0.0, 0.0, ground + above))
     pitch = float(settings.pop("pitch", 2.0))
     metric = METRICS[str(settings.pop("metric", "blake"))]
-    return View(look(CORNER, eye, heading, pitch, 60.0, (320, 180)), metric, **settings)
+    return View(
+        camera_from_heading(CORNER, eye, heading, pitch, 60.0, (320, 180)), metric, **settings
+    )
 
 
 def coarser(terrain: Terrain, view: View, parts: Parts) -> np.ndarray:

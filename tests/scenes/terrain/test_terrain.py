@@ -9,16 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from lod.camera import GRID_M, Corner, look
+from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Parts, Triangles
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View, distance
-from lod.vision.blur_cascade import Widths
+from lod.vision.blur_cascade import BlurWidths
 from lod.vision.contrast import CONTRAST_CLASSES
-from lod.vision.viewer import Sight
+from lod.vision.viewer import ViewingConditions
 from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import SIDES, Patches, balanced, morton, uncovered_quarters
@@ -45,14 +45,14 @@ def view_of(
 ) -> View:
     ground = terrain.height(corner, np.array([xy]))[0]
     eye = np.array((*xy, ground + above))
-    camera = look(corner, eye, heading, pitch, 60.0, size)
-    sight = Sight(Widths(camera.pixel_angle), air, acuity=False) if air else None
+    camera = camera_from_heading(corner, eye, heading, pitch, 60.0, size)
+    sight = ViewingConditions(BlurWidths(camera.pixel_angle), air, acuity=False) if air else None
     return View(camera, METRICS[metric], sight=sight, **settings)
 
 
 def made(terrain: Terrain, view: View) -> tuple[Cut, Triangles]:
     cut = prune(terrain, view)
-    return cut, terrain.appearance(cut.parts, looks(cut, view))
+    return cut, terrain.appearance(cut.parts, blend_weights(cut, view))
 
 
 views = st.fixed_dictionaries(

@@ -16,9 +16,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS, limit_distances
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
@@ -55,7 +55,9 @@ def one(name, season):
 
 def view_from(away, fade=0.0):
     """From ``away`` metres off, at the height of the crown."""
-    camera = look(Corner(0, 0), np.array((0.8 * away, 0.6 * away, 5.0)), 0, 0, 60.0, (1000, 1000))
+    camera = camera_from_heading(
+        Corner(0, 0), np.array((0.8 * away, 0.6 * away, 5.0)), 0, 0, 60.0, (1000, 1000)
+    )
     return View(camera, METRICS["blake"], look_around=True, fade=fade)
 
 
@@ -64,7 +66,7 @@ def displayed(p, view):
     the colour of each; and which of its parts."""
     tree = Placed(p.name, p, 0.0, 0.0, 0.0, Plain())
     cut = prune(tree, view)
-    look = looks(cut, view)
+    look = blend_weights(cut, view)
 
     def toward(direction):
         rise = np.full(len(look), direction[2])

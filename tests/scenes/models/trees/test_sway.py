@@ -6,9 +6,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import looks
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
@@ -146,7 +146,7 @@ def test_every_tree_has_a_phase_and_a_way_of_its_own():
     trees = swaying_trees(3, 2, BROADLEAF, "summer", 8.0)
     assert not np.array_equal(trees[0].motion.rotations[:, 0], trees[1].motion.rotations[:, 0])
     field = SpeciesField(Species("tree", trees[:1], 2e-4), 5, Plain())
-    camera = look(Corner(0, 0), np.array((0.0, 0.0, 1.7)), 0, 0, 60.0, (200, 200))
+    camera = camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 1.7)), 0, 0, 60.0, (200, 200))
     roots = field.roots(View(camera, METRICS["blake"], 30.0, look_around=True))
     phase = roots.state.instances.phase
     assert len(np.unique(phase)) == len(phase) > 5
@@ -156,14 +156,14 @@ def test_the_pruner_sees_it_where_it_is():
     """The compiled walk and the readable pose agree, branch by branch."""
     _, sways = pair("broadleaf")
     tree = Placed("tree", sways, 0.0, 0.0, 90.0, Plain())
-    camera = look(Corner(0, 0), np.array((0.0, -12.0, 1.7)), 0, 0, 60.0, (200, 200))
+    camera = camera_from_heading(Corner(0, 0), np.array((0.0, -12.0, 1.7)), 0, 0, 60.0, (200, 200))
     view = View(camera, METRICS["blake"], 0.2, look_around=True)
     for time in (0.0, 1.7, 100.3):
         cut = prune(tree, replace(view, time_s=time))
         parts = cut.parts
         there = sways.at_phase(time / sways.motion.period)
         assert parts.position == pytest.approx(there.hierarchy.position[parts.part], abs=1e-9)
-        sticks = tree.appearance(parts, looks(cut, view))
+        sticks = tree.appearance(parts, blend_weights(cut, view))
         assert sticks.start[:, 2].max() == pytest.approx(there.leaf.start[:, 2].max(), abs=0.3)
 
 

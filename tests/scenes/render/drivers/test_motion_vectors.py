@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.camera import Corner, look
-from lod.pruning.crossfade import looks
+from lod.camera import Corner, camera_from_heading
+from lod.pruning.crossfade import blend_weights
 from lod.rotations import rotated
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import SKY_Z, Extras
@@ -52,7 +52,7 @@ def test_a_point_of_a_ball_goes_where_the_ball_goes():
 
 
 def camera(heading=0.0, eye=(0.0, 0.0, 2.0), cell_x=0):
-    return look(Corner(cell_x, 0), np.array(eye), heading, 0.0, 60.0, SIZE)
+    return camera_from_heading(Corner(cell_x, 0), np.array(eye), heading, 0.0, 60.0, SIZE)
 
 
 def motion(make, variant, visible, before, after, spp=4):
@@ -179,7 +179,7 @@ def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px
     made, built, hit, ids = sampled(preset, world, frame)
     placed = world.placed[0]
     cut = next(v.cut for v in made.visible if v.name == "walker")
-    joint = joint_of_parts(placed, cut, looks(cut, view_at(world, preset, frame)))
+    joint = joint_of_parts(placed, cut, blend_weights(cut, view_at(world, preset, frame)))
     met = np.isin(ids[..., 1], list(joint)) & (ids[..., 0] == ids[..., 0].max())
     joints = np.array([joint[part] for part in ids[..., 1][met].tolist()])
     hits, corner = hit[met], made.camera.corner

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.frame.types import SKY_Z, FileForm, Layers
 from scenes.render.files import exr
@@ -48,7 +48,7 @@ def with_extras(layers):
 
 
 def some_header(**settings):
-    camera = look(Corner(-3, 2**50), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (9, 5))
+    camera = camera_from_heading(Corner(-3, 2**50), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (9, 5))
     return frame_header(camera, 23.976, settings)
 
 
@@ -78,7 +78,7 @@ def test_header_comes_back_with_large_seeds_as_text(tmp_path):
 def test_the_camera_matrix_takes_the_eye_to_the_origin_and_ahead_to_minus_z(tmp_path):
     write_exr(tmp_path / "a.exr", some_layers(), some_header())
     _, back = read_exr(tmp_path / "a.exr")
-    camera = look(Corner(0, 0), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (9, 5))
+    camera = camera_from_heading(Corner(0, 0), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (9, 5))
     eye, ahead = np.append(camera.eye, 1), np.append(camera.eye + camera.forward, 1)
     assert np.allclose(eye @ back["worldToCamera"], (0, 0, 0, 1), atol=1e-6)
     assert np.allclose(ahead @ back["worldToCamera"], (0, 0, -1, 1), atol=1e-6)
@@ -151,7 +151,7 @@ def test_parts_are_named_for_their_layers_and_each_says_what_made_it(tmp_path):
 )
 @hypothesis_settings(max_examples=1000, deadline=None)
 def test_a_thousand_headers_survive_the_round_trip(settings, seed, fps, cell):
-    camera = look(Corner(*cell), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (3, 2))
+    camera = camera_from_heading(Corner(*cell), np.array([1.0, 2.0, 3.0]), 30, -5, 60, (3, 2))
     header = frame_header(camera, fps, {**settings, "seed": seed})
     with tempfile.TemporaryDirectory() as folder:
         write_exr(Path(folder) / "a.exr", some_layers((3, 2)), header)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from scenes.frame.types import FileForm, Layers
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
@@ -39,7 +39,7 @@ def files(tmp_path_factory):
     shape = (6, 8)
     colour, ids = generator.random((*shape, 3)), np.arange(48).reshape(shape)
     layers = Layers(colour, ids + 0.5, colour, colour, ids, ids, ids)
-    camera = look(Corner(0, 0), np.zeros(3), 0, 0, 60, shape[::-1])
+    camera = camera_from_heading(Corner(0, 0), np.zeros(3), 0, 0, 60, shape[::-1])
     header = frame_header(camera, 24.0, {"seed": 2**63 - 1})
     full = Layers(
         *(getattr(layers, k) for k in ("rgb", "Z", "N", "albedo", "object", "part", "level")),

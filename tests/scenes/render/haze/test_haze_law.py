@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lod.atmosphere.air import Air, mist_extinction, optical_depth, rgb_extinction
-from lod.atmosphere.mist import Mist, depth_beyond
+from lod.atmosphere.mist import Mist, base_equivalent_length
 from lod.atmosphere.rgb_bands import rgb_wavelengths
 from scenes.frame.types import SKY_Z, Light
 from scenes.render.haze.horizon_airlight import horizon
@@ -122,7 +122,7 @@ def test_mist_veils_the_sky_above_the_eye_without_a_seam(make, variant):
         render_frame(up, [], air, make.light, quality).rgb.mean(axis=(0, 1))
         for air in (MIST, make.clear)
     )
-    metres = depth_beyond(MIST.mist, np.array([2.0]), np.array([np.sin(np.radians(60))]))
+    metres = base_equivalent_length(MIST.mist, np.array([2.0]), np.array([np.sin(np.radians(60))]))
     through = np.exp(-metres * mist_extinction(MIST, rgb_wavelengths()))
     variants.use(variant)
     to_sun = make.light.to_sun

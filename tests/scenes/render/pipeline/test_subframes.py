@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lod.camera import Corner, look
+from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.pruning.parts import Sticks
 from scenes.frame.frame_input import shoot
@@ -32,7 +32,7 @@ PAN = (
 
 
 def camera():
-    return look(Corner(0, 0), np.array((0.0, 0.0, 2.0)), 0.0, 0.0, 90.0, SIZE)
+    return camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 2.0)), 0.0, 0.0, 90.0, SIZE)
 
 
 def bar_at(make, x):

@@ -3,7 +3,7 @@
 import pytest
 
 from lod.errors import InputError
-from lod.pruning.detail_for_budget import ENOUGH
+from lod.pruning.detail_for_budget import MIN_BUDGET_USE
 from scenes.frame.frame_input import shoot
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
@@ -22,7 +22,7 @@ def test_no_frame_is_over_the_budget_and_the_fullest_uses_it(most):
     assert chosen.view.max_parts == most
     world = build_world(chosen)
     parts = [parts_displayed(world, view_at(world, chosen, frame)) for frame in FRAMES]
-    assert ENOUGH * most <= max(parts) <= most
+    assert MIN_BUDGET_USE * most <= max(parts) <= most
 
 
 def test_the_budget_is_used_up_where_the_preset_alone_would_show_less():
