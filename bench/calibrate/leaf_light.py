@@ -28,12 +28,14 @@ from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.table import StickTable
-from scenes.sticks.view_dependence import HEIGHTS_DEG, TURNS_DEG, FromHeights, thinned
+from scenes.sticks.view_angles import AZIMUTHS_DEG, ELEVATIONS_DEG
+from scenes.sticks.view_dependence import ElevationTable
+from scenes.sticks.view_dependent_area import with_area_share
 from scenes.sticks.visible_area import visible_areas
 from scenes.terrain.colour import COVERS
 
 SUN_DEG, TURBIDITY = 40.0, 3.0
-ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)
+VIEW_ELEVATIONS_DEG = (4.0, 10.0, 18.0, 30.0, 50.0)
 TREES, FEW, SPACING = {"broadleaf": 4}, 3, 1.0
 """Different ones in a stand, as presets have, and no others: trees of a kind differ, and few stand
 for all of them. √ of the area that each has, as a share of its height."""
@@ -53,8 +55,8 @@ SIDES_DEG = (51.7, 111.7, 171.7, 231.7, 291.7, 351.7)
 RAYS, ROUNDS = 400, 4
 """Across a tree's height, and steps to the right cover."""
 
-_CIRCLE = np.array((0.5, *(1.0,) * (len(TURNS_DEG) - 2), 0.5)) / (len(TURNS_DEG) - 1)
-"""Share of the circle that each of TURNS_DEG stands for."""
+_CIRCLE = np.array((0.5, *(1.0,) * (len(AZIMUTHS_DEG) - 2), 0.5)) / (len(AZIMUTHS_DEG) - 1)
+"""Share of the circle that each of AZIMUTHS_DEG stands for."""
 
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
@@ -94,7 +96,7 @@ def sent(
     species: TreeSpecies,
     level: int,
     share: float = 1.0,
-    elevations: tuple[float, ...] = ELEVATIONS_DEG,
+    elevations: tuple[float, ...] = VIEW_ELEVATIONS_DEG,
     turns: tuple[float, ...] = ASIDE_DEG,
     more: int = 1,
 ) -> Sent:
@@ -104,7 +106,7 @@ def sent(
     tables, colours, flags = [], [], []
     for tree in trees:
         table, hides = cut_at(tree, species, level)
-        tables.append(thinned(table, np.where(hides, share, 1.0)) if share != 1 else table)
+        tables.append(with_area_share(table, np.where(hides, share, 1.0)) if share != 1 else table)
         colours.append(tree.tints[table.tint])
         flags.append(hides)
     side = species.height[0] * SPACING
@@ -122,14 +124,14 @@ def sent(
     return Sent(*found)
 
 
-def from_heights(species: TreeSpecies, level: int) -> tuple[float, FromHeights]:
+def from_heights(species: TreeSpecies, level: int) -> tuple[float, ElevationTable]:
     """Looks of the shapes of a level from each height, and the share of their colour that they keep
     where they are brightest (``TreeSpecies.lit``): for a tree displayed down to the level to cover
     what the whole does, and for a stand to send as much light, in the mean over sides."""
     plain, trees = species.unshaded(), trees_of(species, "summer")
     finest = int(trees[0].hierarchy.level.max())
     share, tone = [], []
-    for height in HEIGHTS_DEG:
+    for height in ELEVATIONS_DEG:
         share.append(_share_left(trees, plain, level, height))
         sides = (float(max(height, LOWEST_DEG)),), ASIDE_DEG, MORE
         full, cut = (
@@ -138,7 +140,7 @@ def from_heights(species: TreeSpecies, level: int) -> tuple[float, FromHeights]:
         )
         tone.append(float((full.shapes + full.itself - cut.itself).sum() / cut.shapes.sum()))
     shares, tones = (tuple(round(each / max(all_), 3) for each in all_) for all_ in (share, tone))
-    return max(tone), FromHeights(shares, tones)
+    return max(tone), ElevationTable(shares, tones)
 
 
 def _share_left(
@@ -154,10 +156,12 @@ def _share_left(
 
     cuts = [cut_at(tree, species, level) for tree in trees]
     wanted = covered([full_detail_sticks(tree)[0] for tree in trees])
-    bare = covered([thinned(table, np.where(hides, 1e-6, 1.0)) for table, hides in cuts])
+    bare = covered([with_area_share(table, np.where(hides, 1e-6, 1.0)) for table, hides in cuts])
     share = 1.0
     for _ in range(ROUNDS):
-        now = covered([thinned(table, np.where(hides, share, 1.0)) for table, hides in cuts])
+        now = covered(
+            [with_area_share(table, np.where(hides, share, 1.0)) for table, hides in cuts]
+        )
         share *= (wanted - bare) / (now - bare)
     return share
 
@@ -176,11 +180,13 @@ def shares(species: TreeSpecies, season: str) -> list[float]:
 
 
 def sides(species: TreeSpecies, level: int) -> Float64[np.ndarray, " t"]:
-    """Share that would be right for the shapes of a level in summer toward each of TURNS_DEG, over
-    that for all sides together, (t,)."""
+    """Share that would be right for the shapes of a level in summer toward each of AZIMUTHS_DEG,
+    over that for all sides, (t,)."""
     trees = trees_of(species, "summer")
     finest = int(trees[0].hierarchy.level.max())
-    full, cut = (sent(trees, species, each, turns=TURNS_DEG, more=MORE) for each in (finest, level))
+    full, cut = (
+        sent(trees, species, each, turns=AZIMUTHS_DEG, more=MORE) for each in (finest, level)
+    )
     wanted, shown = (full.shapes + full.itself - cut.itself).sum(axis=0), cut.shapes.sum(axis=0)
     return wanted / shown / ((wanted @ _CIRCLE) / (shown @ _CIRCLE))
 

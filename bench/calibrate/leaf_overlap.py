@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.calibrate.leaf_light import ELEVATIONS_DEG, SIDES_DEG
+from bench.calibrate.leaf_light import SIDES_DEG, VIEW_ELEVATIONS_DEG
 from lod.pruning.crossfade import cross_fade
 from lod.pruning.parts import BlendWeights
 from scenes.far_cover.stand_appearance import unit_direction
@@ -27,7 +27,7 @@ from scenes.models.trees.weather import Weather
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.table import StickTable
-from scenes.sticks.view_dependence import thinned
+from scenes.sticks.view_dependent_area import with_area_share
 from scenes.sticks.visible_area import visible_areas
 
 COUNT = 4
@@ -61,7 +61,7 @@ def shown_as(one: Prototype, atlas: Atlas, level: int, share: float, height: flo
     )
     names = ("start", "end", "start_radius", "end_radius", "tint")
     columns = (getattr(table, name)[found.stick] for name in names)
-    return thinned(StickTable(np.array((0, len(found.stick))), *columns), found.share)
+    return with_area_share(StickTable(np.array((0, len(found.stick))), *columns), found.share)
 
 
 def cover(objects: tuple[Prototype, ...], level: int, share: float) -> float:
@@ -70,11 +70,11 @@ def cover(objects: tuple[Prototype, ...], level: int, share: float) -> float:
     found = 0.0
     for one in objects:
         atlas, spacing = Atlas.of((rigid_prototype(one),)), one.hierarchy.R[0] / RAYS
-        for height in ELEVATIONS_DEG:
+        for height in VIEW_ELEVATIONS_DEG:
             table = shown_as(one, atlas, level, share, height)
             views = np.array([unit_direction(height, side) for side in SIDES_DEG])
             found += float(visible_areas(table, views, spacing).sum())
-    return found / (len(ELEVATIONS_DEG) * len(SIDES_DEG))
+    return found / (len(VIEW_ELEVATIONS_DEG) * len(SIDES_DEG))
 
 
 def lapped(one: Prototype, overlap: float) -> Prototype:

@@ -16,15 +16,9 @@ from lod.pruning.view import View
 from lod.threads import map_chunks
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.view_dependence import (
-    Minds,
-    between,
-    place,
-    place_around,
-    together,
-    tone_aside,
-    toned,
-)
+from scenes.sticks.tone_steps import with_tone_steps
+from scenes.sticks.view_angles import azimuth_index, azimuth_tone, elevation_index, interpolate
+from scenes.sticks.view_dependence import ViewDependence
 
 _SHORTEST_RUN = 16384
 """Parts for which another thread is worth its start."""
@@ -43,7 +37,8 @@ class Atlas:
     part_count, first_part, order: the parts of row i are order[first_part[i] :][: part_count[i]]
     sticks         both appearances; those of row i, inner then leaf, begin at first[2 i] and
                    first[2 i + 1]
-    minds          which sticks mind the height that they are seen from; darker tones follow theirs
+    view_dependence  tables of the sticks that look otherwise from elsewhere; their darker tones
+                   follow their own
     """
 
     hierarchies: tuple[Hierarchy, ...]
@@ -60,7 +55,7 @@ class Atlas:
     order: np.ndarray
     sticks: RiggedSticks
     tints: np.ndarray
-    minds: Minds
+    view_dependence: ViewDependence
 
     def __post_init__(self) -> None:
         freeze(self, root=np.int64, joint=np.int64, origin=np.float64, rest=np.float64)
@@ -77,7 +72,7 @@ class Atlas:
         joint = np.concatenate([prototype.joint for prototype in prototypes])
         rest = np.concatenate([tree.position for tree in trees])
         pairs = list(zip(trees, order_start, root, strict=True))
-        sticks, tints, minds = _appearances(prototypes)
+        sticks, tints, view_dependence = _appearances(prototypes)
         return Atlas(
             hierarchies=trees,
             root=root,
@@ -93,7 +88,7 @@ class Atlas:
             order=np.concatenate([tree.order + row for tree, _, row in pairs]),
             sticks=sticks,
             tints=tints,
-            minds=minds,
+            view_dependence=view_dependence,
         )
 
     def limits(self, view: View, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -116,8 +111,9 @@ class Atlas:
 
     def sticks_of(self, rows: np.ndarray, look: BlendWeights) -> "Displayed":
         """The displayed sticks of these rows."""
-        minds, table = self.minds, self.sticks
-        tables = minds.of_stick, minds.share, minds.darker, minds.aside
+        views, table = self.view_dependence, self.sticks
+        steps = views.elevation_steps, views.azimuth_steps
+        tables = views.table_row, views.area_share, *steps
         asked = rows, look.inner, look.leaf, look.rise, look.turn, look.hidden
 
         def counted(first: int, last: int) -> tuple[int, int]:
@@ -178,12 +174,12 @@ def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _sticks_of(first, tints, minds, overlap, begin, rows, look, found):  # type: ignore[no-untyped-def]
+def _sticks_of(first, tints, views, overlap, begin, rows, look, found):  # type: ignore[no-untyped-def]
     """Owner, row, share and tint of every stick of blocks 2·row and 2·row + 1, in their order;
     owners are counted from ``begin``."""
     inner, leaf, rise, turn, hidden = look
     owner, stick, shares, tint = found
-    of_stick, shares_seen, darker, aside = minds
+    table_row, area_share, elevation_steps, azimuth_steps = views
     k = 0
     for i in range(len(rows)):
         aloft = high = around = -2.0  # not looked up yet
@@ -195,23 +191,25 @@ def _sticks_of(first, tints, minds, overlap, begin, rows, look, found):  # type:
             if share > 0.0:
                 for row in range(first[block], first[block + 1]):
                     owner[k], stick[k], shares[k], tint[k] = begin + i, row, share, tints[row]
-                    c = of_stick[row]
+                    c = table_row[row]
                     if c >= 0:
                         if aloft == -2.0:
-                            aloft, high = place(abs(rise[i])), place(max(rise[i], 0.0))
-                            around = place_around(turn[i])
-                        shares[k] *= between(shares_seen[c], aloft)
+                            aloft = elevation_index(abs(rise[i]))
+                            high = elevation_index(max(rise[i], 0.0))
+                            around = azimuth_index(turn[i])
+                        shares[k] *= interpolate(area_share[c], aloft)
                         # Between two tones some sticks have one and some the other.
-                        down = between(darker[c], high) + tone_aside(aside[c], around)
+                        down = interpolate(elevation_steps[c], high)
+                        down += azimuth_tone(azimuth_steps[c], around)
                         tint[k] += int(down + row * _GOLDEN % 1.0)
                     k += 1
 
 
 def _appearances(
     prototypes: tuple[RiggedPrototype, ...],
-) -> tuple[RiggedSticks, np.ndarray, Minds]:
-    """Inner and leaf tables of all prototypes, interleaved part by part, on one palette; and which
-    sticks mind heights."""
+) -> tuple[RiggedSticks, np.ndarray, ViewDependence]:
+    """Inner and leaf tables of all prototypes, interleaved part by part, on one palette; and
+    their view dependence."""
     palettes = np.concatenate([p.tints for p in prototypes])
     tints, tint_row = np.unique(palettes, axis=0, return_inverse=True)
     tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])[:-1]
@@ -228,8 +226,8 @@ def _appearances(
     columns = {k: np.concatenate([getattr(table, k) for table in tables])[order] for k in names}
     count = np.bincount(blocks, minlength=2 * parts)
     first = np.concatenate(([0], np.cumsum(count)))
-    pairs = [each for p in prototypes for each in (Minds(), p.minds)]
-    minds = together(pairs, [len(table) for table in tables])
-    minds = replace(minds, of_stick=minds.of_stick[order])
-    tint_of_stick, tints = toned(np.concatenate(tint)[order], tints, minds)
-    return RiggedSticks(first=first, tint=tint_of_stick, **columns), tints, minds
+    pairs = [each for p in prototypes for each in (ViewDependence(), p.view_dependence)]
+    views = ViewDependence.concatenate(pairs, [len(table) for table in tables])
+    views = replace(views, table_row=views.table_row[order])
+    tint_of_stick, tints = with_tone_steps(np.concatenate(tint)[order], tints, views)
+    return RiggedSticks(first=first, tint=tint_of_stick, **columns), tints, views

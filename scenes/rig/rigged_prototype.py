@@ -35,7 +35,7 @@ from scenes.sticks.contrast import part_contrast
 from scenes.sticks.outline_area import largest_area
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.table import StickTable
-from scenes.sticks.view_dependence import Minds
+from scenes.sticks.view_dependence import ViewDependence
 
 P_POSES = 6
 """Random allowed poses in which leaf appearances that span joints are measured, besides rest and
@@ -50,7 +50,7 @@ class RiggedPrototype:
     joint   (n,) joint that the part's origin rides on
     place   (n, 3) the origin in that joint's frame; the joint's own by default [m]
     hierarchy  positions at rest; P, R, B and separation for every allowed pose
-    inner, leaf, tints, minds as in Prototype; motion: its walk, or whatever it does
+    inner, leaf, tints, view_dependence as in Prototype; motion: its walk, or whatever it does
     """
 
     name: str
@@ -62,7 +62,7 @@ class RiggedPrototype:
     tints: np.ndarray
     motion: Motion
     place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    minds: Minds = field(default_factory=Minds)
+    view_dependence: ViewDependence = field(default_factory=ViewDependence)
 
     def __post_init__(self) -> None:
         if not len(self.place):
@@ -89,7 +89,7 @@ class RiggedPrototype:
         position = to_object_frame(origin, turn, self.joint, self.place)
         hierarchy = replace(self.hierarchy, position=position)
         inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
-        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.minds)
+        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.view_dependence)
 
     def at_phase(self, phase: float) -> Prototype:
         """The object at a phase of its motion."""
@@ -111,7 +111,7 @@ class RiggedPrototype:
             self.tints,
             self.motion.scaled(factor),
             self.place * factor,
-            self.minds,
+            self.view_dependence,
         )
 
 
@@ -135,7 +135,7 @@ def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
         tints=prototype.tints,
         motion=rest_motion(rig),
         place=prototype.hierarchy.position,
-        minds=prototype.minds,
+        view_dependence=prototype.view_dependence,
     )
 
 

@@ -29,7 +29,8 @@ from lod.metric.hierarchy import Hierarchy
 from lod.metric.tied_levels import max_over_tied, representative
 from scenes.sticks.contrast import part_contrast
 from scenes.sticks.table import StickTable as StickTable
-from scenes.sticks.view_dependence import Minds, largest_seen
+from scenes.sticks.view_dependence import ViewDependence
+from scenes.sticks.view_dependent_area import largest_area_in_view
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ class Prototype:
     inner  what a part looks like while some of its own parts are displayed; may be nothing
     leaf   its leaf appearance; never nothing. A part that owns none is always a leaf
     tints  (t, 3) linear Rec.709 albedo, 0 to 1
-    minds  which sticks of ``leaf`` mind the height that they are seen from
+    view_dependence  tables of the sticks of ``leaf`` that look otherwise from elsewhere
     """
 
     name: str
@@ -47,7 +48,7 @@ class Prototype:
     inner: StickTable
     leaf: StickTable
     tints: np.ndarray
-    minds: Minds = field(default_factory=Minds)
+    view_dependence: ViewDependence = field(default_factory=ViewDependence)
 
     def __post_init__(self) -> None:
         freeze(self, tints=np.float64)
@@ -57,7 +58,7 @@ class Prototype:
         """The same object ``factor`` times as large."""
         hierarchy = self.hierarchy.scaled(factor)  # refuses a bad factor
         inner, leaf = self.inner.scaled(factor), self.leaf.scaled(factor)
-        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.minds)
+        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.view_dependence)
 
 
 def assemble(
@@ -68,7 +69,7 @@ def assemble(
     inner: StickTable,
     leaf: StickTable,
     tints: Float64[np.ndarray, "t 3"],
-    minds: Minds | None = None,
+    view_dependence: ViewDependence | None = None,
     overlap: Reals | None = None,
 ) -> Prototype:
     """A prototype from its parts' places and sticks: P, R, B and separation by the rule above."""
@@ -76,8 +77,8 @@ def assemble(
     for key, size in sizes.items():
         if size != len(whole):
             raise InputError(f"{name}.{key}", size, f"one entry for each of {len(whole)} parts")
-    minds = minds or Minds()
-    P = np.sqrt(largest_seen(leaf, minds))
+    view_dependence = view_dependence or ViewDependence()
+    P = np.sqrt(largest_area_in_view(leaf, view_dependence))
     one = representative(whole, P)
     origin = origin[one]
     part = np.flatnonzero(whole >= 0)
@@ -96,7 +97,8 @@ def assemble(
     )
     if overlap is not None:
         hierarchy = replace(hierarchy, overlap=overlap)
-    prototype = Prototype(name, hierarchy, inner, leaf, tints, minds)  # refuses what is bad
+    # Prototype refuses what is bad.
+    prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence)
     contrast = part_contrast(whole, leaf, tints)[one]
     return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
 
@@ -128,10 +130,11 @@ def _distance(a: Points, b: Points) -> Reals:
 def _check(prototype: Prototype) -> None:
     name, n = prototype.name, len(prototype.hierarchy)
     tints = prototype.tints
-    minds = prototype.minds.rows(len(prototype.leaf))
-    if len(minds) != len(prototype.leaf) or minds.max(initial=-1) >= len(prototype.minds.share):
+    views, sticks = prototype.view_dependence, len(prototype.leaf)
+    rows = views.rows(sticks)
+    if len(rows) != sticks or rows.max(initial=-1) >= len(views.area_share):
         rule = f"a row or -1 for each of {len(prototype.leaf)} sticks"
-        raise InputError(f"{name}.minds", len(minds), rule)
+        raise InputError(f"{name}.view_dependence", len(rows), rule)
     if tints.ndim != 2 or tints.shape[1:] != (3,):
         raise InputError(f"{name}.tints", tints.shape, "one row of three for each tint")
     if not (np.isfinite(tints).all() and np.all((tints >= 0) & (tints <= 1))):

@@ -25,7 +25,8 @@ from scenes.models.trees.simplification import (
 from scenes.models.trees.species import TreeSpecies
 from scenes.sticks.outline_area import directions, mean_outline_areas
 from scenes.sticks.table import StickTable
-from scenes.sticks.view_dependence import FromHeights, thinned
+from scenes.sticks.view_dependence import ElevationTable
+from scenes.sticks.view_dependent_area import with_area_share
 from scenes.sticks.visible_area import visible_areas
 
 VIEWS = 12
@@ -167,7 +168,7 @@ def _in_place(
     factor: Reals,
     standing: StickTable,
     seen: Seen,
-    looks: FromHeights | None = None,
+    looks: ElevationTable | None = None,
 ) -> float:
     """One factor for all blobs so that the tree covers as much as all of it does, with what is left
     of them from each height."""
@@ -180,12 +181,12 @@ def _in_place(
 
 
 def _covers(
-    shapes: StickTable, standing: StickTable, seen: Seen, looks: FromHeights | None
+    shapes: StickTable, standing: StickTable, seen: Seen, looks: ElevationTable | None
 ) -> Reals:
     """What the tree covers in each view with what is left of its shapes there, (v,) [m²]."""
     if looks is None:
         return visible_areas(joined((standing, shapes)), seen.views, seen.spacing).sum(axis=1)
-    left = [thinned(shapes, looks.share_from(abs(view[2]))) for view in seen.views]
+    left = [with_area_share(shapes, looks.area_share_at(abs(view[2]))) for view in seen.views]
     return np.array(
         [
             visible_areas(joined((standing, each)), view[None], seen.spacing).sum()

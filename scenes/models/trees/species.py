@@ -6,7 +6,7 @@ of branches, each level with its own number, angles, length and curvature.
 
 from dataclasses import dataclass, field, replace
 
-from scenes.sticks.view_dependence import FromHeights
+from scenes.sticks.view_dependence import ElevationTable
 
 Colour = tuple[float, float, float]
 """Linear Rec.709 albedo, 0 to 1."""
@@ -87,7 +87,7 @@ class TreeSpecies:
     heights: how the leaf appearances of the tree, a limb, … look from heights, measured likewise;
         () for the same from all; ``lit`` is then the share where they are brightest
     sides: tone of the shapes of the tree, a limb, … by the angle between eye and sun
-        (``scenes.sticks.view_dependence.TURNS_DEG``), over that of all sides, ``lit``; measured
+        (``scenes.sticks.view_angles.AZIMUTHS_DEG``), over that of all sides, ``lit``; measured
         likewise; () for 1
     overlap: how much of the leaf appearance of the tree, a limb, … and of the parts that it stands
         for lies in one another, half of each shown (``lod.pruning.area_scaling.leaf_area_share``),
@@ -114,7 +114,7 @@ class TreeSpecies:
     clear: int = 4
     lit: tuple[float, ...] = ()
     lit_bare: tuple[float, ...] = ()
-    heights: tuple[FromHeights, ...] = ()
+    heights: tuple[ElevationTable, ...] = ()
     sides: tuple[tuple[float, ...], ...] = ()
     overlap: tuple[float, ...] = ()
     overlap_bare: tuple[float, ...] = ()

@@ -8,7 +8,7 @@ leaf. What the terms mean is said in ``tree_kind``.
 import math
 
 from scenes.models.trees.species import BranchLevel, Colour, Foliage, TreeSpecies
-from scenes.sticks.view_dependence import FromHeights
+from scenes.sticks.view_dependence import ElevationTable
 
 
 def _shades(dark: Colour, light: Colour, count: int = 5) -> tuple[Colour, ...]:
@@ -138,15 +138,15 @@ CONIFER = TreeSpecies(
     ),
     overlap=(0.13, 0.34, 0.53),
     heights=(
-        FromHeights(
+        ElevationTable(
             (0.68, 0.75, 0.88, 0.97, 1.0, 0.97, 0.88, 0.75, 0.67, 0.65),
             (0.63, 0.74, 0.86, 0.92, 0.94, 0.95, 0.96, 0.96, 1.0, 1.0),
         ),
-        FromHeights(
+        ElevationTable(
             (0.91, 0.86, 0.89, 0.94, 0.99, 1.0, 0.99, 0.97, 0.96, 0.95),
             (0.81, 0.83, 0.94, 0.97, 0.98, 1.0, 0.96, 0.94, 0.95, 0.95),
         ),
-        FromHeights(
+        ElevationTable(
             (0.81, 0.82, 0.86, 0.9, 0.94, 0.96, 0.96, 0.97, 0.99, 1.0),
             (0.88, 0.9, 0.96, 0.96, 0.99, 1.0, 0.99, 0.96, 0.98, 0.98),
         ),

@@ -74,7 +74,16 @@ def swaying(tree: Prototype, wind: float, rng: np.random.Generator) -> RiggedPro
     still_there = replace(h, **_reaches(tree, rig, at))
     motion = _motion(rig, float(h.position[:, 2].max()), rng)
     return RiggedPrototype(
-        tree.name, rig, joint, still_there, inner, leaf, tree.tints, motion, place, tree.minds
+        tree.name,
+        rig,
+        joint,
+        still_there,
+        inner,
+        leaf,
+        tree.tints,
+        motion,
+        place,
+        tree.view_dependence,
     )
 
 

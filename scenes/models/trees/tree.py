@@ -23,7 +23,7 @@ from scenes.models.trees.species_tables import BROADLEAF
 from scenes.models.trees.weather import SEASONS
 from scenes.sticks.prototype import Prototype, assemble
 from scenes.sticks.table import StickTable
-from scenes.sticks.view_dependence import FROM_ALL, Minds
+from scenes.sticks.view_dependence import CONSTANT, ViewDependence
 
 _STREAM = 0x7EE
 
@@ -97,12 +97,12 @@ def _prototype(name: str, tree: Grown) -> Prototype:
         inner=joined(tuple(inner)),
         leaf=joined(tuple(leaf)),
         tints=tree.palette,
-        minds=_minds(tree.species, looks),
+        view_dependence=_view_dependence(tree.species, looks),
         overlap=np.repeat((*tree.species.overlap, 0.0), counts),
     )
 
 
-def _minds(species: TreeSpecies, looks: list[StickTable]) -> Minds | None:
+def _view_dependence(species: TreeSpecies, looks: list[StickTable]) -> ViewDependence | None:
     """The shapes of every level but the last: all that follows the wood that is kept."""
     if not (species.heights or species.sides):
         return None
@@ -110,8 +110,8 @@ def _minds(species: TreeSpecies, looks: list[StickTable]) -> Minds | None:
     for level, look in enumerate(looks[:-1]):
         kept = np.arange(len(look)) - look.first[look.owner] < species.wood[level]
         rows[level][~kept] = level
-    heights = species.heights or (FROM_ALL,) * len(species.porous)
-    return Minds.of(np.concatenate(rows), heights, species.sides)
+    heights = species.heights or (CONSTANT,) * len(species.porous)
+    return ViewDependence.from_tables(np.concatenate(rows), heights, species.sides)
 
 
 def _wholes(tree: Grown, row: list[int]) -> Ints:

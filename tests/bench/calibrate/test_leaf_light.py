@@ -12,7 +12,7 @@ from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
 from scenes.preset.load import load_preset
 from scenes.sticks.outline_area import mean_outline_areas
-from scenes.sticks.view_dependence import TURNS_DEG
+from scenes.sticks.view_angles import AZIMUTHS_DEG
 
 SHRUB = replace(SPECIES["shrub"], sides=())
 """As it looks from all sides together."""
@@ -75,7 +75,7 @@ def test_one_share_for_all_sides_is_too_much_against_the_sun_and_too_little_with
     monkeypatch.setattr(leaf_light, "LINES", 2000)
     monkeypatch.setattr(leaf_light, "MORE", 1)
     by_turn = sides(SHRUB, 0)
-    assert by_turn.shape == (len(TURNS_DEG),)
+    assert by_turn.shape == (len(AZIMUTHS_DEG),)
     assert by_turn[0] > 1.1 > 1.0 > 0.9 > by_turn[-1]
 
 

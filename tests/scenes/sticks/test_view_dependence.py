@@ -22,24 +22,20 @@ from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.rigged_prototype import rigid_prototype
 from scenes.sticks.outline_area import directions, largest_area, mean_outline_areas
 from scenes.sticks.prototype import Prototype
+from scenes.sticks.tone_steps import with_tone_steps
 from scenes.sticks.union_area import areas_of_parts
-from scenes.sticks.view_dependence import (
-    FROM_ALL,
-    HEIGHTS_DEG,
-    STEP,
-    TURNS_DEG,
-    FromHeights,
-    Minds,
-    between,
-    place,
-    place_around,
-    thinned,
-    together,
-    tone_aside,
-    toned,
+from scenes.sticks.view_angles import (
+    AZIMUTHS_DEG,
+    ELEVATIONS_DEG,
+    azimuth_index,
+    azimuth_tone,
+    elevation_index,
+    interpolate,
 )
+from scenes.sticks.view_dependence import CONSTANT, TONE_STEP, ElevationTable, ViewDependence
+from scenes.sticks.view_dependent_area import with_area_share
 
-SLOPE = tuple(np.linspace(0.4, 1.0, len(HEIGHTS_DEG)).tolist())
+SLOPE = tuple(np.linspace(0.4, 1.0, len(ELEVATIONS_DEG)).tolist())
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +53,7 @@ def seen_from(prototype, height, row=0):
 
 @given(st.floats(0, 90))
 def test_between_two_heights_looks_go_evenly_with_the_angle(degrees):
-    found = between(np.array(SLOPE), place(math.sin(math.radians(degrees))))
+    found = interpolate(np.array(SLOPE), elevation_index(math.sin(math.radians(degrees))))
     assert found == pytest.approx(0.4 + 0.6 * degrees / 90, abs=1e-6)
 
 
@@ -82,19 +78,21 @@ def test_the_eye_turns_from_the_sun():
 @given(st.floats(0, 180))
 def test_between_two_sides_tones_go_evenly_with_the_angle(degrees):
     tones = (1.3, 1.2, 1.1, 1.05, 1.0, 0.9, 0.8, 0.75, 0.7)
-    minds = Minds.of(np.array([0]), (FROM_ALL,), (tones,))
-    at = place_around(math.cos(math.radians(degrees)))
-    steps = tone_aside(minds.aside[0], at)
-    expected = np.interp(degrees, TURNS_DEG, np.log(np.array(tones) / 1.3))
-    assert steps * math.log(STEP) == pytest.approx(expected, abs=1e-6)
+    view_dependence = ViewDependence.from_tables(np.array([0]), (CONSTANT,), (tones,))
+    at = azimuth_index(math.cos(math.radians(degrees)))
+    steps = azimuth_tone(view_dependence.azimuth_steps[0], at)
+    expected = np.interp(degrees, AZIMUTHS_DEG, np.log(np.array(tones) / 1.3))
+    assert steps * math.log(TONE_STEP) == pytest.approx(expected, abs=1e-6)
 
 
 def test_from_all_sides_alike_tones_are_their_mean():
-    minds = Minds.of(np.array([0]), (FROM_ALL,), (tuple(np.linspace(1.3, 0.7, len(TURNS_DEG))),))
-    steps = tone_aside(minds.aside[0], place_around(math.nan))
-    assert STEP**steps == pytest.approx(1 / 1.3)
-    plain = Minds.of(np.array([0]), (FROM_ALL,))
-    assert (plain.aside == 0).all()
+    view_dependence = ViewDependence.from_tables(
+        np.array([0]), (CONSTANT,), (tuple(np.linspace(1.3, 0.7, len(AZIMUTHS_DEG))),)
+    )
+    steps = azimuth_tone(view_dependence.azimuth_steps[0], azimuth_index(math.nan))
+    assert TONE_STEP**steps == pytest.approx(1 / 1.3)
+    plain = ViewDependence.from_tables(np.array([0]), (CONSTANT,))
+    assert (plain.azimuth_steps == 0).all()
 
 
 @pytest.mark.parametrize("degrees", [0.0, 90.0, 150.0, None])
@@ -110,7 +108,7 @@ def test_shapes_are_as_bright_as_the_species_says_toward_each_side(degrees):
         for each in (turn, np.nan)
     )
     ours, mean = (np.log(atlas.tints[each.tint].sum(axis=1)).mean() for each in (seen, plain))
-    wanted = 1.0 if degrees is None else np.interp(degrees, TURNS_DEG, SPECIES["shrub"].sides[1])
+    wanted = 1.0 if degrees is None else np.interp(degrees, AZIMUTHS_DEG, SPECIES["shrub"].sides[1])
     assert np.exp(ours - mean) == pytest.approx(wanted, rel=0.01)
     assert np.array_equal(seen.share, plain.share)
 
@@ -120,21 +118,21 @@ def test_shapes_are_thinned_and_darkened_as_the_species_says(tree, degrees):
     species, height = SPECIES["conifer"], math.sin(math.radians(degrees))
     found, colours = seen_from(tree, height)
     (first, last), kept = tree.leaf.first[:2], species.wood[0]
-    share = np.interp(abs(degrees), HEIGHTS_DEG, species.heights[0].share)
-    tone = np.interp(max(degrees, 0), HEIGHTS_DEG, species.heights[0].tone)
+    share = np.interp(abs(degrees), ELEVATIONS_DEG, species.heights[0].area_share)
+    tone = np.interp(max(degrees, 0), ELEVATIONS_DEG, species.heights[0].albedo_factor)
     tone /= max(species.sides[0])
     assert found.share == pytest.approx([1.0] * kept + [share] * (last - first - kept))
     own = tree.tints[tree.leaf.tint[first:last]]
     assert colours[:kept] == pytest.approx(own[:kept])
     darker = (colours / own)[kept:]
-    assert darker == pytest.approx(tone, rel=1.001 * (1 / STEP - 1))
+    assert darker == pytest.approx(tone, rel=1.001 * (1 / TONE_STEP - 1))
 
 
 def test_between_two_tones_sticks_share_themselves_out(tree):
     """So that many of them are as bright as they should be on average, not in steps."""
     limbs = np.flatnonzero(tree.hierarchy.level == 1)
     atlas = Atlas.of((rigid_prototype(tree),))
-    plain = Atlas.of((rigid_prototype(replace(tree, minds=Minds())),))
+    plain = Atlas.of((rigid_prototype(replace(tree, view_dependence=ViewDependence())),))
     for degrees in (12.0, 17.0, 23.0):
         rise, one = np.full(len(limbs), math.sin(math.radians(degrees))), np.ones(len(limbs))
         shown = [each.sticks_of(limbs, BlendWeights(0 * one, one, rise)) for each in (atlas, plain)]
@@ -142,7 +140,7 @@ def test_between_two_tones_sticks_share_themselves_out(tree):
             each.tints[sticks.tint].sum(axis=1)
             for each, sticks in zip((atlas, plain), shown, strict=True)
         )
-        tone = np.interp(degrees, HEIGHTS_DEG, SPECIES["conifer"].heights[1].tone)
+        tone = np.interp(degrees, ELEVATIONS_DEG, SPECIES["conifer"].heights[1].albedo_factor)
         tone /= max(SPECIES["conifer"].sides[1])
         assert np.exp(np.log(ours / own).mean()) == pytest.approx(tone, rel=0.004)
 
@@ -155,46 +153,50 @@ def test_what_minds_no_height_looks_the_same_from_all():
 
 
 def test_priority_is_of_the_tree_as_it_looks(tree):
-    """P² is less than the shapes would cover if they never thinned, and near the tree's own."""
+    """P² is less than the shapes would cover if never thinned, and near the tree's own."""
     own = areas_of_parts(full_detail_sticks(tree)[0], directions()[::4]).max()
     assert tree.hierarchy.P[0] ** 2 < 0.97 * largest_area(tree.leaf)[0]
     assert tree.hierarchy.P[0] ** 2 == pytest.approx(own, rel=0.12)
 
 
 def test_tables_of_several_prototypes_lie_end_to_end(tree):
-    one = tree.minds
-    both = together([one, Minds(), one], [len(tree.leaf), 3, len(tree.leaf)])
-    k, c = len(tree.leaf), len(one.share)
-    assert np.array_equal(both.of_stick[:k], one.of_stick)
-    assert (both.of_stick[k : k + 3] == -1).all()
-    assert np.array_equal(both.of_stick[k + 3 :], np.where(one.of_stick < 0, -1, one.of_stick + c))
-    assert len(both.share) == 2 * c
+    one = tree.view_dependence
+    both = ViewDependence.concatenate(
+        [one, ViewDependence(), one], [len(tree.leaf), 3, len(tree.leaf)]
+    )
+    k, c = len(tree.leaf), len(one.area_share)
+    assert np.array_equal(both.table_row[:k], one.table_row)
+    assert (both.table_row[k : k + 3] == -1).all()
+    assert np.array_equal(
+        both.table_row[k + 3 :], np.where(one.table_row < 0, -1, one.table_row + c)
+    )
+    assert len(both.area_share) == 2 * c
 
 
 def test_all_tones_of_a_tint_follow_it():
-    looks = FromHeights(SLOPE, SLOPE)
-    minds = Minds.of(np.array([-1, 0, 0, -1]), (looks,))
+    looks = ElevationTable(SLOPE, SLOPE)
+    view_dependence = ViewDependence.from_tables(np.array([-1, 0, 0, -1]), (looks,))
     tints = np.array([[0.2, 0.4, 0.1], [0.6, 0.5, 0.4]])
-    tint, palette = toned(np.array([0, 0, 1, 1]), tints, minds)
+    tint, palette = with_tone_steps(np.array([0, 0, 1, 1]), tints, view_dependence)
     assert tint[[0, 3]].tolist() == [0, 1]
-    steps = math.ceil(math.log(0.4) / math.log(STEP))
+    steps = math.ceil(math.log(0.4) / math.log(TONE_STEP))
     for stick, own in ((1, 0), (2, 1)):
         block = palette[tint[stick] : tint[stick] + steps + 1]
-        assert block == pytest.approx(tints[own] * STEP ** np.arange(steps + 1)[:, None])
+        assert block == pytest.approx(tints[own] * TONE_STEP ** np.arange(steps + 1)[:, None])
 
 
 @given(st.floats(0.05, 1.0))
 def test_thinned_sticks_cover_their_share(tree, share):
     """Of each stick's mean outline; cones a little off, as thinning leaves out a term of theirs."""
-    areas = mean_outline_areas(thinned(tree.leaf, share)) / mean_outline_areas(tree.leaf)
+    areas = mean_outline_areas(with_area_share(tree.leaf, share)) / mean_outline_areas(tree.leaf)
     assert areas == pytest.approx(np.full(len(areas), share), rel=0.1)
 
 
 def test_rows_that_do_not_fit_the_sticks_are_refused(tree):
     for rows in (np.zeros(3), np.full(len(tree.leaf), 7)):
-        with pytest.raises(InputError, match="minds"):
-            minds = replace(tree.minds, of_stick=rows)
-            Prototype(tree.name, tree.hierarchy, tree.inner, tree.leaf, tree.tints, minds)
+        with pytest.raises(InputError, match="view_dependence"):
+            view_dependence = replace(tree.view_dependence, table_row=rows)
+            Prototype(tree.name, tree.hierarchy, tree.inner, tree.leaf, tree.tints, view_dependence)
 
 
 @pytest.mark.slow
@@ -205,5 +207,5 @@ def test_the_conifer_says_what_is_measured(level):
     species = SPECIES["conifer"]
     lit, looks = from_heights(species, level)
     assert lit == pytest.approx(species.lit[level], rel=0.002)
-    assert looks.share == pytest.approx(species.heights[level].share, abs=0.006)
-    assert looks.tone == pytest.approx(species.heights[level].tone, abs=0.006)
+    assert looks.area_share == pytest.approx(species.heights[level].area_share, abs=0.006)
+    assert looks.albedo_factor == pytest.approx(species.heights[level].albedo_factor, abs=0.006)

@@ -27,7 +27,8 @@ from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions
 from scenes.sticks.table import StickTable
-from scenes.sticks.view_dependence import FromHeights, shares_from, thinned
+from scenes.sticks.view_dependence import ElevationTable
+from scenes.sticks.view_dependent_area import area_shares_at, with_area_share
 from scenes.sticks.visible_area import first_met, visible_areas
 
 TREES = [(name, "summer") for name in SPECIES] + [("broadleaf", "winter"), ("birch", "winter")]
@@ -48,7 +49,7 @@ class Plain:
 
 @lru_cache(maxsize=16)
 def one(name, season):
-    heights = tuple(FromHeights(each.share) for each in SPECIES[name].heights)
+    heights = tuple(ElevationTable(each.area_share) for each in SPECIES[name].heights)
     unshaded = replace(SPECIES[name].unshaded(), heights=heights)
     return tree_prototypes(2, 1, unshaded, season)[0]
 
@@ -170,8 +171,9 @@ def test_the_last_shapes_of_a_conifer_cover_as_much_from_every_height():
 
 def _down_to(p, depth, height):
     """All parts down to a depth as they look from a height, as one table of sticks."""
-    level, shares = p.hierarchy.level, shares_from(p.minds, p.minds.rows(len(p.leaf)), height)
-    leaf = thinned(p.leaf, shares)
+    level, views = p.hierarchy.level, p.view_dependence
+    shares = area_shares_at(views, views.rows(len(p.leaf)), height)
+    leaf = with_area_share(p.leaf, shares)
     pairs = (p.inner, level[p.inner.owner] < depth), (leaf, level[leaf.owner] == depth)
     names = ("start", "end", "start_radius", "end_radius", "tint")
     columns = [np.concatenate([getattr(t, name)[row] for t, row in pairs]) for name in names]

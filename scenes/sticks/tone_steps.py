@@ -1,0 +1,33 @@
+"""A palette with darker tones: how a stick can change its brightness with the direction of view.
+
+Sticks have a row of a palette for a colour, and no brightness of their own. So each colour of a
+stick whose brightness depends on the view is followed by as many darker tones as it can need.
+"""
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Ints
+from scenes.sticks.view_dependence import TONE_STEP, ViewDependence
+
+
+def with_tone_steps(
+    tint: Ints, tints: np.ndarray, views: ViewDependence
+) -> tuple[Ints, Float64[np.ndarray, "t 3"]]:
+    """Tints (k,) of sticks in a longer palette, and that palette: all tones of a view-dependent
+    stick, from the lightest to the darkest, follow the tint that it is given."""
+    darkest = [
+        each.max(axis=1, initial=0.0) for each in (views.elevation_steps, views.azimuth_steps)
+    ]
+    steps = np.ceil(darkest[0] + darkest[1]).astype(np.int64)
+    dependent = views.table_row >= 0
+    pairs, pair = np.unique(
+        np.stack((views.table_row[dependent], tint[dependent])), axis=1, return_inverse=True
+    )
+    blocks = [
+        tints[colour] * TONE_STEP ** np.arange(steps[row] + 1)[:, None] for row, colour in pairs.T
+    ]
+    first = len(tints) + np.cumsum([0] + [len(block) for block in blocks])[:-1]
+    toned = tint.copy()
+    toned[dependent] = first[pair.reshape(-1)]
+    return toned, np.concatenate((tints, *blocks))
