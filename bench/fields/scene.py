@@ -12,7 +12,7 @@ from lod.pruning.view import View
 from lod.vision.blur_cascade import BlurWidths
 from lod.vision.viewer import ViewingConditions
 from scenes.models.boulder import boulder_prototypes
-from scenes.models.people.figure import standing_people
+from scenes.models.people.people import standing_people
 from scenes.models.trees.tree import tree_prototypes
 from scenes.plugins.entry_points import metric_named
 from scenes.sticks.prototype import Prototype

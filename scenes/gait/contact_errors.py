@@ -10,7 +10,6 @@ from lod.arrays import Reals
 from lod.rotations import rotated
 from scenes.gait.foot_path import Leg, heel_and_ball
 from scenes.gait.gait import Gait
-from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import Quaternions, Vectors
 
@@ -35,17 +34,10 @@ def sample_cycle(prototype: RiggedPrototype, count: int = 240) -> SampledCycle:
     return SampledCycle(phase, rotations, *prototype.rig.frames(rotations, shift))
 
 
-def finest(prototype: RiggedPrototype) -> tuple[RiggedSticks, RiggedSticks]:
-    """The sticks displayed while every part is: inner ones, and those of parts that own none."""
-    owns = np.zeros(len(prototype.joint), bool)
-    owns[prototype.hierarchy.whole[1:]] = True
-    return prototype.inner.only(owns), prototype.leaf.only(~owns)
-
-
 def lowest_heights(prototype: RiggedPrototype, seen: SampledCycle) -> Reals:
     """Height of the lowest point of any stick at each phase, (K,) [m]."""
     low = np.full(len(seen.phase), np.inf)
-    for table in finest(prototype):
+    for table in prototype.full_detail_sticks():
         ends = (
             (table.start_joint, table.start, table.start_radius),
             (table.end_joint, table.end, table.end_radius),

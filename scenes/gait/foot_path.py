@@ -125,13 +125,10 @@ def _spheres(prototype: RiggedPrototype, joint: int) -> Spheres:
     """Both ends of all sticks on a joint, as they are while everything is displayed: centre in its
     frame, and radius.
     """
-    owns = np.zeros(len(prototype.joint), bool)
-    owns[prototype.hierarchy.whole[1:]] = True
-    instances = (prototype.inner.only(owns), prototype.leaf.only(~owns))
     return np.concatenate(
         [
             np.column_stack((point, radius))[on == joint]
-            for table in instances
+            for table in prototype.full_detail_sticks()
             for on, point, radius in (
                 (table.start_joint, table.start, table.start_radius),
                 (table.end_joint, table.end, table.end_radius),

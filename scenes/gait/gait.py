@@ -19,7 +19,7 @@ import numpy as np
 from lod.errors import InputError
 from lod.rotations import products, rotated
 from scenes.gait.foot_path import Contacts, Leg, foot_path, heel_and_ball, sole_points
-from scenes.rig.build import side_of
+from scenes.rig.anatomy import side_of
 from scenes.rig.footprints import Feet
 from scenes.rig.keyframes import Motion, key_phases
 from scenes.rig.rig import Rig

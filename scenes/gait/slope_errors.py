@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from lod.arrays import Points
 from lod.rotations import products
-from scenes.gait.contact_errors import finest
 from scenes.gait.foot_path import heel_and_ball
 from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points
@@ -104,7 +103,7 @@ class SlopeTrial:
             below |= {joint} if parent in below else set()
         ends = [
             (joint, point, radius)
-            for t in finest(self.who)
+            for t in self.who.full_detail_sticks()
             for joints, points, radii in (
                 (t.start_joint, t.start, t.start_radius),
                 (t.end_joint, t.end, t.end_radius),

@@ -15,7 +15,6 @@ from lod.actors.appearance import NO_STICKS, Appearance, ConeStick, StickBundle
 from lod.actors.compile import compile_actor
 from lod.actors.joint import IDENTITY_JOINT, JointLimits, RevoluteJoint
 from lod.actors.quaternion import Quaternion, VectorLike, vector
-from scenes.gait.contact_errors import finest
 from scenes.rig.keyframes import rest_motion
 from scenes.rig.rig import Rig
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -89,7 +88,7 @@ def pose_from_actor(prototype: RiggedPrototype, actor: Actor) -> RiggedPrototype
 def _looks(prototype: RiggedPrototype) -> list[Appearance]:
     """The sticks that ride on each joint while every part is displayed."""
     sticks: list[list[ConeStick]] = [[] for _ in prototype.rig.name]
-    for table in finest(prototype):
+    for table in prototype.full_detail_sticks():
         albedo = prototype.tints[table.tint].tolist()
         columns = table.start, table.end, table.start_radius, table.end_radius
         rows = zip(table.start_joint.tolist(), *(c.tolist() for c in columns), albedo, strict=True)

@@ -7,15 +7,14 @@ at rest, so that the mean area over directions is that of everything hidden. A p
 of its own keeps, as an inner node, its leaf appearance thinned to a core hidden inside its parts.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from lod.arrays import Ints
-from scenes.models.people.skeleton import Joint, Part, Rod, Vector
+from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Part, Rod, side_of
 from scenes.rig.keyframes import rest_motion
 from scenes.rig.leaf_appearance import (
-    Colour,
     fit_leaf_appearances,
     group_by_owner,
     inner_appearances,
@@ -26,73 +25,21 @@ from scenes.rig.rig import Rig, RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype, build_hierarchy
 from scenes.rig.rotations import from_euler
 
-SIDES = {"left": 1.0, "right": -1.0}
-
-Limits = tuple[Vector, Vector]
-FIXED: Limits = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-MEAN = "mean"
-"""Material of a blob: the mean tint of everything, by outline area."""
-
 WHOLE_OVERLAP, LIMB_OVERLAP = 0.62, 0.97
 """Of the leaf appearance and the parts of a body, and of any part of it
 (``lod.pruning.area_scaling``): a limb
 lies right in its own parts. Measured (``bench.calibrate.leaf_overlap``)."""
 
 
-@dataclass(frozen=True)
-class Anatomy:
-    """Tables of one kind of object. ``side_`` entries are given for the left and mirrored.
-
-    rest    degrees about x, y, z of joints as it stands; absent = (0, 0, 0)
-    limits  (low, high) degrees of joints; absent = the joint does not turn from rest
-    shift   (low, high) how far the whole may bob and sway, in the tables' lengths
-    core    what a part without a body keeps hidden inside its parts; absent = its leaf appearance,
-        thinned, and for the root nothing
-    leaf    absent = looks as it is; the root's own absent = one upright stick, as high as the
-        object
-    """
-
-    joints: dict[str, Joint]
-    side_joints: dict[str, Joint]
-    parts: dict[str, Part]
-    side_parts: dict[str, Part]
-    body: dict[str, list[Rod]]
-    side_body: dict[str, list[Rod]]
-    leaf: dict[str, list[Rod]]
-    side_leaf: dict[str, list[Rod]]
-    rest: dict[str, Vector]
-    limits: dict[str, Limits]
-    core: dict[str, list[Rod]] = field(default_factory=dict)
-    shift: Limits = field(default=((-0.1, -0.06, -0.1), (0.1, 0.06, 0.06)))
-
-
-@dataclass(frozen=True)
-class Build:
-    """How one object differs from the tables of its kind.
-
-    height     of its highest point as it stands [m]
-    girth      factor on every radius
-    stretch    factors on how far out to the side a joint sits
-    sizes      factors on all lengths in the frame of a joint: a child's head is larger
-    materials  linear Rec.709 albedo of every material that the tables name
-    """
-
-    height: float
-    materials: dict[str, Colour]
-    girth: float = 1.0
-    stretch: dict[str, float] = field(default_factory=dict)
-    sizes: dict[str, float] = field(default_factory=dict)
-
-
 def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
     """A posable prototype at rest, with no motion yet."""
-    parts = _both_sides(anatomy, anatomy.parts, anatomy.side_parts)
+    parts = anatomy.both_sides(anatomy.parts, anatomy.side_parts)
     row = {part: i for i, part in enumerate(parts)} | {"": -1}
     whole = np.array([row[part.whole] for part in parts.values()])
     rig = _rig(anatomy, build)
-    body = _sticks(_both_sides(anatomy, anatomy.body, anatomy.side_body), row, rig, build)
-    given = _sticks(_both_sides(anatomy, anatomy.leaf, anatomy.side_leaf), row, rig, build)
-    core = _sticks(_both_sides(anatomy, anatomy.core, {}), row, rig, build)
+    body = _sticks(anatomy.both_sides(anatomy.body, anatomy.side_body), row, rig, build)
+    given = _sticks(anatomy.both_sides(anatomy.leaf, anatomy.side_leaf), row, rig, build)
+    core = _sticks(anatomy.both_sides(anatomy.core, {}), row, rig, build)
     rig, (body, given, core) = _standing(rig, (body, given, core), build.height)
     full = sticks_below(whole, body.posed(*rig.frames()))
     leaf, tints = fit_leaf_appearances(rig, body, given, full, build.materials)
@@ -118,42 +65,9 @@ def _twins(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Ints:
     return np.array([row[left.get(name, name)] for name in parts])
 
 
-def part_names(anatomy: Anatomy) -> tuple[str, ...]:
-    """Names of the parts, in the order of the hierarchy's rows."""
-    return tuple(_both_sides(anatomy, anatomy.parts, anatomy.side_parts))
-
-
-def side_of(name: str) -> tuple[float, str]:
-    """+1 on the left and in the middle, −1 on the right; and the name without its side."""
-    hand, _, bare = name.partition(" ")
-    return (SIDES[hand], bare) if hand in SIDES else (1.0, name)
-
-
-def _both_sides(anatomy: Anatomy, trunk: dict, side: dict) -> dict:
-    """The trunk's entries, then those of the left side, then their mirror images on the right."""
-    sided = anatomy.side_joints.keys() | anatomy.side_parts.keys()
-    named = dict(trunk)
-    for hand in SIDES:
-
-        def here(reference: str, hand: str = hand) -> str:
-            return f"{hand} {reference}" if reference in sided else reference
-
-        for name, entry in side.items():
-            named[f"{hand} {name}"] = _renamed(entry, here)
-    return named
-
-
-def _renamed(entry, here):  # type: ignore[no-untyped-def]
-    if isinstance(entry, Joint):
-        return entry._replace(parent=here(entry.parent))
-    if isinstance(entry, Part):
-        return entry._replace(whole=here(entry.whole), joint=here(entry.joint))
-    return [rod._replace(joint=here(rod.joint)) for rod in entry]
-
-
 def _rig(anatomy: Anatomy, build: Build) -> Rig:
     """Joints in the tables' lengths, both sides, with rest and limits."""
-    joints = _both_sides(anatomy, anatomy.joints, anatomy.side_joints)
+    joints = anatomy.both_sides(anatomy.joints, anatomy.side_joints)
     row = {name: i for i, name in enumerate(joints)} | {"": -1}
     offset, rest, low, high = (np.zeros((len(joints), 3)) for _ in range(4))
     for i, (name, joint) in enumerate(joints.items()):

@@ -1,6 +1,6 @@
 """Posing by arrays: points and sticks of many objects at once, each at its own phase, compiled.
 
-A ``Cast`` lays the rigs and motions of all prototypes of a species end to end; ``Bodies`` say
+A ``PoseTables`` lays the rigs and motions of all prototypes of a species end to end; ``Instances`` say
 where each object stands and how far through its cycle it is. The walk takes pairs (object, point)
 or (object, stick), those of one object together. It marks the joints that these ride on, then poses
 them in one loop, parents first: slerp between two keys, product with the joint above, offset. Legs
@@ -17,16 +17,14 @@ from numba import njit
 
 from lod.arrays import Ints, Points
 from lod.threads import map_chunks
-from scenes.rig.foot_ik import solve_foot
-from scenes.rig.leg_ik import set_rotation
-from scenes.rig.pose_tables import Instances as Bodies
-from scenes.rig.pose_tables import PoseTables as Cast
+from scenes.rig.leg_ik import set_rotation, solve_foot
+from scenes.rig.pose_tables import Instances, PoseTables
 from scenes.rig.rotations import Vectors, quaternion_product, rotate_vector, slerp_weights
 
 
 def pose_sticks(
-    pose_tables: Cast,
-    instances: Bodies,
+    pose_tables: PoseTables,
+    instances: Instances,
     rows: Ints,
     sticks: Ints,
     start: Vectors,
@@ -49,8 +47,8 @@ def pose_sticks(
 
 
 def pose_points(
-    pose_tables: Cast,
-    instances: Bodies,
+    pose_tables: PoseTables,
+    instances: Instances,
     rows: Ints,
     points: Ints,
     place: Vectors,
@@ -181,7 +179,7 @@ def pose_marked(t, frame, state, stance, feet, o, lowest, highest):  # type: ign
     """Pose the joints of object ``o`` that are wanted, from row to row, parents first; with a hip,
     all of its leg.
 
-    feet (n, legs, 6): as in ``Bodies``.
+    feet (n, legs, 6): as in ``Instances``.
     """
     joint, offset, rotations = t.joint, t.offset, t.rotations
     v, first, _, _, _, _, cos, sin = stance

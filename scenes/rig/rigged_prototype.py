@@ -91,6 +91,12 @@ class RiggedPrototype:
         inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
         return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.view_dependence)
 
+    def full_detail_sticks(self) -> tuple[RiggedSticks, RiggedSticks]:
+        """The sticks shown while every part is displayed: inner ones, and leaves without parts."""
+        owns = np.zeros(len(self.joint), bool)
+        owns[self.hierarchy.whole[1:]] = True
+        return self.inner.only(owns), self.leaf.only(~owns)
+
     def at_phase(self, phase: float) -> Prototype:
         """The object at a phase of its motion."""
         return self.posed(*self.motion.at(phase))

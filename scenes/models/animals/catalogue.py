@@ -15,7 +15,7 @@ from scenes.models.animals.ostrich import OSTRICH
 from scenes.models.animals.rabbit import RABBIT
 from scenes.models.animals.stick_insect import INSECT
 from scenes.models.animals.windmill import WINDMILL
-from scenes.rig.build import build_prototype, part_names
+from scenes.rig.build import build_prototype
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 KINDS: dict[str, Kind] = {
@@ -43,4 +43,4 @@ def animal(name: str) -> RiggedPrototype:
 
 def parts_of_kind(name: str) -> tuple[str, ...]:
     """Names of its parts, in the order of its hierarchy."""
-    return part_names(kind_named(name).anatomy)
+    return kind_named(name).anatomy.part_names

@@ -11,8 +11,7 @@ bones of a leg hang straight down at angles 0.
 from scenes.gait.foot_path import Leg
 from scenes.gait.gait import Gait, Wave
 from scenes.models.animals.kind import Kind, free, hinge
-from scenes.models.people.skeleton import Joint, Part, Rod
-from scenes.rig.build import Anatomy, Build
+from scenes.rig.anatomy import Anatomy, Build, Joint, Part, Rod
 
 _COAT = {"coat": (0.50, 0.31, 0.13), "pale": (0.62, 0.52, 0.38), "dark": (0.05, 0.04, 0.03)}
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from scenes.gait.gait import Gait
-from scenes.rig.build import Anatomy, Build, Limits
+from scenes.rig.anatomy import Anatomy, Build, Limits
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ yields here. All bones of a leg hang straight down at angles 0.
 from scenes.gait.foot_path import Leg
 from scenes.gait.gait import Gait, Wave
 from scenes.models.animals.kind import Kind, free, hinge
-from scenes.models.people.skeleton import Joint, Part, Rod
-from scenes.rig.build import Anatomy, Build
+from scenes.rig.anatomy import Anatomy, Build, Joint, Part, Rod
 
 _PLUMAGE = {
     "feather": (0.035, 0.03, 0.03),

@@ -8,8 +8,7 @@ leg hang straight down at angles 0, but for feet, which lie flat.
 from scenes.gait.foot_path import Leg
 from scenes.gait.gait import Gait, Wave
 from scenes.models.animals.kind import Kind, free, hinge
-from scenes.models.people.skeleton import Joint, Part, Rod
-from scenes.rig.build import Anatomy, Build
+from scenes.rig.anatomy import Anatomy, Build, Joint, Part, Rod
 
 _FUR = {"fur": (0.27, 0.20, 0.14), "white": (0.75, 0.72, 0.68), "dark": (0.03, 0.02, 0.02)}
 

@@ -7,8 +7,7 @@ the body is thin, walking on alternating tripods. What is between is our own.
 from scenes.gait.foot_path import Leg
 from scenes.gait.gait import Gait, Wave
 from scenes.models.animals.kind import Kind, free, hinge
-from scenes.models.people.skeleton import Joint, Part, Rod
-from scenes.rig.build import Anatomy, Build
+from scenes.rig.anatomy import Anatomy, Build, Joint, Part, Rod
 
 _CHITIN = {"shell": (0.14, 0.20, 0.05), "joint": (0.28, 0.14, 0.05), "dark": (0.02, 0.02, 0.01)}
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from scenes.gait.gait import Gait
 from scenes.models.animals.kind import Kind
-from scenes.models.people.skeleton import Joint, Part, Rod
-from scenes.rig.build import Anatomy, Build
+from scenes.rig.anatomy import Anatomy, Build, Joint, Part, Rod
 
 _MILL = {
     "wall": (0.72, 0.68, 0.60),

@@ -4,7 +4,8 @@ Each stick is given in the frame of a joint of ``figure_tables``, for the left s
 two. Lengths follow that skeleton; girths are our own.
 """
 
-from scenes.models.people.skeleton import FINGERS, TOES, Rod
+from scenes.models.people.skeleton import FINGERS, TOES
+from scenes.rig.anatomy import Rod
 
 
 def _phalanx(finger: str, k: int) -> Rod:

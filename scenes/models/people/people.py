@@ -42,8 +42,10 @@ from scenes.models.people.skeleton import (
     TRUNK_PARTS,
 )
 from scenes.models.people.variation import Person, person
-from scenes.rig.build import Anatomy, Build, Limits, build_prototype
+from scenes.rig.anatomy import Anatomy, Build, Limits
+from scenes.rig.build import build_prototype
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.prototype import Prototype
 
 _FINGERS = list(FINGERS)[:4]
 
@@ -131,6 +133,16 @@ def people_at_rest(seed: int, count: int, children: float = 0.2) -> tuple[Rigged
     if not 0 <= children <= 1:
         raise InputError("species.figure.children", children, "a share, 0 to 1")
     return tuple(_someone(seed, k, children) for k in range(count))
+
+
+@lru_cache(maxsize=16)
+def standing_people(seed: int, count: int) -> tuple[Prototype, ...]:
+    """``count`` adults in the one pose of figs 1 and 2; the k-th depends on the seed and k only.
+
+    The origin of a person (and of its torso) is the pelvis; every other part's is the joint at its
+    near end. The person faces +x, both soles on z = 0. P, R and B hold for every pose.
+    """
+    return tuple(person.posed() for person in people_at_rest(seed, count, children=0.0))
 
 
 def _someone(seed: int, k: int, children: float) -> RiggedPrototype:

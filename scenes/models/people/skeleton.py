@@ -10,37 +10,7 @@ x forward, y to the left, z up. What is named of a ``SIDE`` is given for the lef
 the right.
 """
 
-from typing import NamedTuple
-
-Vector = tuple[float, float, float]
-
-
-class Joint(NamedTuple):
-    """A joint of the modelling skeleton (§2.3): where it sits in the frame of its parent."""
-
-    parent: str
-    offset: Vector
-
-
-class Part(NamedTuple):
-    """A part of the detail hierarchy (figs 1, 2): its whole, its level, the joint at its origin."""
-
-    whole: str
-    level: int
-    joint: str
-
-
-class Rod(NamedTuple):
-    """A stick in a joint's frame: two ends, two radii, a material; ``pair``: its mirror too."""
-
-    joint: str
-    start: Vector
-    end: Vector
-    start_radius: float
-    end_radius: float
-    material: str
-    pair: bool = False
-
+from scenes.rig.anatomy import Joint, Part
 
 TRUNK_JOINTS = {
     "pelvis": Joint("", (0, 0, 0.545)),

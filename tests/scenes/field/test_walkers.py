@@ -18,7 +18,7 @@ from lod.pruning.view import View
 from scenes.field.ground_contact_detail import PLACE, PRINTS, SOLES
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species_field import Species, SpeciesField
-from scenes.gait.contact_errors import finest, lowest_heights, sample_cycle
+from scenes.gait.contact_errors import lowest_heights, sample_cycle
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.models.animals.catalogue import animal
@@ -347,7 +347,7 @@ def foot_spheres(prototype, ankle):
             below.add(joint)
     rows = [
         (joint, point, radius)
-        for t in finest(prototype)
+        for t in prototype.full_detail_sticks()
         for joints, points, radii in (
             (t.start_joint, t.start, t.start_radius),
             (t.end_joint, t.end, t.end_radius),

@@ -17,7 +17,6 @@ from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import KINDS, animal, parts_of_kind
 from scenes.models.catalogue import standing
 from scenes.models.people.people import human_anatomy, people_at_rest
-from scenes.rig.build import part_names
 from scenes.sticks.outline_area import largest_area
 
 PEOPLE = {"person": 0.0, "child": 1.0}
@@ -43,7 +42,7 @@ class Plain:
 def one(name):
     """The object at rest, and the names of its parts."""
     if name in PEOPLE:
-        return people_at_rest(0, 1, PEOPLE[name])[0], part_names(human_anatomy())
+        return people_at_rest(0, 1, PEOPLE[name])[0], human_anatomy().part_names
     return animal(name), parts_of_kind(name)
 
 

@@ -5,7 +5,6 @@ import pytest
 
 from lod.actors.message import Refusal, ask, change
 from lod.actors.quaternion import Quaternion, rotation
-from scenes.gait.contact_errors import finest
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import people_at_rest
 from scenes.rig.actor import compile_rig, pose_from_actor, to_actor
@@ -33,7 +32,7 @@ def posed_by_kernel(prototype):
     cast, rows = PoseTables.of((prototype,)), []
     here = np.zeros((1, 2)), np.ones(1), np.zeros(1), np.zeros(1, np.int64), np.zeros(1)
     instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), *here, np.ones(1))
-    for table in finest(prototype):
+    for table in prototype.full_detail_sticks():
         sticks = np.arange(len(table))
         columns = table.start, table.end, table.start_joint, table.end_joint
         start, end = pose_sticks(cast, instances, 0 * sticks, sticks, *columns)

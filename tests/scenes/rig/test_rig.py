@@ -11,10 +11,8 @@ from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_b
 from lod.errors import InputError
 from lod.rotations import products, rotated
 from scenes.gait.gait import KEYS
-from scenes.models.people.figure import standing_people
-from scenes.models.people.people import child_sizes, human_anatomy, people_at_rest
+from scenes.models.people.people import child_sizes, human_anatomy, people_at_rest, standing_people
 from scenes.models.people.walking import walking_people
-from scenes.rig.build import part_names
 from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points, pose_sticks
 from scenes.rig.pose_tables import PoseTables
@@ -343,6 +341,6 @@ def test_bad_rigs_are_refused():
 
 
 def test_parts_have_names():
-    names = part_names(human_anatomy())
+    names = human_anatomy().part_names
     assert len(names) == len(people()[0].joint) == len(set(names))
     assert names[0] == "person"

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.models.people.figure import standing_people
+from scenes.models.people.people import standing_people
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions, largest_area
 from scenes.sticks.prototype import Prototype, assemble

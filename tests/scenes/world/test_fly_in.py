@@ -9,7 +9,6 @@ from lod.pruning.pruner import prune
 from scenes.models.people.people import human_anatomy
 from scenes.models.people.skeleton import FINGERS
 from scenes.preset.load import load_preset
-from scenes.rig.build import part_names
 from scenes.world.world import build_world, view_at
 
 FRAMES = range(1, 49)
@@ -21,7 +20,7 @@ RIGHT_FINGERS = {f"right {finger} finger" for finger in FINGERS}
 def flight():
     """Names of the displayed parts of the person, frame by frame."""
     preset = load_preset("fly_in")
-    world, names = build_world(preset), part_names(human_anatomy())
+    world, names = build_world(preset), human_anatomy().part_names
     (joe,) = world.placed
     cuts = [prune(joe, view_at(world, preset, frame)) for frame in FRAMES]
     return [{names[row] for row in cut.parts.part.tolist()} for cut in cuts]
@@ -30,7 +29,7 @@ def flight():
 def test_the_flight_ends_at_the_right_hand():
     """It fills the middle of the last frame: the hand and its fingers within 15° of the axis."""
     preset = load_preset("fly_in")
-    world, names = build_world(preset), part_names(human_anatomy())
+    world, names = build_world(preset), human_anatomy().part_names
     view = view_at(world, preset, FRAMES[-1])
     parts = prune(world.placed[0], view).parts
     at = {names[row]: here for row, here in zip(parts.part, parts.position, strict=True)}
