@@ -1,13 +1,14 @@
-"""Posing by arrays: points and sticks of many objects at once, each at its own phase, compiled.
+"""Where points and sticks of many posed objects are: a compiled walk over their joints.
 
-A ``PoseTables`` lays the rigs and motions of all prototypes of a species end to end; ``Instances`` say
-where each object stands and how far through its cycle it is. The walk takes pairs (object, point)
-or (object, stick), those of one object together. It marks the joints that these ride on, then poses
-them in one loop, parents first: slerp between two keys, product with the joint above, offset. Legs
-are bent so that feet stand where ``rig_stand`` has put them (``rig_plant``). What is called once a
-joint is given no arrays that it could do without: handing one over costs as much as a turn.
+``PoseTables`` lays the rigs and motions of all prototypes of a species end to end; ``Instances``
+say where each object stands and how far through its cycle it is. The walk takes pairs (object,
+point) or (object, stick), those of one object together. It marks the joints that these ride on,
+then poses them in one loop, parents first: slerp between two keys, product with the parent joint,
+offset. Legs are bent so that feet stand where ``foot_placement`` puts them (``leg_ik``). What is
+called once a joint receives no arrays that it could do without: passing one costs as much as a
+rotation.
 
-Same input, same bytes: one thread, no reordered arithmetic.
+Same input, same bytes: no arithmetic depends on the number of threads.
 """
 
 import math
