@@ -22,7 +22,7 @@ from scenes.far_cover.sky import sky_at
 from scenes.far_cover.stand_appearance import full_detail_sticks, unit_direction
 from scenes.far_cover.stand_paths import GROUND, RANDOMS_PER_PATH, SunAndSky, trace_lines
 from scenes.far_cover.stand_rays import stand_field
-from scenes.models.catalogue import SEED
+from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.models.trees.species import TreeSpecies
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
@@ -72,7 +72,7 @@ class Sent:
 
 def trees_of(species: TreeSpecies, season: str) -> tuple[Prototype, ...]:
     """Those that presets have, their shapes in all of their colour."""
-    return tree_prototypes(SEED, TREES.get(species.name, FEW), species.unshaded(), season)
+    return tree_prototypes(PROTOTYPE_SEED, TREES.get(species.name, FEW), species.unshaded(), season)
 
 
 def cut_at(tree: Prototype, species: TreeSpecies, level: int) -> tuple[StickTable, np.ndarray]:

@@ -11,7 +11,7 @@ from bench.conformance.rules import same_seed_same_bytes as same_bytes
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import Metric
 from scenes.field.species_field import Species, SpeciesField
-from scenes.models.catalogue import made
+from scenes.models.catalogue import model_prototypes
 from scenes.plugins.entry_points import metric_named
 from scenes.terrain.terrain import Terrain
 
@@ -77,7 +77,7 @@ def _parts() -> tuple[np.ndarray, np.ndarray]:
 
 def rabbits(metric: str) -> Subject:
     """A few rabbits in a small window of rolling ground."""
-    kind = Species("rabbit", made("rabbit", 1, (0.8, 1.0), False), _DENSITY)
+    kind = Species("rabbit", model_prototypes("rabbit", 1, (0.8, 1.0), False), _DENSITY)
     make = partial(SpeciesField, kind, 1, _GROUND, _EXTENT_M)
     eye = np.array((0.0, -1.2 * _EXTENT_M, 0.5))
     camera = camera_from_heading(Corner(0, 0), eye, -8.0, -4.0, 65.0, (90, 50))

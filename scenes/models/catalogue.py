@@ -19,7 +19,7 @@ from scenes.rig.keyframes import rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
-Made = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
+WeatherlessModel = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
 Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]
 
 
@@ -28,51 +28,51 @@ def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
     return walking_people(people_at_rest(seed, count), seed)
 
 
-def one_animal(name: str) -> Made:
+def animal_model(name: str) -> WeatherlessModel:
     """The model of a kind of animal, which comes in one build."""
 
-    def made(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
+    def build(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
         if count != 1:
             raise InputError(
                 f"{name}: prototypes", count, "animals come in one build", "set it to 1"
             )
         return (animal(name),)
 
-    return made
+    return build
 
 
-def in_any_weather(made: Made) -> Model:
-    """The model of what the weather does not change."""
-    return lambda seed, count, _: made(seed, count)
+def in_any_weather(build: WeatherlessModel) -> Model:
+    """The model of an object that looks the same in every season and wind."""
+    return lambda seed, count, _: build(seed, count)
 
 
-def trees_of(species: TreeSpecies) -> Model:
-    """The model of a kind of tree, as season and wind have it."""
+def tree_model(species: TreeSpecies) -> Model:
+    """The model of a species of tree, in each season, still or swaying in the wind."""
 
-    def made(
+    def build(
         seed: int, count: int, weather: Weather
     ) -> tuple[Prototype, ...] | tuple[RiggedPrototype, ...]:
         if weather.wind:
             return swaying_trees(seed, count, species, weather.season, weather.wind)
         return tree_prototypes(seed, count, species, weather.season)
 
-    return made
+    return build
 
 
 MODELS: dict[str, Model] = {
     "figure": in_any_weather(people),
-    "tree": trees_of(BROADLEAF),
-    "birch": trees_of(BIRCH),
-    "conifer": trees_of(CONIFER),
-    "shrub": trees_of(SHRUB),
-    "dead_tree": trees_of(DEAD_TREE),
+    "tree": tree_model(BROADLEAF),
+    "birch": tree_model(BIRCH),
+    "conifer": tree_model(CONIFER),
+    "shrub": tree_model(SHRUB),
+    "dead_tree": tree_model(DEAD_TREE),
     "boulder": in_any_weather(boulder_prototypes),
-    **{name: in_any_weather(one_animal(name)) for name in KINDS},
+    **{name: in_any_weather(animal_model(name)) for name in KINDS},
 }
 
 
-def standing(prototype: RiggedPrototype) -> RiggedPrototype:
-    """The same object at rest, its feet on the ground; what does not walk goes on as it does."""
+def at_rest(prototype: RiggedPrototype) -> RiggedPrototype:
+    """A walker at rest, its feet on the ground; an object that does not walk keeps its motion."""
     if prototype.motion.stride == 0:
         return prototype
     return prototype.with_motion(
@@ -84,12 +84,12 @@ def standing(prototype: RiggedPrototype) -> RiggedPrototype:
     )
 
 
-SEED = 0
-"""That prototypes of all worlds grow from: worlds of other seeds place the same ones elsewhere."""
+PROTOTYPE_SEED = 0
+"""Seed of all prototypes: worlds of different seeds place the same prototypes elsewhere."""
 
 
 @lru_cache(maxsize=64)
-def made(
+def model_prototypes(
     model: str,
     count: int,
     sizes: tuple[float, ...],
@@ -97,7 +97,7 @@ def made(
     weather: Weather = CALM_SUMMER,
 ) -> tuple[Prototype | RiggedPrototype, ...]:
     """Every prototype of a model in every size, walking or standing."""
-    prototypes = MODELS[model](SEED, count, weather)
+    prototypes = MODELS[model](PROTOTYPE_SEED, count, weather)
     if not walks:
-        prototypes = tuple(standing(p) if isinstance(p, RiggedPrototype) else p for p in prototypes)
+        prototypes = tuple(at_rest(p) if isinstance(p, RiggedPrototype) else p for p in prototypes)
     return tuple(p.scaled(size) for p in prototypes for size in sizes)

@@ -16,7 +16,7 @@ from scenes.field.habitat import Habitat
 from scenes.field.placed_object import Placed
 from scenes.field.species_field import Species, SpeciesField
 from scenes.frame.types import Light
-from scenes.models.catalogue import made
+from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
@@ -104,7 +104,7 @@ def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> Aggrega
 def species_of(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:
     """Every prototype in every size, all equally likely, where the species grows."""
     walks = table.patrol > 0
-    prototypes = made(table.model, table.prototypes, table.sizes, walks, weather)
+    prototypes = model_prototypes(table.model, table.prototypes, table.sizes, walks, weather)
     return Species(name, prototypes, table.density, table.patrol, habitat_of(table, terrain))
 
 
@@ -120,7 +120,8 @@ def habitat_of(table: SpeciesPreset, terrain: Terrain) -> Habitat | None:
 
 def placed_of(name: str, table: PlacedPreset, terrain: Terrain, weather: Weather) -> Placed:
     """One object as a preset places it, on the spot even where it walks."""
-    prototype = made(table.model, table.prototype, (table.size,), table.walks, weather)[-1]
+    sizes = (table.size,)
+    *_, prototype = model_prototypes(table.model, table.prototype, sizes, table.walks, weather)
     return Placed(name, prototype, *table.position, table.heading, terrain)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from bench.calibrate import leaf_light
 from bench.calibrate.leaf_light import cut_at, sent, shares, sides, trees_of
-from scenes.models.catalogue import made
+from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
 from scenes.preset.load import load_preset
@@ -65,7 +65,7 @@ def test_the_species_say_what_is_measured():
 @pytest.mark.parametrize("name", ["broadleaf", "birch", "conifer", "shrub"])
 def test_what_is_measured_are_the_trees_that_worlds_have(preset, name):
     table = load_preset(preset).species[name]
-    theirs = made(table.model, table.prototypes, (1.0,), walks=False)
+    theirs = model_prototypes(table.model, table.prototypes, (1.0,), walks=False)
     for mine, each in zip(trees_of(SPECIES[name], "summer"), theirs, strict=True):
         assert np.array_equal(mine.hierarchy.position, each.hierarchy.position)
 

@@ -7,7 +7,7 @@ from lod.canopy.turbid_medium import BARE
 from scenes.far_cover.stand_appearance import full_detail_sticks
 from scenes.far_cover.turbid_canopy import outlines_between, turbid_canopy
 from scenes.field.species_field import Species
-from scenes.models.catalogue import made
+from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.sticks.table import StickTable
 
@@ -32,7 +32,7 @@ def test_outlines_of_layers_add_up_and_hide_each_other():
 
 
 def test_the_canopy_of_species_is_what_they_cover_together():
-    people = Species("figure", made("figure", 2, (1.0,), False, Weather()), 0.02)
+    people = Species("figure", model_prototypes("figure", 2, (1.0,), False, Weather()), 0.02)
     double = Species("figure", people.prototypes, 0.04)
     once, twice = turbid_canopy((people,)), turbid_canopy((double,))
     assert np.allclose(twice.depth, 2 * once.depth) and (once.depth >= 0).all()
@@ -48,7 +48,7 @@ def test_the_canopy_of_species_is_what_they_cover_together():
 
 def test_outlines_of_mirrored_limbs_are_finite():
     """Rows meet both ears of a rabbit at once, and at one size only just."""
-    rabbits = made("rabbit", 1, (1.0, 1.2), True, Weather())
+    rabbits = model_prototypes("rabbit", 1, (1.0, 1.2), True, Weather())
     height = np.linspace(0, 1, 7) ** 2
     small, large = (
         outlines_between(full_detail_sticks(each)[0], top * height)

@@ -17,7 +17,7 @@ from scenes.field.placed_object import Placed
 from scenes.field.species_field import Species, SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.boulder import boulder_prototypes
-from scenes.models.catalogue import MODELS, made
+from scenes.models.catalogue import MODELS, model_prototypes
 from scenes.models.people.people import people_at_rest
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
@@ -39,7 +39,7 @@ def camera(far, height, size=(90, 50)):
 
 def species(model, count, walks, weather):
     """A window of the field with about ``count`` objects, as far apart as they are large."""
-    prototypes = made(model, 1, (0.8, 1.0), walks, weather)
+    prototypes = model_prototypes(model, 1, (0.8, 1.0), walks, weather)
     reach = max(float(p.hierarchy.B[0]) for p in prototypes)
     extent = (4 + 4 * walks) * reach * count**0.5
     kind = Species(model, prototypes, count / extent**2, 2.0 * reach * walks)

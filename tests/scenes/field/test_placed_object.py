@@ -15,7 +15,7 @@ from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import animal
-from scenes.models.catalogue import people, standing
+from scenes.models.catalogue import at_rest, people
 from scenes.models.trees.tree import tree_prototypes
 
 
@@ -49,7 +49,7 @@ def displayed(placed, view):
 
 
 def test_it_stands_where_it_is_put_on_the_ground():
-    man = Placed("man", standing(people(0, 1)[0]), 20.25, -35.5, 0.0, Ground(level=7.0))
+    man = Placed("man", at_rest(people(0, 1)[0]), 20.25, -35.5, 0.0, Ground(level=7.0))
     view = view_from(18.0, -30.0, 8.0)
     corner = view.camera.corner
     here = (20.25 - GRID_M * corner.x, -35.5 - GRID_M * corner.y, 7.0)
@@ -67,7 +67,7 @@ def test_it_stands_where_it_is_put_on_the_ground():
 @pytest.mark.parametrize("heading", [0.0, 90.0, 180.0, -45.0, 300.0])
 def test_it_faces_its_heading(heading):
     """The nose is ahead of the middle of the head; clockwise from north."""
-    it = standing(people(0, 1)[0])
+    it = at_rest(people(0, 1)[0])
     placed = Placed("man", it, 0.0, 0.0, heading, Ground())
     parts, _ = displayed(placed, view_from(0.0, -2.0))
     here = dict(zip(parts.part.tolist(), parts.position, strict=True))
@@ -116,7 +116,7 @@ def test_it_moves_on_the_spot_in_time_with_its_motion():
 
 
 def test_feet_stand_on_a_slope():
-    it, slope = standing(people(0, 1)[0]), 0.08
+    it, slope = at_rest(people(0, 1)[0]), 0.08
     man = Placed("man", it, 4.0, 3.0, 20.0, Ground(slope=slope))
     view = view_from(3.0, 2.0, 1.5)
     _, sticks = displayed(man, view)
@@ -131,7 +131,7 @@ def test_feet_stand_on_a_slope():
 
 
 def test_a_far_thing_is_a_blob_and_a_very_far_one_nothing():
-    man = Placed("man", standing(people(0, 1)[0]), 0.0, 0.0, 0.0, Ground())
+    man = Placed("man", at_rest(people(0, 1)[0]), 0.0, 0.0, 0.0, Ground())
     D = float(view_from(0, 0).limits(man.prototype.hierarchy)[0][0])
     blob, _ = displayed(man, view_from(0.95 * D, 0.0))
     nothing, _ = displayed(man, view_from(1.05 * D, 0.0))

@@ -22,7 +22,7 @@ from scenes.gait.contact_errors import lowest_heights, sample_cycle
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.models.animals.catalogue import animal
-from scenes.models.catalogue import people, standing
+from scenes.models.catalogue import at_rest, people
 from scenes.noise.philox import hash_name
 from scenes.preset.load import load_preset
 from scenes.rig.foot_placement import place_on_ground
@@ -56,7 +56,7 @@ def companies():
     return (
         (person, other),
         (person, rabbit.scaled(1.5), giraffe),
-        (animal("ostrich"), insect.scaled(12.0), standing(other)),
+        (animal("ostrich"), insect.scaled(12.0), at_rest(other)),
         (animal("windmill").scaled(0.2), other),
     )
 

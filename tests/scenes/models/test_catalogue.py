@@ -3,7 +3,7 @@ import pytest
 
 from lod.errors import InputError
 from scenes.models.animals.catalogue import KINDS
-from scenes.models.catalogue import MODELS, made, standing
+from scenes.models.catalogue import MODELS, at_rest, model_prototypes
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
@@ -13,7 +13,7 @@ LEGGED = [name for name in RIGGED if name != "windmill"]
 
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_is_made(model):
-    (it,) = made(model, 1, (1.0,), walks=True)
+    (it,) = model_prototypes(model, 1, (1.0,), walks=True)
     assert isinstance(it, RiggedPrototype if model in RIGGED else Prototype)
     assert len(it.hierarchy) > 10
 
@@ -28,8 +28,8 @@ def test_the_presets_know_every_model():
 
 @pytest.mark.parametrize("model", LEGGED)
 def test_standing_keeps_legs_and_nothing_of_the_walk(model):
-    (walker,) = made(model, 1, (1.0,), walks=True)
-    rest = standing(walker)
+    (walker,) = model_prototypes(model, 1, (1.0,), walks=True)
+    rest = at_rest(walker)
     assert walker.motion.stride > 0
     assert rest.motion.stride == 0
     assert len(rest.motion.rotations) == 1
@@ -50,22 +50,22 @@ def test_standing_keeps_legs_and_nothing_of_the_walk(model):
 
 
 def test_what_does_not_walk_goes_on_as_it_does():
-    (mill,) = made("windmill", 1, (1.0,), walks=False)
+    (mill,) = model_prototypes("windmill", 1, (1.0,), walks=False)
     assert len(mill.motion.rotations) > 1
-    assert standing(mill) is mill
+    assert at_rest(mill) is mill
 
 
 @pytest.mark.parametrize("model", KINDS)
 @pytest.mark.parametrize("count", [0, 2, 7])
 def test_animals_come_in_one_build(model, count):
     with pytest.raises(InputError, match=f"{model}: prototypes: {count}.*one build"):
-        made(model, count, (1.0,), walks=True)
+        model_prototypes(model, count, (1.0,), walks=True)
 
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("walks", [True, False])
 def test_sizes_scale_every_length(model, walks):
-    one, large = made(model, 1, (1.0, 2.5), walks)
+    one, large = model_prototypes(model, 1, (1.0, 2.5), walks)
     for name in ("P", "R", "B", "separation", "position"):
         ours, theirs = getattr(one.hierarchy, name), getattr(large.hierarchy, name)
         assert theirs == pytest.approx(2.5 * ours, rel=1e-12)
@@ -80,19 +80,19 @@ def test_sizes_scale_every_length(model, walks):
 @pytest.mark.parametrize("model", ["figure", "tree"])
 def test_every_prototype_comes_in_every_size(model):
     sizes = (0.5, 1.0, 2.0)
-    them = made(model, 2, sizes, walks=False)
-    alone = [made(model, 2, (size,), walks=False) for size in sizes]
+    them = model_prototypes(model, 2, sizes, walks=False)
+    alone = [model_prototypes(model, 2, (size,), walks=False) for size in sizes]
     assert len(them) == 6
     tallest = [it.hierarchy.B[0] for it in them]
     assert tallest == [each[k].hierarchy.B[0] for k in range(2) for each in alone]
 
 
 def test_people_walk_each_in_a_way_of_their_own():
-    them = made("figure", 3, (1.0,), walks=True)
+    them = model_prototypes("figure", 3, (1.0,), walks=True)
     speeds = [it.motion.speed for it in them]
     assert len(set(speeds)) == 3
     assert all(0.5 < speed < 2.2 for speed in speeds)
-    first, _ = made("figure", 2, (1.0,), walks=True)
+    first, _ = model_prototypes("figure", 2, (1.0,), walks=True)
     assert np.array_equal(
         first.motion.rotations, them[0].motion.rotations
     )  # the k-th is itself alone

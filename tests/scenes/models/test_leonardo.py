@@ -15,7 +15,7 @@ from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import KINDS, animal, parts_of_kind
-from scenes.models.catalogue import standing
+from scenes.models.catalogue import at_rest
 from scenes.models.people.people import human_anatomy, people_at_rest
 from scenes.sticks.outline_area import largest_area
 
@@ -50,7 +50,7 @@ def one(name):
 def recession(name, way):
     """Distances from near to where nothing is left, and the parts displayed at each."""
     it, _ = one(name)
-    what = Placed(name, standing(it), 0.0, 0.0, 30.0, Plain())
+    what = Placed(name, at_rest(it), 0.0, 0.0, 30.0, Plain())
     h = it.hierarchy
     direction = np.array(DIRECTIONS[way]) / np.linalg.norm(DIRECTIONS[way])
     m = DETAIL * camera_from_heading(Corner(0, 0), np.zeros(3), 0, 0, 60.0, (100, 100)).pixel_angle

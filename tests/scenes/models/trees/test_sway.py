@@ -13,7 +13,7 @@ from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.field.species_field import Species, SpeciesField
-from scenes.models.catalogue import made
+from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.species_tables import BROADLEAF, SPECIES
 from scenes.models.trees.sway import swaying_trees
 from scenes.models.trees.tree import tree_prototypes
@@ -52,9 +52,9 @@ def poses(tree, count=6):
 
 
 def test_without_wind_there_are_no_joints():
-    (tree,) = made("tree", 1, (1.0,), False, Weather("summer", 0.0))
+    (tree,) = model_prototypes("tree", 1, (1.0,), False, Weather("summer", 0.0))
     assert isinstance(tree, Prototype)
-    (tree,) = made("tree", 1, (1.0,), False, Weather("summer", 5.0))
+    (tree,) = model_prototypes("tree", 1, (1.0,), False, Weather("summer", 5.0))
     assert isinstance(tree, RiggedPrototype)
 
 
