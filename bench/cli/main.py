@@ -14,8 +14,8 @@ import click
 from lod.errors import InputError
 
 COMMANDS = (
-    *("doctor", "list", "count", "render", "verify", "run", "report", "compare", "frames", "usd"),
-    *("ids", "check"),
+    *("doctor", "list", "count", "render", "verify", "run", "report", "compare", "study"),
+    *("frames", "usd", "ids", "check"),
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"

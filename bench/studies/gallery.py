@@ -1,4 +1,4 @@
-"""A picture of every preset, and the same by detail level: ``python -m bench.studies.gallery``.
+"""A picture of every preset, and the same frame by detail level, as a gallery page.
 
 Frames are rendered into a scratch folder; what stays are two PNGs for each preset and a page.
 """
@@ -48,7 +48,7 @@ def page(presets: Sequence[tuple[str, str]]) -> str:
     head = (
         "# What there is to see\n\nEvery preset, and beside it the same frame by detail level"
         " (`--view level`): dark is coarse, light is fine. Made by"
-        " `python -m bench.studies.gallery`, 16"
+        " `lodbench study gallery`, 16"
         " samples a pixel, denoised. [Clips](motion.md) of what motion hides lie beside.\n"
     )
     rows = [
@@ -63,7 +63,7 @@ def page(presets: Sequence[tuple[str, str]]) -> str:
 @click.option("-o", "folder", default="results/gallery", metavar="DIR", show_default=True)
 @click.option("--size", default="640x360", metavar="WxH", show_default=True)
 @click.option("--spp", default=16, show_default=True)
-def main(names: tuple[str, ...], folder: str, size: str, spp: int) -> None:
+def command(names: tuple[str, ...], folder: str, size: str, spp: int) -> None:
     """Render the presets of these NAMES, or all, and write the page of all that have pictures."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
@@ -73,7 +73,3 @@ def main(names: tuple[str, ...], folder: str, size: str, spp: int) -> None:
                 pictured(rendered(name, size, spp, Path(scratch)), name, target)
     done = [each for each in preset_names() if (target / f"{each[0]}_level.png").exists()]
     (target / "README.md").write_text(page(done), "utf-8")
-
-
-if __name__ == "__main__":
-    main()

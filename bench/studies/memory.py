@@ -1,4 +1,4 @@
-"""What a frame needs in memory against what is foretold: ``python -m bench.studies.memory``.
+"""Memory that frames need in a fresh process, against what the memory model predicts.
 
 Each scene is rendered in a fresh process, whose most memory is measured; and 200 small frames in
 one process show whether it grows. Bytes are facts of one system; the model was fitted to these.
@@ -83,7 +83,7 @@ def growth(frames: int = FRAMES) -> tuple[int, int]:
 
 @click.command()
 @click.option("-o", "path", metavar="FILE", help="Write the numbers there, as JSON.")
-def main(path: str | None) -> None:
+def command(path: str | None) -> None:
     """Measure, print, and write where asked."""
     rows: list[tuple[object, ...]] = []
     for scene in SCENES:
@@ -101,7 +101,3 @@ def main(path: str | None) -> None:
         body = {"scenes": [dict(zip(heads, row, strict=True)) for row in rows]}
         text = json.dumps({**body, "growth_bytes": [before, after]}, indent=1)
         Path(path).write_text(text + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,5 +1,4 @@
-"""`python -m bench.studies.motion_clips`: clips in which nothing should pop or stutter, and a
-table.
+"""Films of moving cameras, pruned and with everything drawn, and what motion does not explain.
 
 A fast pan, a walk past walkers, a turn that stops, and a flight over trees, each as it is pruned
 (by motion too, and with parts kept for as long as they are off by less than half a pixel) beside
@@ -208,7 +207,7 @@ def _beside(one: Layers, two: Layers) -> Layers:
 @click.option("--measure", "ends", type=(int, int), help="Its first and last frame; else all.")
 @click.option("--clip", "names", multiple=True, type=click.Choice(list(CLIPS)), help="Some alone.")
 @click.option("--table-only", is_flag=True, help="Measure, and render no film.")
-def main(
+def command(
     folder: Path,
     count: int,
     size: str,
@@ -233,7 +232,3 @@ def main(
         rows += rows_of(name, found, first)
     heads = [text for way in found for text in (way, f"{way}, same samples")]
     click.echo(table([("clip", "frame", *heads), *rows]))
-
-
-if __name__ == "__main__":
-    main()

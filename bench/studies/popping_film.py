@@ -1,5 +1,4 @@
-"""A walk through the forest, frame by frame: ``python -m bench.studies.popping_film DIR [--frames
-120]``.
+"""A walk through a forest, unpruned, fading and clipped: what pops from frame to frame.
 
 The walk is measured unpruned, fading and clipped, in a wood small enough to be held whole, and so
 coarsely that branches which come and go are several pixels large. DIR keeps what is measured, pair
@@ -98,7 +97,7 @@ def sheet(walks: dict[str, Walk]) -> Image.Image:
 @click.option("--size", default="160x90", metavar="WxH", show_default=True)
 @click.option("--spp", default=36, show_default=True)
 @click.option("--detail", default=6.0, help="τ in pixels.", show_default=True)
-def main(folder: Path, frames: int, every: int, size: str, spp: int, detail: float) -> None:
+def command(folder: Path, frames: int, every: int, size: str, spp: int, detail: float) -> None:
     """Measure the walk in DIR, and print the table."""
     folder.mkdir(parents=True, exist_ok=True)
     for first in range(1, frames, every):
@@ -107,7 +106,3 @@ def main(folder: Path, frames: int, every: int, size: str, spp: int, detail: flo
     walks = {way: measured(folder, way) for way in WAYS}
     click.echo(table(rows_of(walks)))
     sheet(walks).save(folder / "sheet.png")
-
-
-if __name__ == "__main__":
-    main()

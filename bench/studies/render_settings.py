@@ -1,4 +1,4 @@
-"""Which render settings give least noise for the time: ``python -m bench.studies.render_settings``.
+"""Noise times rendering time of other samplers, sun weights and path depths.
 
 One setting is changed at a time from what frames are rendered with. Every setting renders the same
 scene with pairs of independent seeds, all settings taking turns. Noise is the mean over pixels of
@@ -154,13 +154,9 @@ def _among(found: Estimate) -> str:
     show_default=True,
     help="Pairs of seeds.",
 )
-def main(presets: tuple[str, ...], size: str, spp: int, pairs: int) -> None:
+def command(presets: tuple[str, ...], size: str, spp: int, pairs: int) -> None:
     """Try the settings on these PRESETS (meadow, crowd and forest by default), under LLVM."""
     heads = ("setting", "noise", "processor s", "noise × time, of that used", "light")
     for name in presets or ("meadow", "crowd", "forest"):
         click.echo(f"\n{name}, {size}, {spp} samples a pixel")
         click.echo(table([heads, *tried(name, size, spp, pairs)]))
-
-
-if __name__ == "__main__":
-    main()

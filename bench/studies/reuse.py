@@ -1,4 +1,4 @@
-"""What frames that follow each other save: ``python -m bench.studies.reuse [--quick]``.
+"""Pruning time that frames save by going on from the cut of the frame before.
 
 A camera walks at 1.4 m/s and 24 frames a second. Every frame is pruned from scratch, and from what
 held of the frame before (``scenes.reuse.field_reuse``), the two taking turns, in the processor's
@@ -17,8 +17,8 @@ import numba
 import numpy as np
 
 from bench.cli.output import table
+from bench.fields.plain_scene import first_view
 from bench.statistics.estimates import median
-from bench.studies.speed import scene
 from lod.pruning.parts import Representation
 from lod.pruning.pruner import prune
 from scenes.field.species_field import SpeciesField
@@ -42,7 +42,7 @@ class Spent:
 
 def spent(name: str, size: str, frames: int) -> dict[str, Spent]:
     """Of every representation that fields of a preset are, and of its ground."""
-    world, preset, _ = scene(name, size, "camera.speed=1.4")
+    world, preset, _ = first_view(name, size, "camera.speed=1.4")
     found: dict[str, Spent] = {}
     everything: list[Representation] = [world.terrain, *world.fields]
     for each in everything:
@@ -93,7 +93,7 @@ def rows_of(name: str, found: dict[str, Spent]) -> list[tuple[Any, ...]]:
 @click.command()
 @click.option("--quick", is_flag=True, help="Twelve frames.")
 @click.option("--size", default="1280x720", show_default=True, help="Of the picture.")
-def main(quick: bool, size: str) -> None:
+def command(quick: bool, size: str) -> None:
     """Measure and print."""
     numba.set_num_threads(1)
     rows: list[tuple[Any, ...]] = [
@@ -102,7 +102,3 @@ def main(quick: bool, size: str) -> None:
     for name in ("meadow", "crowd"):
         rows += rows_of(name, spent(name, size, _QUICK_FRAMES if quick else _FRAMES))
     click.echo(table(rows))
-
-
-if __name__ == "__main__":
-    main()

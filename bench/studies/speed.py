@@ -1,4 +1,4 @@
-"""How near the limit of the machine a frame is made: ``python -m bench.studies.speed [--quick]``.
+"""Part tests, objects and sticks a second, against the memory bandwidth of the machine.
 
 On one core, in the processor's seconds of one thread: part tests a second, objects turned away,
 sticks posed and emitted; against the floor of bytes that must move over the memory's measured
@@ -10,7 +10,6 @@ million sticks from cut to ready scene. Repeats take turns; medians with their 9
 of compiling, or loading what is compiled, stand apart.
 """
 
-import hashlib
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -22,8 +21,9 @@ import numpy as np
 import psutil
 
 from bench.cli.output import table
+from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
+from bench.runner.timing import interleaved_seconds
 from bench.statistics.estimates import Estimate, median
-from bench.studies.posing import interleaved
 from lod.pruning.compiled_test import compile_view
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
@@ -31,12 +31,10 @@ from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import walk
 from scenes.field.traversal_tables import limits_of
-from scenes.frame.frame_input import light_of, short_ids
+from scenes.frame.frame_input import light_of
 from scenes.frame.types import Quality, Visible
-from scenes.preset.load import Preset, load_preset
-from scenes.render.description.describe import describe
+from scenes.preset.load import load_preset
 from scenes.world.viewing_conditions import air_of
-from scenes.world.world import World, build_world, view_at
 
 WORLDS = (1e4, 1e6, 1e9, 1e12, 1e15)
 """Objects in the window of the species that the world is named for."""
@@ -50,18 +48,11 @@ _FAR = 30.0
 Rows = list[tuple[Any, ...]]
 
 
-def scene(name: str, size: str, *settings: str) -> tuple[World, Preset, View]:
-    """A preset's world and its first view."""
-    preset = load_preset(name, [f"render.size={size}", *settings])
-    world = build_world(preset)
-    return world, preset, view_at(world, preset, 1)
-
-
 def bandwidth(repeats: int) -> float:
     """Bytes a second that one core moves from memory to memory: a copy reads and writes."""
     source = np.ones(2**25)
     target = np.zeros_like(source)
-    (seconds,) = interleaved([lambda: np.copyto(target, source)], repeats)
+    (seconds,) = interleaved_seconds([lambda: np.copyto(target, source)], repeats)
     return 2 * source.nbytes / float(np.median(seconds))
 
 
@@ -93,7 +84,7 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
         lambda: field.appearance(cut.parts, look),
         lambda: blend_weights(cut, view),
     ]
-    test_s, away_s, emit_s, look_s = interleaved(tasks, repeats)
+    test_s, away_s, emit_s, look_s = interleaved_seconds(tasks, repeats)
     floor = (len(cut) * _OUT_BYTES + len(instances) * _BODY_BYTES) / speed
     one, any_way = (median(np.array(away_s) * 1e9 / n) for n in (away, searched))
     return [
@@ -135,52 +126,25 @@ def threads(name: str, field: SpeciesField, view: View, repeats: int) -> Rows:
     return [(f"{name}: prune on two cores, times as fast", "", among)]
 
 
-def described(world: World, preset: Preset, view: View) -> dict[str, Any]:
-    """A frame from prune to plain scene."""
-    visible = []
-    for each in world.representations:
-        cut = prune(each, view)
-        visible.append(
-            Visible(each.name, short_ids(cut), each.appearance(cut.parts, blend_weights(cut, view)))
-        )
-    return describe(view.camera, visible, light_of(preset), preset.render.max_depth)
-
-
-def digest(scene: dict[str, Any]) -> str:
-    """Hash of everything in a plain scene that determines the picture."""
-    sha = hashlib.sha256()
-    for name, shape in sorted(scene["shapes"].items()):
-        sha.update(name.encode())
-        for key in ("control_points", "segment_indices", "albedo", "vertices", "faces", "colours"):
-            sha.update(np.ascontiguousarray(shape.get(key, ())).tobytes())
-        sha.update(scene["ids"][scene["owners"][name]].tobytes())
-    return sha.hexdigest()[:16]
-
-
-def size_of(scene: dict[str, Any]) -> int:
-    """Bytes of the arrays of a plain scene."""
-    arrays = [a for s in scene["shapes"].values() for a in s.values()]
-    arrays += [scene["ids"], *scene["owners"].values()]
-    return sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
-
-
 def worlds(name: str, species: str, size: str, repeats: int) -> Rows:
     """The same eye in ever larger worlds: time, bytes and hash of the plain scene."""
     cases, made = [], []
     for objects in WORLDS:
         density = load_preset(name).species[species].density
         side = min(math.sqrt(objects / density), 1e15)
-        world, preset, view = scene(name, size, f"world.extent={side!r}")
-        cases.append(lambda w=world, p=preset, v=view: described(w, p, v))
-        made.append(described(world, preset, view))
-    seconds = interleaved(cases, repeats)
+        world, preset, view = first_view(name, size, f"world.extent={side!r}")
+        cases.append(lambda w=world, p=preset, v=view: plain_scene(w, p, v))
+        made.append(plain_scene(world, preset, view))
+    seconds = interleaved_seconds(cases, repeats)
     last = np.array(seconds[-1])
     rows: Rows = [("objects in the window", "scene MB", "hash", "s", "÷ the largest world's")]
     for objects, each, spent in zip(WORLDS, made, seconds, strict=True):
         ratio = median(np.array(spent) / last)
         among = f"{ratio.value:.3f} ({ratio.low:.3f} to {ratio.high:.3f})"
-        megabytes = f"{size_of(each) / 1e6:.1f}"
-        rows.append((f"{objects:.0e}", megabytes, digest(each), f"{np.median(spent):.3f}", among))
+        megabytes = f"{scene_bytes(each) / 1e6:.1f}"
+        rows.append(
+            (f"{objects:.0e}", megabytes, scene_hash(each), f"{np.median(spent):.3f}", among)
+        )
     return rows
 
 
@@ -190,12 +154,11 @@ def ready(variant: str, size: str, repeats: int) -> Rows:
     the first of the repeats takes.
     """
     from scenes.render.mitsuba.variants import choose
-    from scenes.render.pipeline.render import described as plain
-    from scenes.render.pipeline.render import stage_of
+    from scenes.render.pipeline.render import described, stage_of
 
     process, quality = psutil.Process(), Quality(choose(variant))
     for one, times in (("64x36", 1), (size, repeats)):
-        world, preset, view = scene("crowd", one)
+        world, preset, view = first_view("crowd", one)
         field, light, air = world.fields[0], light_of(preset), air_of(preset)
         cut = prune(field, view)
         spent, grown = [], 0
@@ -203,7 +166,7 @@ def ready(variant: str, size: str, repeats: int) -> Rows:
             before, start = process.memory_info().rss, time.perf_counter()
             shape = field.appearance(cut.parts, blend_weights(cut, view))
             seen = (Visible(field.name, cut, shape),)
-            held = stage_of(plain(view.camera, seen, air, light, quality), air, quality).built
+            held = stage_of(described(view.camera, seen, air, light, quality), air, quality).built
             spent.append(time.perf_counter() - start)
             grown = grown or process.memory_info().rss - before
             primitives = sum(map(len, held.owners))
@@ -219,7 +182,7 @@ def ready(variant: str, size: str, repeats: int) -> Rows:
 @click.option("--variant", default="auto", show_default=True, help="For the ready scene.")
 @click.option("--ready", "only_ready", is_flag=True, help="Only from cut to ready scene.")
 @click.option("--worlds", "only_worlds", is_flag=True, help="Only one frame in larger worlds.")
-def main(quick: bool, variant: str, only_ready: bool, only_worlds: bool) -> None:
+def command(quick: bool, variant: str, only_ready: bool, only_worlds: bool) -> None:
     """Measure and print."""
     if only_worlds:
         numba.set_num_threads(1)
@@ -232,9 +195,9 @@ def main(quick: bool, variant: str, only_ready: bool, only_worlds: bool) -> None
         return
     numba.set_num_threads(1)
     start = time.perf_counter()
-    meadow, crowd = scene("meadow", size), scene("crowd", size)
-    described(*scene("meadow", "64x36"))
-    described(*scene("crowd", "64x36"))
+    meadow, crowd = first_view("meadow", size), first_view("crowd", size)
+    plain_scene(*first_view("meadow", "64x36"))
+    plain_scene(*first_view("crowd", "64x36"))
     click.echo(f"worlds made, walks compiled or loaded: {time.perf_counter() - start:.1f} s")
     speed = bandwidth(repeats)
     rows: Rows = [("on one core", "how many", "median (95 %)")]
@@ -254,7 +217,3 @@ def in_worlds(quick: bool) -> None:
     for name, species in (("crowd", "figure"), ("forest", "broadleaf")):
         click.echo(f"\nOne frame of {name}, from prune to plain scene")
         click.echo(table(worlds(name, species, size, repeats)))
-
-
-if __name__ == "__main__":
-    main()

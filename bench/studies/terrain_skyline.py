@@ -1,5 +1,4 @@
-"""How many triangles the ground takes, and how true its skyline is: ``python -m
-bench.studies.terrain_skyline [--quick]``.
+"""Triangles that the ground takes, and how true its skyline is.
 
 The ground of a preset at τ = 1 in pictures of growing size, on one core: tiles, triangles, seconds
 of the processor from nothing to the mesh, and the share of the picture's columns in which the
@@ -118,14 +117,10 @@ def measured(name: str, size: str) -> tuple[object, ...]:
 @click.command()
 @click.argument("presets", nargs=-1)
 @click.option("--quick", is_flag=True, help="The smallest picture alone.")
-def main(presets: tuple[str, ...], quick: bool) -> None:
+def command(presets: tuple[str, ...], quick: bool) -> None:
     """Print the table of these PRESETS."""
     numba.set_num_threads(1)
     names = ("preset", "size", "tiles", "triangles", "took", "within 1 px", "most", "at τ = ¼")
     sizes = SIZES[:1] if quick else SIZES
     rows = [measured(name, size) for name in presets or PRESETS for size in sizes]
     click.echo(table([names, *rows]))
-
-
-if __name__ == "__main__":
-    main()

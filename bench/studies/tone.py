@@ -1,4 +1,4 @@
-"""The land's tone at twelve pixels, from very many fields: ``python -m bench.studies.tone DIR``.
+"""Luminance of the land at twelve pixels of detail, from hundreds of fields.
 
 ``lodbench run cover`` looks at as many fields as ``run all`` has time for, and at twelve pixels
 they differ by more than the claim of 2 %. Here are others, in the preset's own air and with the far
@@ -129,7 +129,7 @@ def _alone() -> None:
     show_default="one for each core",
 )
 @click.option("--again", is_flag=True, help="Pruned pictures anew, of all that FOLDER holds.")
-def main(folder: Path, fields: int | None, processes: int, again: bool) -> None:
+def command(folder: Path, fields: int | None, processes: int, again: bool) -> None:
     """Measure what FOLDER does not hold yet, and judge all that it holds."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "fields.csv"
@@ -154,7 +154,3 @@ def main(folder: Path, fields: int | None, processes: int, again: bool) -> None:
             interval = f"{each.measured:.3f} ({each.low:.3f} to {each.high:.3f})"
             rows.append((each.name, count, interval, each.verdict))
     click.echo(table(rows))
-
-
-if __name__ == "__main__":
-    main()

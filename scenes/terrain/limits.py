@@ -8,7 +8,7 @@ For a tile of spacing s (DESIGN §1):
 
 R is no hard bound: all crests of all octaves in one place would make one 2 to 3 times as high,
 which steep ground pays for with three times the triangles and no better a skyline
-(``bench.studies.terrain_skyline``).
+(``lodbench study terrain_skyline``).
 Both are the bumps' own, not the tile's, so the cut does not depend on how many quads a tile has.
 """
 

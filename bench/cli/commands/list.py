@@ -8,8 +8,9 @@ from bench.cli.output import output, table
 @click.command("list")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(as_json: bool) -> None:
-    """Presets, metrics, what other packages bring, and experiments."""
+    """Presets, metrics, what other packages bring, experiments and studies."""
     from bench.experiments.registry import EXPERIMENTS
+    from bench.studies.registry import study_descriptions
     from lod.metric.family import METRICS, Metric
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
     from scenes.plugins.representation import Offer
@@ -21,6 +22,7 @@ def command(as_json: bool) -> None:
         | dict(described(METRIC, Metric)),
         "representations": dict(described(REPRESENTATION, Offer)),
         "experiments": {name: each.about for name, each in EXPERIMENTS.items()},
+        "studies": study_descriptions(),
     }
     with output(as_json) as out:
         out.record(sections)

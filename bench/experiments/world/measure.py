@@ -12,12 +12,12 @@ import time
 from typing import Any
 
 from bench.experiments.world.claims import judge
+from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import record_of
-from bench.studies.posing import interleaved
-from bench.studies.speed import described, digest, scene, size_of
+from bench.runner.timing import interleaved_seconds
 from lod.law.uneven_ground import max_ground_distance
 from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
@@ -39,12 +39,12 @@ def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Reco
     made = []
     for number, (metric, objects) in enumerate(grid):
         progress(number, len(grid) + 1, f"{metric}, {objects:.0e} objects")
-        made.append(scene(PRESET, SIZE, *settings(metric, objects, seed)))
+        made.append(first_view(PRESET, SIZE, *settings(metric, objects, seed)))
     points = tuple(_point(*case, *each) for case, each in zip(grid, made, strict=True))
     progress(len(grid), len(grid) + 1, "timing")
     repeats = _QUICK_REPEATS if quick else _REPEATS
-    tasks = [lambda w=w, p=p, v=v: described(w, p, v) for w, p, v in made]
-    for point, seconds in zip(points, interleaved(tasks, repeats), strict=True):
+    tasks = [lambda w=w, p=p, v=v: plain_scene(w, p, v) for w, p, v in made]
+    for point, seconds in zip(points, interleaved_seconds(tasks, repeats), strict=True):
         point.samples["cpu_us"] = [round(1e6 * each) for each in seconds]
     progress(len(grid) + 1, len(grid) + 1, "judged")
     return record_of(
@@ -71,7 +71,7 @@ def settings(metric: str, objects: float, seed: int) -> tuple[str, ...]:
 def _point(metric: str, objects: float, world: Any, preset: Any, view: Any) -> Point:
     """A world's counts and hash; its first frame, not timed, compiles what is compiled."""
     cuts = [prune(each, view) for each in world.fields]
-    plain = described(world, preset, view)
+    plain = plain_scene(world, preset, view)
     reach = 0.0
     if metric != "full":
         reach = max(
@@ -82,12 +82,12 @@ def _point(metric: str, objects: float, world: Any, preset: Any, view: Any) -> P
         "objects": objects,
         "side_m": preset.world.extent,
         "limit_m": reach,
-        "scene": digest(plain),
+        "scene": scene_hash(plain),
     }
     counts = {
         "objects": [sum(cut.displayed_objects for cut in cuts)],
         "parts": [sum(cut.displayed_parts for cut in cuts)],
-        "bytes": [size_of(plain)],
+        "bytes": [scene_bytes(plain)],
     }
     return Point(case, {}, counts)
 

@@ -28,7 +28,7 @@ NEAR_M, FAR_M = 0.05, 1e7
 
 SUN_SAMPLING = 12.0
 """Share of light samples for the sun against 1 for the sky: of those that were tried the least
-noise for the time (``bench.studies.render_settings``; DESIGN §3 had 3)."""
+noise for the time (``lodbench study render_settings``; DESIGN §3 had 3)."""
 
 _ID_LIMIT = 2**32
 

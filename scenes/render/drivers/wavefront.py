@@ -13,7 +13,7 @@ import numpy as np
 from scenes.render.mitsuba.plugin import loaded
 
 SAMPLER = "multijitter"
-"""None tried has less noise for the time (``python -m bench.studies.render_settings``)."""
+"""None tried has less noise for the time (``lodbench study render_settings``)."""
 
 
 def rays(camera: Any, size: tuple[int, int], pixels: slice, spp: int, seed: int) -> tuple[Any, Any]:

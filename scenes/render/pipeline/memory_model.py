@@ -12,7 +12,7 @@ pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where
 next); a denoiser 500 a pixel; and under an open shutter the sticks of two instants are held at
 once. The constant is what the smallest frames take, less than the fit's since they no longer
 import colour-science.
-`python -m bench.studies.memory` holds it against what processes really take, by every kind of
+`lodbench study memory` holds it against what processes really take, by every kind of
 haze and light as well.
 """
 

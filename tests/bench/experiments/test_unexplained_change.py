@@ -110,7 +110,7 @@ def test_what_walks_out_of_view_has_not_popped():
 
 @pytest.mark.slow
 def test_a_walk_in_the_wood_that_fades_is_as_an_unpruned_one_and_one_that_clips_is_not():
-    """A pair of frames of ``bench.studies.popping_film`` in which large branches come and go."""
+    """A pair of frames of ``lodbench study popping_film`` in which large branches come and go."""
     walks = {}
     for way in WAYS:
         preset = load_preset("forest", settings_of(way, "160x90", 36, 6.0))

@@ -12,10 +12,10 @@ from click.testing import CliRunner
 from bench.experiments.fidelity.scene import SPECIES
 from bench.records.records import Point
 from bench.statistics.excess_flip import over_noise
-from bench.studies.full import benchmark as full_benchmark
-from bench.studies.full.benchmark import main, written
+from bench.studies.full import study as full_study
 from bench.studies.full.equal_error_detail import detail_of, search
 from bench.studies.full.report import factor, growth, plots, ratios, table_of, words_of
+from bench.studies.full.study import command, written
 from bench.studies.full.timed_frames import FILLED, Runner, TooLarge, largest, started
 from bench.studies.full.worlds import KINDS, QUICK, Picture, limit_of, preset_of
 from lod.errors import InputError
@@ -187,10 +187,10 @@ def planted_start(folder):
 
 
 def test_the_command_measures_prints_and_keeps(monkeypatch, tmp_path):
-    monkeypatch.setattr(full_benchmark, "started", planted_start(tmp_path))
-    monkeypatch.setattr(full_benchmark, "limit_of", lambda kind, picture, detail: 100.0)
+    monkeypatch.setattr(full_study, "started", planted_start(tmp_path))
+    monkeypatch.setattr(full_study, "limit_of", lambda kind, picture, detail: 100.0)
     words = ["crowd", "--detail", "3", "--turns", "3", "-o", str(tmp_path)]
-    said = CliRunner().invoke(main, words)
+    said = CliRunner().invoke(command, words)
     assert said.exit_code == 0, said.output
     found = json.loads((tmp_path / "crowd.json").read_text())
     kind = KINDS["crowd"]
@@ -212,14 +212,14 @@ def test_the_command_measures_prints_and_keeps(monkeypatch, tmp_path):
     ],
 )
 def test_bad_input_is_one_line_and_two(words, said):
-    found = CliRunner().invoke(main, words)
+    found = CliRunner().invoke(command, words)
     assert found.exit_code == 2 and said in found.output
     assert "Traceback" not in found.output
 
 
 @pytest.mark.slow
 def test_the_quick_run_renders_real_frames(tmp_path):
-    said = CliRunner().invoke(main, ["crowd", "--quick", "-o", str(tmp_path)])
+    said = CliRunner().invoke(command, ["crowd", "--quick", "-o", str(tmp_path)])
     assert said.exit_code == 0, said.output
     found = json.loads((tmp_path / "crowd.json").read_text())
     assert found["tau_px"] > 0 and len(found["points"]) == 2 * len(QUICK["crowd"].worlds)

@@ -16,7 +16,7 @@ def test_a_page_of_what_was_rendered(tmp_path, monkeypatch):
             Image.new("RGB", (4, 4)).save(folder / f"{each}.png")
 
     monkeypatch.setattr(gallery, "pictured", pictured)
-    said = CliRunner().invoke(gallery.main, ["zoo", "-o", str(tmp_path / "g")])
+    said = CliRunner().invoke(gallery.command, ["zoo", "-o", str(tmp_path / "g")])
     assert said.exit_code == 0, said.output
     assert asked == ["zoo"]
     text = (tmp_path / "g" / "README.md").read_text()

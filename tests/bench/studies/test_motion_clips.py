@@ -103,7 +103,7 @@ def test_a_clip_is_judged_against_everything_and_the_planted_one_beside_it():
 
 def test_frames_to_measure_are_two_or_more(tmp_path):
     words = ["-o", str(tmp_path), "--measure", "5", "5"]
-    told = CliRunner().invoke(motion_clips.main, words)
+    told = CliRunner().invoke(motion_clips.command, words)
     assert told.exit_code == 2 and "--measure 5 5" in told.output
 
 
@@ -111,7 +111,7 @@ def test_frames_to_measure_are_two_or_more(tmp_path):
 def test_a_clip_lies_side_by_side_on_disk_and_has_its_rows(tmp_path):
     words = ["-o", str(tmp_path), "--frames", "2", "--size", "48x27", "--spp", "8"]
     words += ["--measure-size", "48x27"]
-    told = CliRunner().invoke(motion_clips.main, [*words, "--clip", "pan"])
+    told = CliRunner().invoke(motion_clips.command, [*words, "--clip", "pan"])
     assert told.exit_code == 0, told.output
     assert "everything" in told.output
     assert {"pan.png", "pan.0001.exr", "pan.0002.exr"} <= {p.name for p in tmp_path.iterdir()}

@@ -1,4 +1,4 @@
-"""What nights do to renderers, a few times each; bench/studies/sequence_faults.py does more."""
+"""What nights do to renderers, a few times each; ``lodbench study sequence_faults`` does more."""
 
 import os
 import subprocess
@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from bench.studies.memory import SCENES, foretold, growth, rendered
-from bench.studies.program_run import Place
-from bench.studies.sequence_faults import damage, full_disk, interrupts, kills, repeats
+from bench.studies.sequence_faults.program_run import Place
+from bench.studies.sequence_faults.study import damage, full_disk, interrupts, kills, repeats
 from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, works
 
 pytestmark = pytest.mark.slow

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bench.studies.terrain_skyline import main, skyline, slice_of
+from bench.studies.terrain_skyline import command, skyline, slice_of
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.parts import Triangles
@@ -25,7 +25,7 @@ def test_the_skyline_of_a_gable_is_its_outline():
 def test_it_says_how_true_the_ground_is(monkeypatch):
     monkeypatch.setattr("bench.studies.terrain_skyline.SIZES", ("64x36",))
     monkeypatch.setattr("bench.studies.terrain_skyline.PRESETS", ("meadow",))
-    said = CliRunner().invoke(main, ["--quick"])
+    said = CliRunner().invoke(command, ["--quick"])
     assert said.exit_code == 0, said.output
     assert "meadow" in said.output and "100.00%" in said.output
 

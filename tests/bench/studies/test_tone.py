@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench.studies import tone as tone_benchmark
-from bench.studies.tone import COLUMNS, bands_of, judged, kept, main, write
+from bench.studies.tone import COLUMNS, bands_of, command, judged, kept, write
 
 
 def planted(ratio: float, fields: int = 200) -> dict:
@@ -60,9 +60,9 @@ def test_pruned_pictures_are_measured_anew_beside_whole_ones_that_are_kept(tmp_p
 
     monkeypatch.setattr(tone_benchmark, "_each", stopped_once)
     arguments = [str(tmp_path), "--again"]
-    assert CliRunner().invoke(main, arguments).exit_code == 1  # stopped
+    assert CliRunner().invoke(command, arguments).exit_code == 1  # stopped
     assert path.read_text() == text
-    CliRunner().invoke(main, arguments)
+    CliRunner().invoke(command, arguments)
     assert [len(each) for each in asked] == [4, 3]
     found = kept(path)
     assert [found[key][0][0] / old[key][0][0] for key in sorted(old)] == [10.0] * 4

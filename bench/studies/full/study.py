@@ -1,5 +1,4 @@
-"""What the unpruned scene costs beside the pruned one: ``python -m bench.studies.full.benchmark -o
-DIR``.
+"""Time and memory of frames of ever larger worlds, pruned and whole, at an equal picture error.
 
 At the detail τ whose excess FLIP over the whole picture is 0.01, frames of ever larger worlds
 (``full_scene``) take turns, whole and pruned: time to a written frame, and the most memory of a
@@ -156,7 +155,7 @@ def written(folder: Path, found: dict[str, Any]) -> None:
 @click.option("--max-memory", default="8GB", show_default=True, help="Of the largest whole world.")
 @click.option("--detail", type=TAU, help="τ in pixels, instead of the one of equal error.")
 @click.option("--quick", is_flag=True, help="Two small worlds: what it prints means nothing.")
-def main(
+def command(
     kinds: tuple[str, ...],
     folder: Path | None,
     size: str,
@@ -180,7 +179,3 @@ def main(
                 written(folder, found)
     except InputError as error:
         raise click.UsageError(str(error)) from error
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""Can a sequence be trusted? ``python -m bench.studies.sequence_faults [kills|damage|repeats|…]``.
+"""Sequences that are killed, damaged, interrupted and starved of disk: do they end right?
 
 Runs the program itself, with small frames, and does to it what nights do to renderers: it is killed
 at random moments, its frames are damaged, it is interrupted, its disk fills up. Prints how often
@@ -20,7 +20,7 @@ from typing import Any
 import click
 
 from bench.cli.main import INTERRUPTED
-from bench.studies.program_run import FRAMES, LONGEST_S, Place
+from bench.studies.sequence_faults.program_run import FRAMES, LONGEST_S, Place
 from scenes.render.files.manifest import NAME, load_manifest
 from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT
 
@@ -225,7 +225,7 @@ MEASUREMENTS: dict[str, tuple[Callable[..., dict[str, Any]], int, Sequence[str]]
 @click.command()
 @click.argument("names", nargs=-1, type=click.Choice(list(MEASUREMENTS)))
 @click.option("--times", type=int, help="Instead of the number that is asked for.")
-def main(names: tuple[str, ...], times: int | None) -> None:
+def command(names: tuple[str, ...], times: int | None) -> None:
     """Measure and print."""
     for name in names or MEASUREMENTS:
         measure, number, variants = MEASUREMENTS[name]
@@ -233,7 +233,3 @@ def main(names: tuple[str, ...], times: int | None) -> None:
             with tempfile.TemporaryDirectory() as folder:
                 found = measure(Place(Path(folder), variant), times or number)
             click.echo(json.dumps({"measurement": name, "variant": variant, **found}))
-
-
-if __name__ == "__main__":
-    main()

@@ -25,7 +25,7 @@ size = "16x9"
 spp = 2
 """
 FRAMES = 20
-_ROOT = Path(__file__).resolve().parents[2]
+_ROOT = Path(__file__).resolve().parents[3]
 LONGEST_S = 600
 
 

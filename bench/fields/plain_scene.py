@@ -1,0 +1,51 @@
+"""The plain description of a preset's frame, before any renderer: how it is made, hashed, sized."""
+
+import hashlib
+from typing import Any
+
+import numpy as np
+
+from lod.pruning.crossfade import blend_weights
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
+from scenes.frame.frame_input import light_of, short_ids
+from scenes.frame.types import Visible
+from scenes.preset.load import Preset, load_preset
+from scenes.render.description.describe import describe
+from scenes.world.world import World, build_world, view_at
+
+
+def first_view(name: str, size: str, *settings: str) -> tuple[World, Preset, View]:
+    """Build a preset's world and the view of its first frame; ``size`` is WxH in pixels."""
+    preset = load_preset(name, [f"render.size={size}", *settings])
+    world = build_world(preset)
+    return world, preset, view_at(world, preset, 1)
+
+
+def plain_scene(world: World, preset: Preset, view: View) -> dict[str, Any]:
+    """Prune every representation of a world, and describe what is displayed as plain arrays."""
+    visible = []
+    for each in world.representations:
+        cut = prune(each, view)
+        visible.append(
+            Visible(each.name, short_ids(cut), each.appearance(cut.parts, blend_weights(cut, view)))
+        )
+    return describe(view.camera, visible, light_of(preset), preset.render.max_depth)
+
+
+def scene_hash(scene: dict[str, Any]) -> str:
+    """Hash everything in a plain scene that determines the picture: 16 hexadecimal digits."""
+    sha = hashlib.sha256()
+    for name, shape in sorted(scene["shapes"].items()):
+        sha.update(name.encode())
+        for key in ("control_points", "segment_indices", "albedo", "vertices", "faces", "colours"):
+            sha.update(np.ascontiguousarray(shape.get(key, ())).tobytes())
+        sha.update(scene["ids"][scene["owners"][name]].tobytes())
+    return sha.hexdigest()[:16]
+
+
+def scene_bytes(scene: dict[str, Any]) -> int:
+    """Sum the bytes of all arrays of a plain scene."""
+    arrays = [a for s in scene["shapes"].values() for a in s.values()]
+    arrays += [scene["ids"], *scene["owners"].values()]
+    return sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))

@@ -1,0 +1,1 @@
+"""Sequences that are killed, damaged, interrupted and starved of disk."""
