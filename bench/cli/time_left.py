@@ -24,9 +24,9 @@ def in_words(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
 
 
-def plan(names: Iterable[str], takes_s: Mapping[str, float], took: Iterable[Took]) -> str:
+def plan(names: Iterable[str], expected_seconds: Mapping[str, float], took: Iterable[Took]) -> str:
     """What comes next, how long that takes, and how long it all does; names begin with the next."""
     done = list(took)
-    left = [takes_s[name] for name in names]
+    left = [expected_seconds[name] for name in names]
     first, whole = (in_words(seconds_left(each, done)) for each in (left[:1], left))
     return f"about {first}" if len(left) == 1 else f"about {first}; {whole} for all that is left"

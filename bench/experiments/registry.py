@@ -28,27 +28,27 @@ EXPERIMENTS: dict[str, Experiment] = {
         "and not on the size of the world?",
         run=_later("experiments.scaling.measure", "run"),
         plots=_later("experiments.scaling.plots", "plots"),
-        table=_later("experiments.scaling.plots", "table"),
+        point_table=_later("experiments.scaling.plots", "table"),
         judge=_judge("experiments.scaling.claims"),
-        tries=True,
-        limits=(
+        accepts_metric=True,
+        caveats=(
             "An eye that looks all round; a field of view has predictions of its own (`lodbench "
             "count`).",
             "Hills of one shape, patches of one kind, haze of one visibility: they show where the "
             "bare law breaks, and that the law with its terms does not.",
             "Counts, not seconds: what a frame costs is another experiment.",
         ),
-        takes_s=(40.0, 260.0),
+        expected_seconds=(40.0, 260.0),
     ),
     "figure": Experiment(
         about="parts of one object against distance and level, and what posing it costs",
         question="Do the parts of a figure drop off with the square root of its distance?",
         run=_later("experiments.figure.measure", "run"),
         plots=_later("experiments.figure.plots", "plots"),
-        table=_later("experiments.figure.plots", "table"),
+        point_table=_later("experiments.figure.plots", "table"),
         judge=_later("experiments.figure.claims", "judge_record"),
-        tries=True,
-        limits=(
+        accepts_metric=True,
+        caveats=(
             "One person and one of each kind, as tables made them: intervals are over poses, "
             "directions and places in the grid of distances, not over other people or animals.",
             "An exponent is that of the straight line nearest to a curve which is not straight: "
@@ -56,54 +56,54 @@ EXPERIMENTS: dict[str, Experiment] = {
             "Times are those of one machine, its compiler and these two kernels; they say which "
             "is cheaper here.",
         ),
-        takes_s=(5.0, 10.0),
+        expected_seconds=(5.0, 10.0),
     ),
     "haze": Experiment(
         about="what haze takes of each size of part, from V = 0.5 to 50 km, measured and predicted",
         question="Which parts does haze hide, and does the law know how many?",
         run=_later("experiments.haze.measure", "run"),
         plots=_later("experiments.haze.plots", "plots"),
-        table=_later("experiments.haze.plots", "table"),
+        point_table=_later("experiments.haze.plots", "table"),
         judge=_judge("experiments.haze.claims"),
-        limits=(
+        caveats=(
             "Flat ground and an eye 1.6 m up that looks all round; nothing hides anything.",
             "What is gone is what Barten's standard observer could not see on a display of 100 "
             "cd/m²; a tone curve that steepens contrast shows more.",
             "Shares depend on m·V alone, as long as contrast classes are the same: a finer picture "
             "shows more far parts for haze to take.",
         ),
-        takes_s=(60.0, 150.0),
+        expected_seconds=(60.0, 150.0),
     ),
     "eye": Experiment(
         about="what display and eye leave out, from 20 to 120 pixels per degree",
         question="How much detail is lost on the eye, by blur and by contrast?",
         run=_later("experiments.eye.measure", "run"),
         plots=_later("experiments.eye.plots", "plots"),
-        table=_later("experiments.eye.plots", "table"),
+        point_table=_later("experiments.eye.plots", "table"),
         judge=_judge("experiments.eye.claims"),
-        limits=(
+        caveats=(
             "Clear air, flat ground, a picture that stays 640 pixels wide.",
             "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",
             "A part is a half-period of a grating of its own size; what eyes make of edges, colour "
             "and movement is not in it.",
         ),
-        takes_s=(30.0, 300.0),
+        expected_seconds=(30.0, 300.0),
     ),
     "colonnade": Experiment(
         about="Leonardo's columns: solid angle against image size, true distance against depth",
         question="Does true distance take detail from where it is seen least?",
         run=_later("experiments.colonnade.measure", "run"),
         plots=_later("experiments.colonnade.plots", "plots"),
-        table=_later("experiments.colonnade.plots", "table"),
+        point_table=_later("experiments.colonnade.plots", "table"),
         judge=_judge("experiments.colonnade.claims"),
-        limits=(
+        caveats=(
             "One row of one kind of column, looked at from one place with a wide view.",
             "Errors at the eye are those of an eye at the centre of projection; who stands "
             "elsewhere sees the error in the image.",
             "Depth is the coarser the finer it is asked to be: its cut with about as many parts is "
             "the nearest that there is.",
         ),
-        takes_s=(60.0, 120.0),
+        expected_seconds=(60.0, 120.0),
     ),
     "air": Experiment(
         about="haze as rendered: targets, the medium that scatters light, and spectral light",
@@ -111,9 +111,9 @@ EXPERIMENTS: dict[str, Experiment] = {
         "sixteen bands make of it?",
         run=_later("experiments.air.measure", "run"),
         plots=_later("experiments.air.plots", "plots"),
-        table=_later("experiments.air.plots", "table"),
+        point_table=_later("experiments.air.plots", "table"),
         judge=_judge("experiments.air.claims"),
-        limits=(
+        caveats=(
             "The airlight of the horizon's sky leaves out which way the sun stands to the air, "
             "that its glow varies with height, that it lies in the shade of what stands in it, and "
             "that it dims the light on its way to the ground. The scattered one has all that, with "
@@ -123,19 +123,19 @@ EXPERIMENTS: dict[str, Experiment] = {
             "RGB and spectral pictures also differ in the coefficients of the sky's model: the "
             "row of the sky shows by how much.",
         ),
-        takes_s=(80.0, 145.0),
+        expected_seconds=(80.0, 145.0),
     ),
     "fidelity": Experiment(
         about="image error against parts, memory and time, every metric, τ from ⅛ to 8 pixels",
         question="What does pruning do to the picture, and which metric does least for its parts?",
         run=_later("experiments.fidelity.measure", "run"),
         plots=_later("experiments.fidelity.plots", "plots"),
-        table=_later("experiments.fidelity.plots", "table"),
+        point_table=_later("experiments.fidelity.plots", "table"),
         judge=_judge("experiments.fidelity.claims"),
         summary=_later("experiments.fidelity.plots", "summary"),
-        tries=True,
-        takes_s=(120.0, 900.0),
-        limits=(
+        accepts_metric=True,
+        expected_seconds=(120.0, 900.0),
+        caveats=(
             "One meadow in a window 240 m wide, in three views of 64×36 pixels: pixels are large, "
             "and so are the limits that they set; what lies beyond 170 m is not there at all.",
             "FLIP is of one exposure and 67 pixels per degree; more of either shows more.",
@@ -148,10 +148,10 @@ EXPERIMENTS: dict[str, Experiment] = {
         question="Does pruning keep the tone of the land from the nearest tree to the horizon?",
         run=_later("experiments.cover.measure", "run"),
         plots=_later("experiments.cover.plots", "plots"),
-        table=_later("experiments.cover.plots", "table"),
+        point_table=_later("experiments.cover.plots", "table"),
         judge=_judge("experiments.cover.claims"),
-        takes_s=(120.0, 900.0),
-        limits=(
+        expected_seconds=(120.0, 900.0),
+        caveats=(
             "Windows of 400 m, pictures of 160×90 pixels; `aerial` from 60 m up, because the land "
             "that it sees from 200 m cannot be held unpruned.",
             "One sun, 40° up, and headings near the presets' own: shade depends on both.",
@@ -163,11 +163,11 @@ EXPERIMENTS: dict[str, Experiment] = {
         question="Does an object ever consist of many more parts than the pixels it covers?",
         run=_later("experiments.pixels.measure", "run"),
         plots=_later("experiments.pixels.plots", "plots"),
-        table=_later("experiments.pixels.plots", "table"),
+        point_table=_later("experiments.pixels.plots", "table"),
         judge=_judge("experiments.pixels.claims"),
-        tries=True,
-        takes_s=(15.0, 60.0),
-        limits=(
+        accepts_metric=True,
+        expected_seconds=(15.0, 60.0),
+        caveats=(
             "Objects nearer than two of their bounds are left out: they cover far more pixels than "
             "they have parts.",
             "Flat ground and an eye 1.6 m up; each object is aimed at, as by a small picture.",
@@ -179,10 +179,10 @@ EXPERIMENTS: dict[str, Experiment] = {
         question="Is depth complexity bounded by pruning, and the same in every direction?",
         run=_later("experiments.depth.measure", "run"),
         plots=_later("experiments.depth.plots", "plots"),
-        table=_later("experiments.depth.plots", "table"),
+        point_table=_later("experiments.depth.plots", "table"),
         judge=_judge("experiments.depth.claims"),
-        takes_s=(16.0, 120.0),
-        limits=(
+        expected_seconds=(16.0, 120.0),
+        caveats=(
             "People on flat ground, level rays at the height of chests; every stick is a surface.",
             "The ground is not counted: a level ray never meets it.",
         ),
@@ -192,10 +192,10 @@ EXPERIMENTS: dict[str, Experiment] = {
         question="Is pruning a low-pass filter?",
         run=_later("experiments.spectrum.measure", "run"),
         plots=_later("experiments.spectrum.plots", "plots"),
-        table=_later("experiments.spectrum.plots", "table"),
+        point_table=_later("experiments.spectrum.plots", "table"),
         judge=_judge("experiments.spectrum.claims"),
-        takes_s=(12.0, 25.0),
-        limits=(
+        expected_seconds=(12.0, 25.0),
+        caveats=(
             "Pictures of albedo alone, in clear air on flat ground: no light and no noise.",
             "Edges hold all frequencies: a filter takes them, and larger parts bring their own.",
         ),
@@ -206,16 +206,16 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("experiments.cost.measure", "run"),
         timed=True,
         plots=_later("experiments.cost.plots", "plots"),
-        table=_later("experiments.cost.plots", "table"),
+        point_table=_later("experiments.cost.plots", "table"),
         judge=_judge("experiments.cost.claims"),
-        limits=(
+        caveats=(
             "One preset, a small picture, wall-clock times of one machine; a larger picture with "
             "more samples makes the metric's share smaller.",
             "The metric alone is timed as arrays of distances; in the walk it is one with the "
             "search, whose whole time stands beside it.",
             "Memory is the most that a process has held, its libraries with it.",
         ),
-        takes_s=(70.0, 280.0),
+        expected_seconds=(70.0, 280.0),
     ),
     "world": Experiment(
         about="one frame in worlds of 10³ to 10¹⁵ objects, and everything of small ones",
@@ -223,26 +223,26 @@ EXPERIMENTS: dict[str, Experiment] = {
         run=_later("experiments.world.measure", "run"),
         timed=True,
         plots=_later("experiments.world.plots", "plots"),
-        table=_later("experiments.world.plots", "table"),
+        point_table=_later("experiments.world.plots", "table"),
         judge=_judge("experiments.world.claims"),
-        limits=(
+        caveats=(
             "Worlds are endless fields seen through a window: none of their objects is stored, "
             "so that what grows with the world is what a frame examines, and nothing else.",
             "Seconds of one core, from prune to plain scene; rendering is the same for the same "
             "scene.",
             "Unpruned, only as far as the stated number of parts.",
         ),
-        takes_s=(40.0, 120.0),
+        expected_seconds=(40.0, 120.0),
     ),
     "popping": Experiment(
         about="what comes and goes from frame to frame, how large it is, and what fading leaves",
         question="How many parts switch in a step, and does one see it?",
         run=_later("experiments.popping.measure", "run"),
         plots=_later("experiments.popping.plots", "plots"),
-        table=_later("experiments.popping.plots", "table"),
+        point_table=_later("experiments.popping.plots", "table"),
         judge=_judge("experiments.popping.claims"),
-        takes_s=(60.0, 170.0),
-        limits=(
+        expected_seconds=(60.0, 170.0),
+        caveats=(
             "Switches are counted all round on flat ground, at steps of two metres.",
             "Walks are rendered as albedo alone, in a window of 120 m: no light, no air, no noise.",
         ),
@@ -252,30 +252,30 @@ EXPERIMENTS: dict[str, Experiment] = {
         question="How much does velocity gain over size and distance?",
         run=_later("experiments.motion.measure", "run"),
         plots=_later("experiments.motion.plots", "plots"),
-        table=_later("experiments.motion.plots", "table"),
+        point_table=_later("experiments.motion.plots", "table"),
         judge=_judge("experiments.motion.claims"),
-        limits=(
+        caveats=(
             "`meadow`, where nothing moves by itself, 640 pixels wide, 24 frames a second.",
             "Pictures are windows about the horizon, of one place, against the cut by size and "
             "distance alone; what that costs is the experiment `fidelity`.",
             "The share of a gain that size and distance have depends on how much there is to leave "
             "out: here everything in a square of 400 m, out of view as well.",
         ),
-        takes_s=(180.0, 500.0),
+        expected_seconds=(180.0, 500.0),
     ),
     "updates": Experiment(
         about="how often parts are drawn again, how far off the others are, and what is saved",
         question="How many parts of what moves need drawing again in a frame?",
         run=_later("experiments.updates.measure", "run"),
         plots=_later("experiments.updates.plots", "plots"),
-        table=_later("experiments.updates.plots", "table"),
+        point_table=_later("experiments.updates.plots", "table"),
         judge=_judge("experiments.updates.claims"),
-        limits=(
+        caveats=(
             "A crowd among trees in wind of 6 m/s, 320 pixels wide, 24 frames a second: shares "
             "grow with the picture.",
             "Every frame is scheduled by itself, so that frames may come in any order: nothing of "
             "a frame is kept in memory for the next, and time can only be lost.",
         ),
-        takes_s=(90.0, 240.0),
+        expected_seconds=(90.0, 240.0),
     ),
 }

@@ -39,11 +39,11 @@ COARSE_M = 2 * math.tan(math.radians(30)) / 640
 
 
 @dataclass(frozen=True)
-class Seen:
+class SizeCounts:
     """What one field displays: parts of each size, and how many are nearer than some distances."""
 
     by_size: tuple[int, ...]
-    nearer: tuple[int, ...]
+    near_counts: tuple[int, ...]
 
 
 def camera(width: int) -> Camera:
@@ -68,14 +68,14 @@ def count_sizes(
     view: View,
     seed: int,
     near_m: Sequence[float] = (),
-) -> Seen:
+) -> SizeCounts:
     """The real field and the real pruner; ``near_m`` are the distances that count as near [m]."""
     field = SpeciesField(Species("sight", prototypes, density), seed, FLAT)
     parts = prune(field, view).parts
     size = np.concatenate([tree.P for tree in field.troupe.atlas.hierarchies])[parts.part]
     far = distance(view, parts.position)
     nearer = tuple(int(np.count_nonzero(far < near)) for near in near_m)
-    return Seen(tuple(np.bincount(size_class(size), minlength=len(SIZES)).tolist()), nearer)
+    return SizeCounts(tuple(np.bincount(size_class(size), minlength=len(SIZES)).tolist()), nearer)
 
 
 def predicted_sizes(prototypes: tuple[Prototype, ...], density: float, view: View) -> Reals:

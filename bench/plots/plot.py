@@ -62,13 +62,13 @@ class Plot:
 
 @dataclass(frozen=True)
 class Series:
-    """One line of a plot, points in order of x; ``half`` is half the 95 % interval of the mean."""
+    """One line of a plot, points in order of x; ``half_interval``: of the mean, 95 %."""
 
     label: str
     x: Sequence[float]
     predicted: Sequence[float]
     measured: Sequence[float]
-    half: Sequence[float]
+    half_interval: Sequence[float]
 
     @property
     def ratio(self) -> np.ndarray:
@@ -76,9 +76,9 @@ class Series:
         return np.array(self.measured) / np.array(self.predicted)
 
     @property
-    def ratio_half(self) -> np.ndarray:
+    def ratio_half_interval(self) -> np.ndarray:
         """Half the 95 % interval of the ratio."""
-        return np.array(self.half) / np.array(self.predicted)
+        return np.array(self.half_interval) / np.array(self.predicted)
 
 
 def against_law(
@@ -243,18 +243,18 @@ def _over_lines(axes: Axes, drawn: Sequence[Curve]) -> None:
 def _counts(axes: Axes, series: Series, number: int) -> None:
     axes.plot(series.x, series.predicted, color=_GREY, lw=1.4, zorder=1)
     style = _marks(number) | {"linestyle": "none", "markersize": 6, "capsize": 2}
-    axes.errorbar(series.x, series.measured, yerr=series.half, label=series.label, **style)
+    axes.errorbar(series.x, series.measured, yerr=series.half_interval, label=series.label, **style)
 
 
 def _residuals(axes: Axes, series: Series, number: int) -> None:
     style = _marks(number) | {"linestyle": "none", "markersize": 4.5, "capsize": 2, "lw": 1}
     # Points of different series at one x stand a little apart.
     x = np.array(series.x) * 1.04 ** (number - 0.5)
-    axes.errorbar(x, series.ratio, yerr=series.ratio_half, **style)
+    axes.errorbar(x, series.ratio, yerr=series.ratio_half_interval, **style)
 
 
 def _limit_residuals(axes: Axes, series: Sequence[Series]) -> None:
-    far = max(float(np.max(np.abs(s.ratio - 1) + s.ratio_half)) for s in series)
+    far = max(float(np.max(np.abs(s.ratio - 1) + s.ratio_half_interval)) for s in series)
     reach = max(0.03, min(1.15 * far, 1.05))
     axes.set_ylim(1 - reach, 1 + reach)
 

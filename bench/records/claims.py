@@ -4,10 +4,11 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from bench.plots.numbers import four_decimals, plain_number
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
-Verdict = Literal["holds", "refuted", "breaks", "undecided"]
+Verdict = Literal["holds", "refuted", "fails as expected", "undecided"]
 Relation = Literal["equals", "at most"]
 
 
@@ -22,8 +23,7 @@ class Claim:
     predicted, tolerance   what it must be, and how near
     relation   ``equals``: predicted ± tolerance; ``at most``: not above predicted + tolerance
     measured, low, high    the estimate and its 95 % interval
-    foreseen   the theory itself says that it fails here: what is outside *breaks* as foreseen, and
-        refutes nothing
+    expected_to_fail   the theory itself says that it fails here: what is outside refutes nothing
     """
 
     name: str
@@ -36,7 +36,7 @@ class Claim:
     low: float
     high: float
     relation: Relation = "equals"
-    foreseen: bool = False
+    expected_to_fail: bool = False
 
     def __post_init__(self) -> None:
         numbers = (self.predicted, self.tolerance, self.measured, self.low, self.high)
@@ -52,20 +52,37 @@ class Claim:
     @property
     def verdict(self) -> Verdict:
         """Holds with the whole interval inside what was claimed; refuted with it wholly outside,
-        or, where that was foreseen, breaks.
+        or, where that was expected, fails as expected.
         """
         lowest = self.predicted - self.tolerance if self.relation == "equals" else -math.inf
         highest = self.predicted + self.tolerance
         if lowest <= self.low and self.high <= highest:
             return "holds"
         if self.high < lowest or self.low > highest:
-            return "breaks" if self.foreseen else "refuted"
+            return "fails as expected" if self.expected_to_fail else "refuted"
         return "undecided"
 
+    @property
+    def claimed_text(self) -> str:
+        """What was claimed, as a number with its tolerance."""
+        if self.relation == "at most":
+            return f"at most {plain_number(self.predicted + self.tolerance)}"
+        return f"{plain_number(self.predicted)} ± {self.tolerance:g}"
+
+    @property
+    def measured_text(self) -> str:
+        """What was measured, with its interval."""
+        value, low, high = (four_decimals(v) for v in (self.measured, self.low, self.high))
+        return f"{value} ({low} to {high})"
+
     def as_json(self) -> dict[str, Any]:
-        """Plain data, with the verdict worked out; ``foreseen`` only where something is."""
+        """Plain data, with the verdict worked out; ``expected_to_fail`` only where something is."""
         data = asdict(self) | {"verdict": self.verdict}
-        return data if self.foreseen else {k: v for k, v in data.items() if k != "foreseen"}
+        return (
+            data
+            if self.expected_to_fail
+            else {k: v for k, v in data.items() if k != "expected_to_fail"}
+        )
 
 
 def claim(
@@ -75,13 +92,14 @@ def claim(
     tolerance: float,
     found: Estimate,
     relation: Relation = "equals",
-    foreseen: bool = False,
+    expected_to_fail: bool = False,
 ) -> Claim:
     """The claim that ``found`` is ``predicted``; ``words`` are about, quantity and source."""
     interval = found.value, found.low, found.high
-    return Claim(name, *words, predicted, tolerance, *interval, relation, foreseen)
+    return Claim(name, *words, predicted, tolerance, *interval, relation, expected_to_fail)
 
 
 def claim_from(data: dict[str, Any]) -> Claim:
     """A claim read back; its verdict is worked out again, never read."""
-    return Claim(**{key: value for key, value in data.items() if key != "verdict"})
+    names = {"foreseen": "expected_to_fail"}
+    return Claim(**{names.get(key, key): v for key, v in data.items() if key != "verdict"})

@@ -81,9 +81,9 @@ def _answer(section: Section) -> str:
 def _open(section: Section) -> str:
     """The claims that do not hold, by name."""
     rows = [
-        f'<li><span class="{c.verdict}">{verdict(c)}</span>: {escape(c.about)} {_name(c.name)}</li>'
+        f'<li><span class="{_class(c)}">{verdict(c)}</span>: {escape(c.about)} {_name(c.name)}</li>'
         for c in section.claims
-        if c.verdict not in ("holds", "breaks")
+        if c.verdict not in ("holds", "fails as expected")
     ]
     listed = f'<ul class="open">{"".join(rows)}</ul>' if rows else ""
     if len(rows) <= _SOME:
@@ -96,7 +96,7 @@ def _section(section: Section) -> str:
     tables = [_claims(title, c, origin) for title, c in groups(section.claims).items()]
     plots = "\n".join(_plot(section, plot) for plot in section.plots)
     pictures = "\n".join(_pictures(section, each) for each in section.pictures)
-    limits = "\n".join(f"<li>{_code(limit)}</li>" for limit in section.limits)
+    caveats = "\n".join(f"<li>{_code(caveat)}</li>" for caveat in section.caveats)
     return f"""
 <section id="{section.anchor}" aria-labelledby="{section.anchor}-title">
 <h2 id="{section.anchor}-title">{escape(section.title)}</h2>
@@ -105,7 +105,7 @@ def _section(section: Section) -> str:
 <div class="figures">{plots}</div>
 {pictures}
 {"".join(tables[1:])}
-<h3>What this does not say</h3><ul>{limits}</ul>
+<h3>What this does not say</h3><ul>{caveats}</ul>
 <details><summary>Every point, as numbers</summary><p>From {origin}.</p>
 {_table(*section.table, label=f"Every point of {section.title}")}</details>
 </section>"""
@@ -133,13 +133,18 @@ def _claims(title: str, claims: Sequence[Claim], origin: str) -> str:
 
 def _claim(claim: Claim) -> str:
     cells = [
-        f'<td role="cell" class="{claim.verdict}"><span aria-hidden="true">'
+        f'<td role="cell" class="{_class(claim)}"><span aria-hidden="true">'
         f"{MARKS[claim.verdict]}</span> {verdict(claim)}</td>"
     ]
     for head, cell in zip(CLAIM_HEADS[1:], words(claim), strict=True):
         text = _name(cell) if head == "name" else escape(cell)
         cells.append(f'<td role="cell" data-head="{head}">{text}</td>')
     return f'<tr role="row">{"".join(cells)}</tr>'
+
+
+def _class(claim: Claim) -> str:
+    """The class of a verdict in the page's style: its first word."""
+    return claim.verdict.partition(" ")[0]
 
 
 def _name(name: str) -> str:

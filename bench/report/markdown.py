@@ -54,7 +54,7 @@ def _section(section: Section) -> Iterable[str]:
             for (label, _), path in zip(each.layers, paths, strict=True)
         ]
         yield _table([label for label, _ in each.layers], [cells])
-    yield "### What this does not say\n\n" + "\n".join(f"- {limit}" for limit in section.limits)
+    yield "### What this does not say\n\n" + "\n".join(f"- {caveat}" for caveat in section.caveats)
     heads, rows = section.table
     if rows:
         yield "### Every point\n\n" + _table(heads, rows)

@@ -56,7 +56,9 @@ def _rows(each: Series | Curve, kind: str) -> Iterator[tuple[str, ...]]:
         for x, y in zip(each.x, each.ratio.tolist(), strict=True):
             yield (each.label, _short(x), _short(y), "", "", "")
         return
-    for x, y, half, law in zip(each.x, each.measured, each.half, each.predicted, strict=True):
+    for x, y, half, law in zip(
+        each.x, each.measured, each.half_interval, each.predicted, strict=True
+    ):
         yield (each.label, *map(_short, (x, y, y - half, y + half, law)))
 
 
@@ -83,10 +85,14 @@ def _law(plot: Plot) -> Spec:
         assert isinstance(each, Series)
         mark = {"mode": "markers", "marker": _marker(number, 8), "legendgroup": str(number)}
         data.append(
-            {**_points(each.label, each.x, each.measured), **mark, "error_y": _bars(each.half)}
+            {
+                **_points(each.label, each.x, each.measured),
+                **mark,
+                "error_y": _bars(each.half_interval),
+            }
         )
         below = {**_points(each.label, each.x, each.ratio.tolist()), "yaxis": "y2"}
-        below["error_y"] = _bars(each.ratio_half.tolist())
+        below["error_y"] = _bars(each.ratio_half_interval.tolist())
         data.append({**below, **mark, "showlegend": False})
     layout = _layout(plot)
     _make_room(layout, "measured ÷<br>predicted")

@@ -9,7 +9,7 @@ from bench.records.embedded_pictures import NOTE, Pictures
 from bench.records.records import Record
 from bench.runner.experiment import Table
 
-MARKS = {"holds": "✓", "refuted": "✗", "breaks": "≠", "undecided": "?"}
+MARKS = {"holds": "✓", "refuted": "✗", "fails as expected": "≠", "undecided": "?"}
 
 METRICS = {
     "blake": "blake: a part is displayed when P + R > m·d, as the paper prints it",
@@ -47,7 +47,7 @@ GLOSSARY = (
     ("holds", "The whole interval lies within what was claimed."),
     ("refuted", "The whole interval lies outside what was claimed."),
     (
-        "breaks as foreseen",
+        "fails as expected",
         "The whole interval lies outside, in a case where the theory itself says that this rule "
         "fails: it shows where the rule ends, and refutes nothing.",
     ),
@@ -67,7 +67,7 @@ class Section:
     claims: tuple[Claim, ...]
     plots: tuple[Plot, ...]
     table: Table
-    limits: tuple[str, ...] = ()
+    caveats: tuple[str, ...] = ()
     pictures: tuple[Pictures, ...] = ()
     summary: Table = ((), [])
 
@@ -88,8 +88,9 @@ def answer(claims: Sequence[Claim]) -> str:
     count = {verdict: sum(c.verdict == verdict for c in claims) for verdict in MARKS}
     if not claims:
         return "Nothing was claimed."
-    breaks, tried = count["breaks"], len(claims) - count["breaks"]
-    ends = f" {_BREAKS[breaks > 1].format(breaks)}" if breaks else ""
+    failed = count["fails as expected"]
+    tried = len(claims) - failed
+    ends = f" {_EXPECTED[failed > 1].format(failed)}" if failed else ""
     if count["holds"] == tried:
         return f"Yes: all {tried} claims hold.{ends}"
     if count["refuted"]:
@@ -101,9 +102,9 @@ def answer(claims: Sequence[Claim]) -> str:
     return f"So far {count['holds']} of {tried} claims hold; the others are undecided.{ends}"
 
 
-_BREAKS = (
-    "1 more breaks where the theory foresees it.",
-    "{} more break where the theory foresees it.",
+_EXPECTED = (
+    "1 more fails where the theory expects it.",
+    "{} more fail where the theory expects it.",
 )
 
 
@@ -122,25 +123,7 @@ def verdict(claim: Claim) -> str:
     """The verdict, and within what where something holds."""
     if claim.verdict == "holds" and claim.relation == "equals" and claim.tolerance > 0:
         return f"holds within {claim.tolerance:g}"
-    return "breaks as foreseen" if claim.verdict == "breaks" else claim.verdict
-
-
-def claimed(claim: Claim) -> str:
-    """What was claimed, as a number with its tolerance."""
-    if claim.relation == "at most":
-        return f"at most {number(claim.predicted + claim.tolerance)}"
-    return f"{number(claim.predicted)} ± {claim.tolerance:g}"
-
-
-def measured(claim: Claim) -> str:
-    """What was measured, with its interval."""
-    value, low, high = (four(v) for v in (claim.measured, claim.low, claim.high))
-    return f"{value} ({low} to {high})"
-
-
-def four(value: float) -> str:
-    """Four decimals, with a true minus sign and none before zero."""
-    return f"{round(value, 4) + 0.0:.4f}".replace("-", "−")
+    return claim.verdict
 
 
 CLAIM_HEADS = ("verdict", "claim", "quantity", "claimed", "measured (95 %)", "source", "name")
@@ -149,14 +132,9 @@ CLAIM_HEADS = ("verdict", "claim", "quantity", "claimed", "measured (95 %)", "so
 def words(claim: Claim) -> tuple[str, ...]:
     """A claim as the cells of a table, after its verdict."""
     return (
-        *(claim.about, claim.quantity, claimed(claim), measured(claim)),
+        *(claim.about, claim.quantity, claim.claimed_text, claim.measured_text),
         *(claim.source, claim.name),
     )
-
-
-def number(value: float) -> str:
-    """A number with a true minus sign."""
-    return f"{value:g}".replace("-", "−")
 
 
 def provenance_rows(section: Section) -> list[tuple[str, str]]:

@@ -87,8 +87,8 @@ def _section(record: Record) -> Section:
         experiment.question,
         judged.claims,
         experiment.plots(judged),
-        experiment.table(judged),
-        experiment.limits,
+        experiment.point_table(judged),
+        experiment.caveats,
         pictures_of(record),
         experiment.summary(judged) if experiment.summary and record.points else ((), []),
     )

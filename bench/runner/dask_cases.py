@@ -11,7 +11,7 @@ _RETRIES = 2
 
 
 @runtime_checkable
-class Each(Protocol):
+class CaseExecutor(Protocol):
     """Calls a function with each case's arguments; gives the results in the order of the cases."""
 
     def __call__(
@@ -20,17 +20,19 @@ class Each(Protocol):
         """One result a case."""
 
 
-def in_turn(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+def serial_executor(
+    function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
+) -> Iterator[Any]:
     """Here, each when it is asked for."""
     return (function(*case) for case in cases)
 
 
 @contextlib.contextmanager
-def spread_over(where: str | None, say: Callable[[str], object]) -> Iterator[Each]:
+def dask_executor(where: str | None, say: Callable[[str], object]) -> Iterator[CaseExecutor]:
     """Over a cluster as scenes.render.sequence.dask_cluster has it; None = here. ``say`` hears of
     a dashboard."""
     if where is None:
-        yield in_turn
+        yield serial_executor
         return
     from scenes.render.sequence.dask_cluster import cluster
 

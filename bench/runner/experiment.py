@@ -41,7 +41,7 @@ class Experiment:
     timed       it measures time, and so must stay on one machine
     tries       it can try an installed metric beside its own
     judge       every claim that a record's samples can decide
-    takes_s     seconds that it takes, quick and full, on two cores: for estimates only
+    expected_seconds     seconds that it takes, quick and full, on two cores: for estimates only
     summary     what its record says in a few rows, before all else
     """
 
@@ -49,10 +49,10 @@ class Experiment:
     question: str
     run: Run
     plots: Callable[["bench.records.records.Record"], tuple["bench.plots.plot.Plot", ...]]
-    table: Callable[["bench.records.records.Record"], Table]
-    limits: tuple[str, ...]
+    point_table: Callable[["bench.records.records.Record"], Table]
+    caveats: tuple[str, ...]
     judge: Callable[["bench.records.records.Record"], tuple["bench.records.claims.Claim", ...]]
     timed: bool = False
-    tries: bool = False
-    takes_s: tuple[float, float] = (60.0, 600.0)
+    accepts_metric: bool = False
+    expected_seconds: tuple[float, float] = (60.0, 600.0)
     summary: Callable[["bench.records.records.Record"], Table] | None = None

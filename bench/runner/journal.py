@@ -19,7 +19,7 @@ from typing import Any
 
 from bench.records.provenance import provenance
 from bench.records.records import Point, read_record
-from bench.runner.dask_cases import Each
+from bench.runner.dask_cases import CaseExecutor
 from lod.errors import InputError
 from scenes.plugins.entry_points import modules
 
@@ -29,7 +29,7 @@ _ROOMS = ("lod", "scenes", "bench")
 
 
 @dataclass(frozen=True)
-class Asked:
+class RunRequest:
     """One experiment as it was asked for; ``metric``: another to be tried beside its own."""
 
     name: str
@@ -39,22 +39,26 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Spent:
+class Elapsed:
     """Time by the clock, and of all cores of this machine with the processes started here [s]."""
 
     seconds: float
     processor_seconds: float
 
     @classmethod
-    def so_far(cls) -> "Spent":
+    def so_far(cls) -> "Elapsed":
         """Up to now, from a start of no meaning."""
         return cls(time.perf_counter(), math.fsum(os.times()[:4]))
 
-    def __sub__(self, other: "Spent") -> "Spent":
-        return Spent(self.seconds - other.seconds, self.processor_seconds - other.processor_seconds)
+    def __sub__(self, other: "Elapsed") -> "Elapsed":
+        return Elapsed(
+            self.seconds - other.seconds, self.processor_seconds - other.processor_seconds
+        )
 
-    def __add__(self, other: "Spent") -> "Spent":
-        return Spent(self.seconds + other.seconds, self.processor_seconds + other.processor_seconds)
+    def __add__(self, other: "Elapsed") -> "Elapsed":
+        return Elapsed(
+            self.seconds + other.seconds, self.processor_seconds + other.processor_seconds
+        )
 
     def as_json(self) -> dict[str, float]:
         """In tenths, as a record notes it."""
@@ -68,7 +72,7 @@ class Journal:
     folder: Path
     maker: str
 
-    def record_of(self, asked: Asked) -> Path | None:
+    def record_of(self, asked: RunRequest) -> Path | None:
         """The finished record, where there is one that still verifies."""
         found = _read(self._path("record", asked))
         if found is None:
@@ -80,24 +84,26 @@ class Journal:
             return None
         return path
 
-    def finished(self, asked: Asked, record: Path) -> None:
+    def finished(self, asked: RunRequest, record: Path) -> None:
         """Note a record; its cases need not be kept any longer."""
         _write(self._path("record", asked), record.name)
         for path in self._cases(asked).glob("*.json"):
             path.unlink()
 
-    def forget(self, asked: Asked) -> None:
+    def discard(self, asked: RunRequest) -> None:
         """As if it had never been asked for; records stay."""
         self._path("record", asked).unlink(missing_ok=True)
         for path in self._cases(asked).glob("*.json"):
             path.unlink()
 
-    def spent(self, asked: Asked) -> "Spent":
+    def spent(self, asked: RunRequest) -> "Elapsed":
         """What its kept cases took when they were measured."""
         found = [_read(path) for path in self._cases(asked).glob("*.json")]
-        return Spent(*(math.fsum(each[k.name] for each in found if each) for k in fields(Spent)))
+        return Elapsed(
+            *(math.fsum(each[k.name] for each in found if each) for k in fields(Elapsed))
+        )
 
-    def keeping(self, asked: Asked, each: Each) -> Each:
+    def memoised(self, asked: RunRequest, each: CaseExecutor) -> CaseExecutor:
         """As ``each``, but what was measured before is not measured again, and is kept."""
 
         def kept(
@@ -110,9 +116,9 @@ class Journal:
             measured = each(function, left)
             for path, data in zip(paths, done, strict=True):
                 if data is None:
-                    start = Spent.so_far()
+                    start = Elapsed.so_far()
                     result = next(measured)
-                    took = asdict(Spent.so_far() - start)
+                    took = asdict(Elapsed.so_far() - start)
                     _write(path, {"result": _as_json(result), **took})
                     yield result
                 else:
@@ -120,10 +126,10 @@ class Journal:
 
         return kept
 
-    def _path(self, what: str, asked: Asked) -> Path:
+    def _path(self, what: str, asked: RunRequest) -> Path:
         return self.folder / JOURNAL / f"{what}-{asked.name}-{_sha256(self.maker, asked)[:16]}.json"
 
-    def _cases(self, asked: Asked) -> Path:
+    def _cases(self, asked: RunRequest) -> Path:
         return self._path("cases", asked).with_suffix("")
 
 

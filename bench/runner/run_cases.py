@@ -8,7 +8,7 @@ from typing import Any
 from bench.records.claims import Claim
 from bench.records.provenance import Provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each
+from bench.runner.dask_cases import CaseExecutor
 from bench.runner.experiment import Progress
 
 Measure = Callable[..., Point | list[Point]]
@@ -19,7 +19,9 @@ Cases = Sequence[tuple[str, tuple[Any, ...]]]
 """Of every case: what progress calls it, and the arguments that it is measured with."""
 
 
-def measured(progress: Progress, each: Each, *batches: tuple[Measure, Cases]) -> tuple[Point, ...]:
+def run_cases(
+    progress: Progress, each: CaseExecutor, *batches: tuple[Measure, Cases]
+) -> tuple[Point, ...]:
     """The points of all cases, in the cases' order, wherever ``each`` has them measured."""
     total = sum(len(cases) for _, cases in batches)
     points: list[Point] = []
@@ -35,7 +37,7 @@ def measured(progress: Progress, each: Each, *batches: tuple[Measure, Cases]) ->
     return tuple(points)
 
 
-def joined(points: Iterable[Point]) -> tuple[Point, ...]:
+def merge_points(points: Iterable[Point]) -> tuple[Point, ...]:
     """Points of one case as one: samples one after the other, predictions those of the first."""
     made: dict[str, Point] = {}
     for point in points:
@@ -45,7 +47,7 @@ def joined(points: Iterable[Point]) -> tuple[Point, ...]:
     return tuple(made.values())
 
 
-def record_of(
+def make_record(
     name: str,
     version: int,
     *,

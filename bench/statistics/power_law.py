@@ -23,7 +23,7 @@ LEAST_ROWS = 4
 
 
 @dataclass(frozen=True)
-class Rivals:
+class RivalModels:
     """Two models of the same rows: y = a·x^b, scattering by factors, and y = a + b·log x.
 
     power       (a, b) of the first;  logarithm: (a, b) of the second, by natural logarithms
@@ -49,7 +49,7 @@ class Rivals:
         return np.asarray(self.logarithm[0] + self.logarithm[1] * np.log(x))
 
 
-def exponent(x: Reals, y: Reals) -> Estimate:
+def fit_exponent(x: Reals, y: Reals) -> Estimate:
     """b of y = a·x^b by least squares of logarithms, errors HC3, with Student's t."""
     fit = sm.OLS(np.log(_positive(y)), sm.add_constant(np.log(_positive(x)))).fit(cov_type="HC3")
     value, error = float(fit.params[1]), float(fit.bse[1])
@@ -57,21 +57,23 @@ def exponent(x: Reals, y: Reals) -> Estimate:
     return Estimate(value, value - reach, value + reach, error, 1.0, len(y))
 
 
-def rivals(x: Reals, y: Reals) -> Rivals:
+def compare_with_log(x: Reals, y: Reals) -> RivalModels:
     """Both models, by least squares. Both AICs are of y itself: the density of log y gains Σ log y.
 
     Raises InputError for fewer than 4 rows, or what has no logarithm.
     """
     if len(x) < LEAST_ROWS:
-        raise InputError("rivals", len(x), f"at least {LEAST_ROWS} rows")
+        raise InputError("compare_with_log", len(x), f"at least {LEAST_ROWS} rows")
     design = sm.add_constant(np.log(_positive(x)))
     power, plain = sm.OLS(np.log(_positive(y)), design).fit(), sm.OLS(y, design).fit()
     gained = float(plain.aic - (power.aic + 2 * np.log(y).sum()))
     a, b = (float(v) for v in power.params)
-    return Rivals((math.exp(a), b), (float(plain.params[0]), float(plain.params[1])), gained)
+    return RivalModels((math.exp(a), b), (float(plain.params[0]), float(plain.params[1])), gained)
 
 
 def _positive(values: Reals) -> Reals:
     if not (np.isfinite(values).all() and (values > 0).all() and len(values) > 2):
-        raise InputError("rivals", float(np.min(values)), "3 values or more, finite and above 0")
+        raise InputError(
+            "compare_with_log", float(np.min(values)), "3 values or more, finite and above 0"
+        )
     return values

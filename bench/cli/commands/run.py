@@ -12,14 +12,14 @@ from bench.cli.frame_flags import make_folder
 from bench.cli.output import Output, output, table
 from bench.cli.progress import progress_bar
 from bench.cli.time_left import Took, plan
-from bench.runner.dask_cases import Each, spread_over
+from bench.runner.dask_cases import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.preset.errors import nearest_name
 from scenes.preset.values import LARGEST_SEED
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim
-    from bench.runner.journal import Asked, Journal
+    from bench.runner.journal import Journal, RunRequest
 
 ALL = "all"
 
@@ -49,17 +49,17 @@ def command(
 
     The same command again goes on where it was stopped.
     """
-    from bench.runner.journal import Asked, journal
+    from bench.runner.journal import RunRequest, journal
 
     names = _chosen(experiments, cluster)
     if metric is not None:
         _check_metric(metric, names)
     kept = journal(make_folder(folder))
-    asked = [Asked(name, quick, seed, metric) for name in names]
+    asked = [RunRequest(name, quick, seed, metric) for name in names]
     if again:
         for each in asked:
-            kept.forget(each)
-    with output(as_json) as out, spread_over(cluster, out.note) as spread:
+            kept.discard(each)
+    with output(as_json) as out, dask_executor(cluster, out.note) as spread:
         failed = _run_all(out, kept, asked, spread)
     if failed:
         raise click.ClickException(f"{len(failed)} of {len(names)} failed: {', '.join(failed)}")
@@ -96,13 +96,15 @@ def _check_metric(metric: str, names: Sequence[str]) -> None:
     metric_named(metric)
     if metric in METRICS:
         raise InputError("--metric", metric, "one of another package", "ours are tried anyhow")
-    able = [name for name, each in EXPERIMENTS.items() if each.tries]
+    able = [name for name, each in EXPERIMENTS.items() if each.accepts_metric]
     if others := [name for name in names if name not in able]:
         rule = f"experiments that try metrics: {', '.join(able)}"
         raise InputError("--metric", ", ".join(others), rule, f"run {able[0]}")
 
 
-def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Each) -> list[str]:
+def _run_all(
+    out: Output, kept: "Journal", asked: Sequence["RunRequest"], spread: CaseExecutor
+) -> list[str]:
     """Run what is not done; of several, one that fails does not end the others. Who failed."""
     from bench.experiments.registry import EXPERIMENTS
     from bench.records.records import read_record
@@ -112,11 +114,13 @@ def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Eac
         out.note(f"lodbench: {name} is done already (--again measures anew)")
         _tell(out, name, path, read_record(path).claims, True)
     left = [each for each in asked if each.name not in done]
-    takes_s = {each.name: EXPERIMENTS[each.name].takes_s[not each.quick] for each in left}
+    expected_seconds = {
+        each.name: EXPERIMENTS[each.name].expected_seconds[not each.quick] for each in left
+    }
     took: list[Took] = []
     failed: list[str] = []
     for number, each in enumerate(left):
-        expected = plan([one.name for one in left[number:]], takes_s, took)
+        expected = plan([one.name for one in left[number:]], expected_seconds, took)
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
         start = time.perf_counter()
         try:
@@ -127,24 +131,26 @@ def _run_all(out: Output, kept: "Journal", asked: Sequence["Asked"], spread: Eac
             out.note(f"lodbench: {each.name} failed: {type(error).__name__}: {error}")
             failed.append(each.name)
             continue
-        took.append(Took(takes_s[each.name], time.perf_counter() - start))
+        took.append(Took(expected_seconds[each.name], time.perf_counter() - start))
         _tell(out, each.name, path, claims, False)
     return failed
 
 
-def _run(kept: "Journal", asked: "Asked", spread: Each) -> tuple[Path, tuple["Claim", ...]]:
+def _run(
+    kept: "Journal", asked: "RunRequest", spread: CaseExecutor
+) -> tuple[Path, tuple["Claim", ...]]:
     """One experiment, its record written and noted."""
     from bench.experiments.registry import EXPERIMENTS
     from bench.records.records import write_record
-    from bench.runner.journal import Spent
+    from bench.runner.journal import Elapsed
 
-    chosen, before, start = EXPERIMENTS[asked.name], kept.spent(asked), Spent.so_far()
+    chosen, before, start = EXPERIMENTS[asked.name], kept.spent(asked), Elapsed.so_far()
     with progress_bar("point") as progress:
-        more: dict[str, Any] = {} if chosen.timed else {"each": kept.keeping(asked, spread)}
+        more: dict[str, Any] = {} if chosen.timed else {"each": kept.memoised(asked, spread)}
         if asked.metric is not None:
             more["metric"] = asked.metric
         record = chosen.run(asked.quick, progress, asked.seed, **more)
-    took = before + (Spent.so_far() - start)
+    took = before + (Elapsed.so_far() - start)
     record = replace(record, notes=record.notes | took.as_json())
     path = write_record(record, kept.folder)
     kept.finished(asked, path)

@@ -17,9 +17,9 @@ from bench.experiments.air.claims import BAND_EDGES_M, SKY, judge
 from bench.experiments.air.targets import look_at, order
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import joined, measured, record_of
+from bench.runner.run_cases import make_record, merge_points, run_cases
 from scenes.frame.frame_input import shoot
 from scenes.frame.types import SKY_Z, FrameInput, Layers, Quality
 from scenes.preset.load import load_preset
@@ -42,7 +42,10 @@ _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Render the targets and the meadow in every way there is here, and judge the claims."""
     start = time.perf_counter()
@@ -56,10 +59,10 @@ def run(
         for visibility in VISIBILITIES_M
     ]
     looked = [(f"meadow, seed {number}", (number,)) for number in seeds]
-    targets = measured(progress, each, (_targets, aimed))
-    bands = joined(measured(progress, each, (_bands, looked)))
+    targets = run_cases(progress, each, (_targets, aimed))
+    bands = merge_points(run_cases(progress, each, (_bands, looked)))
     points = targets + tuple(sorted(bands, key=lambda point: point.case["from"]))
-    return record_of(
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

@@ -26,9 +26,9 @@ from bench.experiments.colonnade.scene import (
 )
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import joined, measured, record_of
+from bench.runner.run_cases import make_record, merge_points, run_cases
 from scenes.frame.types import Quality
 from scenes.models.column import column
 from scenes.render.mitsuba.variants import choose
@@ -44,15 +44,18 @@ _SPP, _SEEDS, _QUICK_SEEDS = 16, 8, 3
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Render every seed unpruned and by every way of pruning; judge the claims."""
     start, variant = time.perf_counter(), choose()
     seeds = [seed + k for k in range(_QUICK_SEEDS if quick else _SEEDS)]
     cases = [(f"seed {number}", (number, variant)) for number in seeds]
-    found = joined(measured(progress, each, (measure, cases)))
+    found = merge_points(run_cases(progress, each, (measure, cases)))
     points = tuple(_with_parts(point) for point in found)
-    return record_of(
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

@@ -17,7 +17,7 @@ from bench.experiments.cost.claims import judge
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import record_of
+from bench.runner.run_cases import make_record
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose, trusting
 
@@ -42,7 +42,7 @@ def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Reco
         Point({"what": "frames"}, {}, _columns([row for each in found for row in each["warm"]])),
         Point({"what": "processes"}, {}, _columns([each["cold"] for each in found])),
     )
-    return record_of(
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

@@ -29,9 +29,9 @@ from bench.experiments.cover.scene import (
 )
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import joined, measured, record_of
+from bench.runner.run_cases import make_record, merge_points, run_cases
 from scenes.frame.frame_input import light_of, quality_of
 from scenes.frame.types import Layers, Quality
 from scenes.preset.load import Preset
@@ -50,14 +50,17 @@ Bands = dict[str, list[int]]
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Render every field whole and pruned, and judge every band."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
     steps = [(look, seed + k) for look in LOOKS for k in range(fields[look])]
     named = [(f"{look}, seed {own}", (look, own)) for look, own in steps]
-    points = joined(measured(progress, each, (measure, named)))
-    return record_of(
+    points = merge_points(run_cases(progress, each, (measure, named)))
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

@@ -17,9 +17,9 @@ from bench.fields.part_sizes import camera, prototypes_with, scene_hash, seed_of
 from bench.fields.scene import FLAT
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import measured, record_of
+from bench.runner.run_cases import make_record, run_cases
 from lod.arrays import Ints
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
@@ -44,7 +44,10 @@ _FIELDS, _QUICK_FIELDS = 400, 60
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Pierce every field of every extent, pruned and not, and judge the claims."""
     start, fields = time.perf_counter(), _QUICK_FIELDS if quick else _FIELDS
@@ -53,8 +56,8 @@ def run(
         for extent in EXTENTS_M
         for metric in ("blake", "full")
     ]
-    points = measured(progress, each, (measure, cases))
-    return record_of(
+    points = run_cases(progress, each, (measure, cases))
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

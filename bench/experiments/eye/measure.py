@@ -23,9 +23,9 @@ from bench.fields.part_sizes import (
 )
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import measured, record_of
+from bench.runner.run_cases import make_record, run_cases
 from lod.pruning.view import View
 from lod.vision.blur_cascade import BlurWidths, blur_widths
 from lod.vision.eye import Display
@@ -42,7 +42,10 @@ FIELDS, QUICK_FIELDS = 60, 10
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Count parts on every display, and judge every claim."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
@@ -51,8 +54,8 @@ def run(
         for species in DENSITY
         for ppd in PIXELS_PER_DEGREE
     ]
-    points = measured(progress, each, (measure, cases))
-    return record_of(
+    points = run_cases(progress, each, (measure, cases))
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

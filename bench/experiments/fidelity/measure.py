@@ -35,7 +35,7 @@ from bench.records.embedded_pictures import NOTE
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
 from bench.runner import run_cases as conduct
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.statistics.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
 from scenes.frame.frame_input import light_of, quality_of
@@ -56,7 +56,7 @@ def run(
     quick: bool = False,
     progress: Progress = silent,
     seed: int = 0,
-    each: Each = in_turn,
+    each: CaseExecutor = serial_executor,
     metric: str | None = None,
 ) -> Record:
     """Render every case with every seed, time some, and judge the claims; ``metric`` is tried, too.
@@ -73,8 +73,8 @@ def run(
     details = fidelity_times.QUICK_DETAILS if quick else fidelity_times.DETAILS
     timed = [(f"{v}, timed", (v, tried(metric), details, variant, seed)) for v in VIEWS]
     timing = fidelity_times.measure_times, timed
-    points = conduct.measured(progress, each, (measure, jobs), timing)
-    return conduct.record_of(
+    points = conduct.run_cases(progress, each, (measure, jobs), timing)
+    return conduct.make_record(
         NAME,
         VERSION,
         quick=quick,

@@ -20,9 +20,9 @@ from bench.experiments.fidelity.timing import (
     seconds,
     timed,
 )
+from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
-from bench.report.words import four
 from bench.runner.experiment import Table
 from bench.statistics.estimates import Estimate, median
 from bench.statistics.excess_flip import ExcessFlip, over_noise
@@ -238,5 +238,5 @@ def _crossings(points: list[Point]) -> str:
 
 
 def _pieces(points: list[Point]) -> str:
-    words = [f"{p.case['pruned']} {four(excess(p).excess)}" for p in pieces(points)]
+    words = [f"{p.case['pruned']} {four_decimals(excess(p).excess)}" for p in pieces(points)]
     return f"At 1 px by blake, pruned alone: {', '.join(words)}."

@@ -10,9 +10,9 @@ from bench.experiments.figure.part_counts import count, scene_hash, sizes
 from bench.experiments.figure.posing import POINTS_PER_JOINT, posing
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import measured, record_of
+from bench.runner.run_cases import make_record, run_cases
 
 NAME, VERSION = "figure", 1
 
@@ -35,7 +35,7 @@ def run(
     quick: bool = False,
     progress: Progress = silent,
     seed: int = 0,
-    each: Each = in_turn,
+    each: CaseExecutor = serial_executor,
     metric: str | None = None,
 ) -> Record:
     """Count every curve, compare all sizes, time both ways of posing, and judge every claim.
@@ -44,10 +44,10 @@ def run(
     """
     grid, effort, start = curves(metric), QUICK if quick else FULL, time.perf_counter()
     cases = [(f"{curve.kind}, {curve.metric}", (curve, effort, seed)) for curve in grid]
-    points = measured(progress, each, (measure, cases))
+    points = run_cases(progress, each, (measure, cases))
     points += tuple(Point({"what": SIZED, "kind": kind}, {}, sizes(kind)) for kind in EVERYTHING)
     times = {task: posing(task, effort.posed, effort.repeats, seed) for task in POINTS_PER_JOINT}
-    return record_of(
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

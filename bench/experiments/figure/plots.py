@@ -6,11 +6,11 @@ from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON
 from bench.experiments.figure.claims import Counted, counted, no_smaller, readings, sized
 from bench.experiments.figure.fit import halves, line
 from bench.experiments.figure.part_counts import UM_PER_M
+from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.claims import Claim
 from bench.records.records import Record
-from bench.report.words import four, measured
-from bench.statistics.power_law import LEAST_ROWS, rivals
+from bench.statistics.power_law import LEAST_ROWS, compare_with_log
 
 _BAND = 5, 95
 """Percentiles of the poses that the band reaches to."""
@@ -43,11 +43,11 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 
 def _row(curve: Counted, where: str, chosen: np.ndarray, claim: Claim) -> tuple[str, ...]:
     far = curve.distances[chosen]
-    nearer, farther = (four(v) for v in halves(curve.counts, curve.distances, chosen))
+    nearer, farther = (four_decimals(v) for v in halves(curve.counts, curve.distances, chosen))
     return (
         *(curve.kind, curve.metric, f"{curve.detail:g}", where, str(curve.parts)),
         *(f"{far.min():.4g}", f"{far.max():.4g}"),
-        *(measured(claim), nearer, farther, claim.verdict),
+        *(claim.measured_text, nearer, farther, claim.verdict),
     )
 
 
@@ -75,8 +75,8 @@ def _parts_plot(record: Record, kind: str, group: list[Counted]) -> Plot:
 def _told(curve: Counted, claim: Claim) -> str:
     nearer, farther = halves(curve.counts, curve.distances, curve.between)
     return (
-        f"{curve.metric}: {measured(claim)}, {four(nearer)} in its nearer half and "
-        f"{four(farther)} in its farther: {claim.verdict}{_rival(curve)}."
+        f"{curve.metric}: {claim.measured_text}, {four_decimals(nearer)} in its nearer half and "
+        f"{four_decimals(farther)} in its farther: {claim.verdict}{_rival(curve)}."
     )
 
 
@@ -86,7 +86,7 @@ def _rival(curve: Counted) -> str:
     if len(rows) < LEAST_ROWS:
         return ""
     x = np.exp(np.log(curve.distances[rows]).mean(axis=1))
-    return f"; of the means, {rivals(x, curve.counts[rows].mean(axis=1)).words}"
+    return f"; of the means, {compare_with_log(x, curve.counts[rows].mean(axis=1)).words}"
 
 
 def _curve(curve: Counted) -> Curve:

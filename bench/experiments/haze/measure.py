@@ -10,7 +10,7 @@ from dataclasses import replace
 from bench.experiments.haze.claims import judge
 from bench.fields.part_sizes import (
     SIZES,
-    Seen,
+    SizeCounts,
     camera,
     count_sizes,
     density_of,
@@ -22,9 +22,9 @@ from bench.fields.part_sizes import (
 )
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import measured, record_of
+from bench.runner.run_cases import make_record, run_cases
 from lod.atmosphere.air import Air, least_extinction
 from lod.pruning.view import View
 from lod.vision.blur_cascade import BlurWidths, blur_widths
@@ -48,13 +48,16 @@ FIELDS, QUICK_FIELDS = 80, 12
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Count every size of part through every air, and judge every claim."""
     start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
     cases = [(f"{s}, {who}, {px} px", (s, who, px, fields, seed)) for s, who, px in CASES]
-    points = measured(progress, each, (measure, cases))
-    return record_of(
+    points = run_cases(progress, each, (measure, cases))
+    return make_record(
         NAME,
         VERSION,
         quick=quick,
@@ -94,8 +97,8 @@ def views_of(viewer: str, width: int, visibility_m: float) -> tuple[View, View]:
     return view_through(sight, width), view_through(replace(sight, extinction=0.0), width)
 
 
-def _columns(air: str, seen: list[Seen], row: int) -> dict[str, list[int]]:
+def _columns(air: str, seen: list[SizeCounts], row: int) -> dict[str, list[int]]:
     """Parts of every size in every field, and those nearer than the visibility."""
     columns = zip(*(each.by_size for each in seen), strict=True)
     by_size = {f"{air}, {s}": list(c) for s, c in zip(SIZES, columns, strict=True)}
-    return by_size | {f"{air}, nearer than V": [each.nearer[row] for each in seen]}
+    return by_size | {f"{air}, nearer than V": [each.near_counts[row] for each in seen]}

@@ -15,9 +15,9 @@ from bench.experiments.motion.claims import judge
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import joined, measured, record_of
+from bench.runner.run_cases import make_record, merge_points, run_cases
 from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
@@ -44,7 +44,10 @@ CUTS: dict[str, dict[str, tuple[str, ...]]] = {
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Count every field by every cut, render, and judge the claims; quick renders one pan."""
     start, variant = time.perf_counter(), choose()
@@ -56,9 +59,9 @@ def run(
         for move, cuts in (PICTURED[:1] if quick else PICTURED)
         for pair in range(LEAST_PAIRS)
     ]
-    found = measured(progress, each, (measure, cases), (motion_picture.measure, pictures))
-    points = joined(found)
-    return record_of(
+    found = run_cases(progress, each, (measure, cases), (motion_picture.measure, pictures))
+    points = merge_points(found)
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

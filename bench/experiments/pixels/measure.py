@@ -15,9 +15,9 @@ from bench.fields.part_sizes import camera, density_of, prototypes_with, scene_h
 from bench.fields.scene import FLAT
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import measured, record_of
+from bench.runner.run_cases import make_record, run_cases
 from lod.arrays import Ints
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Sticks
@@ -58,7 +58,7 @@ def run(
     quick: bool = False,
     progress: Progress = silent,
     seed: int = 0,
-    each: Each = in_turn,
+    each: CaseExecutor = serial_executor,
     metric: str | None = None,
 ) -> Record:
     """Draw objects of every species by every metric, and ``metric``, and judge the claims."""
@@ -69,8 +69,8 @@ def run(
         for tried in (*METRICS_TRIED, *([metric] if metric else []))
         for detail in DETAILS
     ]
-    points = measured(progress, each, (measure, cases))
-    return record_of(
+    points = run_cases(progress, each, (measure, cases))
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

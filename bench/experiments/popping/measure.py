@@ -20,9 +20,9 @@ from bench.fields.part_sizes import density_of, prototypes_with, scene_hash, see
 from bench.fields.scene import FLAT
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import measured, record_of
+from bench.runner.run_cases import make_record, run_cases
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits
@@ -68,15 +68,18 @@ WALK = (
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Count the switches of every species, render the walks, and judge the claims."""
     start, variant = time.perf_counter(), choose()
     fields, walks = (_QUICK_FIELDS, _QUICK_WALKS) if quick else (_FIELDS, _WALKS)
     switched = [(f"switches of {name}s", (name, fields, seed)) for name in SPECIES]
     walked = [(f"walks, {way}", (way, walks, variant, seed)) for way in WAYS]
-    points = measured(progress, each, (_switches, switched), (_walks, walked))
-    return record_of(
+    points = run_cases(progress, each, (_switches, switched), (_walks, walked))
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

@@ -1,8 +1,8 @@
 """What is claimed of mixed species, hills, uneven K, near things, high eyes and haze (§4.1).
 
 The law that knows of a case must hold in it. The bare law is tried at the mildest and the hardest
-of each sweep: where the knowing law itself is further from it than it may be, it is foreseen to
-break, and that it does refutes nothing.
+of each sweep: where the knowing law itself is further from it than it may be, it is expected to
+fail, and that it does refutes nothing.
 """
 
 from collections.abc import Sequence
@@ -72,6 +72,6 @@ def _bare(sweep: str, words: str, point: Point) -> Claim:
     about = f"With {words} the bare πK((P + R)/m)² still holds: {question.axis} at {at:.3g}."
     said = about, "objects measured ÷ bare law", _BARE
     foretold = point.predicted["objects"] / point.predicted["bare"]
-    found, foreseen = over_bare(point), abs(foretold - 1) > _WITHIN
+    found, known = over_bare(point), abs(foretold - 1) > _WITHIN
     name = f"beyond/{sweep}/bare_at_{at:.3g}"
-    return claim(name, said, 1, _WITHIN, found, foreseen=foreseen)
+    return claim(name, said, 1, _WITHIN, found, expected_to_fail=known)

@@ -10,9 +10,9 @@ from bench.fields.cases import Case, metric_cases
 from bench.fields.cases import cases as even_cases
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import measured, record_of
+from bench.runner.run_cases import make_record, run_cases
 from bench.statistics.estimates import fields_needed
 from bench.statistics.sample_size import Effort, sample, worst_error
 
@@ -34,15 +34,15 @@ def run(
     quick: bool = False,
     progress: Progress = silent,
     seed: int = 0,
-    each: Each = in_turn,
+    each: CaseExecutor = serial_executor,
     metric: str | None = None,
 ) -> Record:
     """Measure every case and judge every claim; ``metric``: of another than its own as well."""
     start, effort = time.perf_counter(), QUICK if quick else FULL
     grid = cases() if metric is None else (*cases(), *metric_cases(metric))
     jobs = [(f"{c.species}, {c.metric}, {c.sweep}", (c, effort, seed)) for c in grid]
-    points = measured(progress, each, (measure, jobs))
-    return record_of(
+    points = run_cases(progress, each, (measure, jobs))
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

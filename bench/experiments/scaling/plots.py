@@ -11,7 +11,6 @@ from bench.experiments.scaling.count_field import COLUMNS
 from bench.experiments.scaling.plots_beyond import beyond_plots, half_beyond
 from bench.plots.plot import Plot, Series, against_law, examined_over_displayed
 from bench.records.records import Point, Record
-from bench.report.words import claimed, measured
 from bench.statistics.estimates import CONFIDENCE
 
 _AXES = {
@@ -114,7 +113,8 @@ def _sweep_plot(record: Record, species: str, sweep: str, noise: Noise) -> Plot:
 
 def _caption(record: Record, name: str) -> str:
     return " ".join(
-        f"{c.about} Objects' {c.quantity}: {measured(c)}, claimed {claimed(c)}: {c.verdict}."
+        f"{c.about} Objects' {c.quantity}: {c.measured_text}, "
+        f"claimed {c.claimed_text}: {c.verdict}."
         for c in record.claims
         if c.name == name
     )

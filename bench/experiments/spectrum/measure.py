@@ -18,9 +18,9 @@ from jaxtyping import Float64
 from bench.experiments.spectrum.claims import EDGES, judge
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import joined, measured, record_of
+from bench.runner.run_cases import make_record, merge_points, run_cases
 from lod.arrays import Reals
 from lod.atmosphere.air import CLEAR
 from lod.metric.family import METRICS
@@ -56,15 +56,18 @@ Picture = Float64[np.ndarray, "h w"]
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Render every direction whole and pruned, and judge the claims; quick has fewer directions."""
     start, variant = time.perf_counter(), choose()
     count = _QUICK_DIRECTIONS if quick else _DIRECTIONS
     headings = [360.0 * number / count - 180.0 for number in range(count)]
     cases = [(f"towards {heading:g}°", (heading, variant, seed)) for heading in headings]
-    points = joined(measured(progress, each, (measure, cases)))
-    return record_of(
+    points = merge_points(run_cases(progress, each, (measure, cases)))
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

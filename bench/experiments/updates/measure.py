@@ -17,9 +17,9 @@ import numpy as np
 from bench.experiments.updates.claims import judge
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from bench.runner.dask_cases import Each, in_turn
+from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import joined, measured, record_of
+from bench.runner.run_cases import make_record, merge_points, run_cases
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.update_schedule import (
@@ -70,7 +70,10 @@ TIMED_PX = 0.5
 
 
 def run(
-    quick: bool = False, progress: Progress = silent, seed: int = 0, each: Each = in_turn
+    quick: bool = False,
+    progress: Progress = silent,
+    seed: int = 0,
+    each: CaseExecutor = serial_executor,
 ) -> Record:
     """Schedule every field, time frames here, and judge the claims."""
     start, variant = time.perf_counter(), choose()
@@ -78,10 +81,10 @@ def run(
     cases = [(f"field {each_seed}", (each_seed,)) for each_seed in seeds]
     rounds = QUICK_ROUNDS if quick else ROUNDS
     points = (
-        *joined(measured(progress, each, (measure, cases))),
+        *merge_points(run_cases(progress, each, (measure, cases))),
         timed(rounds, variant, seed),
     )
-    return record_of(
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

@@ -7,7 +7,7 @@ import numpy as np
 from bench.records.claims import Claim, claim
 from bench.records.records import Point
 from bench.statistics.estimates import Estimate, median
-from bench.statistics.power_law import exponent
+from bench.statistics.power_law import fit_exponent
 
 _LAW = "§4.1"
 _CLEAR = 2.5
@@ -82,7 +82,7 @@ def power_of_worlds(points: Sequence[Point], column: str = "cpu_us") -> Estimate
     """
     rounds = np.array([seconds(p, column) for p in points])
     x = np.array([float(p.case["objects"]) for p in points])
-    return exponent(np.repeat(x, rounds.shape[1]), (rounds / rounds.mean(axis=0)).ravel())
+    return fit_exponent(np.repeat(x, rounds.shape[1]), (rounds / rounds.mean(axis=0)).ravel())
 
 
 def power_of_parts(points: list[Point]) -> Estimate:
@@ -90,7 +90,7 @@ def power_of_parts(points: list[Point]) -> Estimate:
 
     Ground and camera take their time in an empty world, too.
     """
-    return exponent(*added_by_parts(points))
+    return fit_exponent(*added_by_parts(points))
 
 
 def added_by_parts(

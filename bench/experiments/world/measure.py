@@ -16,7 +16,7 @@ from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
 from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import record_of
+from bench.runner.run_cases import make_record
 from bench.runner.timing import interleaved_seconds
 from lod.law.uneven_ground import max_ground_distance
 from lod.pruning.pruner import prune
@@ -47,7 +47,7 @@ def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Reco
     for point, seconds in zip(points, interleaved_seconds(tasks, repeats), strict=True):
         point.samples["cpu_us"] = [round(1e6 * each) for each in seconds]
     progress(len(grid) + 1, len(grid) + 1, "judged")
-    return record_of(
+    return make_record(
         NAME,
         VERSION,
         quick=quick,

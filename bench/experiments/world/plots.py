@@ -6,7 +6,7 @@ from bench.experiments.world.claims import added_by_parts, beyond_limit, seconds
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point, Record
 from bench.statistics.estimates import median
-from bench.statistics.power_law import Rivals, rivals
+from bench.statistics.power_law import RivalModels, compare_with_log
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 
@@ -51,7 +51,7 @@ def _time(record: Record) -> Plot:
         f"worlds larger than the limit distance, {len(beyond_limit(record.points))} give {same} "
         f"scene{'s' if same > 1 else ''}, compared bit for bit. {_words(drawn)} Dashed: no growth "
         f"once the world is larger than the limit; unpruned, what parts add to the smallest "
-        f"world, of which {_rivals(_of(record, 'full')).words}, x being the parts added."
+        f"world, of which {_rival_models(_of(record, 'full')).words}, x being the parts added."
     )
     axis = "objects in the world", "seconds for a frame"
     return curves("time", "A frame in ever larger worlds", caption, caption, axis, drawn)
@@ -65,12 +65,12 @@ def _line(metric: str, points: list[Point]) -> tuple[list[float], list[float]]:
         return [float(p.case["objects"]) for p in beyond], [middle] * len(beyond)
     parts = np.array([float(p.samples["parts"][0]) for p in points[1:]])
     first = float(np.median(seconds(points[0])))
-    fitted = first + _rivals(points).line(parts - points[0].samples["parts"][0])
+    fitted = first + _rival_models(points).line(parts - points[0].samples["parts"][0])
     return [float(p.case["objects"]) for p in points[1:]], fitted.tolist()
 
 
-def _rivals(points: list[Point]) -> Rivals:
-    return rivals(*added_by_parts(points))
+def _rival_models(points: list[Point]) -> RivalModels:
+    return compare_with_log(*added_by_parts(points))
 
 
 def _parts(record: Record) -> Plot:

@@ -15,7 +15,7 @@ from bench.experiments.world.claims import added_by_parts, beyond_limit, power_o
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Point
 from bench.statistics.estimates import Estimate, mean
-from bench.statistics.power_law import exponent
+from bench.statistics.power_law import fit_exponent
 from lod.arrays import Reals
 
 WORLDS = 4
@@ -128,14 +128,14 @@ def _flat(points: Sequence[Point], column: str) -> Estimate | None:
 
 def _added(points: Sequence[Point], column: str) -> Estimate | None:
     added = added_by_parts(points, column, "sticks")
-    return exponent(*added) if len(set(added[0])) >= LEAST else None
+    return fit_exponent(*added) if len(set(added[0])) >= LEAST else None
 
 
 def _of_ratio(found: dict[str, Any], column: str) -> Estimate | None:
     rows = list(ratios(found, column).items())[-WORLDS:]
     x = np.repeat([objects for objects, _ in rows], len(rows[0][1]))
     y = np.concatenate([values for _, values in rows])
-    return exponent(x, y) if len(rows) >= LEAST else None
+    return fit_exponent(x, y) if len(rows) >= LEAST else None
 
 
 def _exponent(found: Estimate | None) -> str:

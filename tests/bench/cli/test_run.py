@@ -37,7 +37,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[bool, int]]:
         found = provenance("scene", seed)
         return Record("scaling", 1, quick, "2024-01-01T00:00:00Z", found, (), (HELD, FAILED), {})
 
-    fake = replace(EXPERIMENTS["scaling"], run=run, timed=True, takes_s=(1.0, 1.0))
+    fake = replace(EXPERIMENTS["scaling"], run=run, timed=True, expected_seconds=(1.0, 1.0))
     monkeypatch.setitem(experiments.EXPERIMENTS, "scaling", fake)
     return calls
 

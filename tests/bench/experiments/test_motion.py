@@ -12,7 +12,7 @@ from bench.experiments.motion.claims import judge, kept, one_sided
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.experiments.registry import EXPERIMENTS
 from bench.records.records import Point
-from bench.runner.run_cases import joined
+from bench.runner.run_cases import merge_points
 from bench.statistics.excess_flip import LEAST_PAIRS
 from scenes.render.mitsuba.variants import choose
 
@@ -69,7 +69,7 @@ def test_a_fast_pan_looks_as_it_did_and_one_with_m_doubled_does_not(monkeypatch)
     all there is.
     """
     monkeypatch.setattr(motion_picture, "SUBFRAMES", 4)
-    points = joined(
+    points = merge_points(
         point
         for pair in range(LEAST_PAIRS)
         for point in motion_picture.measure(FAST, pair, ("motion", "planted"), (choose(), 16, 0))

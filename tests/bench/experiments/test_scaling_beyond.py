@@ -106,7 +106,7 @@ def test_a_slope_has_its_density_at_the_eye_and_none_far_to_the_west():
 def test_verdicts_follow_from_the_samples(points):
     before = {c.name: c.verdict for c in judge_beyond(points)}
     assert {c.name for c in judge(tuple(points))} == set(before)
-    assert before["beyond/near/bare_at_0.72"] == "breaks"
+    assert before["beyond/near/bare_at_0.72"] == "fails as expected"
     edited = [
         replace(p, samples={**p.samples, "objects": [2 * n for n in p.samples["objects"]]})
         for p in points
@@ -115,7 +115,7 @@ def test_verdicts_follow_from_the_samples(points):
     assert {v for k, v in after.items() if k.endswith("objects_ratio")} == {"refuted"}
 
 
-def test_the_bare_law_is_foreseen_to_break_where_the_knowing_one_says_so_alone(points):
+def test_the_bare_law_is_expected_to_fail_where_the_knowing_one_says_so_alone(points):
     """Where the two laws agree, counts that are off refute the bare one."""
     alike = [
         replace(p, predicted={**p.predicted, "bare": p.predicted["objects"]}, samples={
@@ -126,7 +126,7 @@ def test_the_bare_law_is_foreseen_to_break_where_the_knowing_one_says_so_alone(p
     bare = [c for c in judge_beyond(alike) if "/bare_at_" in c.name]
     assert bare and {c.verdict for c in bare} == {"refuted"}
     mild = [c for c in judge_beyond(points) if c.name.startswith("beyond/hills/bare_at_")]
-    assert [c.foreseen for c in mild] == [False, True]
+    assert [c.expected_to_fail for c in mild] == [False, True]
 
 
 def test_every_sweep_has_its_figure(points):

@@ -62,13 +62,13 @@ def test_the_verdict_follows_from_the_interval(low, high, relation, verdict):
 
 @pytest.mark.parametrize(
     "low, high, verdict",
-    [(1.99, 2.01, "holds"), (1.97, 2.01, "undecided"), (2.03, 2.1, "breaks")],
+    [(1.99, 2.01, "holds"), (1.97, 2.01, "undecided"), (2.03, 2.1, "fails as expected")],
 )
-def test_what_fails_where_that_is_foreseen_breaks(low, high, verdict):
-    made = replace(a_claim(low, high), foreseen=True)
+def test_what_fails_where_that_is_expected_refutes_nothing(low, high, verdict):
+    made = replace(a_claim(low, high), expected_to_fail=True)
     assert made.verdict == verdict
     assert claim_from(made.as_json()) == made
-    assert "foreseen" not in a_claim(low, high).as_json()
+    assert "expected_to_fail" not in a_claim(low, high).as_json()
 
 
 def test_a_verdict_is_never_read_back():

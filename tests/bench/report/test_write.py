@@ -14,11 +14,12 @@ import pytest
 from PIL import Image
 
 from bench.experiments.scaling.plots import half_interval, plots, table
+from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, Series, against_law, curves
 from bench.records.embedded_pictures import pictures
 from bench.records.records import write_record
 from bench.report.plotly_specs import numbers, plotly_spec
-from bench.report.words import GLOSSARY, MARKS, answer, four
+from bench.report.words import GLOSSARY, MARKS, answer
 from bench.report.write import write_report
 from lod.errors import InputError
 
@@ -119,7 +120,7 @@ def test_every_claim_and_its_verdict_is_on_the_page(html, record):
     text = Page(html).text
     for claim in record.claims:
         assert claim.name in text and claim.about in text
-        assert four(claim.measured) in text
+        assert four_decimals(claim.measured) in text
     for verdict in MARKS:
         expected = sum(claim.verdict == verdict for claim in record.claims)
         assert html.count(f'<td role="cell" class="{verdict}">') == expected
@@ -188,7 +189,7 @@ def claims_of(record, folder):
     rows = list(csv.DictReader((folder / "claims.csv").read_text().splitlines()))
     assert [row["verdict"] for row in rows] == [c["verdict"] for c in told["claims"]]
     text = Page(html.read_text(encoding="utf-8")).text
-    assert all(four(c["measured"]) in text for c in told["claims"])
+    assert all(four_decimals(c["measured"]) in text for c in told["claims"])
     return told["claims"]
 
 
@@ -264,14 +265,14 @@ def test_the_answer_in_a_sentence(record):
     assert answer([good, good]) == "Yes: all 2 claims hold."
     assert answer([good, open_]).startswith("So far 1 of 2")
     assert "1 is refuted" in answer([good, bad, open_])
-    foreseen = replace(bad, foreseen=True)
-    assert answer([good, foreseen]).startswith("Yes: all 1 claims hold. 1 more breaks")
-    assert "1 is refuted" in answer([good, bad, foreseen])
+    expected = replace(bad, expected_to_fail=True)
+    assert answer([good, expected]).startswith("Yes: all 1 claims hold. 1 more fails")
+    assert "1 is refuted" in answer([good, bad, expected])
     assert answer([]) == "Nothing was claimed."
 
 
 def test_numbers_as_they_are_written():
-    assert [four(v) for v in (-2.00004, -0.00001, 0.5)] == ["−2.0000", "0.0000", "0.5000"]
+    assert [four_decimals(v) for v in (-2.00004, -0.00001, 0.5)] == ["−2.0000", "0.0000", "0.5000"]
 
 
 def test_a_folder_without_records_is_refused(tmp_path):

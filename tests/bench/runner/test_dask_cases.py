@@ -8,7 +8,7 @@ from bench.cli.main import main
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling.measure import measure
 from bench.fields.cases import cases
-from bench.runner.dask_cases import in_turn, spread_over
+from bench.runner.dask_cases import dask_executor, serial_executor
 from bench.statistics.sample_size import Effort
 
 EFFORT = Effort(target=0.5, least=2, most=2)
@@ -18,9 +18,9 @@ def test_a_cluster_counts_what_is_counted_here():
     pytest.importorskip("distributed")
     grid = sorted(cases(), key=lambda case: case.density)[:3]
     jobs, said = [(case, EFFORT, 7) for case in grid], []
-    with spread_over("1", said.append) as each:
+    with dask_executor("1", said.append) as each:
         there = list(each(measure, jobs))
-    here = list(in_turn(measure, jobs))
+    here = list(serial_executor(measure, jobs))
     assert [(p.case, p.samples) for p in there] == [(p.case, p.samples) for p in here]
     assert len({str(p.case) for p in here}) == 3
     assert "dashboard at http" in said[0]
@@ -28,10 +28,10 @@ def test_a_cluster_counts_what_is_counted_here():
 
 def test_here_nothing_is_begun_before_it_is_asked_for():
     calls = []
-    results = in_turn(lambda n: calls.append(n) or n, [(1,), (2,)])
+    results = serial_executor(lambda n: calls.append(n) or n, [(1,), (2,)])
     assert calls == [] and next(results) == 1 and calls == [1]
-    with spread_over(None, calls.append) as each:
-        assert each is in_turn
+    with dask_executor(None, calls.append) as each:
+        assert each is serial_executor
 
 
 class Gone(Exception):
@@ -57,7 +57,7 @@ def test_cases_of_every_experiment_that_is_not_timed_can_be_sent_to_a_cluster(na
 def test_pictures_compared_on_a_cluster_are_those_compared_here():
     pytest.importorskip("distributed")
     here = EXPERIMENTS["spectrum"].run(quick=True, seed=3)
-    with spread_over("2", lambda _: None) as each:
+    with dask_executor("2", lambda _: None) as each:
         there = EXPERIMENTS["spectrum"].run(quick=True, seed=3, each=each)
     assert there.samples_sha256 == here.samples_sha256 and there.claims == here.claims
 

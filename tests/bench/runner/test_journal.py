@@ -16,8 +16,8 @@ from bench.experiments.scaling import measure as scaling
 from bench.fields.cases import Case
 from bench.records.records import Point, Record, read_record, read_records
 from bench.runner import journal as journal_file
-from bench.runner.dask_cases import in_turn
-from bench.runner.journal import Asked, Journal, Spent, journal
+from bench.runner.dask_cases import serial_executor
+from bench.runner.journal import Elapsed, Journal, RunRequest, journal
 from bench.statistics.sample_size import Effort
 
 BASE = Case("density", "figure", "blake", density=0.01, detail=20.0)
@@ -28,7 +28,7 @@ GRID = tuple(replace(BASE, density=0.01 * k) for k in range(1, 9))
 def small(monkeypatch):
     monkeypatch.setattr(scaling, "cases", lambda: GRID)
     monkeypatch.setattr(scaling, "QUICK", Effort(0.5, 2, 4))
-    fast = replace(EXPERIMENTS["scaling"], takes_s=(1.0, 1.0))
+    fast = replace(EXPERIMENTS["scaling"], expected_seconds=(1.0, 1.0))
     monkeypatch.setattr(experiments, "EXPERIMENTS", {"scaling": fast})
 
 
@@ -88,7 +88,7 @@ def test_what_is_done_is_kept_and_can_be_measured_anew(small, tmp_path, capfd):
 def test_a_lost_or_edited_record_is_measured_again(small, tmp_path):
     assert run(tmp_path) == 0
     (record,) = tmp_path.glob("scaling-*.json")
-    asked, kept = Asked("scaling", True, 0), journal(tmp_path)
+    asked, kept = RunRequest("scaling", True, 0), journal(tmp_path)
     assert kept.record_of(asked) == record
     record.write_text(record.read_text().replace('"seed": 0', '"seed": 1', 1))
     assert kept.record_of(asked) is None
@@ -97,7 +97,7 @@ def test_a_lost_or_edited_record_is_measured_again(small, tmp_path):
 
 
 def test_nothing_is_taken_for_what_was_asked_otherwise(tmp_path, monkeypatch):
-    asked, kept = Asked("scaling", True, 0), Journal(tmp_path, "maker")
+    asked, kept = RunRequest("scaling", True, 0), Journal(tmp_path, "maker")
     calls = []
 
     def double(case, effort, seed):
@@ -106,7 +106,7 @@ def test_nothing_is_taken_for_what_was_asked_otherwise(tmp_path, monkeypatch):
 
     def once(kept, asked, fields=2, seed=0):
         case = BASE, Effort(0.5, 2, fields), seed
-        return next(iter(kept.keeping(asked, in_turn)(double, [case])))
+        return next(iter(kept.memoised(asked, serial_executor)(double, [case])))
 
     assert once(kept, asked) == once(kept, asked) and len(calls) == 1
     once(Journal(tmp_path, "other sources"), asked)
@@ -121,9 +121,9 @@ def test_nothing_is_taken_for_what_was_asked_otherwise(tmp_path, monkeypatch):
 
 
 def test_a_record_counts_the_time_before_it_was_stopped(small, tmp_path):
-    asked, kept = Asked("scaling", True, 0), journal(tmp_path)
-    assert kept.spent(asked) == Spent(0.0, 0.0)
-    list(kept.keeping(asked, in_turn)(slowly, [(0.02,), (0.03,)]))
+    asked, kept = RunRequest("scaling", True, 0), journal(tmp_path)
+    assert kept.spent(asked) == Elapsed(0.0, 0.0)
+    list(kept.memoised(asked, serial_executor)(slowly, [(0.02,), (0.03,)]))
     spent = kept.spent(asked)
     assert 0.05 <= spent.seconds < 5 and 0.0 <= spent.processor_seconds < 5
     for path in tmp_path.glob(".journal/cases-*/*.json"):
@@ -140,12 +140,12 @@ def slowly(seconds):
 
 
 def test_half_a_file_is_measured_again(tmp_path):
-    asked, kept = Asked("scaling", True, 0), Journal(tmp_path, "maker")
+    asked, kept = RunRequest("scaling", True, 0), Journal(tmp_path, "maker")
     cases = [(BASE, Effort(0.5, 2, 2), 0)]
-    (first,) = kept.keeping(asked, in_turn)(scaling.measure, cases)
+    (first,) = kept.memoised(asked, serial_executor)(scaling.measure, cases)
     (path,) = tmp_path.glob(".journal/cases-*/*.json")
     path.write_text(path.read_text()[:-20])
-    (second,) = kept.keeping(asked, in_turn)(scaling.measure, cases)
+    (second,) = kept.memoised(asked, serial_executor)(scaling.measure, cases)
     assert first == second and json.loads(path.read_text())
 
 

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from bench.records.provenance import provenance
 from bench.records.records import Point
-from bench.runner.dask_cases import in_turn
-from bench.runner.run_cases import joined, measured, record_of
+from bench.runner.dask_cases import serial_executor
+from bench.runner.run_cases import make_record, merge_points, run_cases
 
 
 def double(number, copies):
@@ -30,8 +30,8 @@ def test_points_stand_in_the_order_of_cases(pairs, numbers):
     def progress(done, total, what):
         told.append((done, total, what))
 
-    points = measured(progress, last_first, (double, several), (single, ones))
-    assert points == measured(progress, in_turn, (double, several), (single, ones))
+    points = run_cases(progress, last_first, (double, several), (single, ones))
+    assert points == run_cases(progress, serial_executor, (double, several), (single, ones))
     expected = [point for n, k in pairs for point in double(n, k)] + [single(n) for n in numbers]
     assert list(points) == expected
     total = len(pairs) + len(numbers)
@@ -43,7 +43,7 @@ def test_points_stand_in_the_order_of_cases(pairs, numbers):
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers())))
 def test_joined_points_hold_every_sample_in_order(pairs):
-    points = joined([Point({"n": n}, {"p": 1.0}, {"v": [value]}) for n, value in pairs])
+    points = merge_points([Point({"n": n}, {"p": 1.0}, {"v": [value]}) for n, value in pairs])
     assert [point.case["n"] for point in points] == list(dict.fromkeys(n for n, _ in pairs))
     for point in points:
         assert point.samples["v"] == [value for n, value in pairs if n == point.case["n"]]
@@ -52,12 +52,12 @@ def test_joined_points_hold_every_sample_in_order(pairs):
 
 def test_joining_leaves_what_it_was_given_as_it_was():
     points = [Point({"n": 1}, {}, {"v": [k]}) for k in range(3)]
-    joined(points)
+    merge_points(points)
     assert [point.samples["v"] for point in points] == [[0], [1], [2]]
 
 
 def test_a_record_says_how_long_it_took():
-    made = record_of(
+    made = make_record(
         "scaling",
         1,
         quick=True,

@@ -5,7 +5,7 @@ import pytest
 
 from bench.plots.plot import Curve, curves
 from bench.report.plotly_specs import plotly_spec
-from bench.statistics.power_law import EVEN, exponent, rivals
+from bench.statistics.power_law import EVEN, compare_with_log, fit_exponent
 from lod.errors import InputError
 
 X = np.geomspace(1.0, 1000.0, 24)
@@ -19,16 +19,16 @@ def rows(seed, power, noise=0.05):
 
 @pytest.mark.parametrize("power", [True, False])
 def test_what_made_the_rows_wins(power):
-    won = [(rivals(*rows(seed, power)).aic_gained > 0) == power for seed in range(40)]
+    won = [(compare_with_log(*rows(seed, power)).aic_gained > 0) == power for seed in range(40)]
     assert sum(won) >= 39
 
 
 def test_the_better_line_is_drawn_and_said():
-    found = rivals(*rows(1, True, 0.01))
+    found = compare_with_log(*rows(1, True, 0.01))
     assert found.power == pytest.approx((3, 0.5), rel=0.05)
     assert found.line(X) == pytest.approx(3 * X**0.5, rel=0.05)
     assert found.words.startswith("a power law describes it better than a + b·log x, by")
-    other = rivals(*rows(1, False, 0.01))
+    other = compare_with_log(*rows(1, False, 0.01))
     assert other.line(X) == pytest.approx(2 + 5 * np.log(X), rel=0.05)
     assert other.words.startswith("a + b·log x describes it better")
 
@@ -36,17 +36,20 @@ def test_the_better_line_is_drawn_and_said():
 def test_rows_that_tell_nothing_are_even():
     """Nothing grows: neither does better than by the difference that says nothing."""
     even = [
-        abs(rivals(X, np.exp(np.random.default_rng(s).normal(0, 0.01, 24))).aic_gained) < EVEN
+        abs(compare_with_log(X, np.exp(np.random.default_rng(s).normal(0, 0.01, 24))).aic_gained)
+        < EVEN
         for s in range(40)
     ]
     assert sum(even) >= 38
-    flat = rivals(X, np.exp(np.random.default_rng(0).normal(0, 0.01, 24)))
+    flat = compare_with_log(X, np.exp(np.random.default_rng(0).normal(0, 0.01, 24)))
     assert "equally well" in flat.words
 
 
 def test_aic_does_not_depend_on_units():
     x, y = rows(3, True)
-    assert rivals(x, y).aic_gained == pytest.approx(rivals(x, 1e6 * y).aic_gained, abs=1e-6)
+    assert compare_with_log(x, y).aic_gained == pytest.approx(
+        compare_with_log(x, 1e6 * y).aic_gained, abs=1e-6
+    )
 
 
 def test_exponents_are_covered_though_the_scatter_grows():
@@ -54,7 +57,7 @@ def test_exponents_are_covered_though_the_scatter_grows():
     rng, hits = np.random.default_rng(5), 0
     for _ in range(600):
         y = X**-0.7 * np.exp(rng.normal(0, np.geomspace(0.02, 0.2, len(X))))
-        found = exponent(X, y)
+        found = fit_exponent(X, y)
         hits += found.low <= -0.7 <= found.high
     assert 0.93 <= hits / 600 <= 0.985
 
@@ -62,9 +65,9 @@ def test_exponents_are_covered_though_the_scatter_grows():
 @pytest.mark.parametrize("y", [np.zeros(24), np.full(24, np.nan)])
 def test_what_has_no_logarithm_is_refused(y):
     with pytest.raises(InputError):
-        rivals(X, y)
+        compare_with_log(X, y)
     with pytest.raises(InputError, match="4 rows"):
-        rivals(X[:3], X[:3])
+        compare_with_log(X[:3], X[:3])
 
 
 def test_a_curve_with_a_line_has_its_residuals_drawn():
