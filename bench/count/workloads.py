@@ -13,7 +13,8 @@ from typing import Any
 from bench.count.count_frame import Counts, count
 from lod.errors import InputError
 from scenes.preset.load import load_preset, preset_names
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 _FILE = Path(__file__).with_name("workloads.json")
 

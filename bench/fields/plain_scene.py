@@ -8,11 +8,12 @@ import numpy as np
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.frame.frame_input import light_of, short_ids
-from scenes.frame.types import Visible
+from scenes.frame.displayed import Visible, compact_ids
+from scenes.frame.frame_input import sun_and_sky
 from scenes.preset.load import Preset, load_preset
 from scenes.render.description.describe import describe
-from scenes.world.world import World, build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 
 def first_view(name: str, size: str, *settings: str) -> tuple[World, Preset, View]:
@@ -28,9 +29,11 @@ def plain_scene(world: World, preset: Preset, view: View) -> dict[str, Any]:
     for each in world.representations:
         cut = prune(each, view)
         visible.append(
-            Visible(each.name, short_ids(cut), each.appearance(cut.parts, blend_weights(cut, view)))
+            Visible(
+                each.name, compact_ids(cut), each.appearance(cut.parts, blend_weights(cut, view))
+            )
         )
-    return describe(view.camera, visible, light_of(preset), preset.render.max_depth)
+    return describe(view.camera, visible, sun_and_sky(preset), preset.render.max_depth)
 
 
 def scene_hash(scene: dict[str, Any]) -> str:

@@ -34,13 +34,15 @@ def pictured(frame: Path, name: str, folder: Path) -> None:
     """Both pictures of a frame, the denoised one of its light."""
     from scenes.render.files.exr import read_exr
     from scenes.render.pictures.contact_sheet import preview
-    from scenes.render.pictures.tone_map import USUAL, Look, display
+    from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle, to_srgb_8bit
 
     layers = read_exr(frame)[0]
     light = layers.rgb if layers.denoised is None else layers.denoised
-    picture = Image.fromarray(display(light, USUAL.exposure_of(light), USUAL.tone))
+    picture = Image.fromarray(
+        to_srgb_8bit(light, DEFAULT_STYLE.exposure_of(light), DEFAULT_STYLE.tone)
+    )
     picture.save(folder / f"{name}.png", optimize=True)
-    preview(frame, folder / f"{name}_level.png", Look(view="level"))
+    preview(frame, folder / f"{name}_level.png", PictureStyle(view="level"))
 
 
 def page(presets: Sequence[tuple[str, str]]) -> str:

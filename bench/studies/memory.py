@@ -14,8 +14,8 @@ import click
 
 from bench.cli.output import table
 from scenes.preset.load import load_preset
-from scenes.render.pipeline.memory_model import Beside, foretell
-from scenes.render.sequence.one_frame import Record, settings_of
+from scenes.render.pipeline.memory_model import ExtraBuffers, predict_bytes
+from scenes.render.sequence.one_frame import Record, frame_settings
 from scenes.render.sequence.worker import Worker
 
 
@@ -58,7 +58,7 @@ FRAMES = 200
 def rendered(scene: Scene, frames: int = 1) -> Iterator[Record]:
     """Records of frames that one fresh process renders, each with its peak_rss_bytes."""
     preset = load_preset(scene.preset, scene.settings)
-    settings = settings_of(preset, scene.variant)
+    settings = frame_settings(preset, scene.variant)
     with tempfile.TemporaryDirectory() as folder, Worker() as worker:
         for frame in range(1, frames + 1):
             target = Path(folder) / f"{frame}.exr"
@@ -71,8 +71,8 @@ def foretold(scene: Scene, record: Record) -> int:
     preset = load_preset(scene.preset, scene.settings)
     counts = record["statistics"]["sticks"], record["statistics"]["triangles"]
     output, open_shutter = preset.output, preset.view.shutter > 0
-    beside = Beside(output.motion, output.denoise, open_shutter)
-    return foretell(*counts, preset.render.size, preset.render.spp, scene.variant, beside)
+    beside = ExtraBuffers(output.motion, output.denoise, open_shutter)
+    return predict_bytes(*counts, preset.render.size, preset.render.spp, scene.variant, beside)
 
 
 def growth(frames: int = FRAMES) -> tuple[int, int]:

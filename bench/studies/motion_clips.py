@@ -26,8 +26,8 @@ from bench.cli.output import table
 from bench.experiments.popping.unexplained_change import Walk, walk
 from bench.studies.popping_film import MOST
 from lod.camera import Camera
-from scenes.frame.frame_input import shoot
-from scenes.frame.types import Layers
+from scenes.frame.frame_input import assemble_frame
+from scenes.frame.layers import Layers
 from scenes.preset.load import Preset, load_preset
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
@@ -36,7 +36,8 @@ from scenes.render.pictures.contact_sheet import contact_sheet
 from scenes.render.pictures.movie import movie
 from scenes.render.pipeline.render import render_frame
 from scenes.render.pipeline.subframes import render_exposed
-from scenes.world.world import World, build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 WORLD = (
     "render.max_depth=3",
@@ -102,7 +103,7 @@ _EVERY, _STILL_PX = 4, 192
 def frames_of(preset: Preset, world: World, count: int, variant: str) -> Iterator[Layers]:
     """The frames of a clip."""
     for number in range(1, count + 1):
-        made = shoot(world, preset, number, variant)
+        made = assemble_frame(world, preset, number, variant)
         lit = made.air, made.light, made.quality
         if made.instants:
             yield render_exposed(made.instants, *lit, number)

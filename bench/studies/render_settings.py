@@ -21,13 +21,14 @@ import numpy as np
 
 from bench.cli.output import table
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
-from scenes.frame.frame_input import shoot
-from scenes.frame.types import FrameInput, Quality
+from scenes.frame.frame_input import assemble_frame
+from scenes.frame.quality import Quality
+from scenes.frame.types import FrameInput
 from scenes.preset.load import load_preset
 from scenes.render.description import describe
+from scenes.render.drivers import camera_rays
 from scenes.render.drivers import jit as jit_frame
-from scenes.render.drivers import wavefront
-from scenes.render.pipeline.render import Stage, staged, taken
+from scenes.render.pipeline.render import BuiltFrame, build_frame, trace
 from scenes.world.world import build_world
 
 DARK = 1e-2
@@ -58,7 +59,7 @@ def settings() -> tuple[Setting, ...]:
         for w in weights
     ]
     kinds = ("independent", "stratified", "orthogonal")
-    samplers = [Setting(f"sampler {k}", trace=((wavefront, "SAMPLER", k),)) for k in kinds]
+    samplers = [Setting(f"sampler {k}", trace=((camera_rays, "SAMPLER", k),)) for k in kinds]
     sizes = [
         Setting(f"2^{k} samples at once", trace=((jit_frame, "MOST_SAMPLES", 2**k),))
         for k in (16, 18, 21)
@@ -80,20 +81,22 @@ def changed(names: Sequence[tuple[Any, str, Any]]) -> Iterator[None]:
             each.stop()
 
 
-def built(made: FrameInput, setting: Setting) -> tuple[Stage, Quality]:
+def built(made: FrameInput, setting: Setting) -> tuple[BuiltFrame, Quality]:
     """The scene of a frame by one setting."""
     quality = made.quality
     if setting.max_depth is not None:
         quality = replace(quality, max_depth=setting.max_depth)
     with changed(setting.scene):
-        return staged(made.camera, made.visible, made.air, made.light, quality), quality
+        return build_frame(made.camera, made.visible, made.air, made.light, quality), quality
 
 
-def traced(stage: Stage, quality: Quality, setting: Setting, seed: int) -> tuple[np.ndarray, float]:
+def traced(
+    stage: BuiltFrame, quality: Quality, setting: Setting, seed: int
+) -> tuple[np.ndarray, float]:
     """A picture (h, w, 3), and the processor's seconds that it took."""
     with changed(setting.trace):
         start = time.process_time()
-        layers = taken(stage, replace(quality, seed=seed), 1)
+        layers = trace(stage, replace(quality, seed=seed), 1)
         return np.asarray(layers.rgb, np.float64), time.process_time() - start
 
 
@@ -106,7 +109,7 @@ def noise(a: np.ndarray, b: np.ndarray, light: np.ndarray) -> float:
 def tried(name: str, size: str, spp: int, pairs: int) -> list[tuple[Any, ...]]:
     """One preset's table."""
     preset = load_preset(name, [f"render.size={size}", f"render.spp={spp}"])
-    made, all_settings = shoot(build_world(preset), preset, 1, "llvm_ad_rgb"), settings()
+    made, all_settings = assemble_frame(build_world(preset), preset, 1, "llvm_ad_rgb"), settings()
     scenes = [built(made, each) for each in all_settings]
     for scene, each in zip(scenes, all_settings, strict=True):
         traced(*scene, each, 2**20)  # compiles

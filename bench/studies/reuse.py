@@ -25,7 +25,7 @@ from scenes.field.species_field import SpeciesField
 from scenes.reuse.field_reuse import Hold, cut_after
 from scenes.reuse.terrain_reuse import Boxes, ground_after
 from scenes.terrain.terrain import Terrain
-from scenes.world.world import view_at
+from scenes.world.view import view_at
 
 _FRAMES, _QUICK_FRAMES = 48, 12
 

@@ -31,10 +31,11 @@ from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import walk
 from scenes.field.traversal_tables import limits_of
-from scenes.frame.frame_input import light_of
-from scenes.frame.types import Quality, Visible
+from scenes.frame.displayed import Visible
+from scenes.frame.frame_input import sun_and_sky
+from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
-from scenes.world.viewing_conditions import air_of
+from scenes.world.view import preset_air
 
 WORLDS = (1e4, 1e6, 1e9, 1e12, 1e15)
 """Objects in the window of the species that the world is named for."""
@@ -154,19 +155,19 @@ def ready(variant: str, size: str, repeats: int) -> Rows:
     the first of the repeats takes.
     """
     from scenes.render.mitsuba.variants import choose
-    from scenes.render.pipeline.render import described, stage_of
+    from scenes.render.pipeline.render import build, describe_frame
 
     process, quality = psutil.Process(), Quality(choose(variant))
     for one, times in (("64x36", 1), (size, repeats)):
         world, preset, view = first_view("crowd", one)
-        field, light, air = world.fields[0], light_of(preset), air_of(preset)
+        field, light, air = world.fields[0], sun_and_sky(preset), preset_air(preset)
         cut = prune(field, view)
         spent, grown = [], 0
         for _ in range(times):
             before, start = process.memory_info().rss, time.perf_counter()
             shape = field.appearance(cut.parts, blend_weights(cut, view))
             seen = (Visible(field.name, cut, shape),)
-            held = stage_of(described(view.camera, seen, air, light, quality), air, quality).built
+            held = build(describe_frame(view.camera, seen, air, light, quality), air, quality).built
             spent.append(time.perf_counter() - start)
             grown = grown or process.memory_info().rss - before
             primitives = sum(map(len, held.owners))

@@ -31,6 +31,9 @@ all frames are alike it is their own.
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
+from lod.arrays import Reals
 from lod.camera import Camera
 
 STEPS_PER_OCTAVE = 8
@@ -65,3 +68,8 @@ class ShutterInterval:
 def motion_coarsening(smear: float) -> float:
     """How much m grows at a place on the scale of smears, from 0: a factor, 1 or more."""
     return float(2.0 ** (smear / STEPS_PER_OCTAVE))
+
+
+def subframe_offsets(subframes: int) -> Reals:
+    """Middles of equal shares of a shutter interval, as shares of it from its own middle, (n,)."""
+    return (np.arange(subframes) + 0.5) / subframes - 0.5

@@ -13,7 +13,7 @@ from scenes.preset.tables import CameraKey, CameraPreset
 
 
 @dataclass(frozen=True)
-class Stand:
+class CameraPose:
     """A camera's place and direction in plan: metres from a cell's corner, degrees."""
 
     x: float
@@ -44,17 +44,17 @@ def height_at(ground: Ground, x: float, y: float, cell: tuple[int, int] = (0, 0)
     return float(ground.height(corner, np.array([[x, y]]))[0])
 
 
-def _walked(preset: CameraPreset, frame: float) -> Stand:
+def _walked(preset: CameraPreset, frame: float) -> CameraPose:
     """Ahead along the first heading at an even speed, turning at one."""
     walked = preset.speed * (frame - 1) / preset.fps
     turned = preset.heading + preset.turn * (frame - 1) / preset.fps
     heading = math.radians(preset.heading)
     x = preset.position[0] + walked * math.sin(heading)
     y = preset.position[1] + walked * math.cos(heading)
-    return Stand(x, y, preset.height, turned, preset.pitch, preset.fov)
+    return CameraPose(x, y, preset.height, turned, preset.pitch, preset.fov)
 
 
-def _between_keys(preset: CameraPreset, frame: float, ground: Ground) -> Stand:
+def _between_keys(preset: CameraPreset, frame: float, ground: Ground) -> CameraPose:
     """Through the keys by monotone cubics (Fritsch & Carlson 1980), always facing the target."""
     keys = preset.keys
     at = min(max(frame, keys[0].frame), keys[-1].frame)
@@ -63,7 +63,7 @@ def _between_keys(preset: CameraPreset, frame: float, ground: Ground) -> Stand:
     east, north, up = target[0] - x, target[1] - y, far + target[2] - base - height
     heading = math.degrees(math.atan2(east, north))
     pitch = math.degrees(math.atan2(up, math.hypot(east, north)))
-    return Stand(x, y, height, heading, pitch, preset.fov)
+    return CameraPose(x, y, height, heading, pitch, preset.fov)
 
 
 @lru_cache(maxsize=4)

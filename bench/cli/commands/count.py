@@ -30,7 +30,8 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
         _check_as_it_is(workload, chosen, frame)
     from bench.count.count_frame import Stopwatch, count
     from scenes.render.sequence.detail_budget import within_budget
-    from scenes.world.world import build_world, view_at
+    from scenes.world.view import view_at
+    from scenes.world.world import build_world
 
     watch = Stopwatch()
     with output(as_json) as out:

@@ -38,7 +38,7 @@ def _cell(each: "Identity") -> str:
 def _identities(path: Path) -> Iterable["Identity"]:
     from scenes.render.files.manifest import load_manifest
     from scenes.render.sequence.object_keys import identities
-    from scenes.render.sequence.one_frame import preset_in
+    from scenes.render.sequence.one_frame import preset_from_settings
     from scenes.world.world import build_world
 
     manifest = load_manifest(path.parent)
@@ -46,5 +46,5 @@ def _identities(path: Path) -> Iterable["Identity"]:
     if entry is None:
         rule = "a frame that the manifest of its folder knows"
         raise InputError("FRAME", str(path), rule, "see `lodbench verify`")
-    preset = preset_in(manifest.settings[entry["settings"]])
+    preset = preset_from_settings(manifest.settings[entry["settings"]])
     return identities(build_world(preset), preset, entry["frame"])

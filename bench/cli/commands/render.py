@@ -21,7 +21,7 @@ from bench.cli.rendering import Rendering
 from bench.cli.view_flags import file_flags, preset_of, view_flags
 from lod.errors import InputError
 from scenes.preset.load import Preset
-from scenes.render.pictures.tone_map import Look
+from scenes.render.pictures.tone_map import PictureStyle
 
 if TYPE_CHECKING:
     from scenes.render.sequence.sequence import Job
@@ -73,16 +73,16 @@ def command(
     if resume and overwrite:
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
     most_bytes = None if max_memory is None else memory_size(max_memory)
-    look = Look(tone, exposure, view)
+    look = PictureStyle(tone, exposure, view)
     chosen = fitted(preset_of(preset, **flags), most_bytes) if fit else preset_of(preset, **flags)
     check_targets([frame_path(pattern, number) for number in numbers])
     from scenes.render.mitsuba.variants import choose
     from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.one_frame import settings_of
+    from scenes.render.sequence.one_frame import frame_settings
     from scenes.render.sequence.sequence import open_job
 
     chosen = within_budget(chosen, numbers)
-    settings = settings_of(chosen, choose(chosen.render.variant, chosen.render.spectral))
+    settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral))
     make_folder(Path(pattern).parent)
     with output(as_json) as out:
         begin = partial(open_job, pattern, numbers, settings, overwrite)
@@ -131,7 +131,7 @@ def _line(record: dict[str, Any]) -> str:
 
 
 def _preview(
-    out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: Look
+    out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: PictureStyle
 ) -> list[str]:
     """One frame as it is; of more, a contact sheet and a film. The paths of what was made."""
     from scenes.render.pictures.contact_sheet import contact_sheet, preview

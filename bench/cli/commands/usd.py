@@ -17,7 +17,7 @@ from bench.cli.view_flags import preset_of, view_flags
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, path: str, frame: int, as_json: bool, **flags: Any) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
-    from scenes.frame.frame_input import shoot
+    from scenes.frame.frame_input import assemble_frame
     from scenes.render.files.usd import check_usd, write_usd
     from scenes.render.mitsuba.variants import SCALAR_VARIANT
     from scenes.render.sequence.detail_budget import within_budget
@@ -27,7 +27,7 @@ def command(preset: str, path: str, frame: int, as_json: bool, **flags: Any) -> 
     chosen = within_budget(preset_of(preset, **flags), (frame,))
     make_folder(Path(path).parent)
     with output(as_json) as out:
-        made = shoot(build_world(chosen), chosen, frame, SCALAR_VARIANT)
+        made = assemble_frame(build_world(chosen), chosen, frame, SCALAR_VARIANT)
         notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
         notes["lod:air"] = chosen.air.model_dump_json()
         counts = write_usd(path, made, notes)

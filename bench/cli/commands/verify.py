@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="A JSON object for each wrong file.")
 def command(folder: str, repair: bool, threads: int, cluster: str | None, as_json: bool) -> None:
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
-    from scenes.render.sequence.verify import manifest_of
+    from scenes.render.sequence.verify import open_manifest
 
     if cluster is not None and not repair:
         rule = "workers only repair; looking is done here"
         raise InputError("--cluster", cluster, rule, "add --repair, or leave it out")
-    manifest = manifest_of(Path(folder))
+    manifest = open_manifest(Path(folder))
     with output(as_json) as out:
         wrong = _look(out, manifest)
         render = Rendering(threads, None, cluster, out.note)

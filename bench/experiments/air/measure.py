@@ -20,11 +20,13 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import make_record, merge_points, run_cases
-from scenes.frame.frame_input import shoot
-from scenes.frame.types import SKY_Z, FrameInput, Layers, Quality
+from scenes.frame.frame_input import assemble_frame
+from scenes.frame.layers import SKY_Z, Layers
+from scenes.frame.quality import Quality
+from scenes.frame.types import FrameInput
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
-from scenes.render.pictures.tone_map import exposure_of
+from scenes.render.pictures.tone_map import auto_exposure
 from scenes.render.pipeline.render import render_frame
 from scenes.world.world import build_world
 
@@ -98,7 +100,7 @@ def _bands(seed: int) -> list[Point]:
 @lru_cache(maxsize=1)
 def _meadow() -> FrameInput:
     preset = load_preset("meadow", list(MEADOW))
-    return shoot(build_world(preset), preset, 1, choose())
+    return assemble_frame(build_world(preset), preset, 1, choose())
 
 
 def _compared(shot: FrameInput, seed: int) -> dict[float, dict[str, int]]:
@@ -138,7 +140,7 @@ def delta_e(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
     labs = []
     for rgb in (one, other):
-        light = np.maximum(rgb.astype(np.float64), 0.0) * exposure_of(rgb)
+        light = np.maximum(rgb.astype(np.float64), 0.0) * auto_exposure(rgb)
         labs.append(XYZ_to_Lab(RGB_to_XYZ(light, "ITU-R BT.709")))
     return np.asarray(delta_E(labs[0], labs[1], method="CIE 2000"))
 

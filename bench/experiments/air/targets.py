@@ -13,8 +13,10 @@ from lod.atmosphere.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.pruning.parts import Parts, Triangles
 from lod.pruning.pruner import Cut, cut_from_parts
-from scenes.frame.types import Light, Quality, Visible
+from scenes.frame.displayed import Visible
+from scenes.frame.quality import Quality
 from scenes.render.pipeline.render import render_frame
+from scenes.world.light import Light
 
 DISTANCES = 20
 ALBEDOS = (0.0, 0.8)

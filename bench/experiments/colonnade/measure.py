@@ -29,7 +29,7 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import make_record, merge_points, run_cases
-from scenes.frame.types import Quality
+from scenes.frame.quality import Quality
 from scenes.models.column import column
 from scenes.render.mitsuba.variants import choose
 

@@ -18,12 +18,13 @@ from lod.pruning.parts import Representation
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
-from scenes.frame.frame_input import short_ids
-from scenes.frame.types import Light, Quality, Visible
+from scenes.frame.displayed import Visible, compact_ids
+from scenes.frame.quality import Quality
 from scenes.models.column import HEIGHT_M, RADIUS_M, column
 from scenes.plugins.entry_points import metric_named
 from scenes.render.pipeline.render import render_frame
 from scenes.terrain.terrain import Terrain
+from scenes.world.light import Light
 
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0
 FOV_DEG, SIZE_PX, EYE_M = 132.0, (960, 216), 2.6
@@ -77,7 +78,7 @@ def cut(shot: Shot) -> tuple[list[Visible], list[int]]:
     for each in everything:
         found = prune(each, view)
         shape = each.appearance(found.parts, blend_weights(found, view))
-        made.append(Visible(each.name, short_ids(found), shape))
+        made.append(Visible(each.name, compact_ids(found), shape))
         parts.append(len(found))
     return made, parts[:-1]
 

@@ -17,13 +17,15 @@ import numpy as np
 from lod.atmosphere.air import CLEAR
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.frame.frame_input import shoot
-from scenes.frame.types import FrameInput, Layers
+from scenes.frame.frame_input import assemble_frame
+from scenes.frame.layers import Layers
+from scenes.frame.types import FrameInput
 from scenes.preset.load import load_preset
 from scenes.render.files.exr import write_exr
 from scenes.render.pipeline.memory_model import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
-from scenes.world.world import World, build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 Row = dict[str, int]
 
@@ -36,7 +38,7 @@ def measure(overrides: list[str], variant: str, frames: int) -> dict[str, Any]:
     cold = {"world": _us(time.perf_counter() - start), "world_bytes": peak_rss_bytes()}
     warm = []
     for frame in range(1, frames + 2):
-        made = shoot(world, preset, frame, variant)
+        made = assemble_frame(world, preset, frame, variant)
         shot_bytes = peak_rss_bytes()
         layers, row = _timed(made, frame)
         if frame == 1:

@@ -32,13 +32,14 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import make_record, merge_points, run_cases
-from scenes.frame.frame_input import light_of, quality_of
-from scenes.frame.types import Layers, Quality
+from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.frame.layers import Layers
+from scenes.frame.quality import Quality
 from scenes.preset.load import Preset
 from scenes.render.mitsuba.variants import choose
-from scenes.render.pipeline.render import render_frame, restaged, staged, taken
-from scenes.world.viewing_conditions import air_of
-from scenes.world.world import World, build_world, view_at
+from scenes.render.pipeline.render import build_frame, move_camera, render_frame, trace
+from scenes.world.view import preset_air, view_at
+from scenes.world.world import World, build_world
 
 NAME, VERSION = "cover", 2
 FIELDS, QUICK_FIELDS = {"aerial": 16, "forest": 40}, {"aerial": 2, "forest": 2}
@@ -101,9 +102,9 @@ def _whole_pictures(world: World, presets: dict[str, Preset]) -> dict[str, Layer
     """Everything in the window through every air, from one scene."""
     first = next(iter(presets.values()))
     camera, quality = view_at(world, first, 1).camera, _quality(first)
-    stage = staged(camera, whole(world, first), air_of(first), light_of(first), quality)
+    stage = build_frame(camera, whole(world, first), preset_air(first), sun_and_sky(first), quality)
     return {
-        air: taken(restaged(stage, camera, air_of(preset)), quality)
+        air: trace(move_camera(stage, camera, preset_air(preset)), quality)
         for air, preset in presets.items()
     }
 
@@ -112,11 +113,11 @@ def _pruned_picture(world: World, preset: Preset, case: Case) -> Layers:
     visible = displayed(world, preset, case.detail, case.cover)
     camera = view_at(world, preset, 1).camera
     quality = _quality(preset)
-    return render_frame(camera, visible, air_of(preset), light_of(preset), quality)
+    return render_frame(camera, visible, preset_air(preset), sun_and_sky(preset), quality)
 
 
 def _quality(preset: Preset) -> Quality:
-    return replace(quality_of(preset, choose()), spp=_SPP)
+    return replace(frame_quality(preset, choose()), spp=_SPP)
 
 
 def in_bands(tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]) -> Bands:

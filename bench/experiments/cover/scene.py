@@ -16,10 +16,10 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Representation
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.frame.frame_input import Shown, visible_at
-from scenes.frame.types import Visible
+from scenes.frame.displayed import Shown, Visible, visible_at
 from scenes.preset.load import Preset, load_preset
-from scenes.world.world import World, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World
 
 WIDTH_PX, HEIGHT_PX, FINE = 160, 90, 4
 """Of the picture; and rays along each side of a pixel, one to each pixel of what is rendered."""

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from bench.statistics.excess_flip import mean_flip
-from scenes.frame.types import SKY_Z, Layers
-from scenes.render.pictures.tone_map import encoded, exposure_of
+from scenes.frame.layers import SKY_Z, Layers
+from scenes.render.pictures.tone_map import auto_exposure, to_srgb
 
 BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
 """Distances of the bands of mean luminance; and the sky."""
@@ -47,7 +47,7 @@ def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
     """From rendered frames."""
     pictures = [[each.rgb.astype(np.float64) for each in row] for row in (same, other)]
     mean = np.mean(pictures[1], axis=0)
-    exposure = exposure_of(mean)
+    exposure = auto_exposure(mean)
     one, two = map(tuple, pictures)
     plain = Reference(one, two, exposure, mean * exposure, same[0].Z, {})
     floors = {f"{name}_floor": row for name, row in _errors(one, plain).items()}
@@ -71,7 +71,7 @@ def _errors(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]
     """FLIP, SSIM and relMSE of every pair, noise and all."""
     pairs = range(len(tested))
     test, other = (
-        [encoded(p, whole.exposure).astype(np.float32) for p in row]
+        [to_srgb(p, whole.exposure).astype(np.float32) for p in row]
         for row in (tested, whole.other)
     )
     return {

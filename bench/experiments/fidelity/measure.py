@@ -38,12 +38,13 @@ from bench.runner import run_cases as conduct
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.statistics.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
-from scenes.frame.frame_input import light_of, quality_of
-from scenes.frame.types import Layers, Visible
+from scenes.frame.displayed import Visible
+from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.frame.layers import Layers
 from scenes.render.mitsuba.variants import choose
-from scenes.render.pipeline.memory_model import foretell
-from scenes.render.pipeline.render import staged, taken
-from scenes.world.viewing_conditions import air_of
+from scenes.render.pipeline.memory_model import predict_bytes
+from scenes.render.pipeline.render import build_frame, trace
+from scenes.world.view import preset_air
 
 NAME, VERSION = "fidelity", 3
 _SPP = {"eye level": 225, "aerial": 441, "hazy": 64}
@@ -105,10 +106,10 @@ def _pictures(
 ) -> list[Layers]:
     """One picture for each seed, of a scene that is built once."""
     preset = preset_of(view)
-    quality = replace(quality_of(preset, variant), spp=spp)
+    quality = replace(frame_quality(preset, variant), spp=spp)
     camera = view_of(Case(view, "blake", 1.0)).camera
-    stage = staged(camera, visible, air_of(preset), light_of(preset), quality)
-    return [taken(stage, replace(quality, seed=each)) for each in seeds]
+    stage = build_frame(camera, visible, preset_air(preset), sun_and_sky(preset), quality)
+    return [trace(stage, replace(quality, seed=each)) for each in seeds]
 
 
 def measure(case: Case, variant: str, spp: int, seeds: tuple[int, ...]) -> Point:
@@ -118,7 +119,7 @@ def measure(case: Case, variant: str, spp: int, seeds: tuple[int, ...]) -> Point
     pictures = _pictures(case.view, visible, variant, spp, seeds[0::2])
     counts = pictures[0].statistics
     size = preset_of(case.view).render.size
-    needed = foretell(counts["sticks"], counts["triangles"], size, spp, variant)
+    needed = predict_bytes(counts["sticks"], counts["triangles"], size, spp, variant)
     samples = {
         **measured([each.rgb.astype(np.float64) for each in pictures], whole),
         "parts": [parts_in(visible)],

@@ -13,11 +13,11 @@ import numpy as np
 from bench.experiments.fidelity.scene import VIEWS, Case, displayed, preset_of, reference, view_of
 from bench.records.embedded_pictures import pictures
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE, flip_map
-from scenes.frame.frame_input import light_of, quality_of
-from scenes.frame.types import Visible
-from scenes.render.pictures.tone_map import encoded, exposure_of
-from scenes.render.pipeline.render import staged, taken
-from scenes.world.viewing_conditions import air_of
+from scenes.frame.displayed import Visible
+from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.pipeline.render import build_frame, trace
+from scenes.world.view import preset_air
 
 MAGNIFIED = 4
 DETAILS = (1.0, 4.0)
@@ -35,11 +35,11 @@ def pictures_of(variant: str, quick: bool, seed: int) -> list[dict[str, Any]]:
 
 def _one(view: str, variant: str, spp: int, seed: int) -> dict[str, Any]:
     whole = _picture(view, reference(view), variant, spp, seed)
-    exposure = exposure_of(whole)
-    shown = {"everything there is": encoded(whole, exposure)}
+    exposure = auto_exposure(whole)
+    shown = {"everything there is": to_srgb(whole, exposure)}
     for detail in DETAILS:
         cut = displayed(Case(view, "blake", detail, _EVERYTHING))
-        shown[f"pruned, τ = {detail:g} px"] = encoded(
+        shown[f"pruned, τ = {detail:g} px"] = to_srgb(
             _picture(view, cut, variant, spp, seed), exposure
         )
     first, *others = shown.values()
@@ -65,9 +65,9 @@ def _picture(
     preset = preset_of(view)
     camera = view_of(Case(view, "blake", 1.0)).camera
     larger = replace(camera, width=MAGNIFIED * camera.width, height=MAGNIFIED * camera.height)
-    quality = replace(quality_of(preset, variant), spp=spp, seed=seed)
-    stage = staged(larger, visible, air_of(preset), light_of(preset), quality)
-    return taken(stage, quality).rgb.astype(np.float64)
+    quality = replace(frame_quality(preset, variant), spp=spp, seed=seed)
+    stage = build_frame(larger, visible, preset_air(preset), sun_and_sky(preset), quality)
+    return trace(stage, quality).rgb.astype(np.float64)
 
 
 def _bytes(picture: np.ndarray) -> np.ndarray:

@@ -16,11 +16,11 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Representation
 from lod.pruning.pruner import Cut, cut_from_parts, prune
 from lod.pruning.view import View, in_view
-from scenes.frame.frame_input import short_ids
-from scenes.frame.types import Visible
+from scenes.frame.displayed import Visible, compact_ids
 from scenes.plugins.entry_points import metric_named
 from scenes.preset.load import Preset, load_preset
-from scenes.world.world import World, build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 VIEWS = {
     "eye level": (),
@@ -161,7 +161,9 @@ def _full(each: Representation, view: str) -> View:
 
 
 def _visible(each: Representation, view: View, cut: Cut) -> Visible:
-    return Visible(each.name, short_ids(cut), each.appearance(cut.parts, blend_weights(cut, view)))
+    return Visible(
+        each.name, compact_ids(cut), each.appearance(cut.parts, blend_weights(cut, view))
+    )
 
 
 def parts_in(visible: Sequence[Visible]) -> int:

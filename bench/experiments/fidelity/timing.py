@@ -14,10 +14,10 @@ from bench.experiments.fidelity.scene import Case, displayed, parts_in, preset_o
 from bench.records.records import Point
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
 from lod.arrays import Reals
-from scenes.frame.frame_input import light_of, quality_of
-from scenes.render.pipeline.memory_model import foretell
-from scenes.render.pipeline.render import staged, taken
-from scenes.world.viewing_conditions import air_of
+from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.render.pipeline.memory_model import predict_bytes
+from scenes.render.pipeline.render import build_frame, trace
+from scenes.world.view import preset_air
 
 TIMED = "species, timed"
 """What such a point says of ``pruned``: species as in the sweeps, under the same whole ground."""
@@ -62,17 +62,19 @@ def over_unpruned(points: Sequence[Point], point: Point) -> Estimate | None:
 
 def _frame(case: Case, variant: str, seed: int) -> dict[str, int]:
     preset = preset_of(case.view)
-    quality = replace(quality_of(preset, variant), spp=SPP, seed=seed)
+    quality = replace(frame_quality(preset, variant), spp=SPP, seed=seed)
     start = time.perf_counter()
     visible = displayed(case)
     pruned = time.perf_counter()
-    stage = staged(view_of(case).camera, visible, air_of(preset), light_of(preset), quality)
+    stage = build_frame(
+        view_of(case).camera, visible, preset_air(preset), sun_and_sky(preset), quality
+    )
     built = time.perf_counter()
-    layers = taken(stage, quality)
+    layers = trace(stage, quality)
     ends = start, pruned, built, time.perf_counter()
     took = {f"{k}_us": round(1e6 * t) for k, t in zip(STAGES, np.diff(ends), strict=True)}
     drawn = layers.statistics["sticks"], layers.statistics["triangles"]
-    needed = foretell(*drawn, preset.render.size, SPP, variant)
+    needed = predict_bytes(*drawn, preset.render.size, SPP, variant)
     return took | {"parts": parts_in(visible), "foretold_bytes": needed}
 
 

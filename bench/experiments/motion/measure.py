@@ -22,7 +22,8 @@ from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
-from scenes.world.world import World, build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 NAME, VERSION = "motion", 2
 FIELDS, QUICK_FIELDS = 12, 4

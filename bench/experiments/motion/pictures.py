@@ -15,10 +15,10 @@ import numpy as np
 from bench.experiments.motion.moves import Move
 from bench.records.records import Point
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.frame.types import FrameInput
 from scenes.preset.load import Preset, load_preset
-from scenes.render.pictures.tone_map import encoded, exposure_of
+from scenes.render.pictures.tone_map import auto_exposure, to_srgb
 from scenes.render.pipeline.subframes import render_exposed
 from scenes.world.world import World, build_world
 
@@ -59,12 +59,12 @@ def measure(move: Move, pair: int, cuts: tuple[str, ...], how: tuple[str, int, i
     variant, spp, seed = how
     heading, world = 360.0 * pair / LEAST_PAIRS - 180.0, _world()
     spatial, *tested = (
-        shoot(world, preset_of(move, cut, heading, spp), FRAME, variant)
+        assemble_frame(world, preset_of(move, cut, heading, spp), FRAME, variant)
         for cut in ("spatial", *cuts)
     )
     one, two = (seed + 2 * pair + k for k in (0, 1))
     other = _picture(spatial, two)
-    exposure = exposure_of(other)
+    exposure = auto_exposure(other)
     reference = _shown(other, exposure)
     floor = mean_flip(_shown(_picture(spatial, one), exposure), reference)
     points = []
@@ -91,4 +91,4 @@ def _picture(made: FrameInput, seed: int) -> np.ndarray:
 
 
 def _shown(radiance: np.ndarray, exposure: float) -> np.ndarray:
-    return encoded(radiance, exposure).astype(np.float32)
+    return to_srgb(radiance, exposure).astype(np.float32)

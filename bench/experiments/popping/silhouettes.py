@@ -16,9 +16,10 @@ from lod.atmosphere.air import CLEAR
 from lod.camera import Camera
 from lod.motion.image_motion import eye_relative_to
 from lod.pruning.parts import Sticks
-from scenes.frame.frame_input import Shown, visible_at
-from scenes.frame.types import Light, Quality, Visible
-from scenes.render.pipeline.render import staged, taken
+from scenes.frame.displayed import Shown, Visible, visible_at
+from scenes.frame.quality import Quality
+from scenes.render.pipeline.render import build_frame, trace
+from scenes.world.light import Light
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 """Of linear Rec.709 (ITU-R BT.709)."""
@@ -42,8 +43,8 @@ def silhouettes(
     here = replace(camera, corner=corner, eye=eye_relative_to(corner, camera))
     visible = [whitened(visible_at(each, time_s, None)) for each in shown]
     gc.collect()  # the renderer numbers shapes from 1 only where none before are left
-    stage = staged(here, visible, CLEAR, light, replace(quality, max_depth=1))
-    layers = [taken(stage, quality, number).albedo for number in samples]
+    stage = build_frame(here, visible, CLEAR, light, replace(quality, max_depth=1))
+    layers = [trace(stage, quality, number).albedo for number in samples]
     return tuple(albedo[..., 0] + (1 - albedo[..., 1]) for albedo in layers)
 
 

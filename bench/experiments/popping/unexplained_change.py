@@ -19,9 +19,12 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View, in_view
 from scenes.field.species_field import SpeciesField
-from scenes.frame.frame_input import Shown, light_of, quality_of, with_schedule
+from scenes.frame.displayed import Shown
+from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.frame.schedule import with_schedule
 from scenes.preset.load import Preset
-from scenes.world.world import World, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World
 
 AT_FULL_SIZE = 0.5
 """Share of itself from which on a part that comes or goes is said to pop."""
@@ -134,7 +137,7 @@ class Walk:
 
 def walk(world: World, presets: Sequence[Preset], frames: Sequence[int], variant: str) -> Walk:
     """Measure consecutive frames of a walk, as these presets have them by turns."""
-    light, quality = light_of(presets[0]), quality_of(presets[0], variant)
+    light, quality = sun_and_sky(presets[0]), frame_quality(presets[0], variant)
     counts, changes, before = [], [], None
     for number, after in zip(frames, frames_of(world, presets, frames), strict=True):
         if before is not None:

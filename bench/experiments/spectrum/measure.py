@@ -26,12 +26,14 @@ from lod.atmosphere.air import CLEAR
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
-from scenes.frame.frame_input import short_ids
-from scenes.frame.types import Light, Quality, Visible
+from scenes.frame.displayed import Visible, compact_ids
+from scenes.frame.quality import Quality
 from scenes.preset.load import Preset, load_preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
-from scenes.world.world import World, build_world, view_at
+from scenes.world.light import Light
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 NAME, VERSION = "spectrum", 1
 DETAILS = (2.0, 4.0, 8.0, 16.0)
@@ -117,7 +119,7 @@ def picture(heading: float, detail: float | None, variant: str, seed: int) -> Pi
     for each in world.representations:
         cut = prune(each, view)
         shape = each.appearance(cut.parts, blend_weights(cut, view))
-        visible.append(Visible(each.name, short_ids(cut), shape))
+        visible.append(Visible(each.name, compact_ids(cut), shape))
     quality = Quality(variant, _SPP, 0, max_depth=1)
     light = Light(preset.light.sun_azimuth, preset.light.sun_elevation)
     layers = render_frame(view.camera, visible, CLEAR, light, quality)

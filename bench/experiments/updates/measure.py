@@ -32,11 +32,14 @@ from lod.pruning.update_schedule import (
     replay_frames,
     threshold_rule,
 )
-from scenes.frame.frame_input import Shown, posed_in, scheduled, shoot
+from scenes.frame.displayed import Shown
+from scenes.frame.frame_input import assemble_frame
+from scenes.frame.schedule import is_scheduled, poses_over
 from scenes.preset.load import Preset, load_preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
-from scenes.world.world import World, build_world, time_of, view_at
+from scenes.world.view import frame_time, view_at
+from scenes.world.world import World, build_world
 
 NAME, VERSION = "updates", 2
 FRAME = WINDOW + 8
@@ -118,7 +121,7 @@ def counted(world: World, preset: Preset) -> dict[str, int]:
     every rule; and by their speed.
     """
     shown, numbers = movers(world, preset, FRAME), replay_frames(FRAME)
-    made = [posed_in(world, preset, numbers, each) for each in shown]
+    made = [poses_over(world, preset, numbers, each) for each in shown]
     frames = [_together(each) for each in zip(*made, strict=True)]
     last, parts = frames[-1], len(frames[-1].due)
     rules = {f"{t:g} px": threshold_rule(t) for t in THRESHOLDS}
@@ -143,7 +146,7 @@ def movers(world: World, preset: Preset, frame: int) -> list[Shown]:
     for each in world.representations:
         cut = prune(each, view)
         shown = Shown(each, cut, blend_weights(cut, view), view)
-        if scheduled(shown, time_of(preset, frame + 1)):
+        if is_scheduled(shown, frame_time(preset, frame + 1)):
             found.append(shown)
     return found
 
@@ -185,7 +188,7 @@ def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str,
     posing what could be kept, and comparing it with how it was drawn, once [s].
     """
     clock = [time.process_time()]
-    made = shoot(world, preset, frame, variant)
+    made = assemble_frame(world, preset, frame, variant)
     clock.append(time.process_time())
     render_frame(made.camera, made.visible, made.air, made.light, made.quality, frame)
     clock.append(time.process_time())
@@ -204,7 +207,7 @@ def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str,
 
 def _posed(world: World, preset: Preset, frame: int, shown: Sequence[Shown]) -> list[TruePose]:
     """What is shown of each, as it stands in a frame."""
-    return [each for one in shown for each in posed_in(world, preset, (frame,), one)]
+    return [each for one in shown for each in poses_over(world, preset, (frame,), one)]
 
 
 def _scene_hash() -> str:

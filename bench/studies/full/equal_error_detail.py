@@ -18,12 +18,13 @@ from bench.statistics.estimates import Estimate
 from bench.statistics.excess_flip import ExcessFlip, over_noise
 from bench.studies.full.worlds import Kind, Picture, preset_of
 from lod.errors import InputError
-from scenes.frame.frame_input import shoot
-from scenes.frame.types import Layers
+from scenes.frame.frame_input import assemble_frame
+from scenes.frame.layers import Layers
 from scenes.preset.load import Preset
-from scenes.render.pipeline.render import staged, taken
+from scenes.render.pipeline.render import build_frame, trace
 from scenes.render.sequence.detail_budget import parts_displayed
-from scenes.world.world import World, build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 FINEST_PX, COARSEST_PX = 1 / 16, 32.0
 _METRIC = "blake"
@@ -62,9 +63,9 @@ class Searcher:
 
 def pictures(world: World, preset: Preset, variant: str, seeds: Sequence[int]) -> list[Layers]:
     """The first frame, once with each seed of the sampler."""
-    made = shoot(world, preset, 1, variant)
-    stage = staged(made.camera, made.visible, made.air, made.light, made.quality)
-    return [taken(stage, replace(made.quality, seed=each)) for each in seeds]
+    made = assemble_frame(world, preset, 1, variant)
+    stage = build_frame(made.camera, made.visible, made.air, made.light, made.quality)
+    return [trace(stage, replace(made.quality, seed=each)) for each in seeds]
 
 
 def search(at: Callable[[float], Point], start: float, halvings: int) -> list[Point]:

@@ -17,7 +17,7 @@ import psutil
 
 from scenes.preset.load import Preset
 from scenes.render.mitsuba.variants import choose
-from scenes.render.sequence.one_frame import Record, settings_of
+from scenes.render.sequence.one_frame import Record, frame_settings
 from scenes.render.sequence.worker import Worker
 
 LEFT_BYTES = 1_000_000_000
@@ -86,7 +86,7 @@ def started(stack: ExitStack, folder: Path, preset: Preset, most_bytes: int) -> 
         if _held(process) > GUARD * most_bytes or psutil.virtual_memory().available < LEFT_BYTES:
             raise TooLarge
 
-    settings, target = settings_of(preset, choose(preset.render.variant)), folder / "frame.exr"
+    settings, target = frame_settings(preset, choose(preset.render.variant)), folder / "frame.exr"
     with ExitStack() as mine:
         worker = mine.enter_context(Worker(watch=watch))
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 from lod.law.uneven_ground import max_ground_distance
 from scenes.preset.load import Preset, load_preset
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,9 @@ from lod.errors import InputError
 from lod.pruning.parts import Sticks, Triangles
 from lod.pruning.pruner import Cut
 from lod.threads import map_chunks
-from scenes.frame.types import Light, Visible
+from scenes.frame.displayed import Visible
 from scenes.render.description.stick_batches import Batch, batches
+from scenes.world.light import Light
 
 Description = dict[str, Any]
 
@@ -91,7 +92,7 @@ def _light(light: Light) -> Description:
     }
 
 
-def recaptured(description: Description, camera: Camera, after: Camera | None) -> Description:
+def with_camera(description: Description, camera: Camera, after: Camera | None) -> Description:
     """The same things from another place, in coordinates of the same corner."""
     places = {"camera": camera, "after": after}
     return {

@@ -3,7 +3,7 @@
 import numpy as np
 
 
-def looked_up(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndarray:
+def interpolate(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """Between the four nearest entries of a table (rows, columns, bands), (…, bands).
 
     ``row`` (…) counts from 0 and stays within the table; ``turn`` (…) is in whole turns.
@@ -18,7 +18,7 @@ def looked_up(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndarra
     return lower * (1 - down) + upper * down
 
 
-def looked_up_along(
+def interpolate_planes(
     table: np.ndarray, plane: np.ndarray, row: np.ndarray, turn: np.ndarray
 ) -> np.ndarray:
     """The same in a table of planes (planes, rows, columns, bands), ``plane`` (…) from 0."""
@@ -27,27 +27,27 @@ def looked_up_along(
     low = np.floor(plane)
     share, high = (plane - low)[..., None], np.minimum(low + 1, planes - 1)
     flat = table.reshape(planes * rows, *table.shape[2:])  # a last row is followed by none
-    near, far = (looked_up(flat, each * rows + row, turn) for each in (low, high))
+    near, far = (interpolate(flat, each * rows + row, turn) for each in (low, high))
     return near * (1 - share) + far * share
 
 
-def turn_of(directions: np.ndarray) -> np.ndarray:
+def azimuth(directions: np.ndarray) -> np.ndarray:
     """Azimuth in whole turns clockwise from north, (…, 3) → (…), 0 to 1."""
     return np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0
 
 
-def row_by_sine(rows: int, up: np.ndarray) -> np.ndarray:
+def row_sine(rows: int, up: np.ndarray) -> np.ndarray:
     """Where rows are the middles of even steps in the sine of elevation, from −1 to 1."""
     return (up + 1) / 2 * rows - 0.5
 
 
-def row_by_root(rows: int, up: np.ndarray) -> np.ndarray:
+def row_sqrt_sine(rows: int, up: np.ndarray) -> np.ndarray:
     """Where rows run from straight below to straight above, evenly in the root of the sine of
     elevation, either way from the horizon: most of them where views change most."""
     return (np.sign(up) * np.sqrt(np.abs(up)) + 1) / 2 * (rows - 1)
 
 
-def row_above(rows: int, up: np.ndarray) -> np.ndarray:
+def row_upper(rows: int, up: np.ndarray) -> np.ndarray:
     """Where rows run from the horizon to straight up, evenly in the root of the sine of elevation:
     most of them where the sky changes most."""
     return np.sqrt(np.clip(up, 0.0, 1.0)) * (rows - 1)

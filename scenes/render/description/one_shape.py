@@ -6,16 +6,11 @@ build and to trace.
 """
 
 from collections.abc import Iterator
-from functools import lru_cache
-from typing import Any
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
 
 from scenes.render.description.describe import Description
 from scenes.render.description.stick_batches import MOST_SEGMENTS, aligned
-from scenes.render.mitsuba.plugin import loaded
 
 
 def in_one_shape(description: Description) -> Description:
@@ -68,32 +63,3 @@ def _joined(curves: list[Description]) -> Description:
         "tints": np.array([curve["albedo"] for curve in curves]),
         "tint": np.repeat(np.arange(len(curves), dtype=np.uint32), counts),
     }
-
-
-def tint_of_segments(tint: np.ndarray, tints: np.ndarray) -> Any:
-    """A texture: albedo (k, 3) of each segment's own tint (s,)."""
-    texture = loaded({"type": _texture_of(str(mi.variant()))})
-    texture.tint = mi.UInt32(tint)
-    texture.tints = mi.Float(tints.astype(np.float32).reshape(-1))
-    return texture
-
-
-@lru_cache(maxsize=4)
-def _texture_of(variant: str) -> str:
-    """Register the texture with the variant that is set; its name."""
-
-    class TintOfSegments(mi.Texture):
-        """Albedo by the number of the primitive that was met."""
-
-        tint: Any
-        tints: Any
-
-        def eval(self, si: Any, active: Any = True) -> Any:
-            row = dr.gather(mi.UInt32, self.tint, si.prim_index, active)
-            return dr.gather(mi.Color3f, self.tints, row, active)
-
-        def is_spatially_varying(self) -> bool:
-            return True
-
-    mi.register_texture("tint_of_segments", TintOfSegments)
-    return "tint_of_segments"

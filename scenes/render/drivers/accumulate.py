@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenes.frame.types import SKY_Z, Layers
-from scenes.render.drivers.motion_vectors import motion_layer
-from scenes.render.mitsuba.build import Built
+from scenes.frame.layers import SKY_Z, Layers
+from scenes.render.drivers.motion_vectors import motion_vectors
+from scenes.render.mitsuba.build import BuiltScene
 
 Watch = Callable[[int], object]
 """Called by the drivers with the number of samples that were just taken."""
@@ -42,8 +42,8 @@ class Samples:
         kept[band, ..., : len(columns)] = guides[..., columns]
 
 
-def layers_of(
-    samples: Samples, built: Built, seconds: dict[str, float], statistics: dict[str, int]
+def make_layers(
+    samples: Samples, built: BuiltScene, seconds: dict[str, float], statistics: dict[str, int]
 ) -> Layers:
     """The frame's layers; what is left of the sky's small negatives becomes 0 and is counted."""
     met = samples.hit[..., 0] > 0
@@ -59,5 +59,5 @@ def layers_of(
         level=ids[..., 2],
         seconds=seconds,
         statistics={**statistics, "clamped": clamped, "replaced": samples.replaced},
-        motion=motion_layer(samples.hit, built) if built.description["after"] else None,
+        motion=motion_vectors(samples.hit, built) if built.description["after"] else None,
     )

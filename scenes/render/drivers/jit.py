@@ -9,13 +9,13 @@ import numpy as np
 
 from lod.atmosphere.air import haze_extinction, mist_extinction
 from lod.atmosphere.mist import Mist
-from scenes.frame.types import Quality, sampler_seed
+from scenes.frame.quality import Quality, sampler_seed
 from scenes.render.drivers.accumulate import Samples, Watch
+from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
 from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups
-from scenes.render.drivers.wavefront import rays, sums
 from scenes.render.haze.haze import Haze
 from scenes.render.haze.scattered_layer import NEAR_M, RATIO
-from scenes.render.mitsuba.build import GUIDES, Built, sensor
+from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
 
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
@@ -26,7 +26,9 @@ _SMALL = 2e-3
 _NO_END = 1e30
 
 
-def render_jit(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
+def render_jit(
+    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: Watch
+) -> Samples:
     """Render group by group of samples, run by run of pixels.
 
     The sample that Z, N and the ids come from is each pixel's first, somewhere in the pixel.
@@ -47,7 +49,7 @@ def render_jit(built: Built, haze: Haze, quality: Quality, frame: int, watch: Wa
 
 
 def _wavefront(
-    built: Built,
+    built: BuiltScene,
     haze: Haze,
     view: Any,
     total: Samples,
@@ -58,7 +60,7 @@ def _wavefront(
 ) -> None:
     """Add ``spp`` samples of each pixel of a run to ``total``."""
     size = built.description["camera"]["size"]
-    sampler, ray = rays(view, size, pixels, spp, seed)
+    sampler, ray = sample_rays(view, size, pixels, spp, seed)
     # Radiance and what was met, of every sample; then the air in between.
     colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray)
     guides = values[_IMAGE_CHANNELS:]
@@ -75,8 +77,8 @@ def _add(
     total: Samples, colour: Any, guides: list[Any], pixels: slice, spp: int, keep: bool
 ) -> None:
     rgb, albedo = total.rgb.reshape(-1, 3)[pixels], total.albedo.reshape(-1, 3)[pixels]
-    rgb += sums(colour, spp)
-    albedo += sums(guides[GUIDES["albedo"]], spp)
+    rgb += pixel_sums(colour, spp)
+    albedo += pixel_sums(guides[GUIDES["albedo"]], spp)
     if keep:
         first = dr.arange(mi.UInt32, pixels.stop - pixels.start) * spp
         chosen = [np.array(dr.gather(mi.Float, guide, first)) for guide in guides]

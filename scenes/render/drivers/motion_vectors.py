@@ -13,12 +13,12 @@ import numpy as np
 
 from lod.rotations import rotated
 from scenes.render.description.describe import NEAR_M, Description
-from scenes.render.drivers.film import pixel_directions
-from scenes.render.mitsuba.build import Built
+from scenes.render.drivers.camera_rays import pixel_directions
+from scenes.render.mitsuba.build import BuiltScene
 from scenes.rig.rotations import shortest_arc
 
 
-def motion_layer(hit: np.ndarray, built: Built) -> np.ndarray:
+def motion_vectors(hit: np.ndarray, built: BuiltScene) -> np.ndarray:
     """Motion of every pixel, x right and y up, (h, w, 2) [px].
 
     hit: (h, w, 9) as in Samples. 0 where the point is behind the next camera.
@@ -27,13 +27,13 @@ def motion_layer(hit: np.ndarray, built: Built) -> np.ndarray:
     met = hit[..., 0] > 0
     ahead = pixel_directions(camera, 1, (0, camera["size"][1])).astype(np.float64)[~met]
     before, now = np.empty((2, *hit.shape[:2], 2))
-    before[met] = projected(camera, hit[met][:, 6:9] - camera["eye"])
-    now[met] = projected(after, carried(built, hit[met]) - after["eye"])
-    before[~met], now[~met] = projected(camera, ahead), projected(after, ahead)
+    before[met] = project(camera, hit[met][:, 6:9] - camera["eye"])
+    now[met] = project(after, next_positions(built, hit[met]) - after["eye"])
+    before[~met], now[~met] = project(camera, ahead), project(after, ahead)
     return np.nan_to_num(now - before, nan=0.0)
 
 
-def projected(camera: Description, offset: np.ndarray) -> np.ndarray:
+def project(camera: Description, offset: np.ndarray) -> np.ndarray:
     """Where points are in the picture, from their offsets to the eye (n, 3): x right and y up from
     its middle, (n, 2) [px]; NaN behind the near plane."""
     depth = offset @ camera["forward"]
@@ -43,7 +43,7 @@ def projected(camera: Description, offset: np.ndarray) -> np.ndarray:
     return scale * aside / np.where(depth > NEAR_M, depth, np.nan)[:, None]
 
 
-def carried(built: Built, hit: np.ndarray) -> np.ndarray:
+def next_positions(built: BuiltScene, hit: np.ndarray) -> np.ndarray:
     """Where the points of hits (n, 9) are in the next frame, in this one's coordinates, (n, 3)."""
     point = hit[:, 6:9].astype(np.float64)
     shape, primitive = hit[:, 4].astype(int), hit[:, 5].astype(int)
@@ -52,11 +52,13 @@ def carried(built: Built, hit: np.ndarray) -> np.ndarray:
         sticks = built.description["shapes"][name]
         first = sticks["segment_indices"][primitive[rows]].astype(int)
         start, end = (sticks["control_points"][first + k][:, :3].astype(float) for k in (0, 1))
-        point[rows] = with_stick(point[rows], start, end, moves[primitive[rows]].astype(float))
+        point[rows] = carry_with_stick(
+            point[rows], start, end, moves[primitive[rows]].astype(float)
+        )
     return point
 
 
-def with_stick(
+def carry_with_stick(
     point: np.ndarray, start: np.ndarray, end: np.ndarray, moves: np.ndarray
 ) -> np.ndarray:
     """Points (n, 3) carried by sticks whose ends (n, 3) move by ``moves`` (n, 2, 3), (n, 3).

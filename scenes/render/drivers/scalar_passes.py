@@ -26,17 +26,25 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.types import Quality, sampler_seed
+from scenes.frame.quality import Quality, sampler_seed
 from scenes.render.drivers.accumulate import Samples, Watch
-from scenes.render.drivers.film import pixel_directions
+from scenes.render.drivers.camera_rays import pixel_directions
 from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups, square_sides
-from scenes.render.haze.haze import Haze, airlight_on_the_way, beyond, depth_to, veil
-from scenes.render.mitsuba.build import GUIDES, Built, sensor
+from scenes.render.haze.haze import (
+    Haze,
+    airlight_along,
+    mist_transmittance,
+    optical_depth_to,
+    sky_through_air,
+)
+from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
 
 _IMAGE, _THROUGH, _CORRECTION, _GUIDES = range(4)
 
 
-def render_passes(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
+def render_passes(
+    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: Watch
+) -> Samples:
     """Render band by band of rows.
 
     The sample that Z, N and the ids come from is the last of the guide pass's square: below and
@@ -67,7 +75,7 @@ def _runs(spp: int) -> tuple[int, ...]:
 class _Band:
     """Rows of pixels, (first, one past the last), few enough to trace ``spp`` samples at once."""
 
-    built: Built
+    built: BuiltScene
     haze: Haze
     rows: tuple[int, int]
     spp: int
@@ -113,7 +121,7 @@ class _Band:
             directions = pixel_directions(self.camera, side, self.rows)
             here, air = self._air(distance, directions, low, side)
             disc = (directions @ self.haze.to_sun > self.haze.sun_cosine) & (distance[..., 0] == 0)
-            sun = disc[..., None] * veil(self.haze, directions) * self.haze.sun
+            sun = disc[..., None] * mist_transmittance(self.haze, directions) * self.haze.sun
             through = through + _pixel_sum(here, side)
             added = added + _pixel_sum(air + sun, side)
         return through / self.spp, added / self.spp
@@ -136,11 +144,11 @@ class _Band:
     ) -> tuple[np.ndarray, np.ndarray]:
         """T of each film pixel and the light that its air adds, up to what is met there, or to the
         sky, (h, w, bands) each."""
-        sky, in_sky = beyond(self.haze, directions, _spread(low[..., None], side)[..., 0])
+        sky, in_sky = sky_through_air(self.haze, directions, _spread(low[..., None], side)[..., 0])
         metres, rise = distance.astype(np.float64)[..., 0], directions[..., 2].astype(np.float64)
-        depth = depth_to(self.haze, metres.ravel(), rise.ravel()).reshape(sky.shape)
+        depth = optical_depth_to(self.haze, metres.ravel(), rise.ravel()).reshape(sky.shape)
         through = np.exp(-depth)
-        air = airlight_on_the_way(self.haze, directions, metres)
+        air = airlight_along(self.haze, directions, metres)
         met = distance > 0
         return np.where(met, through, sky), np.where(met, air * (1 - through), in_sky)
 

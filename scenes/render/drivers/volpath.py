@@ -4,17 +4,19 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.types import Quality, sampler_seed
+from scenes.frame.quality import Quality, sampler_seed
 from scenes.render.drivers.accumulate import Samples, Watch
+from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
 from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups
-from scenes.render.drivers.wavefront import rays, sums
 from scenes.render.haze.haze import Haze
-from scenes.render.mitsuba.build import GUIDES, Built, sensor
+from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
 
 _IMAGE, _GUIDES = range(2)
 
 
-def render_medium(built: Built, haze: Haze, quality: Quality, frame: int, watch: Watch) -> Samples:
+def render_medium(
+    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: Watch
+) -> Samples:
     """Render band by band of rows; the air is in the scene, and of ``haze`` nothing is used.
 
     The sample that Z, N and the ids come from is somewhere in the pixel.
@@ -41,20 +43,20 @@ def render_medium(built: Built, haze: Haze, quality: Quality, frame: int, watch:
     return total
 
 
-def _image(built: Built, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:
+def _image(built: BuiltScene, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:
     """Mean radiance of a band of rows, (rows, columns, 3)."""
     if str(mi.variant()).startswith("scalar_"):
         return _trace(built, "medium", rows, spp, seed)
     size = built.description["camera"]["size"]
     view = sensor(built.description["camera"], medium=built.medium)
     pixels = slice(rows[0] * size[0], rows[1] * size[0])
-    sampler, ray = rays(view, size, pixels, spp, seed)
+    sampler, ray = sample_rays(view, size, pixels, spp, seed)
     colour, _, _ = built.integrators["medium"].sample(built.scene, sampler, ray, built.medium)
     dr.eval(colour)
-    return (sums(colour, spp) / spp).reshape(-1, size[0], 3)
+    return (pixel_sums(colour, spp) / spp).reshape(-1, size[0], 3)
 
 
-def _trace(built: Built, name: str, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:
+def _trace(built: BuiltScene, name: str, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:
     """One pass over a band of rows, (rows, columns, channels)."""
     view = sensor(built.description["camera"], 1, rows, spp, built.medium)
     chosen = built.integrators[name]

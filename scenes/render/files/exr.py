@@ -21,7 +21,8 @@ import numpy as np
 import OpenEXR
 
 from lod.errors import InputError
-from scenes.frame.types import PLAIN, FileForm, Layers
+from scenes.frame.layers import Layers
+from scenes.frame.types import PLAIN, FileForm
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 _HALF_MAX = 65504.0

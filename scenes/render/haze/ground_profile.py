@@ -19,7 +19,7 @@ def ground_points(description: Description) -> np.ndarray | None:
     return np.concatenate(points).astype(np.float64) if points else None
 
 
-def profile_of(points: np.ndarray, eye: np.ndarray) -> Profile:
+def ground_profile(points: np.ndarray, eye: np.ndarray) -> Profile:
     """Mean heights of points (n, 3) about an eye (3,); between those known where there are none."""
     away = points[:, :2] - eye[:2]
     spoke = np.rint(np.arctan2(away[:, 0], away[:, 1]) / (2 * np.pi) * SPOKES).astype(np.int64)

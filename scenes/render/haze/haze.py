@@ -16,17 +16,17 @@ from lod.arrays import Reals
 from lod.atmosphere.air import Air, PathBands, mist_extinction, optical_depth
 from lod.atmosphere.mist import base_equivalent_length
 from scenes.render.description.direction_table import (
-    looked_up,
-    looked_up_along,
-    row_above,
-    row_by_root,
-    turn_of,
+    azimuth,
+    interpolate,
+    interpolate_planes,
+    row_sqrt_sine,
+    row_upper,
 )
 from scenes.render.haze.horizon_airlight import HORIZON_DEG, horizon
 from scenes.render.haze.scattered_layer import NEAR_M, RATIO, Layer
 from scenes.render.mitsuba.bands import Bands
-from scenes.render.mitsuba.build import Built
-from scenes.render.mitsuba.emitters import bands, sun_disc
+from scenes.render.mitsuba.build import BuiltScene
+from scenes.render.mitsuba.emitters import sun_disc, variant_bands
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +35,8 @@ class Haze:
 
     air       what lies in between; bands of the picture, wavelengths of which are (bands,) [nm]
     eye_m     height of the eye above the datum
-    airlight  (planes, rows, columns, bands) by distance (see ``plane_at``) and direction
-        (scenes.render.description.direction_table.row_by_root)
+    airlight  (planes, rows, columns, bands) by distance (see ``plane_index``) and direction
+        (scenes.render.description.direction_table.row_sqrt_sine)
     seen      (rows, columns, bands) of what meets nothing, see row_above; None = as it is rendered
     lowest    sine of the elevation below which a ray that meets nothing gets the airlight
     to_sun    (3,); sun (bands,) radiance of the disc; sun_cosine of its angular radius
@@ -58,14 +58,14 @@ class Haze:
         return self.bands.wavelengths
 
 
-def haze_of(built: Built, air: Air) -> Haze:
+def make_haze(built: BuiltScene, air: Air) -> Haze:
     """The air of a built scene, and its light: scattered where the scene is lit through a layer."""
     light = built.description["light"]
     sun, cosine = sun_disc(light)
     layer: Layer | None = light.get("layer")
     return Haze(
         air=air,
-        bands=bands(),
+        bands=variant_bands(),
         eye_m=float(built.description["camera"]["eye"][2]),
         airlight=layer.airlight if layer else horizon(light)[None, None],
         seen=layer.seen if layer else None,
@@ -76,13 +76,13 @@ def haze_of(built: Built, air: Air) -> Haze:
     )
 
 
-def depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
+def optical_depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
     """∫β from the eye over each distance [m], in a direction that rises by ``rise`` a metre."""
     start = np.full_like(distance, haze.eye_m)
     return optical_depth(haze.air, start, start + distance * rise, distance, haze.wavelengths)
 
 
-def veil(haze: Haze, directions: np.ndarray) -> np.ndarray:
+def mist_transmittance(haze: Haze, directions: np.ndarray) -> np.ndarray:
     """Transmittance of the mist from the eye to where it ends, (…, 3) → (…, bands); below the
     horizon as at it. 1 where ``seen`` holds the mist already."""
     rise = np.maximum(directions[..., 2].astype(np.float64).ravel(), haze.lowest)
@@ -93,24 +93,26 @@ def veil(haze: Haze, directions: np.ndarray) -> np.ndarray:
     return np.exp(-depth).reshape(*directions.shape[:-1], -1)
 
 
-def beyond(haze: Haze, directions: np.ndarray, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def sky_through_air(
+    haze: Haze, directions: np.ndarray, low: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Of rays that meet nothing: the share they show of the sky as rendered, and the light added to
     it, (…, bands) each. ``low`` (…) says which show the airlight alone."""
-    air = airlight_on_the_way(haze, directions, np.full(low.shape, np.inf))
+    air = airlight_along(haze, directions, np.full(low.shape, np.inf))
     if haze.seen is None:
-        through = np.where(low[..., None], 0.0, veil(haze, directions))
+        through = np.where(low[..., None], 0.0, mist_transmittance(haze, directions))
         return through, air * (1 - through)
     up = directions[..., 2]
-    sky = looked_up(haze.seen, row_above(len(haze.seen), up), turn_of(directions))
+    sky = interpolate(haze.seen, row_upper(len(haze.seen), up), azimuth(directions))
     return np.zeros_like(sky), np.where(up[..., None] > 0, sky, air)
 
 
-def airlight_on_the_way(haze: Haze, directions: np.ndarray, distance: np.ndarray) -> np.ndarray:
+def airlight_along(haze: Haze, directions: np.ndarray, distance: np.ndarray) -> np.ndarray:
     """Airlight of paths of a length (…) [m] from the eye, (…, bands)."""
-    row = row_by_root(haze.airlight.shape[1], directions[..., 2])
-    return looked_up_along(haze.airlight, plane_at(distance), row, turn_of(directions))
+    row = row_sqrt_sine(haze.airlight.shape[1], directions[..., 2])
+    return interpolate_planes(haze.airlight, plane_index(distance), row, azimuth(directions))
 
 
-def plane_at(distance: np.ndarray) -> np.ndarray:
+def plane_index(distance: np.ndarray) -> np.ndarray:
     """Where planes stand for distances NEAR_M, NEAR_M·RATIO, …"""
     return np.log(np.maximum(distance, NEAR_M) / NEAR_M) / np.log(RATIO)

@@ -4,7 +4,7 @@ import numpy as np
 
 from scenes.render.description.describe import Description
 from scenes.render.mitsuba.emitters import radiance, sky
-from scenes.render.mitsuba.plugin import loaded
+from scenes.render.mitsuba.plugin import load_plugin
 
 HORIZON_DEG = 0.5
 """Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
@@ -23,4 +23,4 @@ def horizon(light: Description) -> np.ndarray:
 def sky_radiance(light: Description, directions: np.ndarray) -> np.ndarray:
     """Of the sky without its sun, (n, 3) → (n, bands); never negative, as the model
     is in places."""
-    return np.maximum(radiance(loaded(sky(light, sun_scale=0.0)), directions), 0.0)
+    return np.maximum(radiance(load_plugin(sky(light, sun_scale=0.0)), directions), 0.0)

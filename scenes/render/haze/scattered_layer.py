@@ -28,12 +28,12 @@ from lod.atmosphere.plane_parallel import (
 )
 from lod.canopy.turbid_medium import Canopy
 from scenes.render.description.describe import Description
-from scenes.render.description.direction_table import looked_up, row_above, turn_of
+from scenes.render.description.direction_table import azimuth, interpolate, row_upper
 from scenes.render.description.medium_box import ALBEDO, ASYMMETRY, extent
-from scenes.render.haze.ground_profile import Profile, ground_points, heights_at, profile_of
+from scenes.render.haze.ground_profile import Profile, ground_points, ground_profile, heights_at
 from scenes.render.haze.horizon_airlight import sky_radiance
 from scenes.render.haze.sight_line_integral import Lines, Sources, gather
-from scenes.render.mitsuba.emitters import bands, sun_irradiance
+from scenes.render.mitsuba.emitters import sun_irradiance, variant_bands
 
 AIR = Scattering(ALBEDO, ASYMMETRY)
 
@@ -73,10 +73,10 @@ class Layer:
 
 def with_layer(description: Description, air: Air) -> Description:
     """The same frame, lit through the air; its light's ``layer`` is a Layer."""
-    return {**description, "light": {**description["light"], "layer": layer_of(description, air)}}
+    return {**description, "light": {**description["light"], "layer": make_layer(description, air)}}
 
 
-def layer_of(description: Description, air: Air) -> Layer:
+def make_layer(description: Description, air: Air) -> Layer:
     """The light of a frame before it is built, in the variant that is set."""
     light, place = description["light"], description["camera"]["eye"]
     profile, mean, top = _reach(description, air)
@@ -90,7 +90,7 @@ def layer_of(description: Description, air: Air) -> Layer:
     sky = sky_radiance(light, _sky_directions().reshape(-1, 3))
     sky = sky.reshape(_SKY_ROWS, _SKY_COLUMNS, -1)
     return Layer(
-        airlight=gather(sources, lines, air, bands().wavelengths, ends).source,
+        airlight=gather(sources, lines, air, variant_bands().wavelengths, ends).source,
         seen=_through(sky, sources, Lines(eye, _sky_sines(), around), air, top),
         arriving=_through(sky, sources, Lines(mean, _sky_sines(), level), air, top),
         sun=_sun_left(light["to_sun"], air, mean, top),
@@ -107,7 +107,7 @@ def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
         points = np.array([[*eye[:2], bottom]])
     if air.mist is not None:
         top = max(top, air.mist.base_m + _MIST_SCALES * air.mist.scale_m)
-    profile = profile_of(points, eye)
+    profile = ground_profile(points, eye)
     top = max(top, float(profile.max()) + description["light"]["canopy"].top_m + 1.0)
     return profile, min(float(points[:, 2].mean()), float(eye[2])), top
 
@@ -132,7 +132,7 @@ def _lit(description: Description, air: Air, ground: float, top: float) -> SlabI
     step = np.diff(height)
     return SlabInputs(
         height=height,
-        depth=optical_depth(air, height[:-1], height[1:], step, bands().wavelengths),
+        depth=optical_depth(air, height[:-1], height[1:], step, variant_bands().wavelengths),
         cover=np.concatenate((canopy.depth, np.zeros(_STEPS))),
         to_sun=light["to_sun"],
         sun=sun_irradiance(light),
@@ -167,9 +167,9 @@ def _through(sky: np.ndarray, sources: Sources, lines: Lines, air: Air, top_m: f
     whole = (top_m - lines.start_m) / lines.up
     steps = NEAR_M * RATIO ** np.arange(PLANES)[:, None]
     ends = np.concatenate((np.minimum(steps, whole), whole[None]))
-    found = gather(sources, lines, air, bands().wavelengths, ends)
+    found = gather(sources, lines, air, variant_bands().wavelengths, ends)
     way = _sky_directions()
-    own = looked_up(found.light[-1], row_above(_SKY_ROWS, way[..., 2]), turn_of(way))
+    own = interpolate(found.light[-1], row_upper(_SKY_ROWS, way[..., 2]), azimuth(way))
     return sky * np.exp(-found.depth[-1])[:, None] + own
 
 
@@ -177,4 +177,4 @@ def _sun_left(to_sun: np.ndarray, air: Air, at_m: float, top_m: float) -> np.nda
     """Share of the sun's light that comes down to a height, (bands,)."""
     length = (top_m - at_m) / max(float(to_sun[2]), LOWEST_SUN)
     ends = np.array([at_m]), np.array([top_m]), np.array([length])
-    return np.exp(-optical_depth(air, *ends, bands().wavelengths)[0])
+    return np.exp(-optical_depth(air, *ends, variant_bands().wavelengths)[0])

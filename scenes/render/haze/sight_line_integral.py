@@ -15,7 +15,7 @@ from jaxtyping import Float64
 from lod.arrays import Reals, freeze
 from lod.atmosphere.air import Air, optical_depth
 from lod.atmosphere.plane_parallel import RINGS, mean_path_fraction
-from scenes.render.description.direction_table import row_by_sine
+from scenes.render.description.direction_table import row_sine
 
 Light = Float64[np.ndarray, "rows spokes bands"]
 
@@ -82,7 +82,7 @@ def _source_at(sources: Sources, lines: Lines, distance: Reals) -> Light:
     """J at distances (rows,) along the lines."""
     ground = lines.ground(distance * np.sqrt(np.maximum(1 - lines.up**2, 0.0)))
     above = np.maximum((lines.start_m + lines.up * distance)[:, None] - ground, 0.0)
-    row = np.clip(row_by_sine(RINGS, lines.up), 0, RINGS - 1)
+    row = np.clip(row_sine(RINGS, lines.up), 0, RINGS - 1)
     spoke = np.arange(sources.source.shape[-2])
     total = np.zeros((*ground.shape, sources.source.shape[-1]))
     at = np.interp(ground, sources.ground, np.arange(len(sources.ground)))

@@ -44,7 +44,7 @@ class Bands:
 
 
 @lru_cache(maxsize=2)
-def bands_of(is_spectral: bool) -> Bands:
+def make_bands(is_spectral: bool) -> Bands:
     """Red, green and blue, or bands of equal width over the visible.
 
     Spectral bands become XYZ by the mean of colour-science's CIE 1931 2° colour matching functions

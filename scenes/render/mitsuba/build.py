@@ -12,9 +12,9 @@ import mitsuba as mi
 import numpy as np
 
 from scenes.render.description.describe import MEDIUM, Description
-from scenes.render.mitsuba.emitters import bands, sun, surroundings
-from scenes.render.mitsuba.plugin import loaded
-from scenes.render.mitsuba.shapes import shape_of, steady
+from scenes.render.mitsuba.emitters import sun, surroundings, variant_bands
+from scenes.render.mitsuba.plugin import load_plugin
+from scenes.render.mitsuba.shapes import make_shape, stabilise_kernels
 
 GUIDES = {
     "depth": slice(0, 1),
@@ -34,7 +34,7 @@ BLOCK_SIZE = 32
 
 
 @dataclass(frozen=True, eq=False)
-class Built:
+class BuiltScene:
     """A Mitsuba scene, and what finds its way back from a hit to the parts.
 
     integrators   "image" alone, "distance" alone, "guides" alone, and "all": image and guides;
@@ -64,12 +64,12 @@ class Built:
         return self.ids[row]
 
 
-_STILL_THERE: WeakSet[Built] = WeakSet()
+_STILL_THERE: WeakSet[BuiltScene] = WeakSet()
 """Scenes that someone holds. Where that is but a cycle, as after the imports of a first frame, it
 is broken before the next is built: a JIT variant compiles code for every shape that there is."""
 
 
-def use_up(description: Description) -> Built:
+def build_scene(description: Description) -> BuiltScene:
     """Build the scene of a description; the acceleration structure is made here.
 
     Its ``shapes``, ``ids`` and ``owners`` are taken out of it, so that nothing is held twice: what
@@ -83,23 +83,23 @@ def use_up(description: Description) -> Built:
     with tempfile.TemporaryDirectory() as folder:
         stub = Path(folder) / "stub.txt"
         stub.write_text("0 0 0 1\n0 0 1 1\n")
-        left = steady(shapes)
+        left = stabilise_kernels(shapes)
         del shapes
         for name in list(left):
-            contents[name] = shape_of(name, left.pop(name), stub)
+            contents[name] = make_shape(name, left.pop(name), stub)
     if box := description.get(MEDIUM):
         medium = _medium(box)
         contents[MEDIUM] = _box(box, medium)
     lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
-    scene = loaded({"type": "scene", **lights, **contents})
+    scene = load_plugin({"type": "scene", **lights, **contents})
     names = _names(scene)
     owned = tuple(owners.get(name, np.zeros(0, np.uint32)) for name in names)
     kept, integrators = {**description, "shapes": moving}, _integrators(description)
-    _STILL_THERE.add(built := Built(scene, kept, integrators, names, ids, owned, medium))
+    _STILL_THERE.add(built := BuiltScene(scene, kept, integrators, names, ids, owned, medium))
     return built
 
 
-def let_go() -> None:
+def flush_memory() -> None:
     """Give back the memory that the renderer keeps for its next samples."""
     dr.flush_malloc_cache()
 
@@ -133,7 +133,7 @@ def sensor(
     top, bottom = rows or (0, height)
     eye, forward, up = (camera[name].tolist() for name in ("eye", "forward", "up"))
     target = [e + f for e, f in zip(eye, forward, strict=True)]
-    return loaded(
+    return load_plugin(
         {
             "type": "perspective",
             "fov": camera["fov_x_deg"],
@@ -158,7 +158,7 @@ def sensor(
 
 def _responses() -> Description:
     """A film that holds the integral of radiance over each band; it sorts channels by name."""
-    made = bands()
+    made = variant_bands()
     edges = [(nm - made.width / 2, nm + made.width / 2) for nm in made.wavelengths.tolist()]
     flat = {"type": "regular", "values": "1,1"}
     responses = {
@@ -178,17 +178,17 @@ def _integrators(description: Description) -> dict[str, Any]:
     plans = {
         "image": image,
         "distance": {"type": "aov", "aovs": "depth:depth", "block_size": BLOCK_SIZE}
-        if bands().is_spectral  # whose film would take a distance for a radiance
+        if variant_bands().is_spectral  # whose film would take a distance for a radiance
         else {"type": "depth", "block_size": BLOCK_SIZE},
         "guides": guides,
         "all": {**guides, "image": image},
         "medium": {**image, "type": "volpath", "max_depth": ORDERS, "rr_depth": ORDERS // 4},
     }
-    return {name: loaded(plan) for name, plan in plans.items()}
+    return {name: load_plugin(plan) for name, plan in plans.items()}
 
 
 def _medium(box: Description) -> Any:
-    return loaded(
+    return load_plugin(
         {
             "type": "homogeneous",
             "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},
@@ -204,6 +204,6 @@ def _box(box: Description, medium: Any) -> Any:
     side = box["side"] / 2
     place = mi.ScalarTransform4f().translate([0, 0, middle]).scale([side, side, half])
     null = {"type": "null"}
-    return loaded(
+    return load_plugin(
         {"type": "cube", "id": MEDIUM, "to_world": place, "bsdf": null, "interior": medium}
     )

@@ -6,9 +6,9 @@ import mitsuba as mi
 import numpy as np
 
 from scenes.render.description.describe import Description
-from scenes.render.description.direction_table import looked_up, row_above
-from scenes.render.mitsuba.bands import Bands, bands_of
-from scenes.render.mitsuba.plugin import loaded
+from scenes.render.description.direction_table import interpolate, row_upper
+from scenes.render.mitsuba.bands import Bands, make_bands
+from scenes.render.mitsuba.plugin import load_plugin
 
 _ROWS, _COLUMNS = 256, 144
 """Of a picture of all directions."""
@@ -22,8 +22,8 @@ def surroundings(light: Description) -> Any:
     up = np.sin(np.pi * (0.5 - (np.arange(_ROWS) + 0.5) / _ROWS))
     turn = (np.arange(_COLUMNS) + 0.5) / _COLUMNS
     table = light["layer"].arriving
-    turns, rows = np.broadcast_arrays(turn, row_above(len(table), up)[:, None])
-    picture = looked_up(table, rows, turns) * (up > 0)[:, None, None]
+    turns, rows = np.broadcast_arrays(turn, row_upper(len(table), up)[:, None])
+    picture = interpolate(table, rows, turns) * (up > 0)[:, None, None]
     return {
         "type": "envmap",
         "bitmap": mi.Bitmap(np.ascontiguousarray(picture, np.float32)),
@@ -45,19 +45,19 @@ def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> D
 def sun_disc(light: Description) -> tuple[np.ndarray, float]:
     """Radiance of the sun's disc, (bands,), never negative, and the cosine of its angular
     radius."""
-    emitter = loaded(sky(light, sky_scale=0.0))
+    emitter = load_plugin(sky(light, sky_scale=0.0))
     radius = np.radians(_SUN_APERTURE_DEG / 2)
     return np.maximum(radiance(emitter, light["to_sun"][None])[0], 0.0), float(np.cos(radius))
 
 
-def bands() -> Bands:
+def variant_bands() -> Bands:
     """Of the variant that is set."""
-    return bands_of(str(mi.variant()).endswith("_spectral"))
+    return make_bands(str(mi.variant()).endswith("_spectral"))
 
 
 def radiance(emitter: Any, directions: np.ndarray) -> np.ndarray:
     """What an environment sends from each direction in each band, (n, 3) → (n, bands)."""
-    made = bands()
+    made = variant_bands()
     if not made.is_spectral:
         return _radiance(emitter, directions)
     columns = [_radiance(emitter, directions, float(nm))[:, 0] for nm in made.wavelengths]
@@ -91,7 +91,7 @@ def sun_irradiance(light: Description) -> np.ndarray:
 
 def sun(light: Description) -> Description:
     """The sun as a direction of the same irradiance. It has no penumbra."""
-    made, irradiance = bands(), sun_irradiance(light)
+    made, irradiance = variant_bands(), sun_irradiance(light)
     if layer := light.get("layer"):
         irradiance = irradiance * layer.sun
     colour: Description = {"type": "rgb", "value": irradiance.tolist()}

@@ -5,7 +5,7 @@ from typing import Any
 import mitsuba as mi
 
 
-def loaded(plan: dict[str, Any]) -> Any:
+def load_plugin(plan: dict[str, Any]) -> Any:
     """A plugin with its parts, made one after the other: at once, they are numbered by chance, and
     a JIT variant compiles their numbers."""
     return mi.load_dict(plan, parallel=False)

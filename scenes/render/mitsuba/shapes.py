@@ -9,13 +9,13 @@ import mitsuba as mi
 import numpy as np
 
 from scenes.render.description.describe import Description
-from scenes.render.description.one_shape import tint_of_segments
 from scenes.render.description.stick_batches import ALIGNMENT, aligned
-from scenes.render.mitsuba.emitters import bands
-from scenes.render.mitsuba.plugin import loaded
+from scenes.render.mitsuba.emitters import variant_bands
+from scenes.render.mitsuba.plugin import load_plugin
+from scenes.render.mitsuba.segment_texture import segment_albedo
 
 
-def steady(shapes: Description) -> Description:
+def stabilise_kernels(shapes: Description) -> Description:
     """The shapes, with what keeps a JIT variant's code the same from frame to frame.
 
     Compiled into it are the scene's bounds, the number of shapes, and whether a shape has just one
@@ -59,7 +59,7 @@ def _outer(corner: float) -> Description:
     return {"type": "mesh", "vertices": vertices, "normals": up, "colours": up * 0, "faces": faces}
 
 
-def shape_of(name: str, shape: Description, stub: Path) -> Any:
+def make_shape(name: str, shape: Description, stub: Path) -> Any:
     """A mesh or a curve; ``stub``: a file that holds any curve."""
     return _mesh(name, shape) if shape["type"] == "mesh" else _curve(name, shape, stub)
 
@@ -67,11 +67,11 @@ def shape_of(name: str, shape: Description, stub: Path) -> Any:
 def _curve(name: str, shape: Description, stub: Path) -> Any:
     """The plugin loads only from a file: load a stub of one segment, then replace its arrays."""
     reflectance = (
-        tint_of_segments(shape["tint"], shape["tints"])
+        segment_albedo(shape["tint"], shape["tints"])
         if "tint" in shape
         else {"type": "rgb", "value": shape["albedo"].tolist()}
     )
-    curve = loaded(
+    curve = load_plugin(
         {
             "type": "linearcurve",
             "id": name,
@@ -104,16 +104,16 @@ def _mesh(name: str, shape: Description) -> Any:
     """
     reflectance = {"type": "mesh_attribute", "name": "vertex_color"}
     properties = mi.Properties()
-    properties["mesh_bsdf"] = loaded(
+    properties["mesh_bsdf"] = load_plugin(
         {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
     )
     if "glow" in shape:
         radiance = {"type": "rgb", "value": shape["glow"].tolist()}
-        properties["mesh_emitter"] = loaded({"type": "area", "radiance": radiance})
+        properties["mesh_emitter"] = load_plugin({"type": "area", "radiance": radiance})
     # A new attribute is taken number by number: but for spectra, which are fitted to them then, a
     # first vertex has it, and all at once the others.
     colours = shape["colours"].reshape(-1)
-    at_once = {} if bands().is_spectral else {"vertex_color": colours}
+    at_once = {} if variant_bands().is_spectral else {"vertex_color": colours}
     first = colours[:3] if at_once else colours
     mesh = mi.Mesh(name, len(first) // 3, 1, properties, has_vertex_normals=True)
     mesh.add_attribute("vertex_color", 3, first)

@@ -10,16 +10,16 @@ from PIL import Image, ImageDraw, ImageFont
 
 from lod.errors import InputError
 from scenes.render.files.exr import read_exr
-from scenes.render.pictures.level_view import pictured
-from scenes.render.pictures.tone_map import USUAL, Look
+from scenes.render.pictures.level_view import preview_pixels
+from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle
 
 _GAP, _PAPER, _INK = 6, (24, 24, 26), (220, 220, 220)
 
 
-def preview(path: str | Path, out_png: str | Path, look: Look = USUAL) -> Path:
+def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_STYLE) -> Path:
     """One frame as a PNG, exposed for itself."""
     layers = read_exr(path)[0]
-    picture = pictured(layers, look, look.exposure_of(layers.rgb))
+    picture = preview_pixels(layers, look, look.exposure_of(layers.rgb))
     return _save(Image.fromarray(picture), out_png)
 
 
@@ -28,7 +28,7 @@ def contact_sheet(
     out_png: str | Path,
     columns: int | None = None,
     width: int = 320,
-    look: Look = USUAL,
+    look: PictureStyle = DEFAULT_STYLE,
 ) -> Path:
     """Frames side by side, ``width`` pixels each; all exposed alike, for the first."""
     if not paths:
@@ -40,7 +40,7 @@ def contact_sheet(
         layers = read_exr(path)[0]
         exposure = exposure or look.exposure_of(layers.rgb)
         height = max(1, round(width * layers.rgb.shape[0] / layers.rgb.shape[1]))
-        picture = Image.fromarray(pictured(layers, look, exposure))
+        picture = Image.fromarray(preview_pixels(layers, look, exposure))
         tiles.append(picture.resize((width, height), Image.Resampling.LANCZOS))
     labels = [frame_label(path) for path in paths]
     return _save(_sheet(tiles, labels, columns or default_columns(len(tiles))), out_png)

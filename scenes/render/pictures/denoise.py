@@ -11,7 +11,7 @@ from importlib import import_module
 import numpy as np
 
 from lod.errors import InputError
-from scenes.frame.types import Layers
+from scenes.frame.layers import Layers
 
 
 def check_denoiser() -> None:
@@ -23,7 +23,7 @@ def check_denoiser() -> None:
         raise InputError("output.denoise", True, rule, cure) from None
 
 
-def denoised(layers: Layers) -> Layers:
+def denoise(layers: Layers) -> Layers:
     """The same layers with a denoised picture, never negative."""
     import mitsuba_oidn
 

@@ -8,8 +8,8 @@ that of one sample of the pixel. The legend below names those that are in the pi
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from scenes.frame.types import Layers
-from scenes.render.pictures.tone_map import Look, display
+from scenes.frame.layers import Layers
+from scenes.render.pictures.tone_map import PictureStyle, to_srgb_8bit
 
 LEVELS = 13
 """Levels that have a colour of their own; finer ones have that of the last."""
@@ -31,12 +31,16 @@ def level_colours() -> np.ndarray:
     return np.stack([np.interp(at, anchors, column) for column in _VIRIDIS.T], axis=1)
 
 
-def pictured(layers: Layers, look: Look, exposure: float) -> np.ndarray:
+def preview_pixels(layers: Layers, look: PictureStyle, exposure: float) -> np.ndarray:
     """A frame as 8-bit sRGB, as the look has it, (h, w, 3)."""
-    return by_level(layers) if look.view == "level" else display(layers.rgb, exposure, look.tone)
+    return (
+        level_pixels(layers)
+        if look.view == "level"
+        else to_srgb_8bit(layers.rgb, exposure, look.tone)
+    )
 
 
-def by_level(layers: Layers) -> np.ndarray:
+def level_pixels(layers: Layers) -> np.ndarray:
     """A frame coloured by level, with its legend in its lowest rows, (h, w, 3) uint8."""
     colours = level_colours()[np.minimum(layers.level.astype(np.int64), LEVELS - 1)]
     facing = np.clip(layers.N @ (_FROM / np.linalg.norm(_FROM)), 0.0, 1.0)

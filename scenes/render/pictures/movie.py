@@ -14,12 +14,12 @@ import numpy as np
 
 from lod.errors import InputError
 from scenes.render.files.exr import read_exr
-from scenes.render.pictures.level_view import pictured
-from scenes.render.pictures.tone_map import USUAL, Look
+from scenes.render.pictures.level_view import preview_pixels
+from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle
 
 
 def movie(
-    paths: Sequence[str | Path], out_mp4: str | Path, fps: float, look: Look = USUAL
+    paths: Sequence[str | Path], out_mp4: str | Path, fps: float, look: PictureStyle = DEFAULT_STYLE
 ) -> Path | None:
     """Frames as H.264, all exposed for the first; None where there is no ffmpeg.
 
@@ -53,7 +53,7 @@ def ffmpeg_path() -> str | None:
         return shutil.which("ffmpeg")
 
 
-def _pictures(paths: Sequence[str | Path], look: Look) -> Iterator[np.ndarray]:
+def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.ndarray]:
     """8-bit sRGB pictures with even sides, as H.264 wants them."""
     exposure = None
     for path in paths:
@@ -61,7 +61,7 @@ def _pictures(paths: Sequence[str | Path], look: Look) -> Iterator[np.ndarray]:
         exposure = exposure or look.exposure_of(layers.rgb)
         height, width = layers.rgb.shape[:2]
         even = ((0, height % 2), (0, width % 2), (0, 0))
-        yield np.pad(pictured(layers, look, exposure), even, mode="edge")
+        yield np.pad(preview_pixels(layers, look, exposure), even, mode="edge")
 
 
 def _arguments(width: int, height: int, fps: float) -> list[str]:

@@ -43,7 +43,7 @@ VIEWS = ("colour", "level")
 
 
 @dataclass(frozen=True)
-class Look:
+class PictureStyle:
     """How pictures are made: a tone curve by name, stops above the exposure that fits, and what
     they show, one of VIEWS.
     """
@@ -62,18 +62,18 @@ class Look:
 
     def exposure_of(self, rgb: np.ndarray) -> float:
         """The factor for a picture, and for all that shall look alike."""
-        return exposure_of(rgb) * 2.0**self.stops
+        return auto_exposure(rgb) * 2.0**self.stops
 
 
-USUAL = Look()
+DEFAULT_STYLE = PictureStyle()
 
 
-def display(rgb: np.ndarray, exposure: float, tone: str = USUAL.tone) -> np.ndarray:
+def to_srgb_8bit(rgb: np.ndarray, exposure: float, tone: str = DEFAULT_STYLE.tone) -> np.ndarray:
     """Linear Rec.709 times ``exposure``, through the curve, as 8-bit sRGB, (h, w, 3)."""
-    return np.rint(encoded(rgb, exposure, tone) * 255).astype(np.uint8)
+    return np.rint(to_srgb(rgb, exposure, tone) * 255).astype(np.uint8)
 
 
-def encoded(rgb: np.ndarray, exposure: float, tone: str = USUAL.tone) -> np.ndarray:
+def to_srgb(rgb: np.ndarray, exposure: float, tone: str = DEFAULT_STYLE.tone) -> np.ndarray:
     """The same before it is rounded, 0 to 1: rounding alone is a difference of its own."""
     if not (math.isfinite(exposure) and exposure > 0):
         raise InputError("exposure", exposure, "a factor above 0", "try 1")
@@ -83,7 +83,7 @@ def encoded(rgb: np.ndarray, exposure: float, tone: str = USUAL.tone) -> np.ndar
     return np.asarray(eotf_inverse_sRGB(np.clip(TONE_CURVES[tone](x), 0.0, 1.0)))
 
 
-def exposure_of(rgb: np.ndarray) -> float:
+def auto_exposure(rgb: np.ndarray) -> float:
     """The factor that brings a picture's log-average luminance to KEY; 1 for a black picture."""
     from colour import RGB_COLOURSPACES
 

@@ -33,7 +33,7 @@ _MOVED_STICK, _DENOISED_PIXEL = 126.0, 500.0
 
 
 @dataclass(frozen=True)
-class Beside:
+class ExtraBuffers:
     """What a frame is asked for beside a plain picture: each needs memory of its own."""
 
     motion: bool = False
@@ -41,13 +41,13 @@ class Beside:
     shutter: bool = False
 
 
-def foretell(
+def predict_bytes(
     sticks: int,
     triangles: int,
     size: tuple[int, int],
     spp: int,
     variant: str,
-    beside: Beside = Beside(),
+    beside: ExtraBuffers = ExtraBuffers(),
 ) -> int:
     """Bytes that the process which renders such a frame holds at most, within some 20 %.
 
@@ -64,14 +64,14 @@ def foretell(
     return round(scene + pixel * pixels + sample * min(pixels * spp, MOST_SAMPLES))
 
 
-def foretold(made: FrameInput) -> int:
+def predicted_bytes(made: FrameInput) -> int:
     """Bytes that a frame will need, from what it is made from."""
     size, quality = (made.camera.width, made.camera.height), made.quality
-    beside = Beside(made.extras.after is not None, made.extras.denoise, bool(made.instants))
-    return foretell(*displayed(made), size, quality.spp, quality.variant, beside)
+    beside = ExtraBuffers(made.extras.after is not None, made.extras.denoise, bool(made.instants))
+    return predict_bytes(*count_shapes(made), size, quality.spp, quality.variant, beside)
 
 
-def displayed(made: FrameInput) -> tuple[int, int]:
+def count_shapes(made: FrameInput) -> tuple[int, int]:
     """Sticks and triangles."""
     shapes = [each.shape for each in made.visible]
     sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
@@ -80,9 +80,9 @@ def displayed(made: FrameInput) -> tuple[int, int]:
 
 def check_memory(made: FrameInput, most: int | None, what: str) -> None:
     """Raise InputError, with both figures, where a frame needs more bytes than it may have."""
-    needed = foretold(made) if most is not None else 0
+    needed = predicted_bytes(made) if most is not None else 0
     if most is not None and needed > most:
-        counts = "with {:,} sticks and {:,} triangles,".format(*displayed(made))
+        counts = "with {:,} sticks and {:,} triangles,".format(*count_shapes(made))
         rule = f"{what}, {counts} needs about {needed / 1e9:.2f} GB"
         cure = "allow more, add --fit, or ask for less detail, density or size"
         raise InputError("--max-memory", f"{most / 1e9:.2f} GB", rule, cure)

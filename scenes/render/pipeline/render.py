@@ -7,11 +7,15 @@ from typing import Any
 
 from lod.atmosphere.air import Air
 from lod.camera import Camera
-from scenes.frame.types import USUAL, Extras, Layers, Light, Quality, Visible
-from scenes.render.description.describe import MEDIUM, Description, describe, recaptured
+from scenes.frame.displayed import Visible
+from scenes.frame.layers import Layers
+from scenes.frame.quality import Quality
+from scenes.frame.types import USUAL, Extras
+from scenes.render.description.describe import MEDIUM, Description, describe, with_camera
 from scenes.render.description.medium_box import with_medium
 from scenes.render.mitsuba import variants
-from scenes.render.pictures.denoise import check_denoiser, denoised
+from scenes.render.pictures.denoise import check_denoiser, denoise
+from scenes.world.light import Light
 
 
 def render_frame(
@@ -31,13 +35,13 @@ def render_frame(
     """
     if extras.denoise:
         check_denoiser()
-    stage = staged(camera, visible, air, light, quality, extras.after)
-    layers = taken(stage, quality, frame, watch)
+    stage = build_frame(camera, visible, air, light, quality, extras.after)
+    layers = trace(stage, quality, frame, watch)
     return with_denoised(layers) if extras.denoise else layers
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class BuiltFrame:
     """A scene that is built, ready for any number of pictures of it; ``seconds`` of its stages."""
 
     built: Any
@@ -47,23 +51,23 @@ class Stage:
     seconds: dict[str, float]
 
 
-def staged(
+def build_frame(
     camera: Camera,
     visible: Sequence[Visible],
     air: Air,
     light: Light,
     quality: Quality,
     after: Camera | None = None,
-) -> Stage:
+) -> BuiltFrame:
     """Build what ``render_frame`` renders. Of the quality, seed and spp may change later."""
     start = time.perf_counter()
-    description = described(camera, visible, air, light, quality, after)
+    description = describe_frame(camera, visible, air, light, quality, after)
     seconds = {"describe": time.perf_counter() - start}
-    stage = stage_of(description, air, quality)
+    stage = build(description, air, quality)
     return replace(stage, seconds={**seconds, **stage.seconds})
 
 
-def described(
+def describe_frame(
     camera: Camera,
     visible: Sequence[Visible],
     air: Air,
@@ -71,58 +75,60 @@ def described(
     quality: Quality,
     after: Camera | None = None,
 ) -> Description:
-    """What ``stage_of`` builds, as plain data: after it nobody needs ``visible``."""
+    """What ``build`` builds, as plain data: after it nobody needs ``visible``."""
     description = describe(camera, visible, light, quality.max_depth, after)
     return with_medium(description, air) if quality.haze == "medium" else description
 
 
-def stage_of(description: Description, air: Air, quality: Quality) -> Stage:
+def build(description: Description, air: Air, quality: Quality) -> BuiltFrame:
     """Build the scene of a description, whose arrays it takes over."""
     start = time.perf_counter()
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
     from scenes.render.description.one_shape import in_one_shape
-    from scenes.render.haze.haze import haze_of
+    from scenes.render.haze.haze import make_haze
     from scenes.render.haze.scattered_layer import with_layer
-    from scenes.render.mitsuba.build import use_up
+    from scenes.render.mitsuba.build import build_scene
 
     statistics = _statistics(description)
     if not name.startswith("scalar_") and not name.endswith("_spectral"):
         description.update(in_one_shape(description))
     if quality.haze == "scattered":
         description["light"] = with_layer(description, air)["light"]
-    built = use_up(description)
-    haze = haze_of(built, air)
-    return Stage(built, haze, name, statistics, {"build": time.perf_counter() - start})
+    built = build_scene(description)
+    haze = make_haze(built, air)
+    return BuiltFrame(built, haze, name, statistics, {"build": time.perf_counter() - start})
 
 
-def taken(
-    stage: Stage,
+def trace(
+    stage: BuiltFrame,
     quality: Quality,
     frame: int = 0,
     watch: Callable[[int], object] = lambda samples: None,
 ) -> Layers:
     """One picture of a stage; its variant is still the one that is set."""
-    from scenes.render.drivers.accumulate import layers_of
-    from scenes.render.mitsuba.build import let_go
+    from scenes.render.drivers.accumulate import make_layers
+    from scenes.render.mitsuba.build import flush_memory
 
     start = time.perf_counter()
     samples = _driver(stage.variant, quality.haze)(stage.built, stage.haze, quality, frame, watch)
     seconds = {**stage.seconds, "trace": time.perf_counter() - start}
-    let_go()
-    return layers_of(samples, stage.built, seconds, stage.statistics)
+    flush_memory()
+    return make_layers(samples, stage.built, seconds, stage.statistics)
 
 
-def restaged(stage: Stage, camera: Camera, air: Air, after: Camera | None = None) -> Stage:
+def move_camera(
+    stage: BuiltFrame, camera: Camera, air: Air, after: Camera | None = None
+) -> BuiltFrame:
     """The same stage from another place, in coordinates of the same corner; not where the air that
     is part of the scene depends on the place.
     """
     start = time.perf_counter()
-    from scenes.render.haze.haze import haze_of
+    from scenes.render.haze.haze import make_haze
 
     built = stage.built
-    built = replace(built, description=recaptured(built.description, camera, after))
-    haze = haze_of(built, air)
+    built = replace(built, description=with_camera(built.description, camera, after))
+    haze = make_haze(built, air)
     seconds = {"describe": 0.0, "build": time.perf_counter() - start}
     return replace(stage, built=built, haze=haze, seconds=seconds)
 
@@ -130,7 +136,7 @@ def restaged(stage: Stage, camera: Camera, air: Air, after: Camera | None = None
 def with_denoised(layers: Layers) -> Layers:
     """The same with a denoised picture beside the raw one."""
     start = time.perf_counter()
-    found = denoised(layers)
+    found = denoise(layers)
     return replace(found, seconds={**found.seconds, "denoise": time.perf_counter() - start})
 
 

@@ -12,20 +12,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from lod.arrays import Reals
 from lod.atmosphere.air import Air
 from lod.errors import InputError
-from scenes.frame.types import Instant, Layers, Light, Quality, Visible, sampler_seed
+from scenes.frame.displayed import Visible
+from scenes.frame.layers import Layers
+from scenes.frame.quality import Quality, sampler_seed
+from scenes.frame.types import Instant
 from scenes.render.pictures.denoise import check_denoiser
-from scenes.render.pipeline.render import Stage, restaged, staged, taken, with_denoised
+from scenes.render.pipeline.render import BuiltFrame, build_frame, move_camera, trace, with_denoised
+from scenes.world.light import Light
 
 _ADDED = ("clamped", "replaced")
 """Statistics of samples; the others are of a scene."""
-
-
-def offsets(subframes: int) -> Reals:
-    """When sub-frames are taken, in times that the shutter is open, from its middle, (n,)."""
-    return (np.arange(subframes) + 0.5) / subframes - 0.5
 
 
 def render_exposed(
@@ -49,18 +47,18 @@ def render_exposed(
     rgb = albedo = np.zeros(3)
     lit = air, light, quality
     seconds, added = dict[str, float](), dict.fromkeys(_ADDED, 0)
-    stage: Stage | None = None
+    stage: BuiltFrame | None = None
     visible: tuple[Visible, ...] = ()
     for number, instant in enumerate(instants):
         now = instant()
         if stage and now.visible is visible and quality.haze == "analytic":
-            stage = restaged(stage, now.camera, air, now.after)
+            stage = move_camera(stage, now.camera, air, now.after)
         else:
             stage = None  # a JIT variant would count its shapes, too
-            stage, visible = staged(now.camera, now.visible, *lit, now.after), now.visible
+            stage, visible = build_frame(now.camera, now.visible, *lit, now.after), now.visible
         count = spp // n + (number < spp % n)
         own = replace(quality, spp=count, seed=sampler_seed(quality.seed, frame, number))
-        layers = taken(stage, own, frame, watch)
+        layers = trace(stage, own, frame, watch)
         rgb, albedo = rgb + count / spp * layers.rgb, albedo + count / spp * layers.albedo
         seconds = {k: seconds.get(k, 0.0) + each for k, each in layers.seconds.items()}
         added = {k: added[k] + layers.statistics[k] for k in _ADDED}

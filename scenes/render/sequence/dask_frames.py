@@ -20,7 +20,7 @@ from scenes.render.files.disk import DiskError, partial_path, stray_partials
 from scenes.render.files.header import software
 from scenes.render.sequence.dask_cluster import Cluster
 from scenes.render.sequence.one_frame import Record, Settings, render_one
-from scenes.render.sequence.sequence import Job, give_up, keep, kept
+from scenes.render.sequence.sequence import Job, commit_frame, kept_record, record_failure
 from scenes.render.sequence.worker import MOST_TRIES
 from scenes.render.sequence.worker_child import answer
 
@@ -70,7 +70,7 @@ def render_on_cluster(job: Job, cluster: Cluster, task: Task = frame_task) -> It
     """
     for frame in job.paths:
         if frame in job.done:
-            yield kept(job, frame)
+            yield kept_record(job, frame)
     tries = {frame: 0 for frame in job.paths if frame not in job.done}
     for turn in range(MOST_TRIES):
         together = [list(tries)] if turn < MOST_TRIES - 1 else [[frame] for frame in tries]
@@ -87,18 +87,18 @@ def _turn(
             tries[frame] += found
             if tries[frame] >= MOST_TRIES:
                 many = tries.pop(frame)
-                yield give_up(job, frame, f"it ended its worker {many} times", many)
+                yield record_failure(job, frame, f"it ended its worker {many} times", many)
             continue
         first = len(tries) == len(job.paths) - len(job.done)
         del tries[frame]
         if isinstance(found, InputError):
             if first:
                 raise found
-            yield give_up(job, frame, str(found), 1)
+            yield record_failure(job, frame, str(found), 1)
         elif isinstance(found, BaseException):
-            yield give_up(job, frame, str(found), MOST_TRIES)
+            yield record_failure(job, frame, str(found), MOST_TRIES)
         else:
-            yield keep(job, frame, found["record"], Path(found["partial"]))
+            yield commit_frame(job, frame, found["record"], Path(found["partial"]))
 
 
 def _ended(

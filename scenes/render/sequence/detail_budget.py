@@ -11,11 +11,12 @@ from lod.errors import InputError
 from lod.pruning.detail_for_budget import find_detail
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import Preset
 from scenes.render.mitsuba.variants import choose
-from scenes.render.pipeline.memory_model import foretold
-from scenes.world.world import World, build_world, view_at
+from scenes.render.pipeline.memory_model import predicted_bytes
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 Need = Callable[[int, float], int]
 """What a frame needs at a detail [px], of what there is a budget of; it never grows with it."""
@@ -58,10 +59,10 @@ def _fitting_memory(world: World, preset: Preset, most: int, frames: Sequence[in
     variant = choose(preset.render.variant, preset.render.spectral)
 
     def bytes_at(frame: int, px: float) -> int:
-        return foretold(shoot(world, _at_detail(preset, px), frame, variant))
+        return predicted_bytes(assemble_frame(world, _at_detail(preset, px), frame, variant))
 
-    made = shoot(world, preset, frames[0], variant)
-    least = foretold(replace(made, visible=()))
+    made = assemble_frame(world, preset, frames[0], variant)
+    least = predicted_bytes(replace(made, visible=()))
     if most <= least:
         rule = f"a frame of this size needs about {least / 1e9:.2f} GB with nothing in it"
         cure = "allow more, or ask for fewer pixels or samples"

@@ -15,7 +15,8 @@ import numpy as np
 from lod.pruning.pruner import prune
 from scenes.preset.load import Preset
 from scenes.render.description.describe import object_ids
-from scenes.world.world import World, view_at
+from scenes.world.view import view_at
+from scenes.world.world import World
 
 
 @dataclass(frozen=True)

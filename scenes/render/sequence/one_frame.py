@@ -12,7 +12,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from scenes.frame.types import FrameInput, Layers
+from scenes.frame.layers import Layers
+from scenes.frame.types import FrameInput
 from scenes.preset.load import Preset, preset_from
 from scenes.render.files.header import frame_header, software
 from scenes.render.files.manifest import flatten
@@ -22,14 +23,14 @@ Settings = Mapping[str, Any]
 Record = dict[str, Any]
 
 
-def settings_of(preset: Preset, variant: str) -> dict[str, Any]:
+def frame_settings(preset: Preset, variant: str) -> dict[str, Any]:
     """Everything that determines the pixels: the preset, the variant that auto is, the software."""
     settings = preset.model_dump(mode="json", exclude={"about"})
     settings["render"]["variant"] = variant
     return {**settings, "software": software()}
 
 
-def preset_in(settings: Settings) -> Preset:
+def preset_from_settings(settings: Settings) -> Preset:
     """The preset that settings hold. Raises InputError for what no preset can be."""
     tables = {name: each for name, each in settings.items() if name != "software"}
     return preset_from(tables, source="settings")
@@ -71,7 +72,7 @@ def _rendered(
 ) -> tuple[FrameInput, Layers]:
     """What a frame was made from, save what is displayed, which has been let go of; its layers."""
     from scenes.render.pictures.denoise import check_denoiser
-    from scenes.render.pipeline.render import described, stage_of, taken, with_denoised
+    from scenes.render.pipeline.render import build, describe_frame, trace, with_denoised
     from scenes.render.pipeline.subframes import render_exposed
 
     made = _made(settings, frame)
@@ -85,10 +86,10 @@ def _rendered(
     if made.extras.denoise:
         check_denoiser()
     start = time.perf_counter()
-    description = described(made.camera, made.visible, *lit, made.extras.after)
+    description = describe_frame(made.camera, made.visible, *lit, made.extras.after)
     spent = {**made.seconds, "describe": time.perf_counter() - start}
     made = replace(made, visible=(), seconds=spent)
-    layers = taken(stage_of(description, made.air, made.quality), made.quality, frame, counted)
+    layers = trace(build(description, made.air, made.quality), made.quality, frame, counted)
     return made, with_denoised(layers) if made.extras.denoise else layers
 
 
@@ -106,12 +107,12 @@ def _counted(of: int, watch: Callable[[int, int], object]) -> Callable[[int], ob
 
 def _made(settings: Settings, frame: int) -> FrameInput:
     """What the frame is made from, pruned and posed."""
-    from scenes.frame.frame_input import shoot
+    from scenes.frame.frame_input import assemble_frame
 
     start = time.perf_counter()
     preset, world, holds = _world(json.dumps(settings, sort_keys=True))
     seconds = {"world": time.perf_counter() - start}
-    made = shoot(world, preset, frame, preset.render.variant, holds)
+    made = assemble_frame(world, preset, frame, preset.render.variant, holds)
     return replace(made, seconds=seconds | made.seconds)
 
 
@@ -120,5 +121,5 @@ def _world(settings: str) -> tuple[Preset, Any, dict[str, Any]]:
     """The world, and what of its cuts holds from frame to frame."""
     from scenes.world.world import build_world
 
-    preset = preset_in(json.loads(settings))
+    preset = preset_from_settings(json.loads(settings))
     return preset, build_world(preset), {}

@@ -22,7 +22,7 @@ from scenes.render.files.manifest import (
 from scenes.render.pipeline.memory_model import peak_rss_bytes
 from scenes.render.sequence.one_frame import Record, Settings
 
-HASHES = "####"
+PLACEHOLDER = "####"
 _NOTED = ("frame", "sha256", "seconds", "statistics")
 
 Render = Callable[[Settings, int, Path], Record]
@@ -91,20 +91,20 @@ def render_sequence(job: Job, render: Render) -> Iterator[Record]:
     first = not job.done
     for frame in job.paths:
         if frame in job.done:
-            yield kept(job, frame)
+            yield kept_record(job, frame)
             continue
         try:
             yield _render(job, frame, render)
         except FrameFailed as error:
-            yield give_up(job, frame, str(error), error.tries)
+            yield record_failure(job, frame, str(error), error.tries)
         except InputError as error:
             if first:
                 raise
-            yield give_up(job, frame, str(error), 1)
+            yield record_failure(job, frame, str(error), 1)
         first = False
 
 
-def kept(job: Job, frame: int) -> Record:
+def kept_record(job: Job, frame: int) -> Record:
     """The record of a frame that is right already."""
     path = job.paths[frame]
     entry = job.manifest.frames[path.name]
@@ -119,7 +119,7 @@ def kept(job: Job, frame: int) -> Record:
     }
 
 
-def keep(job: Job, frame: int, record: Record, partial: Path) -> Record:
+def commit_frame(job: Job, frame: int, record: Record, partial: Path) -> Record:
     """Give a rendered frame its name; its whole record.
 
     In the manifest before the rename, so that no finished file is ever unknown to it.
@@ -133,7 +133,7 @@ def keep(job: Job, frame: int, record: Record, partial: Path) -> Record:
     return {"frame": frame, "path": str(path), "kept": False, **record}
 
 
-def give_up(job: Job, frame: int, why: str, tries: int) -> Record:
+def record_failure(job: Job, frame: int, why: str, tries: int) -> Record:
     """Note that a frame failed; its record."""
     path = job.paths[frame]
     entry = {"frame": frame, "error": why, "tries": tries}
@@ -148,7 +148,7 @@ def _render(job: Job, frame: int, render: Render) -> Record:
     try:
         with _disk(path):
             record = render(job.settings, frame, partial)
-        return keep(job, frame, record, partial)
+        return commit_frame(job, frame, record, partial)
     finally:
         with contextlib.suppress(OSError):
             partial.unlink(missing_ok=True)
@@ -178,12 +178,12 @@ def sync_folder(folder: Path) -> None:
 def frame_path(pattern: str | Path, frame: int) -> Path:
     """The file of one frame: #### becomes its number, at least four digits."""
     path = Path(pattern)
-    if path.name.count(HASHES) != 1 or path.name.count("#") != 4 or path.suffix != ".exr":
+    if path.name.count(PLACEHOLDER) != 1 or path.name.count("#") != 4 or path.suffix != ".exr":
         rule = "an .exr file's name with #### once, for the frame's number"
         raise InputError("-o", str(pattern), rule, "try out/name.####.exr")
     if frame < 0:
         raise InputError("frame", frame, "0 or more")
-    return path.with_name(path.name.replace(HASHES, f"{frame:04d}"))
+    return path.with_name(path.name.replace(PLACEHOLDER, f"{frame:04d}"))
 
 
 def _make_folder(folder: Path) -> Path:

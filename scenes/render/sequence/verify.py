@@ -25,7 +25,7 @@ from scenes.render.files.manifest import (
     load_manifest,
     settings_hash,
 )
-from scenes.render.sequence.one_frame import Record, Settings, preset_in
+from scenes.render.sequence.one_frame import Record, Settings, preset_from_settings
 from scenes.render.sequence.sequence import Job
 
 _SIGNED = ("N.", "motion.")
@@ -43,7 +43,7 @@ class Checked:
     wrong: tuple[str, ...]
 
 
-def manifest_of(folder: Path) -> Manifest:
+def open_manifest(folder: Path) -> Manifest:
     """The folder's manifest. Raises InputError where there is none, or a broken one."""
     if not (folder / NAME).is_file():
         rule = f"a folder of frames with their {NAME}"
@@ -61,7 +61,7 @@ def check_folder(manifest: Manifest) -> Iterator[Checked]:
         yield check_frame(manifest, name)
     for _, path in stray_partials(manifest.folder):
         yield Checked(path, None, ("a partial file, whose writer is no more",))
-    for path in _strangers(manifest):
+    for path in unknown_files(manifest):
         yield Checked(path, None, ("it looks like a frame, and the manifest does not know it",))
 
 
@@ -77,7 +77,7 @@ def check_frame(manifest: Manifest, name: str) -> Checked:
     try:
         differs = file_hash(path) != entry["sha256"]
         wrong = ["its bytes are not those on record (SHA-256)"] if differs else []
-        preset = preset_in(settings)
+        preset = preset_from_settings(settings)
         pixels, header = read_pixels(path)
         wrong += [*_header(header, frame, settings), *_layers(pixels, preset)]
     except InputError as error:
@@ -136,7 +136,7 @@ def _numbers(name: str, values: np.ndarray) -> Iterator[str]:
             yield f"{name} is {kind} at x {x}, y {y} from the upper left{beside}"
 
 
-def _strangers(manifest: Manifest) -> Iterator[Path]:
+def unknown_files(manifest: Manifest) -> Iterator[Path]:
     """Files that a reader of the sequence would take for its frames."""
     known = {_NUMBER.sub("#", name) for name in manifest.frames}
     for name in sorted(os.listdir(manifest.folder)):

@@ -19,7 +19,7 @@ from bench.cli.view_flags import preset_of
 from lod.errors import InputError
 from scenes.preset.load import load_preset, preset_from, preset_names
 from scenes.render.files.manifest import load_manifest, settings_hash
-from scenes.render.sequence.one_frame import settings_of
+from scenes.render.sequence.one_frame import frame_settings
 from scenes.render.sequence.sequence import open_job
 
 GENERATED = 10_000
@@ -271,7 +271,7 @@ def test_ten_thousand_generated_presets_flags_and_manifests(
 
 def manifests(chance: random.Random, number: int, presets: list[Any]) -> None:
     """Verify and resume with manifests of which one thing is spoilt."""
-    settings = settings_of(presets[0], "scalar_rgb")
+    settings = frame_settings(presets[0], "scalar_rgb")
     key = settings_hash(settings)
     entry = {"frame": 1, "state": "done", "settings": key, "sha256": "0" * 64, "seconds": {}}
     frames = {f"a.000{k}.exr": {**entry, "frame": k} for k in (1, 2)}

@@ -35,7 +35,7 @@ def poisonous(settings, frame, path, threads, most_bytes):
         file.write(f"{frame}\n")
     if frame == 7:
         os._exit(1)
-    from scenes.frame.types import Layers
+    from scenes.frame.layers import Layers
     from scenes.render.files.exr import write_exr
 
     ids, colour = np.full((4, 8), frame), np.full((4, 8, 3), frame / 100)

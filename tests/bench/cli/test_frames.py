@@ -9,7 +9,7 @@ import pytest
 from bench.cli.commands.frames import without
 from bench.cli.main import main
 from scenes.preset.load import load_preset
-from scenes.render.sequence.one_frame import render_one, settings_of
+from scenes.render.sequence.one_frame import frame_settings, render_one
 from scenes.render.sequence.sequence import open_job, render_sequence
 
 TINY = """
@@ -84,7 +84,7 @@ def test_usd_counts_what_it_wrote(run):
 
 
 def test_ids_say_who_is_who_in_a_frame(run):
-    settings = settings_of(load_preset("tiny.toml"), "scalar_rgb")
+    settings = frame_settings(load_preset("tiny.toml"), "scalar_rgb")
     list(render_sequence(open_job("o/a.####.exr", [2], settings), render_one))
     code, out, err = run("ids", "o/a.0002.exr", "--json")
     assert code == 0, err

@@ -11,7 +11,7 @@ from bench.experiments.air.targets import (
     visibility_seen,
 )
 from lod.atmosphere.air import Air, rgb_extinction
-from scenes.frame.types import Quality
+from scenes.frame.quality import Quality
 from scenes.render.mitsuba import variants
 
 SEED = 1

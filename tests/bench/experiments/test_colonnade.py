@@ -21,7 +21,7 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
-from scenes.frame.types import Quality
+from scenes.frame.quality import Quality
 from scenes.models.column import column
 from scenes.render.mitsuba.variants import choose
 

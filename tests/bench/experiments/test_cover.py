@@ -16,8 +16,9 @@ from bench.records.records import Point, Record
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view import in_view
-from scenes.frame.types import Layers
-from scenes.world.world import build_world, view_at
+from scenes.frame.layers import Layers
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 
 def picture(Z, value):

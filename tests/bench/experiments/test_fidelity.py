@@ -33,7 +33,7 @@ from bench.experiments.figure.cases import curves
 from bench.records.embedded_pictures import NOTE, pictures_of
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from scenes.frame.types import Layers
+from scenes.frame.layers import Layers
 from scenes.render.mitsuba.variants import choose
 
 SHAPE = (12, 16)

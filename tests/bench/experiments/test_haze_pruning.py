@@ -14,9 +14,10 @@ import pytest
 from bench.statistics.excess_flip import FLOOR, LEAST_PAIRS, excess_flip, mean_flip
 from lod.atmosphere.air import CLEAR
 from lod.pruning.pruner import prune
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import load_preset
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 OPEN_FIELD = (
     "species.figure.density=0",
@@ -56,7 +57,7 @@ def world():
 def frame(cut):
     from scenes.render.mitsuba.variants import choose
 
-    return shoot(world(), preset_of(cut), 1, choose("auto"))
+    return assemble_frame(world(), preset_of(cut), 1, choose("auto"))
 
 
 @cache
@@ -70,10 +71,10 @@ def rendered(cut, seed, clear=False):
 
 
 def displayed(cut, seed, clear=False):
-    from scenes.render.pictures.tone_map import display, exposure_of
+    from scenes.render.pictures.tone_map import auto_exposure, to_srgb_8bit
 
-    exposure = exposure_of(rendered("blind", 0, clear))
-    return display(rendered(cut, seed, clear), exposure).astype(np.float32) / 255
+    exposure = auto_exposure(rendered("blind", 0, clear))
+    return to_srgb_8bit(rendered(cut, seed, clear), exposure).astype(np.float32) / 255
 
 
 def larger_than_1m(cut):

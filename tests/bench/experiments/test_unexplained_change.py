@@ -15,12 +15,13 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
-from scenes.frame.frame_input import Shown
-from scenes.frame.types import Light, Quality
+from scenes.frame.displayed import Shown
+from scenes.frame.quality import Quality
 from scenes.models.boulder import boulder_prototypes
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
 from scenes.terrain.terrain import Terrain
+from scenes.world.light import Light
 from scenes.world.world import build_world
 
 SIZE = (32, 18)

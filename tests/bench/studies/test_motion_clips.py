@@ -12,10 +12,11 @@ from bench.experiments.popping.unexplained_change import Walk, frames_of, popped
 from bench.studies import motion_clips
 from bench.studies.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
 from lod.camera import Corner, camera_from_heading
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.render.files.exr import read_exr
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 
 @pytest.mark.parametrize("name", list(CLIPS))
@@ -56,8 +57,8 @@ def test_a_frame_of_a_stop_alone_is_that_of_the_sequence():
     world, preset = stopping()
     holds = {}
     for number in (14, 15, 16):
-        after = shoot(world, preset, number, "scalar_rgb", holds)
-    alone = shoot(world, preset, 16, "scalar_rgb")
+        after = assemble_frame(world, preset, number, "scalar_rgb", holds)
+    alone = assemble_frame(world, preset, 16, "scalar_rgb")
     for one, other in zip(after.visible, alone.visible, strict=True):
         assert np.array_equal(one.cut.part, other.cut.part)
         a, b = (next(iter(vars(each.shape).values())) for each in (one, other))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from bench.studies.render_settings import DARK, SPP, changed, noise, settings
-from scenes.render.drivers import wavefront
+from scenes.render.drivers import camera_rays
 from scenes.render.mitsuba import variants
-from scenes.render.mitsuba.plugin import loaded
+from scenes.render.mitsuba.plugin import load_plugin
 
 
 def test_noise_is_the_variance_over_the_squared_light() -> None:
@@ -16,11 +16,11 @@ def test_noise_is_the_variance_over_the_squared_light() -> None:
 
 
 def test_constants_come_back_even_after_an_error() -> None:
-    before = wavefront.SAMPLER
-    with pytest.raises(RuntimeError), changed(((wavefront, "SAMPLER", "independent"),)):
-        assert wavefront.SAMPLER == "independent"
+    before = camera_rays.SAMPLER
+    with pytest.raises(RuntimeError), changed(((camera_rays, "SAMPLER", "independent"),)):
+        assert camera_rays.SAMPLER == "independent"
         raise RuntimeError
-    assert before == wavefront.SAMPLER
+    assert before == camera_rays.SAMPLER
 
 
 def test_every_setting_changes_a_constant_that_there_is() -> None:
@@ -35,7 +35,7 @@ def test_every_sampler_takes_as_many_samples_as_are_asked_for() -> None:
     """Orthogonal arrays round what they cannot, and say so only in a warning."""
     variants.use(variants.SCALAR_VARIANT)
     changes = [change for each in settings() for change in each.trace]
-    kinds = {value for _, name, value in changes if name == "SAMPLER"} | {wavefront.SAMPLER}
+    kinds = {value for _, name, value in changes if name == "SAMPLER"} | {camera_rays.SAMPLER}
     assert len(kinds) == 4
     for kind in kinds:
-        assert loaded({"type": kind, "sample_count": SPP}).sample_count() == SPP
+        assert load_plugin({"type": kind, "sample_count": SPP}).sample_count() == SPP

@@ -14,7 +14,8 @@ from scenes.preset.load import load_preset
 from scenes.sticks.prototype import assemble
 from scenes.sticks.table import StickTable
 from scenes.terrain.relief import Relief
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 GREY = 0.2
 

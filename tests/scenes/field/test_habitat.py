@@ -15,7 +15,7 @@ from scenes.field.species_field import Species, SpeciesField
 from scenes.models.boulder import boulder_prototypes
 from scenes.preset.load import load_preset
 from scenes.terrain.terrain import Terrain
-from scenes.world.world import World, habitat_of
+from scenes.world.world import World, make_habitat
 
 GROUND = Terrain(3, 20.0, 256.0, 0.9, reach=500.0)
 HABITAT = Habitat(GROUND.relief, highest=8.0, thinning=12.0, steepest=0.6)
@@ -87,6 +87,6 @@ def test_what_is_too_far_to_display_is_missing_only_where_it_grows():
 
 def test_presets_say_where():
     species = load_preset("mountain").species
-    assert habitat_of(species["boulder"], GROUND) is None
-    there = habitat_of(species["conifer"], GROUND)
+    assert make_habitat(species["boulder"], GROUND) is None
+    there = make_habitat(species["conifer"], GROUND)
     assert (there.highest, there.thinning, there.steepest) == (-20.0, 200.0, 1.0)

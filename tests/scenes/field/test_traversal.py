@@ -14,7 +14,8 @@ from lod.pruning.parts import Parts
 from lod.pruning.pruner import displayed, prune, prune_by_level
 from lod.pruning.view import distance, in_view
 from scenes.preset.load import load_preset
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 COLUMNS = ("part", "whole", "level", "position", "bound", "limit", "limit_offscreen", "share")
 

@@ -28,7 +28,8 @@ from scenes.preset.load import load_preset
 from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 FLAT = 0.0
 HILLY = 1.5

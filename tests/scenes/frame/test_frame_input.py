@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from lod.atmosphere.air import CLEAR, haze_extinction
-from scenes.frame.frame_input import light_of, quality_of, shoot
+from scenes.frame.frame_input import assemble_frame, frame_quality, sun_and_sky
 from scenes.preset.load import load_preset
-from scenes.world.viewing_conditions import air_of
+from scenes.world.view import preset_air
 from scenes.world.world import build_world
 
 SMALL = (
@@ -17,21 +17,21 @@ SMALL = (
 
 
 def test_at_the_visibility_two_per_cent_of_contrast_is_left_at_550_nm() -> None:
-    air = air_of(load_preset("meadow", ["air.visibility=20km"]))
+    air = preset_air(load_preset("meadow", ["air.visibility=20km"]))
     beta = haze_extinction(air, np.array([550.0]))[0]
     assert np.exp(-beta * 20_000) == pytest.approx(0.02, rel=1e-12)
 
 
 def test_clear_air_is_clear() -> None:
-    assert air_of(load_preset("meadow", ["air.visibility=clear"])) == CLEAR
+    assert preset_air(load_preset("meadow", ["air.visibility=clear"])) == CLEAR
 
 
 def test_light_and_quality_are_the_presets_own() -> None:
     keys = ["light.sun_azimuth=12", "light.sun_elevation=34", "light.turbidity=5"]
     preset = load_preset("meadow", [*keys, "render.spp=3", "render.max_depth=7", "seed=9"])
-    light = light_of(preset)
+    light = sun_and_sky(preset)
     assert (light.sun_azimuth_deg, light.sun_elevation_deg, light.turbidity) == (12, 34, 5)
-    quality = quality_of(preset, "scalar_rgb")
+    quality = frame_quality(preset, "scalar_rgb")
     assert (quality.variant, quality.spp, quality.seed) == ("scalar_rgb", 3, 9)
     assert quality.max_depth == 7
 
@@ -39,7 +39,7 @@ def test_light_and_quality_are_the_presets_own() -> None:
 def test_a_shot_holds_every_representation_once() -> None:
     preset = load_preset("meadow", SMALL)
     world = build_world(preset)
-    shot = shoot(world, preset, 1, "scalar_rgb")
+    shot = assemble_frame(world, preset, 1, "scalar_rgb")
     assert [each.name for each in shot.visible] == [each.name for each in world.representations]
     for each in shot.visible:
         assert len(each.shape.owner)
@@ -53,10 +53,10 @@ def test_a_shot_holds_every_representation_once() -> None:
 
 def test_the_same_frame_is_the_same_shot_and_the_next_is_not() -> None:
     preset = load_preset("meadow", SMALL)
-    one, two = (shoot(build_world(preset), preset, 3, "scalar_rgb") for _ in range(2))
+    one, two = (assemble_frame(build_world(preset), preset, 3, "scalar_rgb") for _ in range(2))
     for first, second in zip(one.visible, two.visible, strict=True):
         assert np.array_equal(first.cut.parts.position, second.cut.parts.position)
         assert np.array_equal(first.shape.owner, second.shape.owner)
-    after = shoot(build_world(preset), preset, 4, "scalar_rgb")
+    after = assemble_frame(build_world(preset), preset, 4, "scalar_rgb")
     step = after.camera.eye[:2] - one.camera.eye[:2]
     assert np.hypot(*step) == pytest.approx(preset.camera.speed / preset.camera.fps)

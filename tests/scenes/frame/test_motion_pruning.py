@@ -14,7 +14,8 @@ from lod.pruning.pruner import prune, prune_by_level
 from lod.pruning.view import distance
 from scenes.preset.load import load_preset
 from scenes.rig.speed_bound import speed_bound
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 SMALL = ("render.size=160x90", "camera.speed=0", "species.tree.prototypes=1", "terrain.amplitude=6")
 EYE = "display.pixels_per_degree=67"

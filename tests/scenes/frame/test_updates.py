@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lod.pruning.update_schedule import WINDOW
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.world.world import build_world
 
@@ -26,7 +26,7 @@ SMALL = (
 @cache
 def made(*settings, frame=40):
     preset = load_preset("crowd", (*SMALL, *settings))
-    return shoot(build_world(preset), preset, frame, "scalar_rgb")
+    return assemble_frame(build_world(preset), preset, frame, "scalar_rgb")
 
 
 def sticks(shot, name="figure"):

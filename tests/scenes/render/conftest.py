@@ -7,8 +7,10 @@ from lod.atmosphere.air import CLEAR
 from lod.camera import Corner, camera_from_heading
 from lod.pruning.parts import Parts, Sticks, Triangles
 from lod.pruning.pruner import cut_from_parts
-from scenes.frame.types import Light, Quality, Visible
+from scenes.frame.displayed import Visible
+from scenes.frame.quality import Quality
 from scenes.render.mitsuba import variants
+from scenes.world.light import Light
 
 GPU_VARIANT = "cuda_ad_rgb"
 DRIVERS = [variants.SCALAR_VARIANT, variants.JIT_VARIANT]

@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from lod.camera import Corner, camera_from_heading
 from lod.pruning.parts import Sticks
 from lod.pruning.pruner import prune
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.reuse.field_reuse import FARTHEST_WALKING_M, cut_after
 from scenes.rig.height_bound import height_bound, max_rise, max_speed
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 COLUMNS = ("object", "part", "level", "whole")
 PARTS = ("position", "bound", "limit", "limit_offscreen", "share", "object", "part", "whole")
@@ -144,7 +145,7 @@ def test_frames_in_a_row_are_the_frames_alone():
     preset = load_preset("meadow", ["render.size=96x54"])
     world, holds = build_world(preset), {}
     for frame in (1, 2, 3):
-        row, alone = (shoot(world, preset, frame, "scalar_rgb", h) for h in (holds, None))
+        row, alone = (assemble_frame(world, preset, frame, "scalar_rgb", h) for h in (holds, None))
         for one, other in zip(row.visible, alone.visible, strict=True):
             for name in COLUMNS:
                 assert np.array_equal(getattr(one.cut, name), getattr(other.cut, name)), name

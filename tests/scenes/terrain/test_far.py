@@ -8,7 +8,8 @@ import pytest
 from lod.camera import GRID_M
 from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 
 @pytest.mark.parametrize("cell", [(0, 0), (62_500_000_000, -62_500_000_000)])

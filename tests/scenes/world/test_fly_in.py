@@ -9,7 +9,8 @@ from lod.pruning.pruner import prune
 from scenes.models.people.people import human_anatomy
 from scenes.models.people.skeleton import FINGERS
 from scenes.preset.load import load_preset
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 FRAMES = range(1, 49)
 HAND = "right hand"

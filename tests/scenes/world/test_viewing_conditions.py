@@ -11,8 +11,8 @@ from lod.pruning.pruner import prune
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.eye import Display, Eye
 from scenes.preset.load import load_preset, preset_names
-from scenes.world.viewing_conditions import air_of
-from scenes.world.world import build_world, view_at
+from scenes.world.view import preset_air, view_at
+from scenes.world.world import build_world
 
 FEW = ("species.tree.density=0", "species.figure.prototypes=2", "render.size=320x180")
 
@@ -25,14 +25,14 @@ def sight(*settings, frame=1):
 
 def test_the_air_is_the_presets_own():
     keys = ["air.visibility=5km", "air.mist=300m", "air.mist_base=-4m", "air.mist_scale=20m"]
-    assert air_of(load_preset("meadow", keys)) == Air(5000.0, Mist(300.0, -4.0, 20.0))
-    assert air_of(load_preset("fly_in")) == Air()
+    assert preset_air(load_preset("meadow", keys)) == Air(5000.0, Mist(300.0, -4.0, 20.0))
+    assert preset_air(load_preset("fly_in")) == Air()
 
 
 def test_haze_alone_prunes_by_the_clearest_band_it_is_painted_in():
     found = sight("air.visibility=5km")
     assert not found.acuity
-    painted = rgb_extinction(air_of(load_preset("meadow", ["air.visibility=5km"])))
+    painted = rgb_extinction(preset_air(load_preset("meadow", ["air.visibility=5km"])))
     assert found.extinction == painted.min() == painted[0]
     assert found.widths.effective == found.widths.pixel
 
@@ -71,7 +71,7 @@ def test_mist_counts_only_as_far_up_as_anything_reaches():
     )
     assert top == pytest.approx(tall)
     low = view_at(world, preset, 1).sight.extinction
-    assert low == least_extinction(air_of(preset), top)
+    assert low == least_extinction(preset_air(preset), top)
     assert low > 1.5 * least_extinction(Air(5000.0))
     high = sight(*flat, "camera.height=2000").extinction
     assert high == pytest.approx(least_extinction(Air(5000.0)), rel=1e-9)

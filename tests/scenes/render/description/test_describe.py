@@ -8,10 +8,11 @@ import pytest
 
 from lod.errors import InputError
 from lod.pruning.parts import Sticks
-from scenes.frame.types import Light, Quality, sampler_seed
+from scenes.frame.quality import Quality, sampler_seed
 from scenes.render.description.describe import describe
 from scenes.render.description.stick_batches import batches
 from scenes.render.drivers.sample_counts import sample_groups, square_sides
+from scenes.world.light import Light
 
 
 def described(make, *visible):

@@ -6,12 +6,13 @@ import pytest
 from lod.atmosphere.air import CLEAR, Air
 from lod.atmosphere.mist import Mist
 from lod.errors import InputError
-from scenes.frame.types import SKY_Z, Quality
+from scenes.frame.layers import SKY_Z
+from scenes.frame.quality import Quality
 from scenes.render.description.describe import describe
-from scenes.render.haze.haze import airlight_on_the_way, haze_of
+from scenes.render.haze.haze import airlight_along, make_haze
 from scenes.render.haze.scattered_layer import with_layer
 from scenes.render.mitsuba import variants
-from scenes.render.mitsuba.build import use_up
+from scenes.render.mitsuba.build import build_scene
 from scenes.render.pipeline.render import render_frame
 
 AIR = Air(2000.0)
@@ -23,9 +24,9 @@ def far_along(make, variant, heading, spp=2048):
     quality = Quality(variant, spp, 1, 16, "medium")
     seen = render_frame(camera, [], AIR, make.light, quality).rgb.mean(axis=(0, 1))
     variants.use(variant)
-    built = use_up(with_layer(describe(camera, [], make.light, 4), AIR))
-    haze, endless = haze_of(built, AIR), np.array([np.inf])
-    return seen, airlight_on_the_way(haze, camera.forward[None], endless)[0]
+    built = build_scene(with_layer(describe(camera, [], make.light, 4), AIR))
+    haze, endless = make_haze(built, AIR), np.array([np.inf])
+    return seen, airlight_along(haze, camera.forward[None], endless)[0]
 
 
 @pytest.mark.parametrize("heading", [20.0, 200.0])

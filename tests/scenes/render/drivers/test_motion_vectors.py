@@ -10,19 +10,26 @@ from hypothesis import strategies as st
 from lod.camera import Corner, camera_from_heading
 from lod.pruning.crossfade import blend_weights
 from lod.rotations import rotated
-from scenes.frame.frame_input import shoot
-from scenes.frame.types import SKY_Z, Extras
+from scenes.frame.frame_input import assemble_frame
+from scenes.frame.layers import SKY_Z
+from scenes.frame.types import Extras
 from scenes.preset.load import load_preset
 from scenes.render.description.describe import describe
-from scenes.render.drivers.motion_vectors import carried, motion_layer, projected, with_stick
+from scenes.render.drivers.motion_vectors import (
+    carry_with_stick,
+    motion_vectors,
+    next_positions,
+    project,
+)
 from scenes.render.drivers.scalar_passes import render_passes
-from scenes.render.haze.haze import haze_of
+from scenes.render.haze.haze import make_haze
 from scenes.render.mitsuba import variants
-from scenes.render.mitsuba.build import use_up
+from scenes.render.mitsuba.build import build_scene
 from scenes.render.pipeline.render import render_frame
 from scenes.rig.pose import pose_points
 from scenes.rig.rotations import shortest_arc
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 SIZE = (48, 27)
 vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array)
@@ -39,7 +46,7 @@ def test_a_stick_that_turns_and_goes_takes_its_points_along(axis, to, shift, off
     turns, point = shortest_arc(axis[None], to[None]), start + along * axis + offset
     moves = np.stack((shift, shift + to - axis))[None]
     expected = start + shift + rotated(turns, (point - start)[None])
-    moved = with_stick(point[None], start[None], start[None] + axis, moves)
+    moved = carry_with_stick(point[None], start[None], start[None] + axis, moves)
     assert np.allclose(moved, expected, atol=1e-12)
 
 
@@ -47,7 +54,7 @@ def test_a_point_of_a_ball_goes_where_the_ball_goes():
     ball, shift = np.array([[1.0, 2.0, 3.0]]), np.array([[0.1, 0.2, -0.3]])
     moves = np.stack((shift, shift), axis=1)
     for length in (0.0, 1e-9):
-        moved = with_stick(ball + 0.5, ball, ball + np.array([0, 0, length]), moves)
+        moved = carry_with_stick(ball + 0.5, ball, ball + np.array([0, 0, length]), moves)
         assert np.allclose(moved, ball + 0.5 + shift, atol=1e-9)
 
 
@@ -162,9 +169,9 @@ def walker(tmp_path_factory):
 def sampled(preset, world, frame):
     """What is made of a frame, its built scene, and what its samples met."""
     variants.use("scalar_rgb")
-    made = shoot(world, preset, frame, "scalar_rgb")
-    built = use_up(describe(made.camera, made.visible, made.light, 2, made.extras.after))
-    haze = haze_of(built, made.air)
+    made = assemble_frame(world, preset, frame, "scalar_rgb")
+    built = build_scene(describe(made.camera, made.visible, made.light, 2, made.extras.after))
+    haze = make_haze(built, made.air)
     samples = render_passes(built, haze, made.quality, frame, lambda taken: None)
     hit = samples.hit
     ids = built.hit_ids(hit[..., 4], hit[..., 5]) * (hit[..., :1] > 0)
@@ -194,7 +201,9 @@ def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px
         local = np.einsum("nai,ni->na", axes0, points[:, 6:9] - o0)
         exact = o1 + np.einsum("nai,na->ni", axes1, local)
         after = built.description["after"]
-        right, found = (projected(after, p - after["eye"]) for p in (exact, carried(built, points)))
+        right, found = (
+            project(after, p - after["eye"]) for p in (exact, next_positions(built, points))
+        )
         assert np.abs(right - found).max() < allowed
         assert np.linalg.norm(exact - points[:, 6:9], axis=1).max() > 0.005
 
@@ -242,7 +251,7 @@ def test_a_frame_lands_on_the_next(walker):
     _, built, hit, ids = sampled(preset, world, 5)
     _, _, _, after = sampled(preset, world, 6)
     height, width = hit.shape[:2]
-    at = places(width, height) + motion_layer(hit, built)
+    at = places(width, height) + motion_vectors(hit, built)
     column = np.floor(at[..., 0] + width / 2).astype(int)
     row = np.floor(height / 2 - at[..., 1]).astype(int)
     inside = (0 <= column) & (column < width) & (0 <= row) & (row < height)
@@ -258,4 +267,6 @@ def test_without_being_asked_for_there_is_no_motion(make, variant):
     quality = make.quality(variant)
     layers = render_frame(camera(), [make.ground()], make.clear, make.light, quality)
     assert layers.motion is None
-    assert use_up(describe(camera(), [make.ground()], make.light, 2)).description["after"] is None
+    assert (
+        build_scene(describe(camera(), [make.ground()], make.light, 2)).description["after"] is None
+    )

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from scenes.frame.types import SKY_Z, Light
+from scenes.frame.layers import SKY_Z
 from scenes.render.pipeline.render import render_frame
+from scenes.world.light import Light
 
 
 def columns_of(layer, value):

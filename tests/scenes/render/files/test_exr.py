@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
-from scenes.frame.types import SKY_Z, FileForm, Layers
+from scenes.frame.layers import SKY_Z, Layers
+from scenes.frame.types import FileForm
 from scenes.render.files import exr
 from scenes.render.files.exr import read_exr, write_exr
 from scenes.render.files.header import frame_header

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, camera_from_heading
-from scenes.frame.types import FileForm, Layers
+from scenes.frame.layers import Layers
+from scenes.frame.types import FileForm
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
 

@@ -6,11 +6,12 @@ import pytest
 from lod.atmosphere.air import Air, mist_extinction, optical_depth, rgb_extinction
 from lod.atmosphere.mist import Mist, base_equivalent_length
 from lod.atmosphere.rgb_bands import rgb_wavelengths
-from scenes.frame.types import SKY_Z, Light
+from scenes.frame.layers import SKY_Z
 from scenes.render.haze.horizon_airlight import horizon
 from scenes.render.mitsuba import variants
 from scenes.render.mitsuba.emitters import sun_disc
 from scenes.render.pipeline.render import render_frame
+from scenes.world.light import Light
 
 AIR = Air(8000.0)
 BETA = rgb_extinction(AIR)

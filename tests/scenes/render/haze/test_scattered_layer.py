@@ -5,16 +5,16 @@ import pytest
 
 from lod.atmosphere.air import Air
 from lod.atmosphere.mist import Mist
-from scenes.frame.types import Quality
+from scenes.frame.quality import Quality
 from scenes.render.description import medium_box as medium
 from scenes.render.description.describe import describe
 from scenes.render.description.direction_table import (
-    looked_up,
-    looked_up_along,
-    row_above,
-    row_by_root,
-    row_by_sine,
-    turn_of,
+    azimuth,
+    interpolate,
+    interpolate_planes,
+    row_sine,
+    row_sqrt_sine,
+    row_upper,
 )
 from scenes.render.haze.scattered_layer import with_layer
 from scenes.render.mitsuba import variants
@@ -28,13 +28,13 @@ def test_a_table_gives_back_what_it_holds_and_lines_between():
     rows, columns = 6, 8
     up, turn = (np.arange(rows) + 0.5) / rows * 2 - 1, np.arange(columns) / columns
     table = np.stack(np.broadcast_arrays(up[:, None], np.cos(2 * np.pi * turn)), axis=2)
-    found = looked_up(table, row_by_sine(rows, up)[:, None], turn[None])
+    found = interpolate(table, row_sine(rows, up)[:, None], turn[None])
     assert np.allclose(found, table)
-    half = looked_up(table, np.array([2.5]), np.array([-0.5 / columns]))[0]
+    half = interpolate(table, np.array([2.5]), np.array([-0.5 / columns]))[0]
     assert np.allclose(half, (table[2, 0] + table[3, -1]) / 2 * (1, 1), atol=0.2)
     assert half[0] == pytest.approx((up[2] + up[3]) / 2)
-    assert row_above(5, np.array([0.0, 0.25, 1.0])).tolist() == [0, 2, 4]
-    assert turn_of(np.array([[1.0, 0, 0], [0, -1, 0]])).tolist() == [0.25, 0.5]
+    assert row_upper(5, np.array([0.0, 0.25, 1.0])).tolist() == [0, 2, 4]
+    assert azimuth(np.array([[1.0, 0, 0], [0, -1, 0]])).tolist() == [0.25, 0.5]
 
 
 def test_a_table_of_planes_is_looked_up_plane_by_plane():
@@ -43,7 +43,9 @@ def test_a_table_of_planes_is_looked_up_plane_by_plane():
     table = np.zeros((planes, rows, columns, 1)) + np.arange(planes)[:, None, None, None] * 10
     table = table + up[:, None, None]
     sines = np.sign(up) * up**2
-    found = looked_up_along(table, np.array([[0], [1.25], [7]]), row_by_root(rows, sines), 0.3 * up)
+    found = interpolate_planes(
+        table, np.array([[0], [1.25], [7]]), row_sqrt_sine(rows, sines), 0.3 * up
+    )
     expected = np.array([[0], [12.5], [20]]) + up
     assert np.allclose(found[..., 0], expected)
 
@@ -55,7 +57,7 @@ def test_surroundings_stand_where_the_table_says(make, variant):
     way = np.array([(0.6, 0.0, 0.8), (0.0, 0.8, 0.6), (-0.48, -0.64, 0.6), (0.8, -0.6, 0.02)])
     way /= np.linalg.norm(way, axis=1)[:, None]
     seen = light["layer"].arriving
-    expected = looked_up(seen, row_above(len(seen), way[:, 2]), turn_of(way))
+    expected = interpolate(seen, row_upper(len(seen), way[:, 2]), azimuth(way))
     import mitsuba as mi
 
     emitter = mi.load_dict(surroundings(light))

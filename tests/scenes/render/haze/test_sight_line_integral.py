@@ -6,7 +6,7 @@ import pytest
 from lod.atmosphere.air import Air
 from lod.atmosphere.mist import Mist
 from lod.atmosphere.plane_parallel import RINGS, SPOKES, directions
-from scenes.render.haze.ground_profile import DISTANCES_M, heights_at, profile_of
+from scenes.render.haze.ground_profile import DISTANCES_M, ground_profile, heights_at
 from scenes.render.haze.sight_line_integral import Lines, Sources, gather
 
 NM = np.array((650.0, 550.0))
@@ -68,7 +68,7 @@ def test_the_profile_of_a_slope_is_the_slope():
     rng = np.random.default_rng(1)
     xy = rng.uniform(-3000, 3000, (200_000, 2))
     points = np.column_stack((xy, 0.1 * xy[:, 0]))
-    profile = profile_of(points, np.array((100.0, 50.0, 20.0)))
+    profile = ground_profile(points, np.array((100.0, 50.0, 20.0)))
     found = heights_at(profile, np.array((0.0, 40.0, 400.0, 2000.0)))
     east = SPOKES // 4
     expected = 10 + 0.1 * np.array((0.0, 40.0, 400.0, 2000.0))

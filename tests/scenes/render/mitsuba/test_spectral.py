@@ -5,11 +5,12 @@ import pytest
 
 from lod.atmosphere.air import CLEAR, Air, haze_extinction, rgb_extinction
 from lod.errors import InputError
-from scenes.frame.types import Light, Quality
+from scenes.frame.quality import Quality
 from scenes.render.haze.horizon_airlight import horizon
 from scenes.render.mitsuba import variants
-from scenes.render.mitsuba.bands import bands_of
+from scenes.render.mitsuba.bands import make_bands
 from scenes.render.pipeline.render import render_frame
+from scenes.world.light import Light
 
 SPECTRAL = ("scalar_spectral", "llvm_ad_spectral")
 AIR = Air(5000.0)
@@ -34,14 +35,14 @@ def test_even_light_is_the_white_of_even_light():
     from colour import XYZ_to_RGB
 
     expected = XYZ_to_RGB(np.ones(3), "ITU-R BT.709")
-    assert np.allclose(bands_of(True).even, expected, atol=6e-3)
+    assert np.allclose(make_bands(True).even, expected, atol=6e-3)
 
 
 def test_black_shows_the_airlight_of_each_band(make, spectral):
     """Exact: nothing is sampled but where the ray goes."""
     distance = 3000.0
     seen = wall(make, spectral, distance, 0.0).rgb.mean(axis=(0, 1))
-    bands = bands_of(True)
+    bands = make_bands(True)
     variants.use(spectral)
     light = {"to_sun": make.light.to_sun, "turbidity": make.light.turbidity}
     through = np.exp(-haze_extinction(AIR, bands.wavelengths) * distance)

@@ -9,7 +9,7 @@ import pytest
 
 from lod.errors import InputError
 from scenes.frame.types import Extras
-from scenes.render.pictures.denoise import denoised
+from scenes.render.pictures.denoise import denoise
 from scenes.render.pipeline.render import render_frame
 
 
@@ -39,7 +39,7 @@ def test_threads_and_repeats_do_not_matter(make):
         pictures = []
         for count in (1, 2, 3, 2):
             drjit.set_thread_count(count)
-            pictures.append(denoised(layers).denoised)
+            pictures.append(denoise(layers).denoised)
     finally:
         drjit.set_thread_count(threads)
     assert all(np.array_equal(pictures[0], other) for other in pictures[1:])
@@ -50,7 +50,7 @@ def test_nothing_bright_or_black_upsets_it(make):
     layers = frame(make, 1, Extras(), (20, 12))
     rgb = np.array(layers.rgb)
     rgb[:6], rgb[6:] = 0.0, 1e5
-    assert np.isfinite(denoised(replace(layers, rgb=rgb)).denoised).all()
+    assert np.isfinite(denoise(replace(layers, rgb=rgb)).denoised).all()
 
 
 def test_without_the_denoiser_the_extra_is_named(make, monkeypatch):

@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.types import Layers
-from scenes.render.pictures.level_view import LEVELS, SKY, by_level, level_colours, pictured
-from scenes.render.pictures.tone_map import Look
+from scenes.frame.layers import Layers
+from scenes.render.pictures.level_view import (
+    LEVELS,
+    SKY,
+    level_colours,
+    level_pixels,
+    preview_pixels,
+)
+from scenes.render.pictures.tone_map import PictureStyle
 
 
 def frame(width=400, height=200):
@@ -21,7 +27,7 @@ def frame(width=400, height=200):
 
 
 def test_every_level_has_its_colour_and_the_sky_its_own():
-    picture = by_level(frame())
+    picture = level_pixels(frame())
     assert np.all(picture[:50] == SKY)
     row = picture[100]
     seen = [row[int((level + 0.5) * 400 / 16)] for level in range(16)]
@@ -38,14 +44,16 @@ def test_colours_grow_lighter_with_detail():
 
 
 def test_the_legend_is_there_where_there_is_room():
-    large, small = by_level(frame()), by_level(frame(60, 200))
+    large, small = level_pixels(frame()), level_pixels(frame(60, 200))
     assert np.all(large[-1, :] == large[-1, 0]), "a strip of paper"
     assert not np.all(small[-1, :] == small[-1, 0])
 
 
 def test_the_look_chooses():
     layers = frame()
-    assert np.array_equal(pictured(layers, Look(view="level"), 1.0), by_level(layers))
-    assert not np.array_equal(pictured(layers, Look(), 1.0), by_level(layers))
+    assert np.array_equal(
+        preview_pixels(layers, PictureStyle(view="level"), 1.0), level_pixels(layers)
+    )
+    assert not np.array_equal(preview_pixels(layers, PictureStyle(), 1.0), level_pixels(layers))
     with pytest.raises(InputError, match="colour, level"):
-        Look(view="depth")
+        PictureStyle(view="depth")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from lod.pruning.parts import Sticks
-from scenes.frame.types import Visible
+from scenes.frame.displayed import Visible
 from scenes.render.mitsuba import variants
-from scenes.render.pipeline.render import render_frame, staged, taken
+from scenes.render.pipeline.render import build_frame, render_frame, trace
 
 TINTS = np.array([[0.5, 0.2, 0.1], [0.1, 0.5, 0.2], [0.2, 0.1, 0.5]])
 
@@ -52,9 +52,9 @@ def test_another_scene_that_is_still_there_takes_no_ids(make, jit):
     lit = make.clear, make.light, quality
     seen = make.camera(), [clump(make, (2, 3, 4)), make.ground()]
     alone = render_frame(*seen, *lit)
-    other = staged(make.camera(), [make.ground(), make.balls([(0.0, 5.0, 1.0)] * 3)], *lit)
+    other = build_frame(make.camera(), [make.ground(), make.balls([(0.0, 5.0, 1.0)] * 3)], *lit)
     beside = render_frame(*seen, *lit)
-    late = taken(other, quality)
+    late = trace(other, quality)
     for name in ("object", "part", "level"):
         assert np.array_equal(getattr(alone, name), getattr(beside, name))
     assert set(np.unique(late.object).tolist()) <= {0, 1, 2, 3, 4} and late.object.any()

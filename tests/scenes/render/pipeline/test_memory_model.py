@@ -3,28 +3,37 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.frame.types import FrameInput
 from scenes.preset.load import load_preset
-from scenes.render.pipeline.memory_model import Beside, check_memory, foretell, foretold
+from scenes.render.pipeline.memory_model import (
+    ExtraBuffers,
+    check_memory,
+    predict_bytes,
+    predicted_bytes,
+)
 from scenes.world.world import build_world
 
 SIZE = 640, 360
 
 
 def test_more_of_anything_needs_more_until_the_samples_go_in_groups():
-    least = foretell(0, 0, (16, 9), 1, "llvm_ad_rgb")
+    least = predict_bytes(0, 0, (16, 9), 1, "llvm_ad_rgb")
     assert 300e6 < least < 600e6
-    assert foretell(10**6, 0, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(120e6, rel=0.01)
-    assert foretell(0, 10**6, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(204e6, rel=0.01)
-    few, many, more = (foretell(0, 0, SIZE, spp, "scalar_rgb") for spp in (1, 16, 4096))
+    assert predict_bytes(10**6, 0, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(
+        120e6, rel=0.01
+    )
+    assert predict_bytes(0, 10**6, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(
+        204e6, rel=0.01
+    )
+    few, many, more = (predict_bytes(0, 0, SIZE, spp, "scalar_rgb") for spp in (1, 16, 4096))
     assert few < many == more
 
 
 def test_what_is_asked_for_beside_the_picture_needs_more():
-    plain = foretell(10**6, 0, SIZE, 1, "llvm_ad_rgb")
+    plain = predict_bytes(10**6, 0, SIZE, 1, "llvm_ad_rgb")
     more = {
-        name: foretell(10**6, 0, SIZE, 1, "llvm_ad_rgb", Beside(**{name: True})) - plain
+        name: predict_bytes(10**6, 0, SIZE, 1, "llvm_ad_rgb", ExtraBuffers(**{name: True})) - plain
         for name in ("motion", "denoised", "shutter")
     }
     assert more == {
@@ -36,12 +45,12 @@ def test_what_is_asked_for_beside_the_picture_needs_more():
 
 def test_wavelengths_need_more():
     for driver in ("scalar", "llvm_ad"):
-        rgb, spectral = (foretell(0, 0, SIZE, 1, f"{driver}_{c}") for c in ("rgb", "spectral"))
+        rgb, spectral = (predict_bytes(0, 0, SIZE, 1, f"{driver}_{c}") for c in ("rgb", "spectral"))
         assert spectral - rgb > 107e6 + 705 * SIZE[0] * SIZE[1] - 1
 
 
 def test_over_the_limit_is_refused_with_both_figures(zoo):
-    needed = foretold(zoo)
+    needed = predicted_bytes(zoo)
     check_memory(zoo, None, "frame 3")
     check_memory(zoo, needed, "frame 3")
     with pytest.raises(
@@ -53,4 +62,4 @@ def test_over_the_limit_is_refused_with_both_figures(zoo):
 @pytest.fixture(scope="module")
 def zoo() -> FrameInput:
     preset = load_preset("zoo", ['render.size="64x36"'])
-    return shoot(build_world(preset), preset, 1, "llvm_ad_rgb")
+    return assemble_frame(build_world(preset), preset, 1, "llvm_ad_rgb")

@@ -7,12 +7,14 @@ import pytest
 
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
+from lod.motion.shutter import subframe_offsets
 from lod.pruning.parts import Sticks
-from scenes.frame.frame_input import shoot
-from scenes.frame.types import Instant, Visible
+from scenes.frame.displayed import Visible
+from scenes.frame.frame_input import assemble_frame
+from scenes.frame.types import Instant
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba import variants
-from scenes.render.pipeline.subframes import offsets, render_exposed
+from scenes.render.pipeline.subframes import render_exposed
 from scenes.world.world import build_world
 
 SUBFRAMES = 16
@@ -54,7 +56,7 @@ def bar_at(make, x):
 def profile_variance(make, variant, length_px, subframes=SUBFRAMES):
     """Of the albedo across the picture [px²], of a bar that goes ``length_px`` while it is open."""
     metres = length_px * AWAY_M / FOCAL
-    places = (0.3 + metres * offsets(subframes)).tolist()
+    places = (0.3 + metres * subframe_offsets(subframes)).tolist()
     instants = [lambda x=x: Instant(camera(), (bar_at(make, x),)) for x in places]
     quality = replace(make.quality(variant, subframes * 4), max_depth=2)
     layers = render_exposed(instants, make.clear, make.light, quality)
@@ -81,8 +83,8 @@ def test_the_profile_of_what_moves_has_the_variance_of_the_quadrature_sum(make, 
 
 def test_the_offsets_have_the_variance_that_the_law_asks_for():
     for n in (1, 2, 16):
-        assert offsets(n).mean() == pytest.approx(0, abs=1e-15)
-        assert offsets(n).var() == pytest.approx((1 - 1 / n**2) / 12)
+        assert subframe_offsets(n).mean() == pytest.approx(0, abs=1e-15)
+        assert subframe_offsets(n).var() == pytest.approx((1 - 1 / n**2) / 12)
 
 
 def test_two_sub_frames_are_the_mean_of_two_frames_and_the_ids_those_of_the_second(make, variant):
@@ -118,7 +120,7 @@ def test_more_sub_frames_than_samples_are_refused(make):
 
 def shot(*settings):
     preset = load_preset("meadow", (*PAN, *settings))
-    return shoot(build_world(preset), preset, 2, "scalar_rgb")
+    return assemble_frame(build_world(preset), preset, 2, "scalar_rgb")
 
 
 def test_a_pan_has_sub_frames_of_one_and_the_same_cut():

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.types import Layers
+from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
 from scenes.render.files.disk import partial_path
 from scenes.render.files.exr import write_exr
 from scenes.render.sequence.dask_cluster import Cluster, check_versions, cluster
 from scenes.render.sequence.dask_frames import render_on_cluster, sweep
-from scenes.render.sequence.one_frame import render_one, settings_of
+from scenes.render.sequence.one_frame import frame_settings, render_one
 from scenes.render.sequence.sequence import open_job, render_sequence
 
 pytest.importorskip("distributed")
@@ -40,7 +40,7 @@ variant = "scalar_rgb"
 def settings(tmp_path_factory):
     path = tmp_path_factory.mktemp("preset") / "tiny.toml"
     path.write_text(TINY)
-    return settings_of(load_preset(str(path)), "scalar_rgb")
+    return frame_settings(load_preset(str(path)), "scalar_rgb")
 
 
 @pytest.fixture(scope="module")

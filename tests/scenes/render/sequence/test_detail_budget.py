@@ -4,12 +4,13 @@ import pytest
 
 from lod.errors import InputError
 from lod.pruning.detail_for_budget import MIN_BUDGET_USE
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
-from scenes.render.pipeline.memory_model import foretell, foretold
+from scenes.render.pipeline.memory_model import predict_bytes, predicted_bytes
 from scenes.render.sequence.detail_budget import parts_displayed, within_budget
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 FRAMES = (1, 400, 3000)
 
@@ -48,8 +49,8 @@ def test_memory_is_filled_and_never_more_is_foretold():
     asked = load_preset("meadow", [f"view.max_memory={most}", small, "camera.speed=20"])
     chosen = within_budget(asked, (1, 400))
     world, variant = build_world(chosen), choose()
-    needs = [foretold(shoot(world, chosen, frame, variant)) for frame in (1, 400)]
-    nothing = foretell(0, 0, (64, 36), chosen.render.spp, variant)
+    needs = [predicted_bytes(assemble_frame(world, chosen, frame, variant)) for frame in (1, 400)]
+    nothing = predict_bytes(0, 0, (64, 36), chosen.render.spp, variant)
     assert max(needs) <= most
     assert max(needs) - nothing >= 0.97 * (most - nothing)
 

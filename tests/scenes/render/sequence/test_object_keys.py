@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from scenes.frame.frame_input import shoot
+from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.render.sequence.object_keys import identities, object_key
-from scenes.world.world import build_world, view_at
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 TOML = """
 seed = 11
@@ -39,7 +40,7 @@ def scene(tmp_path_factory):
 
 def test_every_displayed_id_is_explained_and_no_other(scene):
     preset, world = scene
-    made = shoot(world, preset, 1, "scalar_rgb")
+    made = assemble_frame(world, preset, 1, "scalar_rgb")
     from scenes.render.description.describe import describe
 
     scene = describe(made.camera, made.visible, made.light, 2)
@@ -66,7 +67,7 @@ def test_cell_and_number_find_the_object_where_it_stands(scene):
     preset, world = scene
     figures = next(each for each in world.fields if each.name == "figure")
     corner = view_at(world, preset, 1).camera.corner
-    made = shoot(world, preset, 1, "scalar_rgb")
+    made = assemble_frame(world, preset, 1, "scalar_rgb")
     names = [v.name for v in made.visible]
     shown = made.visible[names.index("figure")].cut
     known = [each for each in identities(world, preset, 1) if each.of == "figure"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.types import Layers
+from scenes.frame.layers import Layers
 from scenes.render.files.disk import DiskError
 from scenes.render.files.exr import read_exr, write_exr
 from scenes.render.files.manifest import load_manifest

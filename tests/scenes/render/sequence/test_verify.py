@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.types import Layers
+from scenes.frame.layers import Layers
 from scenes.preset.load import preset_from
 from scenes.render.files.exr import write_exr
 from scenes.render.files.manifest import file_hash, flatten, load_manifest
-from scenes.render.sequence.one_frame import settings_of
+from scenes.render.sequence.one_frame import frame_settings
 from scenes.render.sequence.sequence import open_job, render_sequence
 from scenes.render.sequence.verify import check_folder, repairs
 
-SETTINGS = settings_of(preset_from({"render": {"size": "8x4"}}), "scalar_rgb")
+SETTINGS = frame_settings(preset_from({"render": {"size": "8x4"}}), "scalar_rgb")
 FRAMES = range(1, 6)
 
 
@@ -176,7 +176,7 @@ def test_another_size_or_type_or_setting_is_found(frames, tmp_path, renderer):
     frames()
     assert "8×5 pixels, not 8×4" in wrong(tmp_path)["a.0001.exr"]
     manifest = json.loads((tmp_path / "manifest.json").read_text())
-    other = settings_of(preset_from({"output": {"colour": "float"}, "seed": 3}), "scalar_rgb")
+    other = frame_settings(preset_from({"output": {"colour": "float"}, "seed": 3}), "scalar_rgb")
     from scenes.render.files.manifest import settings_hash
 
     manifest["settings"] = {settings_hash(other): other}

@@ -1,0 +1,56 @@
+"""How a frame is sampled: variant, samples, seed, depth of paths and kind of haze."""
+
+import hashlib
+import struct
+from dataclasses import dataclass
+
+from lod.errors import InputError
+
+SEED_LIMIT = 2**63
+
+
+HAZES = ("analytic", "scattered", "medium")
+"""Closed form whose airlight is the horizon's sky; closed form in the light of a layer of air,
+which scatters what sun, sky and ground send; a medium that scatters light (the reference)."""
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How a frame is sampled.
+
+    variant    a Mitsuba variant that works here (see variants.choose)
+    spp        samples per pixel, taken exactly
+    max_depth  longest light path, in edges: 2 is direct light only
+    haze       one of HAZES: how the air between is worked out
+    """
+
+    variant: str
+    spp: int = 16
+    seed: int = 0
+    max_depth: int = 4
+    haze: str = "analytic"
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.spp <= 65536:
+            raise InputError("spp", self.spp, "from 1 to 65536 samples per pixel", "try 16")
+        if not 0 <= self.seed < SEED_LIMIT:
+            raise InputError("seed", self.seed, "from 0 to 2**63 - 1")
+        if not 1 <= self.max_depth <= 64:
+            raise InputError("max_depth", self.max_depth, "from 1 to 64", "try 4")
+        if self.haze not in HAZES:
+            raise InputError("haze", self.haze, f"one of {', '.join(HAZES)}", "try analytic")
+        if self.is_spectral and self.haze != "analytic":
+            rule = "analytic where pictures are spectral"
+            raise InputError("--haze", self.haze, rule, "leave out --spectral")
+
+    @property
+    def is_spectral(self) -> bool:
+        """Whether light has wavelengths, and not just three colours."""
+        return self.variant.endswith("_spectral")
+
+
+def sampler_seed(seed: int, frame: int, *where: int) -> int:
+    """32 bits for Mitsuba's samplers: BLAKE2b of seed, frame and place as 8-byte integers."""
+    words = struct.pack(f"<Q{1 + len(where)}q", seed, frame, *where)
+    digest = hashlib.blake2b(words, digest_size=4, person=b"lodbench frame").digest()
+    return int.from_bytes(digest, "little")

@@ -1,0 +1,54 @@
+"""Camera rays: through the pixels of a film, and of a run of pixels in a JIT variant.
+
+In a JIT variant the samples of each pixel stand side by side, and sums over them are made in a
+fixed order: a film that many threads add to has other last bits every time.
+"""
+
+import math
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from scenes.render.mitsuba.plugin import load_plugin
+
+SAMPLER = "multijitter"
+"""None tried has less noise for the time (``lodbench study render_settings``)."""
+
+
+def sample_rays(
+    camera: Any, size: tuple[int, int], pixels: slice, spp: int, seed: int
+) -> tuple[Any, Any]:
+    """Sampler and rays: ``spp`` of each pixel of a run, numbered row by row."""
+    width, height = size
+    count = (pixels.stop - pixels.start) * spp
+    sampler = load_plugin({"type": SAMPLER, "sample_count": spp})
+    sampler.set_samples_per_wavefront(spp)
+    sampler.seed(seed, count)
+    index = dr.arange(mi.UInt32, count) // dr.opaque(mi.UInt32, spp)
+    index += dr.opaque(mi.UInt32, pixels.start)
+    corner = mi.Vector2f(mi.Float(index % width), mi.Float(index // width))
+    film = (corner + sampler.next_2d()) / mi.ScalarVector2f(width, height)
+    ray, _ = camera.sample_ray_differential(0.0, 0.0, film, mi.Point2f(0.5))
+    return sampler, ray
+
+
+def pixel_sums(colour: Any, spp: int) -> np.ndarray:
+    """Of the samples of each pixel, (n, 3)."""
+    return np.stack([np.array(dr.block_sum(channel, spp)) for channel in colour], axis=-1)
+
+
+def pixel_directions(camera: dict[str, Any], side: int, rows: tuple[int, int]) -> np.ndarray:
+    """Unit directions through the centres of a band of film pixels, (rows, columns, 3) float32."""
+    width, height = camera["size"]
+    tan_x = math.tan(math.radians(camera["fov_x_deg"]) / 2)
+    tan_y = tan_x * height / width
+    x = ((np.arange(width * side) + 0.5) / (width * side) * 2 - 1) * tan_x
+    y = (1 - (np.arange(rows[0] * side, rows[1] * side) + 0.5) / (height * side) * 2) * tan_y
+    forward, up = camera["forward"], camera["up"]
+    right = np.cross(forward, up)
+    across, down = forward + x[:, None] * right, y[:, None] * up
+    directions = across.astype(np.float32)[None] + down.astype(np.float32)[:, None]
+    directions /= np.sqrt(np.sum(directions**2, axis=2, keepdims=True))
+    return directions

@@ -1,0 +1,34 @@
+"""Sun and sky that light a world."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.canopy.turbid_medium import BARE, Canopy
+from lod.errors import InputError
+
+
+@dataclass(frozen=True)
+class Light:
+    """Sun and sky: azimuth clockwise from north (+y), elevation above the horizon [degrees]; and
+    the canopy whose shade is in the air, where that is worked out (see HAZES: scattered)."""
+
+    sun_azimuth_deg: float
+    sun_elevation_deg: float
+    turbidity: float = 3.0
+    canopy: Canopy = BARE
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.sun_azimuth_deg):
+            raise InputError("light.sun_azimuth", self.sun_azimuth_deg, "finite [degrees]")
+        if not 0 <= self.sun_elevation_deg <= 90:
+            raise InputError("light.sun_elevation", self.sun_elevation_deg, "from 0° to 90°")
+        if not 1 <= self.turbidity <= 10:
+            raise InputError("light.turbidity", self.turbidity, "from 1 (clear) to 10", "try 3")
+
+    @property
+    def to_sun(self) -> np.ndarray:
+        """Unit vector to the sun, (3,)."""
+        a, e = math.radians(self.sun_azimuth_deg), math.radians(self.sun_elevation_deg)
+        return np.array((math.sin(a) * math.cos(e), math.cos(a) * math.cos(e), math.sin(e)))

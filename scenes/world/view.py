@@ -1,0 +1,101 @@
+"""From a preset to the view of a frame: camera, viewing conditions, shutter interval and air."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+from lod.atmosphere.air import Air, least_extinction
+from lod.atmosphere.mist import Mist
+from lod.camera import Camera
+from lod.motion.image_motion import eye_relative_to
+from lod.motion.shutter import ShutterInterval
+from lod.motion.window_of_visibility import integration_time_s
+from lod.pruning.view import View
+from lod.vision.blur_cascade import blur_widths
+from lod.vision.eye import Display, Eye
+from lod.vision.viewer import ViewingConditions
+from scenes.plugins.entry_points import metric_named
+from scenes.preset.load import Preset
+from scenes.world.camera_path import camera_at
+from scenes.world.world import World
+
+_ARCSECOND = math.radians(1 / 3600)
+
+
+def preset_air(preset: Preset) -> Air:
+    """The air that frames are rendered in, and that the same frames are pruned by."""
+    keys = preset.air
+    mist = None if keys.mist is None else Mist(keys.mist, keys.mist_base, keys.mist_scale)
+    return Air(keys.visibility, mist)
+
+
+def viewing_conditions(
+    preset: Preset, camera: Camera, highest_m: float
+) -> ViewingConditions | None:
+    """What counts beyond the pixel; None where the air is clear, or ignored, and no eye is given.
+
+    ``highest_m``: height above the datum that neither the eye nor anything it sees is above, for β
+    there is the least of any path. A table [display] or [eye] says that somebody will look.
+    """
+    air, keys = preset_air(preset), preset.air
+    hazy = preset.view.haze_aware and air != Air()
+    watched = preset.display is not None or preset.eye is not None
+    if not (hazy or watched or keys.seeing):
+        return None
+    display = Display(**preset.display.model_dump()) if preset.display else Display()
+    eye = Eye(**preset.eye.model_dump()) if preset.eye else Eye()
+    seeing = keys.seeing * _ARCSECOND
+    widths = blur_widths(camera.pixel_angle, display, eye if watched else None, seeing)
+    beta = least_extinction(air, highest_m) if hazy else 0.0
+    return ViewingConditions(widths, beta, display, eye, acuity=watched)
+
+
+def frame_time(preset: Preset, frame: float) -> float:
+    """When a frame begins [s]: frame 1 at 0."""
+    return (frame - 1) / preset.camera.fps
+
+
+def shutter_interval(world: World, preset: Preset, frame: int) -> ShutterInterval | None:
+    """While the shutter is open, or an eye behind it takes things together: half before a frame's
+    time and half after; None where no heed is paid to motion."""
+    open_s = preset.view.shutter / 360 / preset.camera.fps
+    if preset.view.smear == "window":
+        open_s = integration_time_s(open_s)
+    half = open_s * preset.camera.fps / 2
+    if half == 0 or preset.view.smear == "off":
+        return None
+
+    @cache
+    def at(later: int) -> ShutterInterval:
+        ends = frame + later - half, frame + later + half
+        size = preset.render.size
+        opens, closes = (camera_at(preset.camera, size, end, world.terrain) for end in ends)
+        opens_s, closes_s = (frame_time(preset, end) for end in ends)
+        return ShutterInterval(opens, closes, opens_s, closes_s)
+
+    return replace(at(0), near=at)
+
+
+def view_at(world: World, preset: Preset, frame: int) -> View:
+    """The view of a frame, numbered from 1."""
+    settings, azimuth = preset.view, math.radians(preset.light.sun_azimuth)
+    camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
+    return View(
+        camera=camera,
+        metric=metric_named(settings.metric),
+        detail=settings.detail,
+        offscreen_detail=settings.offscreen_detail,
+        look_around=settings.look_around,
+        fade=settings.fade,
+        time_s=frame_time(preset, frame),
+        sight=viewing_conditions(preset, camera, max(world.top_m, float(camera.eye[2]))),
+        exposure=shutter_interval(world, preset, frame),
+        sun=(math.sin(azimuth), math.cos(azimuth)),
+    )
+
+
+def camera_between(world: World, preset: Preset, frame: float, view: View) -> Camera:
+    """The camera between frames, in the coordinates of a frame's view."""
+    camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
+    corner = view.camera.corner
+    return replace(camera, corner=corner, eye=eye_relative_to(corner, camera))
