@@ -15,8 +15,8 @@ from scenes.dust import growth
 from scenes.dust.footfalls import Footfalls, Legs, Walkers, chances, landing
 from scenes.dust.growth import LIFE_S, WISP, WISPS, Lift
 from scenes.dust.part_ids import footfall
-from scenes.field.species_field import Ground
 from scenes.particles.shapes import points_in_ball
+from scenes.terrain.ground import Ground
 
 _BLOWS_TO = np.array((np.sin(np.radians(60.0)), np.cos(np.radians(60.0))))
 """Where the wind blows to, as it takes plumes by default: 60° clockwise from north."""

@@ -1,8 +1,8 @@
 """How closely a body minds the ground: no closer than what could be displayed of it can tell.
 
-    SOLES   under each sole, its height and slope: where a foot could be displayed
-    PRINTS  under each print, its height: where any part besides the whole could be
-    PLACE   under the body alone: where the whole is all that could be
+    SOLE   under each sole, its height and slope: where a foot could be displayed
+    FOOTPRINT  under each print, its height: where any part besides the whole could be
+    BODY   under the body alone: where the whole is all that could be
 
 What decides is the distance in plan, less what a part's origin can be away from where its object
 stands, against the limit distances of the parts: a function of the eye and the object alone, and
@@ -18,8 +18,6 @@ from lod.pruning.view import View
 from scenes.field.part_tables import Atlas
 from scenes.field.traversal_tables import Slots
 from scenes.rig.rigged_prototype import RiggedPrototype
-
-PLACE, PRINTS, SOLES = 0, 1, 2
 
 
 def foot_parts(prototypes: tuple[RiggedPrototype, ...]) -> np.ndarray:
@@ -42,7 +40,7 @@ def heed(
     xy: Float64[np.ndarray, "n 2"],
     prototype: Ints,
 ) -> Ints:
-    """SOLES, PRINTS or PLACE of bodies at xy (n, 2) [m] of the frame.
+    """SOLE, FOOTPRINT or BODY of bodies at xy (n, 2) [m] of the frame.
 
     feet (m,): as ``foot_parts`` gives them, of the rows of the atlas
     """

@@ -11,11 +11,11 @@ from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
 from scenes.field.posed_species import Objects, Troupe, troupe_of
-from scenes.field.species_field import Ground
 from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
+from scenes.terrain.ground import Ground
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ No list of objects exists anywhere. A frame visits only the cells from which a p
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -26,17 +26,7 @@ from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
-
-
-@runtime_checkable
-class Ground(Protocol):
-    """What the field stands on."""
-
-    def height(self, corner: Corner, xy: np.ndarray) -> np.ndarray:
-        """Height of the ground [m] at points (n, 2) [m] from the corner, (n,)."""
-
-    def bounds(self) -> tuple[float, float]:
-        """Lowest and highest that the ground can be anywhere [m]."""
+from scenes.terrain.ground import Ground
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,10 +28,10 @@ from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.parts import BlendWeights, Parts, Sticks, Triangles
 from lod.pruning.view import View
-from scenes.field.species_field import Ground
 from scenes.particles.growth import LARGEST, Growth, Puffs
 from scenes.particles.kinds import PARTICLES_PER_BALL, PlumeKind
 from scenes.particles.shapes import ball_sticks, flame_octahedra
+from scenes.terrain.ground import Ground
 
 CLUMPS = 4
 """Those that stand for each puff in a plume's leaf appearance."""

@@ -7,8 +7,8 @@ from typing import Any, Protocol, runtime_checkable
 from lod.camera import Camera
 from lod.errors import InputError
 from lod.pruning.parts import Representation
-from scenes.field.species_field import Ground
 from scenes.plugins.entry_points import REPRESENTATION, installed, loaded, made_by
+from scenes.terrain.ground import Ground
 
 
 @runtime_checkable

@@ -23,9 +23,12 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints, Reals
-from scenes.field.ground_contact_detail import PLACE, PRINTS, SOLES
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.pose_tables import Instances, PoseTables
+
+BODY, FOOTPRINT, SOLE = 0, 1, 2
+"""Levels of detail of ground contact: the ground's height is taken below the body alone, below each
+footprint, or at three points below each sole, whose plane a standing foot follows."""
 
 Heights = Callable[[Float64[np.ndarray, "m 2"]], Reals]
 
@@ -44,9 +47,9 @@ def place_on_ground(
     """Bodies at xy (n, 2) [m] with headings, prototypes and phases, (n,) each.
 
     heights: of the ground [m] at points of the frame; pace (n,): each one's stride as a share of
-        its prototype's; heed (n,): how closely each minds the ground, SOLES by default
+        its prototype's; heed (n,): how closely each minds the ground, SOLE by default
     """
-    heed = np.full(len(prototype), SOLES) if heed is None else heed
+    heed = np.full(len(prototype), SOLE) if heed is None else heed
     t, within = pose_tables.tables, phase - np.floor(phase)
     places = (xy, cos, sin, prototype, within, stride_factor, heed)
     points = _soles(t.pose_tables, t.leg, t.sole, *places)
@@ -61,11 +64,11 @@ def _soles(pose_tables, leg, sole, xy, cos, sin, prototype, phase, stride_factor
     points, m = np.empty((_most_points(pose_tables, leg, prototype, phase, heed), 2)), 0
     for o in range(len(prototype)):
         first, legs = pose_tables[prototype[o], 5], pose_tables[prototype[o], 6]
-        if legs == 0 or heed[o] == PLACE:
+        if legs == 0 or heed[o] == BODY:
             points[m, 0], points[m, 1] = xy[o, 0], xy[o, 1]
             m += 1
             continue
-        closely = heed[o] == SOLES
+        closely = heed[o] == SOLE
         for row in range(first, first + legs):
             own = (phase[o] - leg[row, 0]) % 1.0
             last, _ = print_and_swing(own, leg[row, 1])
@@ -87,10 +90,10 @@ def _most_points(pose_tables, leg, prototype, phase, heed):  # type: ignore[no-u
     count = 0
     for o in range(len(prototype)):
         first, legs = pose_tables[prototype[o], 5], pose_tables[prototype[o], 6]
-        if legs == 0 or heed[o] == PLACE:
+        if legs == 0 or heed[o] == BODY:
             count += 1
             continue
-        each = 3 if heed[o] == SOLES else 1
+        each = 3 if heed[o] == SOLE else 1
         for row in range(first, first + legs):
             count += 2 * each if (phase[o] - leg[row, 0]) % 1.0 > leg[row, 1] else each
     return count
@@ -106,7 +109,7 @@ def _stand(  # type: ignore[no-untyped-def]
     for o in range(n):
         v = prototype[o]
         first, legs = pose_tables[v, 5], pose_tables[v, 6]
-        if legs == 0 or heed[o] == PLACE:
+        if legs == 0 or heed[o] == BODY:
             base[o] = ground[m]
             feet[o, :, 2] = ground[m]  # level ground, at the prototype's own stride
             m += 1
@@ -141,7 +144,7 @@ def _under(leg, plane, ground, m, row, phase, heed, out):  # type: ignore[no-unt
     out[0] = out[1] = out[2] = 0.0
     for step in range(2 if own > leg[row, 1] else 1):
         share = swing if step == 1 else 1.0 - swing
-        if heed == PRINTS:
+        if heed == FOOTPRINT:
             out[0] += share * ground[m]
             m += 1
             continue

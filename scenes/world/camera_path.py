@@ -8,8 +8,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from lod.camera import Camera, camera_from_heading, split_position
-from scenes.field.species_field import Ground
 from scenes.preset.tables import CameraKey, CameraPreset
+from scenes.terrain.ground import Ground
 
 
 @dataclass(frozen=True)

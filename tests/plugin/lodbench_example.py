@@ -9,8 +9,8 @@ from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.view import View
-from scenes.field.species_field import Ground
 from scenes.plugins.representation import Offer
+from scenes.terrain.ground import Ground
 
 HALFWAY = Metric("halfway", lambda P, R, m: P / m + 0.5 * R, "P > m·(d − R/2): between two of ours")
 

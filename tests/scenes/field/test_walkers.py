@@ -15,7 +15,6 @@ from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.field.ground_contact_detail import PLACE, PRINTS, SOLES
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species_field import Species, SpeciesField
 from scenes.gait.contact_errors import lowest_heights, sample_cycle
@@ -25,7 +24,7 @@ from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import at_rest, people
 from scenes.noise.philox import hash_name
 from scenes.preset.load import load_preset
-from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.world.view import view_at
@@ -333,7 +332,7 @@ def people_near(name, frame, most=250):
     view, parts = view_at(world, preset, frame), prune_of(name, frame).parts
     instances = parts.state.instances
     who = parts.object[parts.whole < 0]
-    who = who[field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLES]
+    who = who[field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE]
     gentle = 2 * np.linalg.norm(instances.foot_contacts[who, :, 4:], axis=2).max(axis=1) < 0.2
     away = np.linalg.norm(instances.origin[who] - view.camera.eye, axis=1)
     who = who[gentle][np.argsort(away[gentle])[:most]]
@@ -402,7 +401,7 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
     view, parts = view_at(world, preset, 1), prune_of(name, 1).parts
     instances, who = parts.state.instances, parts.object[parts.whole < 0]
     heed = field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who])
-    for closely in (PRINTS, PLACE):
+    for closely in (FOOTPRINT, BODY):
         some = who[heed == closely][:300]
         assert len(some) == 300
         clear, stands = clearances(field, instances, some, view.camera.corner)
@@ -412,7 +411,8 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
         feet = parts.part[np.isin(parts.object, some)]
         assert not field.troupe.feet[feet].any()  # none is displayed
         assert (
-            closely == PRINTS or (feet == field.troupe.atlas.root[instances.prototype[some]]).all()
+            closely == FOOTPRINT
+            or (feet == field.troupe.atlas.root[instances.prototype[some]]).all()
         )
 
 
@@ -430,7 +430,7 @@ def test_no_animal_floats_or_sinks():
         cut = prune(field, view)
         instances, who = cut.parts.state.instances, cut.parts.object[cut.parts.whole < 0]
         closely = (
-            field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLES
+            field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE
         )
         who = who[closely][:200]
         clear, stands = clearances(field, instances, who, view.camera.corner)
