@@ -119,7 +119,7 @@ def threads(name: str, field: SpeciesField, view: View, repeats: int) -> Rows:
         for count, seconds in spent.items():
             numba.set_num_threads(count)
             start = time.perf_counter()
-            field.walk(view)
+            field.cut(view)
             seconds.append(time.perf_counter() - start)
     numba.set_num_threads(1)
     found = median(np.array(spent[1]) / np.array(spent[2]))

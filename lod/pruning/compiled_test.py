@@ -107,24 +107,6 @@ def entry_fraction(s, x, y, z, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def slack(d, away, within, least, most, inside, outside, passed):  # type: ignore[no-untyped-def]
-    """How far a point may come or go before its comparison could turn out otherwise [m]: by its
-    distance, and by what is in view (inf where that does not decide).
-
-    d, within: distance and ``frustum_margin`` of the point, or of one that it is never further
-    from than ``away``; in view it counts while that is above ``least``, and out
-    of it below −``most``.
-    """
-    if passed and d + away < outside:
-        return outside - d - away, math.inf
-    if not d - away < inside:
-        return d - away - inside, math.inf
-    if passed:
-        return inside - d - away, within - least
-    return d - away - outside, -within - most
-
-
-@njit(cache=True)
 def is_displayed(s, x, y, z, bound, limit, limit_offscreen):  # type: ignore[no-untyped-def]
     """Whether a part is displayed: d < D, with the coarser D for what is out of view."""
     d = distance_to(s, x, y, z)

@@ -53,7 +53,7 @@ class Cut:
 class CompiledTraversal(Protocol):
     """A representation with a compiled walk over its own hierarchy, by the same comparison."""
 
-    def walk(self, view: View) -> Cut:
+    def cut(self, view: View) -> Cut:
         """What ``prune_by_level`` gives for it, to the last bit."""
 
 
@@ -67,7 +67,7 @@ def displayed(parts: Parts, view: View) -> np.ndarray:
 def prune(representation: Representation, view: View) -> Cut:
     """What of a representation is displayed: by its compiled walk, or level by level."""
     if isinstance(representation, CompiledTraversal):
-        return representation.walk(view)
+        return representation.cut(view)
     return prune_by_level(representation, view)
 
 

@@ -13,7 +13,7 @@ m·d (which a test repeats, on the presets' hills).
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Ints, Reals
+from lod.arrays import Ints
 from lod.pruning.view import View
 from scenes.field.part_tables import Atlas
 from scenes.field.traversal_tables import Slots
@@ -45,18 +45,6 @@ def heed(
     feet (m,): as ``foot_parts`` gives them, of the rows of the atlas
     """
     return np.count_nonzero(_within(atlas, slots, feet, view, xy, prototype) > 0, axis=1)
-
-
-def heed_slack(
-    atlas: Atlas,
-    slots: Slots,
-    feet: np.ndarray,
-    view: View,
-    xy: Float64[np.ndarray, "n 2"],
-    prototype: Ints,
-) -> Reals:
-    """How far the eye may go until these bodies could mind the ground otherwise, (n,) [m]."""
-    return np.abs(_within(atlas, slots, feet, view, xy, prototype)).min(axis=1)
 
 
 def _within(

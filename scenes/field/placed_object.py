@@ -41,7 +41,7 @@ class Placed:
         """The object itself, whether near or far."""
         return self.troupe.wholes(self._objects(view), view)
 
-    def walk(self, view: View) -> Cut:
+    def cut(self, view: View) -> Cut:
         """What of it is displayed, by a compiled walk."""
         return self.troupe.cut(self._objects(view), view, 1)
 

@@ -11,15 +11,11 @@ from scipy.stats import poisson
 
 from lod.arrays import freeze
 from lod.camera import Corner
-from lod.pruning.compiled_test import CompiledView, frustum_margin, slack, sphere_in_frustum
+from lod.pruning.compiled_test import CompiledView, sphere_in_frustum
 from scenes.noise.philox import hash_name, philox, unit
 
 _MEAN_PER_CELL = 2.0
 """Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""
-
-
-NOT_HELD = np.empty((0, 4))
-"""Where nobody asks for how long something holds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,20 +98,17 @@ class PoissonCells:
         corner: Corner,
         vantage: CompiledView,
         near: Near,
-        held: np.ndarray = NOT_HELD,
     ) -> tuple[Draws, int]:
         """The objects of the given cells that could be displayed, and how many are in the window.
 
         What is beyond every limit is turned away by its place and prototype alone.
-        held: (cells, 4) takes of each cell how many of its objects are in the window, how many
-            could be displayed, and the slack of all that (``lod.pruning.compiled_test.slack``)
         """
         key = np.uint64(self.seed), hash_name(self.name)
         count = _counts(cell_x, cell_y, *key, self._cumulative)
         lattice = (*corner.lattice(self.exponent), self.side_m)
         room = int(count.sum())
         name, u = np.empty((3, room), np.int64), np.empty((room, 8))
-        kept, examined = _near(cell_x, cell_y, count, *key, lattice, vantage, near, name, u, held)
+        kept, examined = _near(cell_x, cell_y, count, *key, lattice, vantage, near, name, u)
         return Draws(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
 
     @cached_property
@@ -211,15 +204,13 @@ def _uniforms(cell_x, cell_y, index, seed, species):  # type: ignore[no-untyped-
 
 
 @njit(cache=True)
-def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u, held):  # type: ignore[no-untyped-def]
+def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u):  # type: ignore[no-untyped-def]
     """Names and uniforms of objects that pass in plan; how many, and how many are in the window."""
     ix, iy, rest_x, rest_y, side = lattice
     above = max(0.0, vantage.eye_z - near.high, near.low - vantage.eye_z)
     middle, spread = (near.low + near.high) / 2, (near.high - near.low) / 2 + near.lean
     kinds, kept, examined, one = len(near.bound), 0, 0, np.uint64(1)
-    holding = len(held) > 0
     for i in range(len(cell_x)):
-        before, room, room_view = (examined, kept), math.inf, math.inf
         x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
         west, south = (cell_x[i] - ix) * side - rest_x, (cell_y[i] - iy) * side - rest_y
         for index in range(count[i]):
@@ -240,10 +231,6 @@ def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u,
             passed = away < inside
             if passed and not away < outside:
                 passed = sphere_in_frustum(vantage, east, north, middle, reach)
-            if holding:
-                within = frustum_margin(vantage, east, north, middle)
-                by_d, by_view = slack(away, 0.0, within, -reach, reach, inside, outside, passed)
-                room, room_view = min(room, by_d), min(room_view, by_view)
             if not passed:
                 continue
             name[0, kept], name[1, kept], name[2, kept] = cell_x[i], cell_y[i], index
@@ -251,7 +238,4 @@ def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u,
             for k in range(4):
                 u[kept, k], u[kept, 4 + k] = unit(words[k]), unit(rest[k])
             kept += 1
-        if holding:
-            held[i, 0], held[i, 1] = examined - before[0], kept - before[1]
-            held[i, 2], held[i, 3] = room, room_view
     return kept, examined

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from lod.arrays import Ints, Reals, freeze
+from lod.arrays import Ints, freeze
 from lod.motion.image_motion import motion_steps
 from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
-from scenes.field.ground_contact_detail import foot_parts, heed, heed_slack
+from scenes.field.ground_contact_detail import foot_parts, heed
 from scenes.field.part_tables import Atlas
 from scenes.field.stick_emission import emit
 from scenes.field.traversal import Rows, walk
@@ -101,10 +101,6 @@ class Troupe:
     def heed(self, view: View, xy: np.ndarray, prototype: Ints) -> Ints:
         """How closely bodies at xy (n, 2) [m] mind the ground."""
         return heed(self.atlas, self.slots, self.feet, view, xy, prototype)
-
-    def heed_slack(self, view: View, xy: np.ndarray, prototype: Ints) -> Reals:
-        """How far the eye may go until they could mind it otherwise, (n,) [m]."""
-        return heed_slack(self.atlas, self.slots, self.feet, view, xy, prototype)
 
     def seen(self, draws: Any, view: View, bodies_at: Callable[[float], Instances]) -> Objects:
         """Objects as they are in a view, and how much motion hides of each.

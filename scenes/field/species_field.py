@@ -125,7 +125,7 @@ class SpeciesField:
         draws = self._grown(view.camera.corner, self._drawn(*self._cells_near(view)))
         return self.troupe.wholes(self.seen(draws, view), view)
 
-    def walk(self, view: View) -> Cut:
+    def cut(self, view: View) -> Cut:
         """What is displayed, by compiled walks: of the objects, then of their parts."""
         corner, near = view.camera.corner, self.near(view)
         draws, examined = self.cells.near(*self._cells_near(view), corner, compile_view(view), near)

@@ -9,7 +9,6 @@ agrees with the level-by-level pruner to the last bit; rows of parts are int32.
 Objects are shared out to threads in runs, and the runs joined in order: same bytes for any number.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,14 +18,11 @@ from lod.pruning.compiled_test import (
     CompiledView,
     compile_view,
     distance_to,
-    frustum_margin,
     is_displayed,
-    slack,
     sphere_in_frustum,
 )
 from lod.pruning.view import View
 from lod.threads import map_chunks
-from scenes.field.poisson_cells import NOT_HELD
 from scenes.field.traversal_tables import Slots
 from scenes.rig.pose import (
     IDENTITY,
@@ -50,22 +46,6 @@ _SHORTEST_RUN = 256
 """Objects for which another thread is worth its start."""
 
 
-class Held(NamedTuple):
-    """For how long what is found of objects holds.
-
-    objects (n, 4) takes of each how many of its parts are displayed and examined, and the slack of
-            all of them (``lod.pruning.compiled_test.slack``) [m]
-    still   whether they stay as they are; else only what is decided before anything is posed holds
-    lift    how far up or down where they stand may go meanwhile [m]
-    least   slack that is of no use, and not worth working out [m]
-    """
-
-    objects: np.ndarray
-    still: bool
-    lift: float
-    least: float
-
-
 class Rows(NamedTuple):
     """Displayed parts: object, row in the atlas, and row here of the whole (−1), (n,) int32 each;
     and how many parts were examined.
@@ -84,14 +64,12 @@ def walk(
     instances: Instances,
     smear: np.ndarray,
     view: View,
-    held: Held | None = None,
 ) -> Rows:
-    """Everything displayed of these objects; smear (n,): of each; held: takes for how long."""
+    """Everything displayed of these objects; smear (n,): of each."""
     vantage, columns = compile_view(view), (*instances.columns(), smear)
-    asked = Held(NOT_HELD, True, 0.0, 0.0) if held is None else held
 
     def run(first: int, last: int) -> list[Rows]:
-        return _run(pose_tables, slots, limits, columns, vantage, asked, first, last)
+        return _run(pose_tables, slots, limits, columns, vantage, first, last)
 
     runs = map_chunks(run, len(instances), _SHORTEST_RUN)
     return _joined([rows for each in runs for rows in each])
@@ -103,7 +81,6 @@ def _run(
     limits: np.ndarray,
     columns: tuple[np.ndarray, ...],
     vantage: CompiledView,
-    held: Held,
     first: int,
     last: int,
 ) -> list[Rows]:
@@ -120,7 +97,6 @@ def _run(
             *columns,
             table,
             slots.most,
-            held,
             first,
             last,
             out,
@@ -156,7 +132,6 @@ def _walk(  # type: ignore[no-untyped-def]
     smear,
     table,
     most,
-    held,
     first,
     last,
     out,
@@ -168,7 +143,7 @@ def _walk(  # type: ignore[no-untyped-def]
     place, limits, links, rest, spread = table
     frame, state = pose_buffers(joints)
     slot = np.empty(most, np.int32)
-    n, examined, o, holding = 0, 0, first, len(held.objects) > 0
+    n, examined, o = 0, 0, first
     while o < last and n + most <= out.shape[1]:
         v = prototype[o]
         at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
@@ -176,9 +151,6 @@ def _walk(  # type: ignore[no-untyped-def]
         d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
         stance, turn = NO_POSE, IDENTITY
         base, i, whole, k, end = n, n, -1, v, v + 1
-        room, room_view, before = math.inf, math.inf, examined
-        within = frustum_margin(vantage, *middle) if holding else 0.0
-        ends = spread[v, 0], spread[v, 1]
         step = int(smear[o])
         between = smear[o] - step
         while True:
@@ -217,18 +189,6 @@ def _walk(  # type: ignore[no-untyped-def]
                                 frame, row, rotation_matrix(frame, row), x, y, z
                             )
                     passed = is_displayed(vantage, x, y, z, limits[step, k, 3], inside, outside)
-                if holding and room > held.least:
-                    by_d, by_view = 0.0, 0.0
-                    if decided:
-                        by_d, by_view = slack(d, wander, within, *ends, inside, outside, passed)
-                    elif held.still:
-                        far, into, reach = distance_to(vantage, x, y, z), 0.0, limits[step, k, 3]
-                        if not far < outside and far < inside:
-                            into = frustum_margin(vantage, x, y, z)
-                        by_d, by_view = slack(
-                            far, 0.0, into, -reach, reach, inside, outside, passed
-                        )
-                    room, room_view = min(room, by_d), min(room_view, by_view)
                 if passed:
                     out[0, n], out[1, n], out[2, n] = o, links[k, 0], whole
                     slot[n - base] = k
@@ -239,13 +199,6 @@ def _walk(  # type: ignore[no-untyped-def]
             whole, k = i, links[slot[i - base], 2]
             end = k + links[slot[i - base], 3]
             i += 1
-        if holding:
-            held.objects[o, 0], held.objects[o, 1] = n - base, examined - before
-            lift = held.lift
-            steep = (abs(middle[2] - vantage.eye_z) + lift) / max(d - lift, 1e-9)
-            # Where it is of no use, the rest was not looked at.
-            held.objects[o, 2] = room - lift * min(1.0, steep) if room > held.least else 0.0
-            held.objects[o, 3] = room_view - lift
         o += 1
     return o, n, examined
 

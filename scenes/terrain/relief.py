@@ -115,11 +115,6 @@ class Relief:
         shorter = self.wavelengths < np.asarray(wavelength)[:, None]
         return RARE * np.sqrt(np.where(shorter, self.rms**2, 0.0).sum(axis=1))
 
-    def rise(self, radius: float) -> float:
-        """How much higher or lower the ground can be than at a point that far from it [m]."""
-        steepest = STEEPEST / self.unit * self.rms / self.wavelengths
-        return float(np.minimum(2 * BOUND / self.unit * self.rms, steepest * radius).sum())
-
     def within(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], radius: Reals
     ) -> tuple[Reals, Reals]:

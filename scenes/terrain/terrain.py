@@ -113,10 +113,6 @@ class Terrain:
         """Heights that no point of the ground is beyond [m]."""
         return self.relief.bounds()
 
-    def rise(self, radius: float) -> float:
-        """How much higher or lower the ground can be than at a point that far from it [m]."""
-        return self.relief.rise(radius)
-
     @property
     def root_exponent(self) -> int:
         """log₂ of a root tile's side in metres: between a quarter and a half of the reach."""

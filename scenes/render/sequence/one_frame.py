@@ -110,16 +110,16 @@ def _made(settings: Settings, frame: int) -> FrameInput:
     from scenes.frame.frame_input import assemble_frame
 
     start = time.perf_counter()
-    preset, world, holds = _world(json.dumps(settings, sort_keys=True))
+    preset, world = _world(json.dumps(settings, sort_keys=True))
     seconds = {"world": time.perf_counter() - start}
-    made = assemble_frame(world, preset, frame, preset.render.variant, holds)
+    made = assemble_frame(world, preset, frame, preset.render.variant)
     return replace(made, seconds=seconds | made.seconds)
 
 
 @lru_cache(maxsize=1)
-def _world(settings: str) -> tuple[Preset, Any, dict[str, Any]]:
-    """The world, and what of its cuts holds from frame to frame."""
+def _world(settings: str) -> tuple[Preset, Any]:
+    """The preset that settings hold, and its world."""
     from scenes.world.world import build_world
 
     preset = preset_from_settings(json.loads(settings))
-    return preset, build_world(preset), {}
+    return preset, build_world(preset)

@@ -55,9 +55,8 @@ def test_nothing_comes_at_full_size_when_the_camera_stops(monkeypatch):
 
 def test_a_frame_of_a_stop_alone_is_that_of_the_sequence():
     world, preset = stopping()
-    holds = {}
     for number in (14, 15, 16):
-        after = assemble_frame(world, preset, number, "scalar_rgb", holds)
+        after = assemble_frame(world, preset, number, "scalar_rgb")
     alone = assemble_frame(world, preset, 16, "scalar_rgb")
     for one, other in zip(after.visible, alone.visible, strict=True):
         assert np.array_equal(one.cut.part, other.cut.part)

@@ -194,8 +194,8 @@ def test_the_suite_notices_a_walk_of_its_own_making():
     good = species("ostrich", 3, False, Weather("summer", 0.0))
 
     class Short(SpeciesField):
-        def walk(self, view):
-            return super().walk(replace(view, detail=1.1 * view.detail))
+        def cut(self, view):
+            return super().cut(replace(view, detail=1.1 * view.detail))
 
     field = good.make()
     make = partial(Short, field.species, field.seed, field.ground, field.extent)

@@ -1,1 +1,0 @@
-"""Cuts that hold from one frame to the next."""
