@@ -21,7 +21,7 @@ from lod.pruning.crossfade import cross_fade
 from lod.pruning.parts import BlendWeights
 from scenes.far_cover.stand_appearance import unit_direction
 from scenes.field.part_tables import Atlas
-from scenes.models.animals.catalogue import KINDS
+from scenes.models.animals.catalogue import ANIMALS
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.weather import Weather
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
@@ -108,7 +108,7 @@ def overlap_of(objects: tuple[Prototype, ...], level: int) -> float:
 def objects_of(model: str) -> Iterator[tuple[str, tuple[Prototype, ...]]]:
     """Objects of a model in each season in which they look otherwise, at rest."""
     for season in ("summer", "winter") if model in DECIDUOUS else ("summer",):
-        made = MODELS[model](1, 1 if model in KINDS else COUNT, Weather(season))
+        made = MODELS[model](1, 1 if model in ANIMALS else COUNT, Weather(season))
         yield season, tuple(p.posed() if isinstance(p, RiggedPrototype) else p for p in made)
 
 

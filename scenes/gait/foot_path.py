@@ -8,7 +8,7 @@ stays flat.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -38,6 +38,9 @@ class Leg:
         pitch
     sticks_out  the hip turns about z towards the foot, not about x (insects)
     """
+
+    __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
+    # A file of an animal that gives a leg any other key is refused.
 
     hip: str
     knee: str

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from lod.errors import InputError
 from scenes.gait.gait import rest_feet
-from scenes.models.animals.catalogue import KINDS, animal
+from scenes.models.animals.catalogue import ANIMALS, animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import walking_people
@@ -67,7 +67,7 @@ MODELS: dict[str, Model] = {
     "shrub": tree_model(SHRUB),
     "dead_tree": tree_model(DEAD_TREE),
     "boulder": in_any_weather(boulder_prototypes),
-    **{name: in_any_weather(animal_model(name)) for name in KINDS},
+    **{name: in_any_weather(animal_model(name)) for name in ANIMALS},
 }
 
 

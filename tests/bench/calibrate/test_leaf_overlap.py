@@ -49,7 +49,7 @@ def test_the_overlap_that_is_found_is_right(monkeypatch):
 def test_every_model_covers_as_much_while_its_parts_fade(model):
     """Within 3 % at every level (without overlaps 0.77 to 1.08). Of boulders and animals some are
     off by more: one pair of numbers stands for every body, and is that of people."""
-    most = 0.09 if model in leaf_overlap.KINDS or model == "boulder" else 0.03
+    most = 0.09 if model in leaf_overlap.ANIMALS or model == "boulder" else 0.03
     for _, objects in objects_of(model):
         finest = int(max(one.hierarchy.level.max() for one in objects))
         found = [between(objects, level) for level in range(1, finest + 1)]

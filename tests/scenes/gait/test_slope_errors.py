@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.gait.slope_errors import SlopeTrial
-from scenes.models.animals.catalogue import KINDS, animal
+from scenes.models.animals.catalogue import ANIMALS, animal, animal_tables
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import walking_people
 
 PEOPLE = {"person": 0.0, "child": 1.0}
-WALKERS = [*PEOPLE, *(name for name, kind in KINDS.items() if kind.gait.legs)]
+WALKERS = [*PEOPLE, *(name for name in ANIMALS if animal_tables(name).gait.legs)]
 STANDS_WELL = 0.16
 """Of the ground under a herd of the preset zoo 99 % is no steeper."""
 

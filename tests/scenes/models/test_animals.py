@@ -3,18 +3,18 @@ import pytest
 
 from lod.errors import InputError
 from scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
-from scenes.models.animals.catalogue import KINDS, animal, kind_named, parts_of_kind
+from scenes.models.animals.catalogue import ANIMALS, animal, animal_tables
 from scenes.models.people.people import people_at_rest
 from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.rotations import matrices, to_euler
 
-WALKERS = [name for name, kind in KINDS.items() if kind.gait.legs]
+WALKERS = [name for name in ANIMALS if animal_tables(name).gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", ANIMALS)
 def test_no_joint_goes_beyond_its_limits(name):
     it = animal(name)
     seen = sample_cycle(it)
@@ -25,7 +25,7 @@ def test_no_joint_goes_beyond_its_limits(name):
 
 @pytest.mark.parametrize("name", WALKERS)
 def test_feet_stay_where_they_stand(name):
-    it, gait = animal(name), KINDS[name].gait
+    it, gait = animal(name), animal_tables(name).gait
     seen, height = sample_cycle(it), it.rig.frames()[0][0, 2]
     assert foot_slide(it, gait, seen) < min(0.02, 0.02 * height)
     assert lowest_heights(it, seen).min() > -min(0.01, 0.02 * height)
@@ -44,14 +44,14 @@ def test_a_rabbit_leaves_the_ground():
 
 
 def test_giraffes_put_down_their_feet_in_lateral_sequence():
-    hind, fore = KINDS["giraffe"].gait.legs
+    hind, fore = animal_tables("giraffe").gait.legs
     order = [hind.strike, fore.strike, hind.strike + hind.apart, fore.strike + fore.apart]
     assert order == sorted(order)
     assert np.allclose(np.diff(order), 0.25, atol=0.05)
 
 
 def test_an_insect_walks_on_alternating_tripods():
-    fore, mid, hind = KINDS["insect"].gait.legs
+    fore, mid, hind = animal_tables("insect").gait.legs
     assert fore.strike == hind.strike
     assert (mid.strike - fore.strike) % 1 == fore.apart == 0.5
 
@@ -64,7 +64,7 @@ def test_sails_go_round_once_a_cycle():
     assert it.motion.speed == 0
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", ANIMALS)
 def test_levels_run_from_blob_to_detail(name):
     h = animal(name).hierarchy
     assert set(np.unique(h.level)) >= {0, 1, 2, 3}
@@ -78,12 +78,12 @@ def test_parts_of_living_things_shrink_with_depth(name):
 
 
 def test_an_artifact_has_big_bits_tacked_on():
-    h, names = animal("windmill").hierarchy, parts_of_kind("windmill")
+    h, names = animal("windmill").hierarchy, animal_tables("windmill").anatomy.part_names
     sail = names.index("sail 1")
     assert h.P[sail] > 3 * h.P[h.whole[sail]]
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", ANIMALS)
 def test_every_pose_of_the_motion_stays_within_R(name):
     it = animal(name)
     for phase in np.linspace(0, 1, 9):
@@ -91,7 +91,7 @@ def test_every_pose_of_the_motion_stays_within_R(name):
 
 
 def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
-    them = tuple(animal(name) for name in KINDS)
+    them = tuple(animal(name) for name in ANIMALS)
     phases = np.array((0.0, 0.31, 0.99, 0.999))
     for variant, it in enumerate(them):
         n, count = len(it.rig), len(phases)
@@ -113,4 +113,4 @@ def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
 
 def test_an_unknown_kind_is_named():
     with pytest.raises(InputError, match="rabbit"):
-        kind_named("gryphon")
+        animal_tables("gryphon")

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.models.animals.catalogue import KINDS
+from scenes.models.animals.catalogue import ANIMALS
 from scenes.models.catalogue import MODELS, at_rest, model_prototypes
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
-RIGGED = ["figure", *KINDS]
+RIGGED = ["figure", *ANIMALS]
 LEGGED = [name for name in RIGGED if name != "windmill"]
 
 
@@ -55,7 +55,7 @@ def test_what_does_not_walk_goes_on_as_it_does():
     assert at_rest(mill) is mill
 
 
-@pytest.mark.parametrize("model", KINDS)
+@pytest.mark.parametrize("model", ANIMALS)
 @pytest.mark.parametrize("count", [0, 2, 7])
 def test_animals_come_in_one_build(model, count):
     with pytest.raises(InputError, match=f"{model}: prototypes: {count}.*one build"):

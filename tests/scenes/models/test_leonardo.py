@@ -14,13 +14,13 @@ from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
-from scenes.models.animals.catalogue import KINDS, animal, parts_of_kind
+from scenes.models.animals.catalogue import ANIMALS, animal, animal_tables
 from scenes.models.catalogue import at_rest
 from scenes.models.people.people import human_anatomy, people_at_rest
 from scenes.sticks.outline_area import largest_area
 
 PEOPLE = {"person": 0.0, "child": 1.0}
-ALL = [*PEOPLE, *KINDS]
+ALL = [*PEOPLE, *ANIMALS]
 GROWN_LIKE_US = ["person", "child", "rabbit", "giraffe", "ostrich"]
 LIVING = [*GROWN_LIKE_US, "insect"]
 DIRECTIONS = ((1.0, 0.0, 0.2), (-0.6, 0.7, 0.05), (0.3, -1.0, 0.8), (-0.2, -0.1, 1.0))
@@ -43,7 +43,7 @@ def one(name):
     """The object at rest, and the names of its parts."""
     if name in PEOPLE:
         return people_at_rest(0, 1, PEOPLE[name])[0], human_anatomy().part_names
-    return animal(name), parts_of_kind(name)
+    return animal(name), animal_tables(name).anatomy.part_names
 
 
 @lru_cache(maxsize=32)

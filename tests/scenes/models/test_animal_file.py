@@ -1,0 +1,133 @@
+"""An animal is one TOML file: what it may say, and how each mistake is answered in one line."""
+
+import math
+
+import pytest
+
+from bench.experiments.figure.cases import EVERYTHING
+from lod.errors import InputError
+from scenes.models.animals.animal_file import load_animal
+from scenes.models.animals.catalogue import ANIMALS
+from scenes.rig.anatomy import Rod
+
+BIRD = """
+height = 0.4
+shift = [[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]]
+
+[materials]
+feather = [0.1, 0.1, 0.1]
+
+[joints]
+trunk = { at = [0, 0, 2] }
+neck = { parent = "trunk", at = [1, 0, 0], rest = [0, 30, 0], hinge = [-10, 60] }
+
+[side_joints]
+hip = { parent = "trunk", at = [0, 0.5, 0], free = [10, 40, 10] }
+knee = { parent = "hip", at = [0, 0, -1], rest = [0, 10, 0], hinge = [0, 90] }
+ankle = { parent = "knee", at = [0, 0, -1], free = [40, 60, 40] }
+
+[parts.bird]
+level = 0
+joint = "trunk"
+body = [{ start = [-1, 0, 0], end = [1, 0, 0], radii = [0.4, 0.3], material = "feather" }]
+
+[parts.head]
+whole = "bird"
+level = 1
+joint = "neck"
+body = [
+    { start = [1, 0, 0], end = [2, 0, 1], radii = [0.2, 0.1], material = "feather", around = 4 },
+]
+
+[side_parts.leg]
+whole = "bird"
+level = 1
+joint = "hip"
+body = [
+    { joint = "ankle", start = [0, 0, 0], end = [1, 0, 0], radii = [0.1, 0.1], material = "mean" },
+]
+
+[gait]
+froude = 0.1
+
+[[gait.legs]]
+hip = "hip"
+knee = "knee"
+ankle = "ankle"
+"""
+
+
+def tables(tmp_path, text):
+    path = tmp_path / "bird.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_animal(path)
+
+
+def test_a_file_becomes_anatomy_build_and_gait(tmp_path):
+    it = tables(tmp_path, BIRD)
+    assert it.build.height == 0.4
+    assert it.anatomy.part_names == ("bird", "head", "left leg", "right leg")
+    assert it.anatomy.limits["neck"] == ((0, -10, 0), (0, 60, 0))
+    assert it.anatomy.limits["hip"] == ((-10, -40, -10), (10, 40, 10))
+    assert "trunk" not in it.anatomy.limits  # it does not turn
+    assert it.anatomy.rest == {"neck": (0, 30, 0), "knee": (0, 10, 0)}
+    assert it.anatomy.side_body["leg"] == [
+        Rod("ankle", (0, 0, 0), (1, 0, 0), 0.1, 0.1, "mean", False)
+    ]
+    assert (it.gait.froude, it.gait.duty) == (0.1, 0.62)
+    assert it.gait.legs[0].apart == 0.5
+
+
+def test_copies_stand_evenly_around_the_axis(tmp_path):
+    rods = tables(tmp_path, BIRD).anatomy.body["head"]
+    angles = [math.degrees(math.atan2(rod.end[1], rod.end[0])) % 360 for rod in rods]
+    assert angles == pytest.approx([0, 90, 180, 270])
+    assert {(math.hypot(*rod.end[:2]).__round__(12), rod.end[2]) for rod in rods} == {(2.0, 1.0)}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "where"),
+    [
+        ("height = 0.4", "height = 0", "bird.toml: height"),
+        ("height = 0.4", "height = nan", "bird.toml: height"),
+        ("height = 0.4", "height = '1'", "bird.toml: height"),
+        ("height = 0.4", "height = ", "bird.toml"),
+        ("feather = [0.1,", "feather = [1.1,", "bird.toml: materials.feather.0"),
+        ("hinge = [-10, 60]", "hinge = [-10, 60], free = [1, 1, 1]", "bird.toml: joints.neck"),
+        ("radii = [0.4, 0.3]", "radii = [0.4, 0]", "bird.toml: parts.bird.body.0.radii.1"),
+        ("radii = [0.4, 0.3]", "radius = 0.4", "bird.toml: parts.bird.body.0.radii"),
+        ('parent = "trunk", at = [1', 'parent = "knee", at = [1', "bird.toml: joints.neck.parent"),
+        (
+            'whole = "bird"\nlevel = 1\njoint = "neck"',
+            'level = 1\njoint = "neck"',
+            "parts.head.whole",
+        ),
+        ('joint = "neck"\n', 'joint = "nick"\n', "parts.head.joint"),
+        ('joint = "ankle", start', 'joint = "uncle", start', "parts.leg: joint"),
+        ('material = "mean"', 'material = "men"', "parts.leg: material"),
+        ('knee = "knee"', 'knee = "neck"', "bird.toml: gait.legs"),
+        ('ankle = "ankle"', 'ankle = "ankle"\nbounce = 1', "bird.toml: gait.legs.0"),
+        ("froude = 0.1", "frude = 0.1", "bird.toml: gait.frude"),
+        (
+            "froude = 0.1",
+            'waves = [{ joint = "tail", axis = "z", amplitude = 1 }]',
+            "bird.toml: gait.waves",
+        ),
+        (
+            "froude = 0.1",
+            'waves = [{ joint = "neck", axis = "w", amplitude = 1 }]',
+            "bird.toml: gait.waves.0.axis",
+        ),
+        ("froude = 0.1", 'spins = [{ joint = "", axis = "x", rounds = 1 }]', "gait.spins"),
+    ],
+)
+def test_a_mistake_is_answered_with_its_key(tmp_path, old, new, where):
+    assert old in BIRD
+    with pytest.raises(InputError) as caught:
+        tables(tmp_path, BIRD.replace(old, new, 1))
+    assert where in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_every_animal_that_is_measured_has_a_file():
+    assert set(EVERYTHING[1:]) <= set(ANIMALS)
