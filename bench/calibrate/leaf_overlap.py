@@ -20,7 +20,7 @@ from bench.calibrate.leaf_light import SIDES_DEG, VIEW_ELEVATIONS_DEG
 from lod.pruning.crossfade import cross_fade
 from lod.pruning.parts import BlendWeights
 from scenes.far_cover.stand_appearance import unit_direction
-from scenes.field.part_tables import Atlas
+from scenes.field.part_tables import PartTables
 from scenes.models.animals.catalogue import ANIMALS
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.weather import Weather
@@ -45,7 +45,9 @@ ROUNDS, STEP, MOST, NEAR = 5, 0.2, 0.97, 5e-4
 """Steps to an overlap, the first of them, the greatest overlap, and how near its cover is to be."""
 
 
-def shown_as(one: Prototype, atlas: Atlas, level: int, share: float, height: float) -> StickTable:
+def shown_as(
+    one: Prototype, part_tables: PartTables, level: int, share: float, height: float
+) -> StickTable:
     """An object down to a level whose parts show this share of themselves, as one part; as seen
     from a height [degrees]."""
     h = one.hierarchy
@@ -56,8 +58,8 @@ def shown_as(one: Prototype, atlas: Atlas, level: int, share: float, height: flo
     inner, leaf, hidden = cross_fade(whole, h.share[rows], shown)
     rise = np.full(len(rows), np.sin(np.radians(height)))
     found, table = (
-        atlas.sticks_of(rows, BlendWeights(inner, leaf, rise, hidden=hidden)),
-        atlas.sticks,
+        part_tables.sticks_of(rows, BlendWeights(inner, leaf, rise, hidden=hidden)),
+        part_tables.sticks,
     )
     names = ("start", "end", "start_radius", "end_radius", "tint")
     columns = (getattr(table, name)[found.stick] for name in names)
@@ -69,9 +71,9 @@ def cover(objects: tuple[Prototype, ...], level: int, share: float) -> float:
     [m²]."""
     found = 0.0
     for one in objects:
-        atlas, spacing = Atlas.of((rigid_prototype(one),)), one.hierarchy.R[0] / RAYS
+        part_tables, spacing = PartTables.of((rigid_prototype(one),)), one.hierarchy.R[0] / RAYS
         for height in VIEW_ELEVATIONS_DEG:
-            table = shown_as(one, atlas, level, share, height)
+            table = shown_as(one, part_tables, level, share, height)
             views = np.array([unit_direction(height, side) for side in SIDES_DEG])
             found += float(visible_areas(table, views, spacing).sum())
     return found / (len(VIEW_ELEVATIONS_DEG) * len(SIDES_DEG))

@@ -12,7 +12,7 @@ from lod.camera import Corner, camera_from_heading
 from lod.metric.family import Metric
 from scenes.field.species_field import Species, SpeciesField
 from scenes.models.catalogue import model_prototypes
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.terrain.terrain import Terrain
 
 _GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
@@ -23,7 +23,7 @@ _PARTS = 400
 
 def broken_metric_rules(name: str) -> dict[str, list[str]]:
     """What a metric breaks, rule by rule; nothing under the rules that it keeps."""
-    metric = metric_named(name)
+    metric = metric_by_name(name)
     formula = {rule.__name__: list(rule(metric)) for rule in FORMULA}
     subject = rabbits(name)
     return formula | {rule.__name__: list(rule(subject)) for rule in CUTS}

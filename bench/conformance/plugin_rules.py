@@ -5,7 +5,7 @@ from functools import partial
 
 from bench.conformance.rows import few
 from bench.conformance.rules import RULES, Subject, everything
-from scenes.plugins.representation import offer_named, standing_of
+from scenes.plugins.representation import make_representation, plugin_by_name
 from scenes.terrain.terrain import Terrain
 
 _GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
@@ -14,8 +14,8 @@ _SEED = 5
 
 def broken_offer_rules(kind: str) -> dict[str, list[str]]:
     """What the offer's representation breaks, rule by rule, with its default options."""
-    offer = offer_named(kind)
-    make = partial(standing_of, kind, kind, _SEED, _GROUND, {})
+    offer = plugin_by_name(kind)
+    make = partial(make_representation, kind, kind, _SEED, _GROUND, {})
     subject = Subject(make, offer.camera, offer.detail)
     made = {name: list(rule(subject)) for name, rule in RULES.items()}
     return made | {under_its_top.__name__: list(under_its_top(subject))}

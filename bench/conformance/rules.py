@@ -29,7 +29,7 @@ from lod.metric.family import METRICS
 from lod.pruning.parts import Moving, Parts, Representation, Triangles
 from lod.pruning.pruner import displayed, prune, prune_by_level
 from lod.pruning.view import View, in_view
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 
 TIMES_S = (0.0, 0.37, 41.9)
 """When poses are looked at: what moves is somewhere else each time [s]."""
@@ -60,7 +60,7 @@ class Subject:
 
     def view(self, metric: str | None = None, time_s: float = 0.0) -> View:
         """Its camera's view, by the usual metric where none is named."""
-        named = metric_named(metric or self.metrics[0])
+        named = metric_by_name(metric or self.metrics[0])
         return View(self.camera, named, self.detail, time_s=time_s)
 
 

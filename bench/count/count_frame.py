@@ -125,7 +125,7 @@ def predict(each: SpeciesField, view: View) -> CountMoments | None:
 
     In closed form on flat ground all round; over a net of the real ground otherwise.
     """
-    trees = each.troupe.atlas.hierarchies
+    trees = each.prototypes.part_tables.hierarchies
     if view.metric.along_axis:
         return None
     low, high = each.ground.bounds()
@@ -144,7 +144,7 @@ def predict(each: SpeciesField, view: View) -> CountMoments | None:
 
 
 def _flat(each: SpeciesField, view: View, ground: float) -> CountMoments:
-    trees = each.troupe.atlas.hierarchies
+    trees = each.prototypes.part_tables.hierarchies
     share = 1 / len(trees)
     levels = np.zeros(1 + max(int(tree.level.max()) for tree in trees))
     objects = parts = spread = 0.0

@@ -72,7 +72,7 @@ def count_sizes(
     """The real field and the real pruner; ``near_m`` are the distances that count as near [m]."""
     field = SpeciesField(Species("sight", prototypes, density), seed, FLAT)
     parts = prune(field, view).parts
-    size = np.concatenate([tree.P for tree in field.troupe.atlas.hierarchies])[parts.part]
+    size = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])[parts.part]
     far = distance(view, parts.position)
     nearer = tuple(int(np.count_nonzero(far < near)) for near in near_m)
     return SizeCounts(tuple(np.bincount(size_class(size), minlength=len(SIZES)).tolist()), nearer)

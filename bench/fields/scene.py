@@ -14,7 +14,7 @@ from lod.vision.viewer import ViewingConditions
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.people import standing_people
 from scenes.models.trees.tree import tree_prototypes
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.prototype import Prototype
 from scenes.terrain.terrain import Terrain
 
@@ -56,4 +56,4 @@ def view_of(case: Case) -> View:
         sight = ViewingConditions(
             BlurWidths(camera.pixel_angle), least_extinction(Air(case.visibility))
         )
-    return View(camera, metric_named(case.metric), case.detail, look_around=True, sight=sight)
+    return View(camera, metric_by_name(case.metric), case.detail, look_around=True, sight=sight)

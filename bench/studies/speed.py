@@ -30,7 +30,7 @@ from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import walk
-from scenes.field.traversal_tables import limits_of
+from scenes.field.traversal_tables import limit_table
 from scenes.frame.displayed import Visible
 from scenes.frame.frame_input import sun_and_sky
 from scenes.frame.quality import Quality
@@ -67,14 +67,18 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
     """One species: part tests, objects turned away, sticks emitted."""
     cut = prune(field, view)
     instances, look = cut.parts.state.instances, blend_weights(cut, view)
-    slots, atlas, pose_tables = field.troupe.slots, field.troupe.atlas, field.troupe.pose_tables
-    limits = limits_of(slots, atlas, view, 0.0)
+    slots, part_tables, pose_tables = (
+        field.prototypes.traversal_tables,
+        field.prototypes.part_tables,
+        field.prototypes.pose_tables,
+    )
+    limits = limit_table(slots, part_tables, view, 0.0)
     still = np.zeros(len(instances))
     coarse = View(view.camera, view.metric, view.detail * _FAR, view.offscreen_detail)
-    beyond, vantage, corner = field.near(coarse), compile_view(view), view.camera.corner
+    beyond, vantage, corner = field.search_bounds(coarse), compile_view(view), view.camera.corner
 
     def turn_away() -> tuple[Any, int]:
-        return field.cells.near(*field._cells_near(view), corner, vantage, beyond)
+        return field.cells.candidates(*field.cells_in_range(view), corner, vantage, beyond)
 
     kept, away, searched = len(turn_away()[0]), turn_away()[1], objects_searched(field, view)
     tests = walk(pose_tables, slots, limits, instances, still, view).examined

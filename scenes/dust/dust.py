@@ -35,7 +35,7 @@ from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, WISPS, WISPS_EACH
 from scenes.dust.puffs import Air, trails
 from scenes.dust.soil import Soil
 from scenes.field.cell_search import cells_near_view, search
-from scenes.field.poisson_cells import Near
+from scenes.field.poisson_cells import SearchBounds
 from scenes.field.species_field import SpeciesField
 from scenes.noise.philox import hash_name
 from scenes.particles.shapes import ball_sticks
@@ -71,7 +71,7 @@ class Dust:
     @cached_property
     def legs(self) -> Legs:
         """Those of all prototypes."""
-        return Legs.of([prototype.motion for prototype in self.walkers.troupe.rigged])
+        return Legs.of([prototype.motion for prototype in self.walkers.prototypes.rigged])
 
     @cached_property
     def air(self) -> Air:
@@ -102,11 +102,11 @@ class Dust:
         inside, outside, bound = (float(a.max()) for a in (*limits[:, :, 0], near.bound))
         sizes = inside, outside, bound, near.lean, near.low, near.high
         cells = cells_near_view(view, search(field.cells, field.extent, view, *sizes))
-        draws, _ = field.cells.near(*cells, corner, compile_view(view), near)
-        draws = draws.take(field.grown(corner, draws))
-        prototype, stride_factor, rounds = field.rounds(draws)
-        key = keys(draws.cell_x, draws.cell_y, draws.index, self.air.seed, self.air.word)
-        walks = Walkers(corner, field.homes(corner, draws), prototype, stride_factor, rounds, key)
+        samples, _ = field.cells.candidates(*cells, corner, compile_view(view), near)
+        samples = samples.take(field.habitat_mask(corner, samples))
+        prototype, stride_factor, rounds = field.patrol_orbits(samples)
+        key = keys(samples.cell_x, samples.cell_y, samples.index, self.air.seed, self.air.word)
+        walks = Walkers(corner, field.homes(corner, samples), prototype, stride_factor, rounds, key)
         row = np.arange(len(walks))
         at = trails(self.air, walks, row, view.time_s)
         at[:, 2] += growth.HIGH / 2 * self.legs.stride[prototype]
@@ -150,7 +150,7 @@ class Dust:
         limits[:, ~self.legs.walks.any(axis=1)] = 0.0
         return limits
 
-    def _near(self, view: View, limits: Float64[np.ndarray, "2 v 4"]) -> Near:
+    def _near(self, view: View, limits: Float64[np.ndarray, "2 v 4"]) -> SearchBounds:
         """Where trails can be displayed at all, prototype by prototype."""
         field, bound = self.walkers, np.array([each.B[0] for each in self.hierarchies])
         pairs = zip(limits[0, :, 0].tolist(), bound.tolist(), strict=True)
@@ -159,7 +159,7 @@ class Dust:
         low, high = field.ground.bounds()
         high += growth.HIGH / 2 * float(self.legs.stride.max())
         window = math.inf if field.extent is None else field.extent / 2
-        return Near(farthest, limits[1, :, 0], bound, lean, low, high, window)
+        return SearchBounds(farthest, limits[1, :, 0], bound, lean, low, high, window)
 
     def _parts(
         self,

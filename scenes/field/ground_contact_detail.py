@@ -15,8 +15,8 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints
 from lod.pruning.view import View
-from scenes.field.part_tables import Atlas
-from scenes.field.traversal_tables import Slots
+from scenes.field.part_tables import PartTables
+from scenes.field.traversal_tables import TraversalTables
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 
@@ -33,8 +33,8 @@ def foot_parts(prototypes: tuple[RiggedPrototype, ...]) -> np.ndarray:
 
 
 def heed(
-    atlas: Atlas,
-    slots: Slots,
+    part_tables: PartTables,
+    slots: TraversalTables,
     feet: np.ndarray,
     view: View,
     xy: Float64[np.ndarray, "n 2"],
@@ -42,14 +42,14 @@ def heed(
 ) -> Ints:
     """SOLE, FOOTPRINT or BODY of bodies at xy (n, 2) [m] of the frame.
 
-    feet (m,): as ``foot_parts`` gives them, of the rows of the atlas
+    feet (m,): as ``foot_parts`` gives them, of the rows of the part tables
     """
-    return np.count_nonzero(_within(atlas, slots, feet, view, xy, prototype) > 0, axis=1)
+    return np.count_nonzero(_within(part_tables, slots, feet, view, xy, prototype) > 0, axis=1)
 
 
 def _within(
-    atlas: Atlas,
-    slots: Slots,
+    part_tables: PartTables,
+    slots: TraversalTables,
     feet: np.ndarray,
     view: View,
     xy: Float64[np.ndarray, "n 2"],
@@ -59,17 +59,17 @@ def _within(
     root = slots.rest[:, :2]
     away = slots.spread[:, 0] + np.hypot(root[:, 0], root[:, 1])
     near = np.hypot(*(xy - view.camera.eye[:2]).T) - away[prototype]
-    return _farthest(atlas, feet, view)[prototype] - near[:, None]
+    return _farthest(part_tables, feet, view)[prototype] - near[:, None]
 
 
-def _farthest(atlas: Atlas, feet: np.ndarray, view: View) -> Float64[np.ndarray, "v 2"]:
+def _farthest(part_tables: PartTables, feet: np.ndarray, view: View) -> Float64[np.ndarray, "v 2"]:
     """Limit distance of the farthest part besides the whole, and of the farthest of the feet, of
     each prototype [m]; those of all parts where it has no part that is a foot.
     """
     if view.metric.along_axis:
-        return np.full((len(atlas.root), 2), np.inf)  # what is far can be of little depth
-    limit = np.maximum(*atlas.limits(view))
-    limit[atlas.root] = -np.inf
-    parts = np.maximum.reduceat(limit, atlas.root)
-    soles = np.maximum.reduceat(np.where(feet, limit, -np.inf), atlas.root)
+        return np.full((len(part_tables.root), 2), np.inf)  # what is far can be of little depth
+    limit = np.maximum(*part_tables.limits(view))
+    limit[part_tables.root] = -np.inf
+    parts = np.maximum.reduceat(limit, part_tables.root)
+    soles = np.maximum.reduceat(np.where(feet, limit, -np.inf), part_tables.root)
     return np.column_stack((parts, np.where(soles > -np.inf, soles, parts)))

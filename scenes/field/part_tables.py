@@ -28,7 +28,7 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 @dataclass(frozen=True, eq=False)
-class Atlas:
+class PartTables:
     """Rows are the parts of all prototypes, one prototype after the other.
 
     root (v,) row of each prototype's whole object; bound, level, share, overlap as in Hierarchy
@@ -64,7 +64,7 @@ class Atlas:
         freeze(self, part_count=np.int64, first_part=np.int64, order=np.int64)
 
     @staticmethod
-    def of(prototypes: tuple[RiggedPrototype, ...]) -> "Atlas":
+    def of(prototypes: tuple[RiggedPrototype, ...]) -> "PartTables":
         """Lay the prototypes end to end."""
         trees = tuple(prototype.hierarchy for prototype in prototypes)
         root = np.cumsum([0] + [len(tree) for tree in trees])[:-1]
@@ -73,7 +73,7 @@ class Atlas:
         rest = np.concatenate([tree.position for tree in trees])
         pairs = list(zip(trees, order_start, root, strict=True))
         sticks, tints, view_dependence = _appearances(prototypes)
-        return Atlas(
+        return PartTables(
             hierarchies=trees,
             root=root,
             joint=joint,
@@ -95,7 +95,7 @@ class Atlas:
         """Clamped limit distances of every row, in view and out of it [m]."""
         return _limits(self, view, smear)
 
-    def smeared_limits(self, view: View, most: float) -> np.ndarray:
+    def limits_by_motion(self, view: View, most: float) -> np.ndarray:
         """The same at every whole step of smear up to the next after ``most``, (steps, m, 2) [m].
 
         Between two steps limits lie on the straight line: still clamped, and in clear air never
@@ -109,7 +109,7 @@ class Atlas:
         whole, offset = expand(self.part_count[rows])
         return whole, self.order[self.first_part[rows][whole] + offset]
 
-    def sticks_of(self, rows: np.ndarray, look: BlendWeights) -> "Displayed":
+    def sticks_of(self, rows: np.ndarray, look: BlendWeights) -> "DisplayedSticks":
         """The displayed sticks of these rows."""
         views, table = self.view_dependence, self.sticks
         steps = views.elevation_steps, views.azimuth_steps
@@ -123,7 +123,7 @@ class Atlas:
         *begins, total = np.cumsum((0, *counts)).tolist()
         begin = dict(zip(starts, begins, strict=True))
         kinds = np.int64, np.int64, np.float64, np.int64
-        found = Displayed(*(np.empty(total, kind) for kind in kinds))
+        found = DisplayedSticks(*(np.empty(total, kind) for kind in kinds))
 
         def told(first: int, last: int) -> None:
             own, out = [each[first:last] for each in asked], [c[begin[first] :] for c in found]
@@ -134,7 +134,7 @@ class Atlas:
         return found
 
 
-class Displayed(NamedTuple):
+class DisplayedSticks(NamedTuple):
     """Displayed sticks (k,).
 
     owner  of the rows that were asked for; stick: its own row; share of its area, and its tint
@@ -147,9 +147,9 @@ class Displayed(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def _limits(atlas: Atlas, view: View, smear: int) -> tuple[np.ndarray, np.ndarray]:
+def _limits(part_tables: PartTables, view: View, smear: int) -> tuple[np.ndarray, np.ndarray]:
     """Asked for again and again in one frame, worked out once."""
-    pairs = [view.limits(tree, smear) for tree in atlas.hierarchies]
+    pairs = [view.limits(tree, smear) for tree in part_tables.hierarchies]
     inside, outside = (np.concatenate(side) for side in zip(*pairs, strict=True))
     for each in (inside, outside):
         each.setflags(write=False)

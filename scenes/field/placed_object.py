@@ -10,7 +10,7 @@ from lod.camera import GRID_M, Corner
 from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
-from scenes.field.posed_species import Objects, Troupe, troupe_of
+from scenes.field.posed_species import InstancesInView, SpeciesPrototypes, species_prototypes
 from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -33,24 +33,24 @@ class Placed:
     ground: Ground
 
     @cached_property
-    def troupe(self) -> Troupe:
+    def prototypes(self) -> SpeciesPrototypes:
         """Its parts and looks."""
-        return troupe_of((self.prototype,))
+        return species_prototypes((self.prototype,))
 
     def roots(self, view: View) -> Parts:
         """The object itself, whether near or far."""
-        return self.troupe.wholes(self._objects(view), view)
+        return self.prototypes.wholes(self._objects(view), view)
 
     def cut(self, view: View) -> Cut:
         """What of it is displayed, by a compiled walk."""
-        return self.troupe.cut(self._objects(view), view, 1)
+        return self.prototypes.cut(self._objects(view), view, 1)
 
-    def _objects(self, view: View) -> Objects:
-        return self.troupe.seen(None, view, partial(self._bodies, view.camera.corner))
+    def _objects(self, view: View) -> InstancesInView:
+        return self.prototypes.seen(None, view, partial(self._bodies, view.camera.corner))
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time."""
-        if not self.troupe.moves:
+        if not self.prototypes.moves:
             return parts
         instances = self._bodies(view.camera.corner, time_s)
         return replace(parts, state=replace(parts.state, instances=instances))
@@ -60,20 +60,20 @@ class Placed:
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         facing = math.radians(90.0 - self.heading_deg)
         return place_on_ground(
-            self.troupe.pose_tables,
+            self.prototypes.pose_tables,
             partial(self.ground.height, corner),
             xy,
             cos=np.array([math.cos(facing)]),
             sin=np.array([math.sin(facing)]),
             prototype=np.zeros(1, np.int64),
-            phase=np.array([time_s / self.troupe.rigged[0].motion.period]),
+            phase=np.array([time_s / self.prototypes.rigged[0].motion.period]),
             stride_factor=np.ones(1),
         )
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly."""
-        return self.troupe.parts_of(parts, view)
+        return self.prototypes.parts_of(parts, view)
 
     def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
         """Sticks of the displayed parts."""
-        return self.troupe.appearance(parts, look)
+        return self.prototypes.appearance(parts, look)

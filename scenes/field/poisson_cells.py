@@ -19,7 +19,7 @@ _MEAN_PER_CELL = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Draws:
+class CellSamples:
     """Objects drawn from some cells, in the order of the cells.
 
     cell_x, cell_y, index  (n,) the object's identity: its cell in the species' lattice, and which
@@ -39,12 +39,12 @@ class Draws:
     def __len__(self) -> int:
         return len(self.index)
 
-    def take(self, rows: np.ndarray) -> "Draws":
+    def take(self, rows: np.ndarray) -> "CellSamples":
         """The objects at ``rows``."""
-        return Draws(self.cell_x[rows], self.cell_y[rows], self.index[rows], self.u[rows])
+        return CellSamples(self.cell_x[rows], self.cell_y[rows], self.index[rows], self.u[rows])
 
 
-class Near(NamedTuple):
+class SearchBounds(NamedTuple):
     """Where objects can be displayed at all.
 
     farthest, farthest_offscreen  (v,) limit of the distance from the eye to the origin of each
@@ -82,23 +82,23 @@ class PoissonCells:
         """Side of a cell [m], a power of two."""
         return 2.0**self.exponent
 
-    def draw(self, cell_x: np.ndarray, cell_y: np.ndarray) -> Draws:
+    def draw(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
         """Every object of the given cells: the same cell always holds the same objects."""
         key = np.uint64(self.seed), hash_name(self.name)
         count = _counts(cell_x, cell_y, *key, self._cumulative)
         row = np.repeat(np.arange(len(count)), count)
         index = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
         x, y = cell_x[row], cell_y[row]
-        return Draws(x, y, index, _uniforms(x, y, index, *key))
+        return CellSamples(x, y, index, _uniforms(x, y, index, *key))
 
-    def near(
+    def candidates(
         self,
         cell_x: np.ndarray,
         cell_y: np.ndarray,
         corner: Corner,
         vantage: CompiledView,
-        near: Near,
-    ) -> tuple[Draws, int]:
+        near: SearchBounds,
+    ) -> tuple[CellSamples, int]:
         """The objects of the given cells that could be displayed, and how many are in the window.
 
         What is beyond every limit is turned away by its place and prototype alone.
@@ -109,7 +109,7 @@ class PoissonCells:
         room = int(count.sum())
         name, u = np.empty((3, room), np.int64), np.empty((room, 8))
         kept, examined = _near(cell_x, cell_y, count, *key, lattice, vantage, near, name, u)
-        return Draws(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
+        return CellSamples(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
 
     @cached_property
     def _cumulative(self) -> np.ndarray:

@@ -14,10 +14,10 @@ from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
 from scenes.field.ground_contact_detail import foot_parts, heed
-from scenes.field.part_tables import Atlas
+from scenes.field.part_tables import PartTables
 from scenes.field.stick_emission import emit
-from scenes.field.traversal import Rows, walk
-from scenes.field.traversal_tables import Slots, limits_of, slots_of
+from scenes.field.traversal import DisplayedRows, walk
+from scenes.field.traversal_tables import TraversalTables, limit_table, slots_of
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import Instances, PoseTables
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
@@ -26,26 +26,27 @@ from scenes.sticks.prototype import Prototype
 
 
 @dataclass(frozen=True, eq=False)
-class Objects:
+class InstancesInView:
     """The objects of one frame that were examined: as they stand, and what they are elsewhere.
 
-    bodies: place, heading, prototype and phase of each; draws: whatever identifies them (n rows)
-    smear:  (n,) how much motion hides of each, on the scale of lod.motion.shutter
+    instances   place, heading, prototype and phase of each
+    samples     whatever identifies them, n rows
+    motion_step (n,) how much motion hides of each, on the scale of lod.motion.shutter
     """
 
     instances: Instances
-    draws: Any
-    smear: np.ndarray
+    samples: Any
+    motion_step: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, smear=np.float64)
+        freeze(self, motion_step=np.float64)
 
     def __len__(self) -> int:
         return len(self.instances)
 
 
 @dataclass(frozen=True, eq=False)
-class Troupe:
+class SpeciesPrototypes:
     """The prototypes of a species, ready to be handed out part by part."""
 
     prototypes: tuple[Prototype | RiggedPrototype, ...]
@@ -58,9 +59,9 @@ class Troupe:
         )
 
     @cached_property
-    def atlas(self) -> Atlas:
+    def part_tables(self) -> PartTables:
         """All parts and sticks in one set of arrays."""
-        return Atlas.of(self.rigged)
+        return PartTables.of(self.rigged)
 
     @cached_property
     def pose_tables(self) -> PoseTables:
@@ -68,23 +69,23 @@ class Troupe:
         return PoseTables.of(self.rigged)
 
     @cached_property
-    def slots(self) -> Slots:
+    def traversal_tables(self) -> TraversalTables:
         """All parts, as the compiled walk reads them."""
-        return slots_of(self.atlas, np.array([_sway(p) for p in self.rigged]))
+        return slots_of(self.part_tables, np.array([_sway(p) for p in self.rigged]))
 
     @cached_property
     def feet(self) -> np.ndarray:
-        """Which parts of the atlas ride on a foot, (m,)."""
+        """Which parts of the part tables ride on a foot, (m,)."""
         return foot_parts(self.rigged)
 
     @cached_property
-    def lean_m(self) -> float:
+    def max_offset_m(self) -> float:
         """Farthest in plan that the origin of a whole can be from where its object stands [m]."""
-        rest = self.atlas.rest[self.atlas.root]
-        return float(np.hypot(rest[:, 0], rest[:, 1]).max()) + self.sway_m
+        rest = self.part_tables.rest[self.part_tables.root]
+        return float(np.hypot(rest[:, 0], rest[:, 1]).max()) + self.max_sway_m
 
     @cached_property
-    def sway_m(self) -> float:
+    def max_sway_m(self) -> float:
         """More than the origin of any whole moves from where it rests [m]."""
         return max(_sway(prototype) for prototype in self.rigged)
 
@@ -94,15 +95,17 @@ class Troupe:
         return any(len(prototype.motion.rotations) > 1 for prototype in self.rigged)
 
     @cached_property
-    def swing(self) -> np.ndarray:
+    def max_speed(self) -> np.ndarray:
         """How fast anything of each prototype moves by its own motion, (v,) [m/s]."""
         return np.array([speed_bound(prototype) for prototype in self.rigged])
 
     def heed(self, view: View, xy: np.ndarray, prototype: Ints) -> Ints:
         """How closely bodies at xy (n, 2) [m] mind the ground."""
-        return heed(self.atlas, self.slots, self.feet, view, xy, prototype)
+        return heed(self.part_tables, self.traversal_tables, self.feet, view, xy, prototype)
 
-    def seen(self, draws: Any, view: View, bodies_at: Callable[[float], Instances]) -> Objects:
+    def seen(
+        self, samples: Any, view: View, bodies_at: Callable[[float], Instances]
+    ) -> InstancesInView:
         """Objects as they are in a view, and how much motion hides of each.
 
         ``bodies_at`` gives them as they are at a time [s]; the same where none of them moves.
@@ -110,31 +113,40 @@ class Troupe:
         instances = bodies_at(view.time_s)
         exposure, still = view.exposure, np.zeros(len(instances))
         if exposure is None or not view.metric.finite:
-            return Objects(instances, draws, still)
+            return InstancesInView(instances, samples, still)
         opens, closes = (bodies_at(t) for t in (exposure.opens_s, exposure.closes_s))
         start, end = self._origins(opens), self._origins(closes)
-        bound = self.atlas.bound[self.atlas.root][instances.prototype]
+        bound = self.part_tables.bound[self.part_tables.root][instances.prototype]
         turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
         # The origin of the whole may swing one way and something of it the other.
-        own = 2 * self.swing[instances.prototype] * exposure.seconds + turn * bound
+        own = 2 * self.max_speed[instances.prototype] * exposure.seconds + turn * bound
         smear = motion_steps(exposure, view.camera.corner, view.theta, start, end, bound, own)
-        return Objects(instances, draws, smear)
+        return InstancesInView(instances, samples, smear)
 
     def _origins(self, instances: Instances) -> np.ndarray:
         """Origins of the wholes, (n, 3) [m]."""
-        atlas, rows = self.atlas, np.arange(len(instances))
-        part = atlas.root[instances.prototype]
-        return pose_points(self.pose_tables, instances, rows, part, atlas.origin, atlas.joint)
+        part_tables, rows = self.part_tables, np.arange(len(instances))
+        part = part_tables.root[instances.prototype]
+        return pose_points(
+            self.pose_tables, instances, rows, part, part_tables.origin, part_tables.joint
+        )
 
-    def cut(self, objects: Objects, view: View, examined: int) -> Cut:
+    def cut(self, objects: InstancesInView, view: View, examined: int) -> Cut:
         """What is displayed of these objects, by the compiled walk.
 
         examined: objects that were tested, of which these are left.
         """
-        limits = limits_of(self.slots, self.atlas, view, _most(objects))
-        rows = walk(self.pose_tables, self.slots, limits, objects.instances, objects.smear, view)
+        limits = limit_table(self.traversal_tables, self.part_tables, view, _most(objects))
+        rows = walk(
+            self.pose_tables,
+            self.traversal_tables,
+            limits,
+            objects.instances,
+            objects.motion_step,
+            view,
+        )
         rejected = examined - len(objects)
-        level = self.atlas.level.astype(np.int16)[rows.part]
+        level = self.part_tables.level.astype(np.int16)[rows.part]
         counted = examined, rejected + rows.examined
         return Cut(
             rows.object,
@@ -145,20 +157,20 @@ class Troupe:
             lambda: self.parts_shown(objects, rows, view),
         )
 
-    def parts_shown(self, objects: Objects, rows: Rows, view: View) -> Parts:
+    def parts_shown(self, objects: InstancesInView, rows: DisplayedRows, view: View) -> Parts:
         """All that is known of displayed parts."""
         owner, part, whole = (a.astype(np.int64) for a in (rows.object, rows.part, rows.whole))
         return self._parts(objects, owner, part, whole, view)
 
-    def wholes(self, objects: Objects, view: View) -> Parts:
+    def wholes(self, objects: InstancesInView, view: View) -> Parts:
         """The wholes of these objects."""
         rows = np.arange(len(objects))
-        part = self.atlas.root[objects.instances.prototype]
+        part = self.part_tables.root[objects.instances.prototype]
         return self._parts(objects, rows, part, np.full(len(rows), -1), view)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly."""
-        whole, part = self.atlas.parts_of(parts.part)
+        whole, part = self.part_tables.parts_of(parts.part)
         return self._parts(parts.state, parts.object[whole], part, whole, view)
 
     def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
@@ -166,34 +178,43 @@ class Troupe:
 
         Parts of one object stand together, so that every joint is posed once.
         """
-        displayed = self.atlas.sticks_of(parts.part, look)
-        return emit(self.pose_tables, self.atlas, parts.state.instances, parts.object, displayed)
+        displayed = self.part_tables.sticks_of(parts.part, look)
+        return emit(
+            self.pose_tables, self.part_tables, parts.state.instances, parts.object, displayed
+        )
 
     def _parts(
-        self, objects: Objects, rows: np.ndarray, part: np.ndarray, whole: np.ndarray, view: View
+        self,
+        objects: InstancesInView,
+        rows: np.ndarray,
+        part: np.ndarray,
+        whole: np.ndarray,
+        view: View,
     ) -> Parts:
-        atlas = self.atlas
+        part_tables = self.part_tables
         position = pose_points(
-            self.pose_tables, objects.instances, rows, part, atlas.origin, atlas.joint
+            self.pose_tables, objects.instances, rows, part, part_tables.origin, part_tables.joint
         )
-        limits = _between(atlas.smeared_limits(view, _most(objects)), part, rows, objects.smear)
+        limits = _between(
+            part_tables.limits_by_motion(view, _most(objects)), part, rows, objects.motion_step
+        )
         return Parts(
             position=position,
             centre=position,
-            bound=atlas.bound[part],
+            bound=part_tables.bound[part],
             limit=limits[0],
             limit_offscreen=limits[1],
-            level=atlas.level[part],
+            level=part_tables.level[part],
             object=rows,
             part=part,
             whole=whole,
-            share=atlas.share[part],
+            share=part_tables.share[part],
             state=objects,
         )
 
 
-def _most(objects: Objects) -> float:
-    return float(objects.smear.max(initial=0.0))
+def _most(objects: InstancesInView) -> float:
+    return float(objects.motion_step.max(initial=0.0))
 
 
 @njit(cache=True)
@@ -221,6 +242,6 @@ def _sway(prototype: RiggedPrototype) -> float:
 
 
 @lru_cache(maxsize=64)
-def troupe_of(prototypes: tuple[Prototype | RiggedPrototype, ...]) -> Troupe:
-    """The troupe of these very prototypes, made once."""
-    return Troupe(prototypes)
+def species_prototypes(prototypes: tuple[Prototype | RiggedPrototype, ...]) -> SpeciesPrototypes:
+    """The tables of these very prototypes, made once."""
+    return SpeciesPrototypes(prototypes)

@@ -19,8 +19,8 @@ from lod.pruning.pruner import Cut
 from lod.pruning.view import View, search_radius
 from scenes.field.cell_search import cells_near_view, search
 from scenes.field.habitat import Habitat
-from scenes.field.poisson_cells import Draws, Near, PoissonCells
-from scenes.field.posed_species import Objects, Troupe, troupe_of
+from scenes.field.poisson_cells import CellSamples, PoissonCells, SearchBounds
+from scenes.field.posed_species import InstancesInView, SpeciesPrototypes, species_prototypes
 from scenes.gait.patrol import PatrolOrbit, stride_factors
 from scenes.rig.foot_placement import place_on_ground
 from scenes.rig.pose_tables import Instances
@@ -72,110 +72,125 @@ class SpeciesField:
         return self.species.name
 
     @cached_property
-    def troupe(self) -> Troupe:
+    def prototypes(self) -> SpeciesPrototypes:
         """The prototypes, ready to be handed out."""
-        return troupe_of(self.species.prototypes)
+        return species_prototypes(self.species.prototypes)
 
     @cached_property
     def cells(self) -> PoissonCells:
         """The Poisson process."""
         return PoissonCells(self.seed, self.species.name, self.species.density)
 
-    def objects(
+    def instances_in_cells(
         self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray, time_s: float = 0.0
-    ) -> Objects:
+    ) -> InstancesInView:
         """All objects of the given cells with homes in the window, as they are at a time."""
-        draws = self._grown(corner, self._drawn(cell_x, cell_y))
-        return Objects(self._bodies(corner, draws, time_s, None), draws, np.zeros(len(draws)))
+        samples = self._grown(corner, self._drawn(cell_x, cell_y))
+        return InstancesInView(
+            self._bodies(corner, samples, time_s, None), samples, np.zeros(len(samples))
+        )
 
-    def _drawn(self, cell_x: np.ndarray, cell_y: np.ndarray) -> Draws:
-        draws = self.cells.draw(cell_x, cell_y)
-        return draws if self.extent is None else draws.take(self._within_window(draws))
+    def _drawn(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
+        samples = self.cells.draw(cell_x, cell_y)
+        return samples if self.extent is None else samples.take(self._within_window(samples))
 
-    def grown(self, corner: Corner, draws: Draws) -> np.ndarray:
+    def habitat_mask(self, corner: Corner, samples: CellSamples) -> np.ndarray:
         """Which of them have their home where the species grows: a matter of the place alone."""
         if self.species.habitat is None:
-            return np.ones(len(draws), bool)
-        share = self.species.habitat.share(corner, self.homes(corner, draws))
-        return draws.u[:, 7] < share
+            return np.ones(len(samples), bool)
+        share = self.species.habitat.share(corner, self.homes(corner, samples))
+        return samples.u[:, 7] < share
 
-    def _grown(self, corner: Corner, draws: Draws) -> Draws:
+    def _grown(self, corner: Corner, samples: CellSamples) -> CellSamples:
         """Those of them that grow."""
-        return draws if self.species.habitat is None else draws.take(self.grown(corner, draws))
+        return (
+            samples
+            if self.species.habitat is None
+            else samples.take(self.habitat_mask(corner, samples))
+        )
 
-    def seen(self, draws: Draws, view: View) -> Objects:
+    def instances_in_view(self, samples: CellSamples, view: View) -> InstancesInView:
         """These objects as a view has them."""
         corner = view.camera.corner
         # What does not move is the same in every frame, to the last bit.
-        now = self._bodies(corner, draws, view.time_s if self.moves else 0.0, view)
+        now = self._bodies(corner, samples, view.time_s if self.moves else 0.0, view)
         moves = self.moves and view.exposure is not None
 
         def bodies_at(time_s: float) -> Instances:
-            return self._bodies(corner, draws, time_s, view) if moves else now
+            return self._bodies(corner, samples, time_s, view) if moves else now
 
-        return self.troupe.seen(draws, view, bodies_at)
+        return self.prototypes.seen(samples, view, bodies_at)
 
     @property
     def moves(self) -> bool:
         """Whether any of it moves, by itself or as it walks."""
-        return bool(self.species.patrol_m or self.troupe.moves)
+        return bool(self.species.patrol_m or self.prototypes.moves)
 
     def roots(self, view: View) -> Parts:
         """The wholes of every cell from which one could be displayed."""
-        draws = self._grown(view.camera.corner, self._drawn(*self._cells_near(view)))
-        return self.troupe.wholes(self.seen(draws, view), view)
+        samples = self._grown(view.camera.corner, self._drawn(*self.cells_in_range(view)))
+        return self.prototypes.wholes(self.instances_in_view(samples, view), view)
 
     def cut(self, view: View) -> Cut:
         """What is displayed, by compiled walks: of the objects, then of their parts."""
-        corner, near = view.camera.corner, self.near(view)
-        draws, examined = self.cells.near(*self._cells_near(view), corner, compile_view(view), near)
-        return self.troupe.cut(self.seen(self._grown(corner, draws), view), view, examined)
+        corner, near = view.camera.corner, self.search_bounds(view)
+        samples, examined = self.cells.candidates(
+            *self.cells_in_range(view), corner, compile_view(view), near
+        )
+        return self.prototypes.cut(
+            self.instances_in_view(self._grown(corner, samples), view), view, examined
+        )
 
-    def near(self, view: View) -> Near:
+    def search_bounds(self, view: View) -> SearchBounds:
         """Where wholes can be displayed at all, prototype by prototype."""
-        atlas = self.troupe.atlas
-        bound = atlas.bound[atlas.root]
-        inside, outside = (limit[atlas.root] for limit in atlas.limits(view))
+        part_tables = self.prototypes.part_tables
+        bound = part_tables.bound[part_tables.root]
+        inside, outside = (limit[part_tables.root] for limit in part_tables.limits(view))
         pairs = zip(inside.tolist(), bound.tolist(), strict=True)
         farthest = np.array([search_radius(view, limit, radius) for limit, radius in pairs])
-        lean, half = self.troupe.lean_m + self.species.patrol_m, self.extent
+        lean, half = self.prototypes.max_offset_m + self.species.patrol_m, self.extent
         window = math.inf if half is None else half / 2
-        return Near(farthest, outside, bound, lean, *self._root_heights(), window)
+        return SearchBounds(farthest, outside, bound, lean, *self._root_heights(), window)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly."""
-        return self.troupe.parts_of(parts, view)
+        return self.prototypes.parts_of(parts, view)
 
     def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
         """Sticks of the displayed parts, as much of both appearances as they show."""
-        return self.troupe.appearance(parts, look)
+        return self.prototypes.appearance(parts, look)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time."""
         if not self.moves:
             return parts
-        instances = self._bodies(view.camera.corner, parts.state.draws, time_s, view)
+        instances = self._bodies(view.camera.corner, parts.state.samples, time_s, view)
         return replace(parts, state=replace(parts.state, instances=instances))
 
-    def _bodies(self, corner: Corner, draws: Draws, time_s: float, view: View | None) -> Instances:
+    def _bodies(
+        self, corner: Corner, samples: CellSamples, time_s: float, view: View | None
+    ) -> Instances:
         """Where these objects are at a time, and how they stand, as closely as a view can tell."""
-        home, (prototype, stride_factor, rounds) = self.homes(corner, draws), self.rounds(draws)
+        home, (prototype, stride_factor, rounds) = (
+            self.homes(corner, samples),
+            self.patrol_orbits(samples),
+        )
         walkers = rounds.at(time_s)
         heights = partial(self.ground.height, corner)
         facing = walkers.cos, walkers.sin
-        pose_tables, xy = self.troupe.pose_tables, home + walkers.offset
-        heed = None if view is None else self.troupe.heed(view, xy, prototype)
+        pose_tables, xy = self.prototypes.pose_tables, home + walkers.offset
+        heed = None if view is None else self.prototypes.heed(view, xy, prototype)
         return place_on_ground(
             pose_tables, heights, xy, *facing, prototype, walkers.phase, stride_factor, heed
         )
 
-    def rounds(self, draws: Draws) -> tuple[Ints, Reals, PatrolOrbit]:
+    def patrol_orbits(self, samples: CellSamples) -> tuple[Ints, Reals, PatrolOrbit]:
         """Prototype of each of these objects, its stride as a share of that one's, and how it goes
         round.
         """
-        u = draws.u
+        u = samples.u
         prototype = (u[:, 3] * len(self.species.prototypes)).astype(np.int64)
-        motions = [prototype.motion for prototype in self.troupe.rigged]
+        motions = [prototype.motion for prototype in self.prototypes.rigged]
         stride, period = (np.array([getattr(m, k) for m in motions]) for k in ("stride", "period"))
         stride_factor, tempo = stride_factors(u[:, 6])
         rounds = PatrolOrbit(
@@ -188,36 +203,38 @@ class SpeciesField:
         )
         return prototype, stride_factor, rounds
 
-    def homes(self, corner: Corner, draws: Draws) -> np.ndarray:
+    def homes(self, corner: Corner, samples: CellSamples) -> np.ndarray:
         """Where these objects are at home, (n, 2) [m] from the corner."""
         ix, iy, rest_x, rest_y = corner.lattice(self.cells.exponent)
         side = self.cells.side_m
-        x = (draws.cell_x - ix) * side + draws.u[:, 0] * side - rest_x
-        y = (draws.cell_y - iy) * side + draws.u[:, 1] * side - rest_y
+        x = (samples.cell_x - ix) * side + samples.u[:, 0] * side - rest_x
+        y = (samples.cell_y - iy) * side + samples.u[:, 1] * side - rest_y
         return np.stack((x, y), axis=1)
 
-    def _within_window(self, draws: Draws) -> np.ndarray:
+    def _within_window(self, samples: CellSamples) -> np.ndarray:
         """Membership depends on the object alone, never on the eye."""
         half, side = self.extent / 2, self.cells.side_m  # type: ignore[operator]
-        x, y = (draws.cell_x + draws.u[:, 0]) * side, (draws.cell_y + draws.u[:, 1]) * side
+        x, y = (samples.cell_x + samples.u[:, 0]) * side, (samples.cell_y + samples.u[:, 1]) * side
         return (np.abs(x) <= half) & (np.abs(y) <= half)
 
-    def _cells_near(self, view: View) -> tuple[np.ndarray, np.ndarray]:
+    def cells_in_range(self, view: View) -> tuple[np.ndarray, np.ndarray]:
         """Cells near enough, in view or out of it, to hold a displayed whole."""
         return cells_near_view(view, self.search(view))
 
     def search(self, view: View) -> tuple[Any, Any, Any]:
         """What ``cells_near`` is asked with: spans, lattice and rules."""
-        atlas = self.troupe.atlas
-        inside, outside = (float(limit[atlas.root].max()) for limit in atlas.limits(view))
-        bound = float(atlas.bound[atlas.root].max())
-        lean = self.troupe.lean_m + self.species.patrol_m
+        part_tables = self.prototypes.part_tables
+        inside, outside = (
+            float(limit[part_tables.root].max()) for limit in part_tables.limits(view)
+        )
+        bound = float(part_tables.bound[part_tables.root].max())
+        lean = self.prototypes.max_offset_m + self.species.patrol_m
         sizes = inside, outside, bound, lean
         return search(self.cells, self.extent, view, *sizes, *self._root_heights())
 
     def _root_heights(self) -> tuple[float, float]:
         """Lowest and highest that the origin of a whole can be [m]."""
         low, high = self.ground.bounds()
-        atlas, sway = self.troupe.atlas, self.troupe.sway_m
-        z = atlas.rest[atlas.root, 2]
+        part_tables, sway = self.prototypes.part_tables, self.prototypes.max_sway_m
+        z = part_tables.rest[part_tables.root, 2]
         return low + float(z.min()) - sway, high + float(z.max()) + sway

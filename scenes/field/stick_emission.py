@@ -13,7 +13,7 @@ from lod.arrays import Ints
 from lod.pruning.area_scaling import radius_factor
 from lod.pruning.parts import Sticks
 from lod.threads import map_chunks
-from scenes.field.part_tables import Atlas, Displayed
+from scenes.field.part_tables import DisplayedSticks, PartTables
 from scenes.rig.pose import (
     begin_pose,
     mark_joint,
@@ -30,13 +30,13 @@ _SHORTEST_RUN = 8192
 
 def emit(
     pose_tables: PoseTables,
-    atlas: Atlas,
+    part_tables: PartTables,
     instances: Instances,
     objects: Ints,
-    displayed: Displayed,
+    displayed: DisplayedSticks,
 ) -> Sticks:
-    """Displayed sticks of an atlas; objects (n,): of each displayed part, its row in ``bodies``."""
-    table = atlas.sticks
+    """Posed sticks of displayed parts; objects (n,): row of each part in ``instances``."""
+    table = part_tables.sticks
     ends = table.start, table.end, table.start_joint, table.end_joint
     sizes = table.start_radius, table.end_radius
     owner, stick, share, tint = displayed
@@ -50,7 +50,7 @@ def emit(
         _emit(pose_tables.tables, pose_tables.max_joints, *columns, *which, ends, sizes, *out)
 
     map_chunks(run, n, _SHORTEST_RUN)
-    return Sticks(start, end, radii[0], radii[1], tint, atlas.tints, owner)
+    return Sticks(start, end, radii[0], radii[1], tint, part_tables.tints, owner)
 
 
 @njit(cache=True, nogil=True)

@@ -23,7 +23,7 @@ from lod.pruning.compiled_test import (
 )
 from lod.pruning.view import View
 from lod.threads import map_chunks
-from scenes.field.traversal_tables import Slots
+from scenes.field.traversal_tables import TraversalTables
 from scenes.rig.pose import (
     IDENTITY,
     NO_POSE,
@@ -38,7 +38,7 @@ from scenes.rig.pose import (
 from scenes.rig.pose_tables import Instances, PoseTables
 
 _ROOM = 2**20
-"""Rows in one buffer at first; memory is taken only as it fills."""
+"""DisplayedRows in one buffer at first; memory is taken only as it fills."""
 
 _UNKNOWN, _SEEN, _UNSEEN, _PARTLY = 0, 1, 2, 3
 
@@ -46,7 +46,7 @@ _SHORTEST_RUN = 256
 """Objects for which another thread is worth its start."""
 
 
-class Rows(NamedTuple):
+class DisplayedRows(NamedTuple):
     """Displayed parts: object, row in the atlas, and row here of the whole (−1), (n,) int32 each;
     and how many parts were examined.
     """
@@ -59,16 +59,16 @@ class Rows(NamedTuple):
 
 def walk(
     pose_tables: PoseTables,
-    slots: Slots,
+    slots: TraversalTables,
     limits: np.ndarray,
     instances: Instances,
     smear: np.ndarray,
     view: View,
-) -> Rows:
+) -> DisplayedRows:
     """Everything displayed of these objects; smear (n,): of each."""
     vantage, columns = compile_view(view), (*instances.columns(), smear)
 
-    def run(first: int, last: int) -> list[Rows]:
+    def run(first: int, last: int) -> list[DisplayedRows]:
         return _run(pose_tables, slots, limits, columns, vantage, first, last)
 
     runs = map_chunks(run, len(instances), _SHORTEST_RUN)
@@ -77,15 +77,15 @@ def walk(
 
 def _run(
     pose_tables: PoseTables,
-    slots: Slots,
+    slots: TraversalTables,
     limits: np.ndarray,
     columns: tuple[np.ndarray, ...],
     vantage: CompiledView,
     first: int,
     last: int,
-) -> list[Rows]:
+) -> list[DisplayedRows]:
     """Objects first to last, buffer by buffer."""
-    done: list[Rows] = []
+    done: list[DisplayedRows] = []
     room = max(_ROOM, 2 * slots.most)
     while first < last or not done:
         out = np.empty((3, room), np.int32)
@@ -101,12 +101,12 @@ def _run(
             last,
             out,
         )
-        done.append(Rows(out[0, :filled], out[1, :filled], out[2, :filled], examined))
+        done.append(DisplayedRows(out[0, :filled], out[1, :filled], out[2, :filled], examined))
         room *= 2
     return done
 
 
-def _joined(runs: list[Rows]) -> Rows:
+def _joined(runs: list[DisplayedRows]) -> DisplayedRows:
     if len(runs) == 1:
         return runs[0]
     starts = np.cumsum([0] + [len(rows.part) for rows in runs])
@@ -115,7 +115,9 @@ def _joined(runs: list[Rows]) -> Rows:
         for rows, start in zip(runs, starts[:-1], strict=True)
     ]
     objects, parts = (np.concatenate([getattr(r, k) for r in runs]) for k in ("object", "part"))
-    return Rows(objects, parts, np.concatenate(wholes), sum(rows.examined for rows in runs))
+    return DisplayedRows(
+        objects, parts, np.concatenate(wholes), sum(rows.examined for rows in runs)
+    )
 
 
 @njit(cache=True, nogil=True)

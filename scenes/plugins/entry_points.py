@@ -2,7 +2,7 @@
 
 A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, and
 what
-makes its representations (``scenes.plugins.representation.Offer``) in
+makes its representations (``scenes.plugins.representation.RepresentationPlugin``) in
 ``lodbench.representations``. It is imported
 when something of it is asked for, so that one that is broken is in nobody else's way.
 """
@@ -23,7 +23,7 @@ _P = _R = np.array((0.01, 1.0, 30.0))
 
 
 @runtime_checkable
-class Entry(Protocol):
+class EntryPoint(Protocol):
     """An entry point, of the standard library or of ``importlib_metadata``, which takes its place
     wherever something has imported that."""
 
@@ -48,22 +48,22 @@ class Entry(Protocol):
 
 
 @cache
-def installed(group: str) -> dict[str, Entry]:
+def installed(group: str) -> dict[str, EntryPoint]:
     """Entry points of a group by name; a name of our own is never another's."""
     ours = METRICS if group == METRIC else {}
     found = entry_points(group=group)
     return {each.name: each for each in sorted(found, key=_origin) if each.name not in ours}
 
 
-def made_by(entry: Entry) -> str:
+def distribution(entry: EntryPoint) -> str:
     """The package that brings it, with its version."""
     return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unnamed package"
 
 
-def loaded(group: str, name: str, kind: type) -> Any:
+def load_entry(group: str, name: str, kind: type) -> Any:
     """What an installed package calls by that name. Raises InputError where it cannot be had."""
     entry = installed(group)[name]
-    where, cure = f"{group} {name}", f"mend or remove {made_by(entry)}"
+    where, cure = f"{group} {name}", f"mend or remove {distribution(entry)}"
     try:
         found = entry.load()
     except Exception as error:  # whatever a stranger's code does
@@ -93,16 +93,16 @@ def metric_names() -> tuple[str, ...]:
 
 
 @cache
-def metric_named(name: str) -> Metric:
+def metric_by_name(name: str) -> Metric:
     """One of the family, or an installed one. Raises InputError for others, and broken ones."""
     if name in METRICS:
         return METRICS[name]
     if name not in installed(METRIC):
         rule = f"one of {', '.join(metric_names())}"
         raise InputError("metric", name, rule, "see `lodbench list`")
-    found: Metric = loaded(METRIC, name, Metric)
+    found: Metric = load_entry(METRIC, name, Metric)
     entry = installed(METRIC)[name]
-    where, cure = f"{METRIC} {name}", f"mend or remove {made_by(entry)}"
+    where, cure = f"{METRIC} {name}", f"mend or remove {distribution(entry)}"
     if found.name != name:
         raise InputError(where, found.name, "is called as its entry point is", cure)
     if (wrong := _no_limits(found)) is not None:
@@ -130,12 +130,12 @@ def described(group: str, kind: type) -> Iterable[tuple[str, str]]:
     """Name and a line on every installed one; of a broken one, what is wrong with it."""
     for name, entry in installed(group).items():
         try:
-            found = metric_named(name) if kind is Metric else loaded(group, name, kind)
+            found = metric_by_name(name) if kind is Metric else load_entry(group, name, kind)
         except InputError as error:
             yield name, f"broken: {error}"
         else:
-            yield name, f"{found.about} (from {made_by(entry)})"
+            yield name, f"{found.about} (from {distribution(entry)})"
 
 
-def _origin(entry: Entry) -> tuple[str, str]:
+def _origin(entry: EntryPoint) -> tuple[str, str]:
     return entry.name, entry.value

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from lod.errors import InputError
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.preset.object_tables import (
     PlacedPreset,
     PlumePreset,
@@ -247,7 +247,7 @@ class Preset(Table):
     def _agree(self) -> "Preset":
         """Keys that must agree with each other."""
         try:
-            metric = metric_named(self.view.metric)
+            metric = metric_by_name(self.view.metric)
         except InputError as error:
             raise refuse(error.rule, error.cure, "view.metric") from error
         if not metric.finite and self.world.extent is None:

@@ -14,7 +14,7 @@ from lod.pruning.view import View
 from lod.vision.blur_cascade import blur_widths
 from lod.vision.eye import Display, Eye
 from lod.vision.viewer import ViewingConditions
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.preset.load import Preset
 from scenes.world.camera_path import camera_at
 from scenes.world.world import World
@@ -82,7 +82,7 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
     camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
     return View(
         camera=camera,
-        metric=metric_named(settings.metric),
+        metric=metric_by_name(settings.metric),
         detail=settings.detail,
         offscreen_detail=settings.offscreen_detail,
         look_around=settings.look_around,

@@ -16,7 +16,7 @@ from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
-from scenes.plugins.representation import Standing, standing_of
+from scenes.plugins.representation import GroundedRepresentation, make_representation
 from scenes.preset.load import PlacedPreset, PlumePreset, Preset, SpeciesPreset
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
@@ -32,7 +32,7 @@ class World:
     placed: tuple[Placed, ...] = ()
     plumes: tuple[Plume, ...] = ()
     dust: tuple[Dust, ...] = ()
-    others: tuple[Standing, ...] = ()
+    others: tuple[GroundedRepresentation, ...] = ()
 
     @property
     def representations(self) -> tuple[Representation, ...]:
@@ -47,10 +47,12 @@ class World:
     @cached_property
     def top_m(self) -> float:
         """Height above the datum that nothing in it is above [m]."""
-        troupes = [each.troupe for each in self.fields] + [each.troupe for each in self.placed]
-        trees = (tree for troupe in troupes for tree in troupe.atlas.hierarchies)
+        prototypes = [each.prototypes for each in self.fields] + [
+            each.prototypes for each in self.placed
+        ]
+        trees = (tree for each in prototypes for tree in each.part_tables.hierarchies)
         tallest = max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
-        rising: tuple[Standing, ...] = (*self.plumes, *self.dust, *self.others)
+        rising: tuple[GroundedRepresentation, ...] = (*self.plumes, *self.dust, *self.others)
         highest = max((each.top_m for each in rising), default=0.0)
         return self.terrain.bounds()[1] + max(tallest, highest)
 
@@ -73,7 +75,7 @@ def build_world(preset: Preset) -> World:
         make_plume(name, table, preset.seed, terrain) for name, table in preset.plumes.items()
     )
     others = tuple(
-        standing_of(name, table.kind, preset.seed, terrain, dict(table.options))
+        make_representation(name, table.kind, preset.seed, terrain, dict(table.options))
         for name, table in preset.representations.items()
     )
     cover = aggregate_cover(preset, fields)

@@ -9,7 +9,7 @@ from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.view import View
-from scenes.plugins.representation import Offer
+from scenes.plugins.representation import RepresentationPlugin
 from scenes.terrain.ground import Ground
 
 HALFWAY = Metric("halfway", lambda P, R, m: P / m + 0.5 * R, "P > m·(d − R/2): between two of ours")
@@ -93,7 +93,7 @@ class Fence:
         return np.column_stack((xy, self.ground.height(corner, xy) + HEIGHT_M / 2))
 
 
-FENCE = Offer(
+FENCE = RepresentationPlugin(
     "a fence of posts (options: posts, gap)",
     lambda name, seed, ground, **options: Fence(name, ground, **options),
     camera_from_heading(Corner(0, 0), np.array((2.0, -6.0, 1.5)), 20.0, -5.0, 50.0, (120, 60)),

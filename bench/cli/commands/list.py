@@ -13,14 +13,14 @@ def command(as_json: bool) -> None:
     from bench.studies.registry import study_descriptions
     from lod.metric.family import METRICS, Metric
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
-    from scenes.plugins.representation import Offer
+    from scenes.plugins.representation import RepresentationPlugin
     from scenes.preset.load import preset_names
 
     sections = {
         "presets": dict(preset_names()),
         "metrics": {name: metric.about for name, metric in METRICS.items()}
         | dict(described(METRIC, Metric)),
-        "representations": dict(described(REPRESENTATION, Offer)),
+        "representations": dict(described(REPRESENTATION, RepresentationPlugin)),
         "experiments": {name: each.about for name, each in EXPERIMENTS.items()},
         "studies": study_descriptions(),
     }

@@ -91,9 +91,9 @@ def _check_metric(metric: str, names: Sequence[str]) -> None:
     """Raises InputError for a metric that cannot be had, is ours, or that some do not try."""
     from bench.experiments.registry import EXPERIMENTS
     from lod.metric.family import METRICS
-    from scenes.plugins.entry_points import metric_named
+    from scenes.plugins.entry_points import metric_by_name
 
-    metric_named(metric)
+    metric_by_name(metric)
     if metric in METRICS:
         raise InputError("--metric", metric, "one of another package", "ours are tried anyhow")
     able = [name for name, each in EXPERIMENTS.items() if each.accepts_metric]

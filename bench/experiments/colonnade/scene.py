@@ -21,7 +21,7 @@ from scenes.field.placed_object import Placed
 from scenes.frame.displayed import Visible, compact_ids
 from scenes.frame.quality import Quality
 from scenes.models.column import HEIGHT_M, RADIUS_M, column
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.render.pipeline.render import render_frame
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
@@ -72,7 +72,7 @@ def camera() -> Camera:
 
 def cut(shot: Shot) -> tuple[list[Visible], list[int]]:
     """What is displayed of the columns and the ground, and the parts of each column."""
-    view = View(camera(), metric_named(shot.metric), shot.detail)
+    view = View(camera(), metric_by_name(shot.metric), shot.detail)
     made, parts = [], []
     everything: tuple[Representation, ...] = (*colonnade(), _ground())
     for each in everything:

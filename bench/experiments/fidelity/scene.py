@@ -17,7 +17,7 @@ from lod.pruning.parts import Representation
 from lod.pruning.pruner import Cut, cut_from_parts, prune
 from lod.pruning.view import View, in_view
 from scenes.frame.displayed import Visible, compact_ids
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.preset.load import Preset, load_preset
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
@@ -98,7 +98,7 @@ def world() -> World:
 def view_of(case: Case) -> View:
     """The view that prunes, as its preset says but for metric and detail."""
     plain = view_at(world(), preset_of(case.view), 1)
-    return replace(plain, metric=metric_named(case.metric), detail=case.detail)
+    return replace(plain, metric=metric_by_name(case.metric), detail=case.detail)
 
 
 @lru_cache(maxsize=len(VIEWS))

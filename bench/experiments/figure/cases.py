@@ -19,7 +19,7 @@ from lod.camera import Corner, camera_from_heading
 from lod.pruning.view import View
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import people_at_rest
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 PERSON = "person"
@@ -53,7 +53,7 @@ class Curve:
     def view(self) -> View:
         """The view, that sees all round."""
         camera = camera_from_heading(Corner(0, 0), np.zeros(3), 0.0, 0.0, FOV_DEG, SIZE_PX)
-        return View(camera, metric_named(self.metric), self.detail, look_around=True)
+        return View(camera, metric_by_name(self.metric), self.detail, look_around=True)
 
     @property
     def limits(self) -> Reals:

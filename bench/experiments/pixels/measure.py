@@ -24,7 +24,7 @@ from lod.pruning.parts import Sticks
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.species_field import Species, SpeciesField
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.table import StickTable
 from scenes.sticks.visible_area import first_met
 
@@ -91,7 +91,7 @@ def measure(species: str, metric: str, detail: float, most: int, seed: int) -> P
 
 def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Covered:
     """Up to ``most`` displayed objects of one field, drawn by lot."""
-    view = View(camera(WIDTH_PX), metric_named(metric), detail, look_around=True)
+    view = View(camera(WIDTH_PX), metric_by_name(metric), detail, look_around=True)
     density = THINNER * density_of(species, view.m)
     kind = Species("pixels", prototypes_with(species, None), density)
     field = SpeciesField(kind, seed_of(f"pixels {species}", seed, 0), FLAT)

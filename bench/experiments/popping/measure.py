@@ -106,7 +106,7 @@ def _switches(species: str, fields: int, seed: int) -> Point:
     for index in range(fields):
         own = seed_of(f"popping {species}", seed, index)
         field = SpeciesField(Species("popping", prototypes, density), own, FLAT)
-        P = np.concatenate([tree.P for tree in field.troupe.atlas.hierarchies])
+        P = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])
         count, before = 0, None
         for step in range(FRAMES + 1):
             view = view_at_step(step)

@@ -82,8 +82,10 @@ def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) ->
 def seen_of(cut: Cut, size: Reals) -> Seen:
     """Who the parts of a species' cut are, and where."""
     parts = cut.parts
-    draws, who = parts.state.draws, parts.object
-    key = np.stack((draws.cell_x[who], draws.cell_y[who], draws.index[who], parts.part), axis=1)
+    samples, who = parts.state.samples, parts.object
+    key = np.stack(
+        (samples.cell_x[who], samples.cell_y[who], samples.index[who], parts.part), axis=1
+    )
     return Seen(key, size, parts.centre, parts.bound)
 
 

@@ -12,7 +12,7 @@ from lod.law.uneven_ground import count_moments, max_ground_distance, polar_quad
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
 from lod.vision.viewer import ViewingConditions
-from scenes.plugins.entry_points import metric_named
+from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.prototype import Prototype
 
 _NET = 512
@@ -122,7 +122,7 @@ def _bare(case: Case, tree: Hierarchy) -> float:
 
 
 def _metric(case: Case) -> Metric:
-    return metric_named(case.metric)
+    return metric_by_name(case.metric)
 
 
 def _sight(case: Case) -> ViewingConditions | None:

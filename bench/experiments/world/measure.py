@@ -75,7 +75,8 @@ def _point(metric: str, objects: float, world: Any, preset: Any, view: Any) -> P
     reach = 0.0
     if metric != "full":
         reach = max(
-            max_ground_distance(each.troupe.atlas.hierarchies, view) for each in world.fields
+            max_ground_distance(each.prototypes.part_tables.hierarchies, view)
+            for each in world.fields
         )
     case = {
         "metric": metric,

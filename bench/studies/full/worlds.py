@@ -86,4 +86,6 @@ def limit_of(kind: Kind, picture: Picture, detail: float) -> float:
     preset = preset_of(kind, kind.worlds[0], picture, detail)
     world = build_world(preset)
     view = view_at(world, preset, 1)
-    return max(max_ground_distance(each.troupe.atlas.hierarchies, view) for each in world.fields)
+    return max(
+        max_ground_distance(each.prototypes.part_tables.hierarchies, view) for each in world.fields
+    )

@@ -45,10 +45,10 @@ def identities(world: World, preset: Preset, frame: int) -> Iterator[Identity]:
         if each.name not in fields:
             yield from (Identity(first + row, each.name) for row in rows.tolist())
             continue
-        draws = cut.parts.state.draws
+        samples = cut.parts.state.samples
         for row in rows.tolist():
-            cell = int(draws.cell_x[row]), int(draws.cell_y[row])
-            index = int(draws.index[row])
+            cell = int(samples.cell_x[row]), int(samples.cell_y[row])
+            index = int(samples.index[row])
             key = object_key(fields[each.name].seed, each.name, cell, index)
             yield Identity(first + row, each.name, cell, index, key)
 

@@ -23,7 +23,7 @@ from lod.errors import InputError
 from lod.metric.family import METRICS, Metric
 from lod.pruning.pruner import prune
 from scenes.plugins import entry_points as plugins
-from scenes.plugins.representation import offer_named
+from scenes.plugins.representation import plugin_by_name
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose, trusting
 
@@ -37,7 +37,7 @@ RAIL = ("-D", 'representations.rail={kind="fence", options={posts=9}}')
 @pytest.fixture
 def package(monkeypatch):
     """The example package, as if it were installed; gone again afterwards."""
-    caches = plugins.installed, plugins.metric_named, sources
+    caches = plugins.installed, plugins.metric_by_name, sources
     monkeypatch.syspath_prepend(str(PLACE))
     importlib.invalidate_caches()
     for each in caches:
@@ -56,7 +56,7 @@ def said(capfd, *arguments):
 def test_nothing_is_installed_here():
     assert plugins.metric_names() == tuple(METRICS)
     with pytest.raises(InputError, match="blke"):
-        plugins.metric_named("blke")
+        plugins.metric_by_name("blke")
 
 
 @pytest.mark.usefixtures("package")
@@ -174,7 +174,7 @@ def test_the_field_that_tries_metrics_shows_some_parts_and_not_all():
 
 @pytest.mark.usefixtures("package")
 def test_something_above_its_top_is_noticed(monkeypatch):
-    monkeypatch.setattr(type(offer_named("fence").make("f", 0, None)), "top_m", 0.1)
+    monkeypatch.setattr(type(plugin_by_name("fence").make("f", 0, None)), "top_m", 0.1)
     assert broken_offer_rules("fence")["under_its_top"]
 
 

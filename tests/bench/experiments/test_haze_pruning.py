@@ -80,7 +80,7 @@ def displayed(cut, seed, clear=False):
 def larger_than_1m(cut):
     (field,) = world().fields
     parts = prune(field, view_at(world(), preset_of(cut), 1)).parts
-    P = np.concatenate([tree.P for tree in field.troupe.atlas.hierarchies])
+    P = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])
     return int(np.count_nonzero(P[parts.part] > 1.0))
 
 

@@ -16,7 +16,7 @@ from scenes.dust.dust import Dust
 from scenes.dust.footfalls import Walkers, footfalls, keys, landing
 from scenes.dust.growth import HIGH, LIFE_S, near_ground, settling_m_s
 from scenes.dust.soil import Soil
-from scenes.field.poisson_cells import Draws
+from scenes.field.poisson_cells import CellSamples
 from scenes.field.species_field import Species, SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people
@@ -83,20 +83,20 @@ def named(it, wanted, at):
 def test_feet_strike_where_the_gait_has_them():
     it = dust(Slope(0.2))
     field, at = it.walkers, view()
-    draws = field._grown(HOME, field._drawn(*map(np.ravel, np.indices((9, 9)) - 4)))
-    variant, pace, rounds = field.rounds(draws)
-    walks = Walkers(HOME, field.homes(HOME, draws), variant, pace, rounds, 0 * variant)
+    samples = field._grown(HOME, field._drawn(*map(np.ravel, np.indices((9, 9)) - 4)))
+    variant, pace, rounds = field.patrol_orbits(samples)
+    walks = Walkers(HOME, field.homes(HOME, samples), variant, pace, rounds, 0 * variant)
     falls = footfalls(walks, it.legs, np.arange(len(walks)), 3, at.time_s)
     falls = falls.take(it.legs.walks[variant[falls.owner], falls.leg])
     fell = landing(walks, it.legs, falls)
     assert len(fell.time_s) > 20
     for row in range(len(fell.time_s)):
         who, leg = falls.owner[row], falls.leg[row]
-        one = Draws(*(getattr(draws, k)[[who]] for k in ("cell_x", "cell_y", "index", "u")))
+        one = CellSamples(*(getattr(samples, k)[[who]] for k in ("cell_x", "cell_y", "index", "u")))
         before, after = (
             field._bodies(HOME, one, float(fell.time_s[row]) + step, None) for step in (-1e-6, 1e-6)
         )
-        feet = field.troupe.rigged[variant[who]].motion.feet
+        feet = field.prototypes.rigged[variant[who]].motion.feet
         assert (before.phase - feet.strike[leg]) % 1 > 0.99
         assert (after.phase - feet.strike[leg]) % 1 < 0.01
         x, y = feet.sole[leg].mean(axis=0)

@@ -47,14 +47,14 @@ def test_the_share_falls_with_height_and_slope():
 def test_homes_are_kept_by_their_share():
     field = stones()
     cells = (g.ravel() for g in np.indices((60, 60)))
-    everywhere, kept = (each.objects(HOME, *cells) for each, cells in
+    everywhere, kept = (each.instances_in_cells(HOME, *cells) for each, cells in
                         zip((stones(None), field), 2 * [tuple(cells)], strict=True))  # fmt: skip
-    share = HABITAT.share(HOME, stones(None).homes(HOME, everywhere.draws))
-    assert len(kept.draws) == pytest.approx(
+    share = HABITAT.share(HOME, stones(None).homes(HOME, everywhere.samples))
+    assert len(kept.samples) == pytest.approx(
         share.sum(), abs=4 * np.sqrt(np.sum(share * (1 - share)))
     )
-    assert HABITAT.share(HOME, field.homes(HOME, kept.draws)).min() > 0
-    assert 0.2 < len(kept.draws) / len(everywhere.draws) < 0.8
+    assert HABITAT.share(HOME, field.homes(HOME, kept.samples)).min() > 0
+    assert 0.2 < len(kept.samples) / len(everywhere.samples) < 0.8
 
 
 @pytest.mark.parametrize("corner", [HOME, FAR])

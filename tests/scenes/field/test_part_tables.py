@@ -1,4 +1,4 @@
-"""Displayed sticks of an atlas: the same in any number of runs, and those of each part by hand."""
+"""Displayed sticks are the same in any number of runs, and those of each part by hand."""
 
 from dataclasses import replace
 
@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from lod.pruning.parts import BlendWeights
-from scenes.field.part_tables import Atlas
+from scenes.field.part_tables import PartTables
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.rigged_prototype import rigid_prototype
 
 
 @pytest.fixture(scope="module")
-def atlas():
-    return Atlas.of(tuple(map(rigid_prototype, tree_prototypes(3, 2, SPECIES["conifer"]))))
+def part_tables():
+    return PartTables.of(tuple(map(rigid_prototype, tree_prototypes(3, 2, SPECIES["conifer"]))))
 
 
 def looked_at(parts):
@@ -26,19 +26,19 @@ def looked_at(parts):
 
 
 @pytest.mark.parametrize("shortest", [1, 50])
-def test_runs_do_not_show(monkeypatch, atlas, shortest):
+def test_runs_do_not_show(monkeypatch, part_tables, shortest):
     """Told by two threads and by one."""
-    rows = np.random.default_rng(5).integers(0, len(atlas.level), 301)
-    whole = atlas.sticks_of(rows, looked_at(len(rows)))
+    rows = np.random.default_rng(5).integers(0, len(part_tables.level), 301)
+    whole = part_tables.sticks_of(rows, looked_at(len(rows)))
     monkeypatch.setattr("lod.threads.get_num_threads", lambda: 2)
     monkeypatch.setattr("scenes.field.part_tables._SHORTEST_RUN", shortest)
-    for alone, shared in zip(whole, atlas.sticks_of(rows, looked_at(len(rows))), strict=True):
+    for alone, shared in zip(whole, part_tables.sticks_of(rows, looked_at(len(rows))), strict=True):
         assert alone.tobytes() == shared.tobytes() and alone.dtype == shared.dtype
 
 
-def test_sticks_are_those_of_both_appearances_in_order(atlas):
-    rows = np.random.default_rng(6).integers(0, len(atlas.level), 60)
-    look, first = looked_at(len(rows)), atlas.sticks.first
+def test_sticks_are_those_of_both_appearances_in_order(part_tables):
+    rows = np.random.default_rng(6).integers(0, len(part_tables.level), 60)
+    look, first = looked_at(len(rows)), part_tables.sticks.first
     shown = [
         (number, stick)
         for number, row in enumerate(rows.tolist())
@@ -46,7 +46,7 @@ def test_sticks_are_those_of_both_appearances_in_order(atlas):
         if share > 0
         for stick in range(first[2 * row + side], first[2 * row + side + 1])
     ]
-    found = atlas.sticks_of(rows, look)
+    found = part_tables.sticks_of(rows, look)
     assert list(zip(found.owner.tolist(), found.stick.tolist(), strict=True)) == shown
 
 
@@ -56,10 +56,10 @@ def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_anothe
     shown = {}
     for overlap in (0.0, 0.5):
         laid = replace(h, overlap=np.where(h.level == 1, overlap, 0.0))
-        atlas = Atlas.of((replace(tree, hierarchy=laid),))
+        part_tables = PartTables.of((replace(tree, hierarchy=laid),))
         rows = np.array([*np.flatnonzero(h.level == 1)[:2], *np.flatnonzero(h.level == 2)[:1]])
         look = BlendWeights(np.ones(3), np.array((0.3, 0.8, 0.3)), hidden=np.array((0.6, 1.0, 0.6)))
-        shown[overlap] = atlas.sticks_of(rows, look)
+        shown[overlap] = part_tables.sticks_of(rows, look)
     plain, lapped = shown.values()
     assert np.array_equal(plain.stick, lapped.stick)
     leaf = plain.share < 1

@@ -34,9 +34,9 @@ def test_a_cell_always_holds_the_same_objects(density, x, seed):
 def test_counts_are_poisson_and_places_uniform(density):
     cells = PoissonCells(11, "figure", density)
     x, y = square(200, -100, 5)
-    draws = cells.draw(x, y)
+    samples = cells.draw(x, y)
     mean = density * cells.side_m**2
-    count = np.bincount(draws.cell_x * 200 + draws.cell_y - draws.cell_y.min() + 100 * 200)
+    count = np.bincount(samples.cell_x * 200 + samples.cell_y - samples.cell_y.min() + 100 * 200)
     observed = np.bincount(count, minlength=30)[:30].astype(float)
     observed[0] += len(x) - len(count)
     model = stats.poisson.pmf(np.arange(30), mean) * len(x)
@@ -47,10 +47,10 @@ def test_counts_are_poisson_and_places_uniform(density):
         ).pvalue
         > 1e-3
     )
-    assert len(draws) == pytest.approx(mean * len(x), abs=4 * np.sqrt(mean * len(x)))
-    for column in draws.u.T:
+    assert len(samples) == pytest.approx(mean * len(x), abs=4 * np.sqrt(mean * len(x)))
+    for column in samples.u.T:
         assert stats.kstest(column, "uniform").pvalue > 1e-3
-    assert np.abs(np.corrcoef(draws.u.T) - np.eye(8)).max() < 0.02
+    assert np.abs(np.corrcoef(samples.u.T) - np.eye(8)).max() < 0.02
 
 
 def test_seeds_and_species_have_fields_of_their_own():

@@ -202,9 +202,13 @@ def pruned(field, view):
     cut = prune(field, view)
     parts, objects = cut.parts, cut.parts.state
     variant = objects.instances.prototype[parts.object]
-    draws, first = objects.draws, field.troupe.atlas.root
+    samples, first = objects.samples, field.prototypes.part_tables.root
     return cut, {
-        ((int(draws.cell_x[o]), int(draws.cell_y[o]), int(draws.index[o])), v, int(p - first[v]))
+        (
+            (int(samples.cell_x[o]), int(samples.cell_y[o]), int(samples.index[o])),
+            v,
+            int(p - first[v]),
+        )
         for o, p, v in zip(parts.object, parts.part, variant, strict=True)
     }
 
@@ -250,12 +254,12 @@ def test_places_are_exact_far_from_home(seed, x, y):
     """A cell's objects stand where they stand, to 1 µm, 10^12 m from the origin."""
     field = SpeciesField(world_from(seed, "blake")[0].species, seed, Waves(0.0))
     ix, iy, rest_x, rest_y = Corner(x, y).lattice(field.cells.exponent)
-    objects = field.objects(Corner(x, y), np.array([ix]), np.array([iy]))
-    draws = field.cells.draw(np.array([ix]), np.array([iy]))
+    objects = field.instances_in_cells(Corner(x, y), np.array([ix]), np.array([iy]))
+    samples = field.cells.draw(np.array([ix]), np.array([iy]))
     side = field.cells.side_m
     for axis, rest in ((0, rest_x), (1, rest_y)):
         assert objects.instances.origin[:, axis] + rest == pytest.approx(
-            draws.u[:, axis] * side, abs=1e-6
+            samples.u[:, axis] * side, abs=1e-6
         )
 
 

@@ -44,9 +44,9 @@ def same_cut(representation, view):
         assert a.dtype == b.dtype and a.tobytes() == b.tobytes(), name
     for name in ("part", "whole", "level"):
         assert np.array_equal(getattr(compiled, name), getattr(read.parts, name)), name
-    if read.parts.state.draws is not None:
+    if read.parts.state.samples is not None:
         for name in ("cell_x", "cell_y", "index", "u"):
-            a, b = (getattr(c.parts.state.draws, name)[c.parts.object] for c in (read, compiled))
+            a, b = (getattr(c.parts.state.samples, name)[c.parts.object] for c in (read, compiled))
             assert np.array_equal(a, b), name
     return read, compiled
 

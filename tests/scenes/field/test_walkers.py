@@ -141,7 +141,7 @@ def origins(field, view, at, facing, variant, phase, pace):
         ways = np.array([math.cos(facing)]), np.array([math.sin(facing)])
         first = np.zeros(1, np.int64)
         drawn = first, np.array([phase]), np.array([pace])
-        heed = field.troupe.heed(view, base, np.array([variant]))
+        heed = field.prototypes.heed(view, base, np.array([variant]))
         instances = place_on_ground(cast, heights, base, *ways, *drawn, heed)
         rows, parts = np.zeros(len(it.joint), np.int64), np.arange(len(it.joint))
         return pose_points(cast, instances, rows, parts, np.zeros((len(parts), 3)), it.joint)
@@ -196,9 +196,13 @@ def pruned(field, view):
     cut = prune(field, view)
     parts, objects = cut.parts, cut.parts.state
     variant = objects.instances.prototype[parts.object]
-    draws, first = objects.draws, field.troupe.atlas.root
+    samples, first = objects.samples, field.prototypes.part_tables.root
     found = {
-        ((int(draws.cell_x[o]), int(draws.cell_y[o]), int(draws.index[o])), v, int(p - first[v]))
+        (
+            (int(samples.cell_x[o]), int(samples.cell_y[o]), int(samples.index[o])),
+            v,
+            int(p - first[v]),
+        )
         for o, p, v in zip(parts.object, parts.part, variant.tolist(), strict=True)
     }
     assert len(found) == cut.displayed_parts
@@ -242,7 +246,9 @@ def test_walkers_far_from_home_are_found():
     """
     field, view = far_walkers()
     still, _ = far_walkers(0.0)
-    for own, theirs in zip(*(f.troupe.atlas.limits(view) for f in (field, still)), strict=True):
+    for own, theirs in zip(
+        *(f.prototypes.part_tables.limits(view) for f in (field, still)), strict=True
+    ):
         assert np.array_equal(own, theirs)
     limit = max(float(limits(p.hierarchy, "blake", view.m)[0]) for p in field.species.prototypes)
     near, corner = limit + 60, view.camera.corner
@@ -332,7 +338,9 @@ def people_near(name, frame, most=250):
     view, parts = view_at(world, preset, frame), prune_of(name, frame).parts
     instances = parts.state.instances
     who = parts.object[parts.whole < 0]
-    who = who[field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE]
+    who = who[
+        field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE
+    ]
     gentle = 2 * np.linalg.norm(instances.foot_contacts[who, :, 4:], axis=2).max(axis=1) < 0.2
     away = np.linalg.norm(instances.origin[who] - view.camera.eye, axis=1)
     who = who[gentle][np.argsort(away[gentle])[:most]]
@@ -364,7 +372,7 @@ def clearances(field, instances, who, corner):
     """
     clear = np.empty((len(who), instances.foot_contacts.shape[1]))
     stands = np.empty(clear.shape, bool)
-    for variant, prototype in enumerate(field.troupe.rigged):
+    for variant, prototype in enumerate(field.prototypes.rigged):
         of_it, feet = np.flatnonzero(instances.prototype[who] == variant), prototype.motion.feet
         for foot, ankle in enumerate(feet.legs[:, 2].tolist()):
             own = (instances.phase[who[of_it]] - feet.strike[foot]) % 1.0
@@ -372,7 +380,7 @@ def clearances(field, instances, who, corner):
             joint, centre, radius = foot_spheres(prototype, ankle)
             rows = np.repeat(who[of_it], len(joint))
             points = np.tile(np.arange(len(joint)), len(of_it))
-            at = pose_points(field.troupe.pose_tables, instances, rows, points, centre, joint)
+            at = pose_points(field.prototypes.pose_tables, instances, rows, points, centre, joint)
             ground = field.ground.height(corner, at[:, :2])
             above = at[:, 2] - radius[points] - ground
             clear[of_it, foot] = above.reshape(len(of_it), -1).min(axis=1)
@@ -400,7 +408,7 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
     world, preset, field = preset_field(name)
     view, parts = view_at(world, preset, 1), prune_of(name, 1).parts
     instances, who = parts.state.instances, parts.object[parts.whole < 0]
-    heed = field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who])
+    heed = field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who])
     for closely in (FOOTPRINT, BODY):
         some = who[heed == closely][:300]
         assert len(some) == 300
@@ -409,10 +417,10 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
         off = np.abs(np.where(stands, clear, 0.0)).max(axis=1)
         assert (off < view.m * away / 4).all()
         feet = parts.part[np.isin(parts.object, some)]
-        assert not field.troupe.feet[feet].any()  # none is displayed
+        assert not field.prototypes.feet[feet].any()  # none is displayed
         assert (
             closely == FOOTPRINT
-            or (feet == field.troupe.atlas.root[instances.prototype[some]]).all()
+            or (feet == field.prototypes.part_tables.root[instances.prototype[some]]).all()
         )
 
 
@@ -424,24 +432,26 @@ def test_no_animal_floats_or_sinks():
     world = build_world(preset)
     view = view_at(world, preset, 5)
     for field in world.fields:
-        legs = field.troupe.pose_tables.max_legs
+        legs = field.prototypes.pose_tables.max_legs
         if not legs:
             continue
         cut = prune(field, view)
         instances, who = cut.parts.state.instances, cut.parts.object[cut.parts.whole < 0]
         closely = (
-            field.troupe.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE
+            field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE
         )
         who = who[closely][:200]
         clear, stands = clearances(field, instances, who, view.camera.corner)
-        level = min(float(lowest_heights(p, sample_cycle(p)).min()) for p in field.troupe.rigged)
+        level = min(
+            float(lowest_heights(p, sample_cycle(p)).min()) for p in field.prototypes.rigged
+        )
         assert clear[stands].min() > level - 0.015, field.name
         assert clear[stands].max() < 0.010, field.name
 
 
-def identities(draws):
+def identities(samples):
     """What the objects of one frame are called in any other."""
-    columns = draws.cell_x.tolist(), draws.cell_y.tolist(), draws.index.tolist()
+    columns = samples.cell_x.tolist(), samples.cell_y.tolist(), samples.index.tolist()
     return list(zip(*columns, strict=True))
 
 
@@ -452,7 +462,7 @@ HEEL, BALL = (0.0, 0.30), (0.09, 0.62)
 def contacts(field, instances, who):
     """Where heels and balls are, (n, 4, 2) [m], and whether they carry, (n, 4)."""
     place, carries = np.empty((len(who), 4, 2)), np.empty((len(who), 4), bool)
-    for variant, prototype in enumerate(field.troupe.rigged):
+    for variant, prototype in enumerate(field.prototypes.rigged):
         of_it = np.flatnonzero(instances.prototype[who] == variant)
         for foot, side in enumerate(("left", "right")):
             ankle = prototype.rig.row(f"{side} ankle")
@@ -463,7 +473,7 @@ def contacts(field, instances, who):
                 zip(round_ends, (HEEL, BALL), strict=True)
             ):
                 point = np.array([(x, 0.0, z)]), np.array([ankle])
-                at = pose_points(field.troupe.pose_tables, instances, rows, points, *point)
+                at = pose_points(field.prototypes.pose_tables, instances, rows, points, *point)
                 place[of_it, 2 * foot + k] = at[:, :2]
                 carries[of_it, 2 * foot + k] = (own >= lands) & (own < leaves)
     return place, carries
@@ -474,12 +484,12 @@ def test_nobody_skates():
     frame to frame, and for as long as it stands.
     """
     field, instances, who, corner = people_near("crowd", 1, 150)
-    names, second = identities(prune_of("crowd", 1).parts.state.draws), []
+    names, second = identities(prune_of("crowd", 1).parts.state.samples), []
     chosen = [names[i] for i in who]
     cells = np.unique(np.array([name[:2] for name in chosen]), axis=0).T
     for frame in range(1, 26):
-        objects = field.objects(corner, *cells, (frame - 1) / 24)
-        row = {name: i for i, name in enumerate(identities(objects.draws))}
+        objects = field.instances_in_cells(corner, *cells, (frame - 1) / 24)
+        row = {name: i for i, name in enumerate(identities(objects.samples))}
         second.append(contacts(field, objects.instances, np.array([row[name] for name in chosen])))
     assert np.array_equal(second[0][0], contacts(field, instances, who)[0])
     place, carries = (

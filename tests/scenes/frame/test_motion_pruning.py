@@ -71,8 +71,8 @@ def test_a_fast_pan_leaves_a_connected_part_of_the_spatial_cut(settings):
 
 
 def _who(cut):
-    draws, rows = cut.parts.state.draws, cut.object
-    columns = (draws.cell_x[rows], draws.cell_y[rows], draws.index[rows], cut.part)
+    samples, rows = cut.parts.state.samples, cut.object
+    columns = (samples.cell_x[rows], samples.cell_y[rows], samples.index[rows], cut.part)
     return [column.tolist() for column in columns]
 
 
@@ -87,13 +87,16 @@ def test_every_part_is_tested_at_the_m_of_its_object(metric):
     made, view = view_of("meadow", *PAN, f"view.metric={metric}")
     (field,) = (f for f in made.fields if f.name == "figure")
     parts = prune(field, view).parts
-    atlas, smear = field.troupe.atlas, parts.state.smear[parts.object]
+    part_tables, smear = field.prototypes.part_tables, parts.state.motion_step[parts.object]
     variant = parts.state.instances.prototype[parts.object]
     assert smear.min() > 2
     for row in np.random.default_rng(1).integers(0, len(parts), 40):
-        tree, m = atlas.hierarchies[variant[row]], view.m * motion_coarsening(float(smear[row]))
+        tree, m = (
+            part_tables.hierarchies[variant[row]],
+            view.m * motion_coarsening(float(smear[row])),
+        )
         own = limit_distances(tree, METRICS[metric], m)
-        own = own[parts.part[row] - atlas.root[variant[row]]]
+        own = own[parts.part[row] - part_tables.root[variant[row]]]
         assert own * (1 - 1e-12) <= parts.limit[row] <= own * 1.003 + 1e-12
     assert (distance(view, parts.position) < np.maximum(parts.limit, parts.limit_offscreen)).all()
 
@@ -121,13 +124,15 @@ def test_nothing_swings_faster_than_is_said(name):
             moved = ends[k + 1].end - ends[k].end
             rows = everything.object[ends[k].owner]
             own = moved - (instances[k + 1].origin - instances[k].origin)[rows]
-            most = field.troupe.swing[instances[k].prototype] * step + _turned(field, instances, k)
+            most = field.prototypes.max_speed[instances[k].prototype] * step + _turned(
+                field, instances, k
+            )
             assert (np.linalg.norm(own, axis=1) <= most[rows] + 1e-9).all()
 
 
 def _turned(field, instances, k):
     a, b = instances[k], instances[k + 1]
-    bound = field.troupe.atlas.bound[field.troupe.atlas.root][a.prototype]
+    bound = field.prototypes.part_tables.bound[field.prototypes.part_tables.root][a.prototype]
     return np.hypot(b.cos - a.cos, b.sin - a.sin) * bound
 
 
@@ -143,7 +148,7 @@ def _all_parts_of(field, wholes, view):
     parts = np.concatenate([b.part for b in out])
     owner = np.concatenate([b.object for b in out])
     order = np.argsort(owner, kind="stable")
-    return field.troupe._parts(wholes.state, owner[order], parts[order], owner[order], fine)
+    return field.prototypes._parts(wholes.state, owner[order], parts[order], owner[order], fine)
 
 
 def _everything(n):
@@ -154,7 +159,7 @@ def _everything(n):
 
 def test_what_cannot_move_does_not_swing():
     made, _ = view_of("meadow")
-    assert all(speed_bound(p) == 0 for field in made.fields for p in field.troupe.rigged)
+    assert all(speed_bound(p) == 0 for field in made.fields for p in field.prototypes.rigged)
 
 
 def length_of(exposed, view, start, end):

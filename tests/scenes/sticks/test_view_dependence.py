@@ -16,7 +16,7 @@ from lod.pruning.crossfade import view_angles
 from lod.pruning.parts import BlendWeights
 from lod.pruning.view import View
 from scenes.far_cover.stand_appearance import full_detail_sticks
-from scenes.field.part_tables import Atlas
+from scenes.field.part_tables import PartTables
 from scenes.models.trees.species_tables import SPECIES
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.rigged_prototype import rigid_prototype
@@ -45,10 +45,10 @@ def tree():
 
 def seen_from(prototype, height, row=0):
     """Sticks that one part shows as a leaf, and the colour of each."""
-    atlas = Atlas.of((rigid_prototype(prototype),))
+    part_tables = PartTables.of((rigid_prototype(prototype),))
     one = np.ones(1)
-    found = atlas.sticks_of(np.array([row]), BlendWeights(0 * one, one, height * one))
-    return found, atlas.tints[found.tint]
+    found = part_tables.sticks_of(np.array([row]), BlendWeights(0 * one, one, height * one))
+    return found, part_tables.tints[found.tint]
 
 
 @given(st.floats(0, 90))
@@ -99,15 +99,15 @@ def test_from_all_sides_alike_tones_are_their_mean():
 def test_shapes_are_as_bright_as_the_species_says_toward_each_side(degrees):
     """Over what they are where all sides are alike."""
     shrub = tree_prototypes(3, 1, SPECIES["shrub"])[0]
-    atlas = Atlas.of((rigid_prototype(shrub),))
+    part_tables = PartTables.of((rigid_prototype(shrub),))
     limbs = np.flatnonzero(shrub.hierarchy.level == 1)
     one = np.ones(len(limbs))
     turn = np.nan if degrees is None else math.cos(math.radians(degrees))
     seen, plain = (
-        atlas.sticks_of(limbs, BlendWeights(0 * one, one, 0 * one, each * one))
+        part_tables.sticks_of(limbs, BlendWeights(0 * one, one, 0 * one, each * one))
         for each in (turn, np.nan)
     )
-    ours, mean = (np.log(atlas.tints[each.tint].sum(axis=1)).mean() for each in (seen, plain))
+    ours, mean = (np.log(part_tables.tints[each.tint].sum(axis=1)).mean() for each in (seen, plain))
     wanted = 1.0 if degrees is None else np.interp(degrees, AZIMUTHS_DEG, SPECIES["shrub"].sides[1])
     assert np.exp(ours - mean) == pytest.approx(wanted, rel=0.01)
     assert np.array_equal(seen.share, plain.share)
@@ -131,14 +131,16 @@ def test_shapes_are_thinned_and_darkened_as_the_species_says(tree, degrees):
 def test_between_two_tones_sticks_share_themselves_out(tree):
     """So that many of them are as bright as they should be on average, not in steps."""
     limbs = np.flatnonzero(tree.hierarchy.level == 1)
-    atlas = Atlas.of((rigid_prototype(tree),))
-    plain = Atlas.of((rigid_prototype(replace(tree, view_dependence=ViewDependence())),))
+    part_tables = PartTables.of((rigid_prototype(tree),))
+    plain = PartTables.of((rigid_prototype(replace(tree, view_dependence=ViewDependence())),))
     for degrees in (12.0, 17.0, 23.0):
         rise, one = np.full(len(limbs), math.sin(math.radians(degrees))), np.ones(len(limbs))
-        shown = [each.sticks_of(limbs, BlendWeights(0 * one, one, rise)) for each in (atlas, plain)]
+        shown = [
+            each.sticks_of(limbs, BlendWeights(0 * one, one, rise)) for each in (part_tables, plain)
+        ]
         ours, own = (
             each.tints[sticks.tint].sum(axis=1)
-            for each, sticks in zip((atlas, plain), shown, strict=True)
+            for each, sticks in zip((part_tables, plain), shown, strict=True)
         )
         tone = np.interp(degrees, ELEVATIONS_DEG, SPECIES["conifer"].heights[1].albedo_factor)
         tone /= max(SPECIES["conifer"].sides[1])

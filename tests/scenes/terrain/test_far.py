@@ -23,12 +23,12 @@ def test_positions_are_exact_to_a_micrometre(cell):
     for field in world.fields:
         objects = prune(field, view).parts.state
         assert len(objects) > 100
-        side, draws = Fraction(field.cells.side_m), objects.draws
+        side, samples = Fraction(field.cells.side_m), objects.samples
         for k in range(0, len(objects), 7):
             for axis, (number, first) in enumerate(
-                ((draws.cell_x[k], corner.x), (draws.cell_y[k], corner.y))
+                ((samples.cell_x[k], corner.x), (samples.cell_y[k], corner.y))
             ):
-                there = (int(number) + Fraction(float(draws.u[k, axis]))) * side
+                there = (int(number) + Fraction(float(samples.u[k, axis]))) * side
                 seen_from = int(first) * Fraction(GRID_M) + Fraction(float(eye[axis]))
                 found = Fraction(float(objects.instances.origin[k, axis])) - Fraction(
                     float(eye[axis])

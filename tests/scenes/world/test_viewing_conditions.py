@@ -67,7 +67,7 @@ def test_mist_counts_only_as_far_up_as_anything_reaches():
     tall = max(
         t.hierarchy.position[0, 2] + t.hierarchy.B[0]
         for field in world.fields
-        for t in field.troupe.rigged
+        for t in field.prototypes.rigged
     )
     assert top == pytest.approx(tall)
     low = view_at(world, preset, 1).sight.extinction
@@ -102,7 +102,7 @@ def test_haze_takes_only_what_is_beyond_the_last_of_its_contrast():
     views = view_at(world, aware, 1), view_at(world, blind, 1)
     assert views[0].m == views[1].m
     (field,) = world.fields
-    contrast = np.concatenate([tree.contrast for tree in field.troupe.atlas.hierarchies])
+    contrast = np.concatenate([tree.contrast for tree in field.prototypes.part_tables.hierarchies])
     gone = np.array([views[0].sight.weighted(c, 1.0).gone for c in CONTRAST_CLASSES])
     kept, left = (prune(field, view).parts for view in views)
     for parts in (kept, left):

@@ -194,7 +194,7 @@ def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px
     times = [view_at(world, preset, frame + k).time_s for k in (0, 1)]
     instances, rows = [placed._bodies(corner, t) for t in times], np.zeros(len(joints), np.int64)
     (o0, axes0), (o1, axes1) = (
-        joint_frames(placed.troupe.pose_tables, b, rows, joints) for b in instances
+        joint_frames(placed.prototypes.pose_tables, b, rows, joints) for b in instances
     )
     assert met.sum() > 1000
     for points, allowed in ((onto, 0.01), (hits, error_px)):
@@ -234,11 +234,14 @@ def nearest_of_axis(built, hits):
 
 def joint_of_parts(placed, cut, look):
     """The joint that each displayed part rides on, for those of which all sticks ride on one."""
-    atlas, found = placed.troupe.atlas, {}
-    owner, stick, _, _ = atlas.sticks_of(cut.parts.part, look)
+    part_tables, found = placed.prototypes.part_tables, {}
+    owner, stick, _, _ = part_tables.sticks_of(cut.parts.part, look)
     for row, part in enumerate(cut.parts.part.tolist()):
         mine = stick[owner == row]
-        joints = {*atlas.sticks.start_joint[mine].tolist(), *atlas.sticks.end_joint[mine].tolist()}
+        joints = {
+            *part_tables.sticks.start_joint[mine].tolist(),
+            *part_tables.sticks.end_joint[mine].tolist(),
+        }
         if len(joints) == 1 and min(joints) >= 0:
             found[part] = joints.pop()
     return found

@@ -76,8 +76,8 @@ def test_cell_and_number_find_the_object_where_it_stands(scene):
     first = known[0].object - int(np.unique(shown.object)[0])
     for each in known:
         cell = np.array([each.cell[0]]), np.array([each.cell[1]])
-        there = figures.objects(corner, *cell)
-        row = np.flatnonzero(there.draws.index == each.index)
+        there = figures.instances_in_cells(corner, *cell)
+        row = np.flatnonzero(there.samples.index == each.index)
         assert len(row) == 1
         assert np.allclose(there.instances.origin[row[0]], instances.origin[each.object - first])
 
