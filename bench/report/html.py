@@ -10,39 +10,42 @@ from string import Template
 from bench.plots.plot import Plot
 from bench.records.claims import Claim
 from bench.records.embedded_pictures import Pictures
-from bench.report.plotly_specs import numbers, plotly_spec
-from bench.report.words import (
-    CLAIM_HEADS,
-    GLOSSARY,
-    MARKS,
+from bench.report.document import (
+    Block,
+    ClaimsBlock,
+    Document,
+    ListBlock,
+    OriginBlock,
+    PicturesBlock,
+    PlotsBlock,
     Section,
-    answer,
-    groups,
-    provenance_rows,
-    repeat,
-    verdict,
-    words,
+    TableBlock,
 )
+from bench.report.plotly_specs import numbers, plotly_spec
+from bench.report.words import MARKS, claim_cells, verdict_text
 
 _TEMPLATE = Path(__file__).with_name("template.html")
-_SOME = 4
-"""Claims that do not hold, at the head of the page; more of them are folded away."""
-
 _SCRIPT = Path(__file__).with_name("page.js")
 
+_UNFOLDED_CLAIMS = 4
+"""Claims that do not hold are listed at the head of the page; more of them are folded away."""
 
-def page(sections: Sequence[Section]) -> str:
-    """The whole page."""
-    template = Template(_TEMPLATE.read_text(encoding="utf-8"))
+
+def to_html(document: Document) -> str:
+    """Write the whole page."""
+    template, sections = Template(_TEMPLATE.read_text(encoding="utf-8")), document.sections
     return template.substitute(
+        title=escape(document.title),
         contents="\n".join(
             f'<li><a href="#{s.anchor}">{escape(s.title)}</a></li>' for s in sections
         ),
         answers="\n".join(_answer(s) for s in sections),
         sections="\n".join(_section(s) for s in sections),
-        glossary="\n".join(f"<dt>{escape(w)}</dt><dd>{escape(t)}</dd>" for w, t in GLOSSARY),
-        records=_records(sections),
-        summary="\n".join(map(_summary, sections)),
+        glossary="\n".join(
+            f"<dt>{escape(w)}</dt><dd>{escape(t)}</dd>" for w, t in document.glossary
+        ),
+        records="\n".join(_provenance(s, s.origin) for s in sections),
+        summary="\n".join(_summary_row(s, document.verdicts) for s in sections),
         plotly=_scripted((files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")),
         script=_scripted(_SCRIPT.read_text(encoding="utf-8")),
     )
@@ -53,9 +56,9 @@ def _scripted(text: str) -> str:
     return text.replace("</", "<\\/")
 
 
-def _summary(section: Section) -> str:
-    """A row of the summary: how many claims of each verdict."""
-    counts = "".join(f"<td>{sum(c.verdict == each for c in section.claims)}</td>" for each in MARKS)
+def _summary_row(section: Section, verdicts: Sequence[str]) -> str:
+    """Write a row of the summary: how many claims have each verdict."""
+    counts = "".join(f"<td>{section.count(each)}</td>" for each in verdicts)
     kind = "quick" if section.record.quick else "full"
     return (
         f'<tr><th scope="row"><a href="#{section.anchor}">{escape(section.record.experiment)}</a>'
@@ -73,7 +76,7 @@ def _answer(section: Section) -> str:
     quick = '<span class="quick">quick run: fewer samples</span>' if section.record.quick else ""
     return (
         f'<div class="answer"><p class="question">{escape(section.question)}</p>'
-        f"<p><strong>{escape(answer(section.claims))}</strong> {quick} {_origin(section)}</p>"
+        f"<p><strong>{escape(section.answer)}</strong> {quick} {_origin(section)}</p>"
         f"{_open(section)}</div>"
     )
 
@@ -81,62 +84,68 @@ def _answer(section: Section) -> str:
 def _open(section: Section) -> str:
     """The claims that do not hold, by name."""
     rows = [
-        f'<li><span class="{_class(c)}">{verdict(c)}</span>: {escape(c.about)} {_name(c.name)}</li>'
+        f'<li><span class="{_class(c)}">{verdict_text(c)}</span>: {escape(c.about)} '
+        f"{_name(c.name)}</li>"
         for c in section.claims
         if c.verdict not in ("holds", "fails as expected")
     ]
     listed = f'<ul class="open">{"".join(rows)}</ul>' if rows else ""
-    if len(rows) <= _SOME:
+    if len(rows) <= _UNFOLDED_CLAIMS:
         return listed
     return f"<details><summary>The {len(rows)} claims that do not hold</summary>{listed}</details>"
 
 
 def _section(section: Section) -> str:
-    origin = _origin(section)
-    tables = [_claims(title, c, origin) for title, c in groups(section.claims).items()]
-    plots = "\n".join(_plot(section, plot) for plot in section.plots)
-    pictures = "\n".join(_pictures(section, each) for each in section.pictures)
-    caveats = "\n".join(f"<li>{_code(caveat)}</li>" for caveat in section.caveats)
+    blocks = "\n".join(_block(section, block) for block in section.blocks())
     return f"""
 <section id="{section.anchor}" aria-labelledby="{section.anchor}-title">
 <h2 id="{section.anchor}-title">{escape(section.title)}</h2>
-{_in_short(section)}
-{"".join(tables[:1])}
-<div class="figures">{plots}</div>
-{pictures}
-{"".join(tables[1:])}
-<h3>What this does not say</h3><ul>{caveats}</ul>
-<details><summary>Every point, as numbers</summary><p>From {origin}.</p>
-{_table(*section.table, label=f"Every point of {section.title}")}</details>
+{blocks}
 </section>"""
 
 
-def _in_short(section: Section) -> str:
-    """The summary of the record, where it has one."""
-    heads, rows = section.summary
-    if not rows:
-        return ""
-    return f"<h3>In short</h3>{_table(heads, rows, f'In short: {section.title}')}"
+def _block(section: Section, block: Block) -> str:
+    match block:
+        case TableBlock(title, heads, rows, folded):
+            table = _table(heads, rows, f"{title}: {section.title}")
+            if not folded:
+                return f"<h3>{escape(title)}</h3>{table}"
+            return (
+                f"<details><summary>{escape(title)}, as numbers</summary>"
+                f"<p>From {_origin(section)}.</p>\n{table}</details>"
+            )
+        case ClaimsBlock(title, heads, claims):
+            return _claims(title, heads, claims, _origin(section))
+        case PlotsBlock(plots):
+            drawn = "\n".join(_plot(section, plot) for plot in plots)
+            return f'<div class="figures">{drawn}</div>'
+        case PicturesBlock(pictures):
+            return _pictures(section, pictures)
+        case ListBlock(title, items):
+            listed = "\n".join(f"<li>{_code(item)}</li>" for item in items)
+            return f"<h3>{escape(title)}</h3><ul>{listed}</ul>"
+        case OriginBlock():
+            return ""  # all provenance stands together, at the end of the page
 
 
-def _claims(title: str, claims: Sequence[Claim], origin: str) -> str:
+def _claims(title: str, heads: Sequence[str], claims: Sequence[Claim], origin: str) -> str:
     """One row a claim; on a narrow screen the style makes a card of each, labelled cell by cell."""
-    rows = "\n".join(_claim(claim) for claim in claims)
-    heads = _heads(CLAIM_HEADS).replace("<tr>", '<tr role="row">', 1)
-    heads = heads.replace("<th ", '<th role="columnheader" ')
+    rows = "\n".join(_claim(heads, claim) for claim in claims)
+    head = _heads(heads).replace("<tr>", '<tr role="row">', 1)
+    head = head.replace("<th ", '<th role="columnheader" ')
     return (
         f'<table class="claims" role="table"><caption>{escape(title)}</caption>'
-        f'<thead role="rowgroup">{heads}</thead><tbody role="rowgroup">{rows}</tbody></table>'
+        f'<thead role="rowgroup">{head}</thead><tbody role="rowgroup">{rows}</tbody></table>'
         f"<p>From {origin}.</p>"
     )
 
 
-def _claim(claim: Claim) -> str:
+def _claim(heads: Sequence[str], claim: Claim) -> str:
     cells = [
         f'<td role="cell" class="{_class(claim)}"><span aria-hidden="true">'
-        f"{MARKS[claim.verdict]}</span> {verdict(claim)}</td>"
+        f"{MARKS[claim.verdict]}</span> {verdict_text(claim)}</td>"
     ]
-    for head, cell in zip(CLAIM_HEADS[1:], words(claim), strict=True):
+    for head, cell in zip(heads[1:], claim_cells(claim), strict=True):
         text = _name(cell) if head == "name" else escape(cell)
         cells.append(f'<td role="cell" data-head="{head}">{text}</td>')
     return f'<tr role="row">{"".join(cells)}</tr>'
@@ -203,18 +212,14 @@ def _pictures(section: Section, pictures: Pictures) -> str:
     )
 
 
-def _records(sections: Sequence[Section]) -> str:
-    return "\n".join(
-        f'<h3 id="{s.anchor}-record">{escape(s.title)}</h3>{_facts(s)}'
-        f"<p>Repeat it: <code>{escape(repeat(s))}</code>. The same seed gives the same samples, "
-        f"and so the same SHA-256 of samples.</p>"
-        for s in sections
+def _provenance(section: Section, origin: OriginBlock) -> str:
+    table = _table(origin.heads, origin.rows, f"Provenance of {section.title}")
+    facts = table.replace("<table>", '<table class="facts">', 1)
+    return (
+        f'<h3 id="{section.anchor}-record">{escape(section.title)}</h3>{facts}'
+        f"<p>Repeat it: <code>{escape(origin.command)}</code>. The same seed gives the same "
+        f"samples, and so the same SHA-256 of samples.</p>"
     )
-
-
-def _facts(section: Section) -> str:
-    table = _table(("what", "value"), provenance_rows(section), f"Provenance of {section.title}")
-    return table.replace("<table>", '<table class="facts">', 1)
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]], label: str) -> str:

@@ -1,65 +1,74 @@
-"""The report as Markdown, its plots as files beside it."""
+"""The report as Markdown, its plots and pictures as files beside it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
+from bench.plots.plot import Plot
 from bench.records.embedded_pictures import Pictures
-from bench.report.words import (
-    CLAIM_HEADS,
-    GLOSSARY,
-    MARKS,
+from bench.report.document import (
+    Block,
+    ClaimsBlock,
+    Document,
+    ListBlock,
+    OriginBlock,
+    PicturesBlock,
+    PlotsBlock,
     Section,
-    answer,
-    groups,
-    provenance_rows,
-    repeat,
-    verdict,
-    words,
+    TableBlock,
 )
+from bench.report.words import MARKS, claim_cells, verdict_text
 
 PLOTS = "plots"
-"""Folder of the plots, beside report.md."""
+"""Folder of the plots and pictures, beside report.md."""
 
 
-def document(sections: Sequence[Section]) -> str:
-    """The whole document."""
-    blocks = ["# lodbench: what was claimed, and what was measured"]
-    for section in sections:
-        blocks += _section(section)
-    blocks += ["## Words and symbols", _table(("word", "meaning"), GLOSSARY)]
-    return "\n\n".join(blocks) + "\n"
+def to_markdown(document: Document) -> str:
+    """Write the whole document."""
+    pieces = [f"# {document.title}"]
+    for section in document.sections:
+        pieces += [f"## {section.title}", f"**{section.question}** {section.answer}"]
+        pieces += [piece for block in section.blocks() for piece in _pieces(section, block)]
+    pieces += ["## Words and symbols", _table(("word", "meaning"), document.glossary)]
+    return "\n\n".join(pieces) + "\n"
 
 
-def picture_path(section: Section, each: Pictures, number: int) -> str:
-    """Where a picture lies, from report.md."""
-    return f"{PLOTS}/{section.anchor}-{each.name}-{number}.webp"
+def plot_path(section: Section, plot: Plot) -> str:
+    """Path of a plot's file, from the folder of report.md."""
+    return f"{PLOTS}/{section.anchor}-{plot.name}.svg"
 
 
-def _section(section: Section) -> Iterable[str]:
-    yield f"## {section.title}"
-    yield f"**{section.question}** {answer(section.claims)}"
-    if section.summary[1]:
-        yield "### In short\n\n" + _table(*section.summary)
-    for title, claims in groups(section.claims).items():
-        yield f"### {title}"
-        rows = [(f"{MARKS[c.verdict]} {verdict(c)}", *words(c)) for c in claims]
-        yield _table(CLAIM_HEADS, rows)
-    for plot in section.plots:
-        path = f"{PLOTS}/{section.anchor}-{plot.name}.svg"
-        yield f"### {plot.title}\n\n![{plot.alt}]({path})\n\n{plot.caption}"
-    for each in section.pictures:
-        yield f"### {each.title}\n\n{each.caption}"
-        paths = [picture_path(section, each, number) for number in range(len(each.layers))]
-        cells = [
-            f"![{label}. {each.alt}]({path})"
-            for (label, _), path in zip(each.layers, paths, strict=True)
-        ]
-        yield _table([label for label, _ in each.layers], [cells])
-    yield "### What this does not say\n\n" + "\n".join(f"- {caveat}" for caveat in section.caveats)
-    heads, rows = section.table
-    if rows:
-        yield "### Every point\n\n" + _table(heads, rows)
-    yield "### Where it comes from\n\n" + _table(("what", "value"), provenance_rows(section))
-    yield f"Repeat it: `{repeat(section)}`"
+def picture_path(section: Section, pictures: Pictures, number: int) -> str:
+    """Path of one picture's file, from the folder of report.md."""
+    return f"{PLOTS}/{section.anchor}-{pictures.name}-{number}.webp"
+
+
+def _pieces(section: Section, block: Block) -> Iterator[str]:
+    match block:
+        case TableBlock(title, heads, rows):
+            yield f"### {title}\n\n" + _table(heads, rows)
+        case ClaimsBlock(title, heads, claims):
+            yield f"### {title}"
+            signed = [(f"{MARKS[c.verdict]} {verdict_text(c)}", *claim_cells(c)) for c in claims]
+            yield _table(heads, signed)
+        case PlotsBlock(plots):
+            for plot in plots:
+                image = f"![{plot.alt}]({plot_path(section, plot)})"
+                yield f"### {plot.title}\n\n{image}\n\n{plot.caption}"
+        case PicturesBlock(pictures):
+            yield f"### {pictures.title}\n\n{pictures.caption}"
+            yield _pictures(section, pictures)
+        case ListBlock(title, items):
+            yield f"### {title}\n\n" + "\n".join(f"- {item}" for item in items)
+        case OriginBlock(heads, rows, command):
+            yield "### Where it comes from\n\n" + _table(heads, rows)
+            yield f"Repeat it: `{command}`"
+
+
+def _pictures(section: Section, pictures: Pictures) -> str:
+    cells = [
+        f"![{label}. {pictures.alt}]({picture_path(section, pictures, number)})"
+        for number, (label, _) in enumerate(pictures.layers)
+    ]
+    return _table([label for label, _ in pictures.layers], [cells])
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -5,7 +5,7 @@ import io
 import json
 from collections.abc import Iterable, Sequence
 
-from bench.report.words import Section
+from bench.report.document import Section
 
 TABLES = "tables"
 """Folder of the points, a file a record."""
@@ -43,7 +43,7 @@ def claims_json(sections: Sequence[Section]) -> str:
 
 def points_csv(section: Section) -> str:
     """The record's table, as it is on the page."""
-    heads, rows = section.table
+    heads, rows = section.point_table
     sha256 = section.record.sha256
     return _csv(("record_sha256", *heads), ((sha256, *row) for row in rows))
 

@@ -1,17 +1,13 @@
-"""What a report says, in words and numbers that both of its forms share."""
+"""Which words does the report use for verdicts, groups of claims and symbols?"""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
-from bench.plots.plot import Plot
 from bench.records.claims import Claim
-from bench.records.embedded_pictures import NOTE, Pictures
-from bench.records.records import Record
-from bench.runner.experiment import Table
 
 MARKS = {"holds": "✓", "refuted": "✗", "fails as expected": "≠", "undecided": "?"}
+"""Sign of each verdict, in the order in which verdicts are counted."""
 
-METRICS = {
+GROUP_TITLES = {
     "blake": "blake: a part is displayed when P + R > m·d, as the paper prints it",
     "bounded": "bounded: displayed when P > m·(d − R), R read as a bound on position",
     "solid_angle": "solid_angle: displayed when P > m·d, no bound on position",
@@ -55,36 +51,8 @@ GLOSSARY = (
 )
 
 
-@dataclass(frozen=True)
-class Section:
-    """One record, with all that is made from it, and what it does not say.
-
-    claims  judged here and now from the record's samples
-    """
-
-    record: Record
-    question: str
-    claims: tuple[Claim, ...]
-    plots: tuple[Plot, ...]
-    table: Table
-    caveats: tuple[str, ...] = ()
-    pictures: tuple[Pictures, ...] = ()
-    summary: Table = ((), [])
-
-    @property
-    def anchor(self) -> str:
-        """A short name, unique on the page."""
-        return f"{self.record.experiment}-{self.record.sha256[:8]}"
-
-    @property
-    def title(self) -> str:
-        """Experiment, kind of run, and when."""
-        kind = "quick run" if self.record.quick else "full run"
-        return f"{self.record.experiment}: {kind} of {self.record.made[:10]}"
-
-
-def answer(claims: Sequence[Claim]) -> str:
-    """The verdicts together, in one sentence."""
+def summarise_verdicts(claims: Sequence[Claim]) -> str:
+    """Put all verdicts into one sentence."""
     count = {verdict: sum(c.verdict == verdict for c in claims) for verdict in MARKS}
     if not claims:
         return "Nothing was claimed."
@@ -108,19 +76,22 @@ _EXPECTED = (
 )
 
 
-def groups(claims: Sequence[Claim]) -> dict[str, list[Claim]]:
-    """Claims by the first two words of their names, often metric and species, in their order."""
+def group_claims(claims: Sequence[Claim]) -> Iterable[tuple[str, list[Claim]]]:
+    """Group claims by the first two words of their names, often metric and species.
+
+    Gives pairs of a title and its claims, in the order in which the groups first occur.
+    """
     grouped: dict[str, list[Claim]] = {}
     for claim in claims:
-        metric, _, rest = claim.name.partition("/")
-        what = rest.partition("/")[0]
-        title = f"{METRICS.get(metric, metric)} — {what.replace('_', ' ')}" if rest else "Claims"
+        first, _, rest = claim.name.partition("/")
+        second = rest.partition("/")[0].replace("_", " ")
+        title = f"{GROUP_TITLES.get(first, first)} — {second}" if rest else "Claims"
         grouped.setdefault(title, []).append(claim)
-    return grouped
+    return grouped.items()
 
 
-def verdict(claim: Claim) -> str:
-    """The verdict, and within what where something holds."""
+def verdict_text(claim: Claim) -> str:
+    """Write the verdict, with the tolerance within which something holds."""
     if claim.verdict == "holds" and claim.relation == "equals" and claim.tolerance > 0:
         return f"holds within {claim.tolerance:g}"
     return claim.verdict
@@ -129,47 +100,9 @@ def verdict(claim: Claim) -> str:
 CLAIM_HEADS = ("verdict", "claim", "quantity", "claimed", "measured (95 %)", "source", "name")
 
 
-def words(claim: Claim) -> tuple[str, ...]:
-    """A claim as the cells of a table, after its verdict."""
+def claim_cells(claim: Claim) -> tuple[str, ...]:
+    """Write a claim as the cells of a table row that follow its verdict."""
     return (
         *(claim.about, claim.quantity, claim.claimed_text, claim.measured_text),
         *(claim.source, claim.name),
     )
-
-
-def provenance_rows(section: Section) -> list[tuple[str, str]]:
-    """What a reader needs to trust, trace and repeat a record."""
-    record, origin = section.record, section.record.provenance
-    versions = ", ".join(f"{name} {version}" for name, version in sorted(origin.packages.items()))
-    rows = [
-        ("record", record.name),
-        ("SHA-256 of the record", record.sha256),
-        ("SHA-256 of its samples", record.samples_sha256),
-        ("experiment", f"{record.experiment}, version {record.version}"),
-        ("run", "quick: the same points, fewer fields" if record.quick else "full"),
-        ("made", record.made),
-        ("commit", origin.commit or "not from a checkout"),
-        ("scene", origin.scene),
-        ("seed", str(origin.seed)),
-        ("renderer's variant", origin.variant or "none: nothing was rendered"),
-        ("machine", f"{origin.cpu}, {origin.cores} cores, {origin.threads} thread used"),
-        ("system", f"{origin.platform}, Python {origin.python}"),
-        ("packages", versions),
-    ]
-    notes = ((key, value) for key, value in record.notes.items() if key != NOTE)
-    return rows + [(key.replace("_", " "), _note(value)) for key, value in notes]
-
-
-def _note(value: object) -> str:
-    if isinstance(value, list):
-        some = f"{len(value)} values, from {min(value)} to {max(value)}" if len(value) > 20 else ""
-        return some or ", ".join(map(str, value)) or "none"
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {_note(each)}" for key, each in value.items())
-    return str(value)
-
-
-def repeat(section: Section) -> str:
-    """The command that makes this record's samples again."""
-    quick = " --quick" if section.record.quick else ""
-    return f"lodbench run {section.record.experiment}{quick} -o DIR && lodbench report DIR"

@@ -12,10 +12,10 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.records.claims import Claim
 from bench.records.embedded_pictures import pictures_of
 from bench.records.records import Record, read_records
-from bench.report.html import page
-from bench.report.markdown import PLOTS, document, picture_path
+from bench.report.document import Document, Section
+from bench.report.html import to_html
+from bench.report.markdown import picture_path, plot_path, to_markdown
 from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
-from bench.report.words import Section
 from bench.runner.experiment import Experiment
 from lod.errors import InputError
 
@@ -32,7 +32,8 @@ def write_report(folder: Path) -> tuple[Path, Path]:
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
     sections = _sections(sorted(records, key=_place))
     html, markdown = folder / "report.html", folder / "report.md"
-    files: dict[Path, str | bytes] = {html: page(sections), markdown: document(sections)}
+    report = Document(sections)
+    files: dict[Path, str | bytes] = {html: to_html(report), markdown: to_markdown(report)}
     files |= {folder / name: text for name, text in _beside(sections).items()}
     try:
         for path, content in files.items():
@@ -51,7 +52,7 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
     for section in sections:
         files[f"{TABLES}/{section.anchor}.csv"] = points_csv(section)
         for plot in section.plots:
-            files[f"{PLOTS}/{section.anchor}-{plot.name}.svg"] = plot.svg
+            files[plot_path(section, plot)] = plot.svg
         for each in section.pictures:
             for number, (_, data) in enumerate(each.layers):
                 files[picture_path(section, each, number)] = base64.b64decode(data)

@@ -19,7 +19,7 @@ from bench.plots.plot import Curve, Plot, Series, against_law, curves
 from bench.records.embedded_pictures import pictures
 from bench.records.records import write_record
 from bench.report.plotly_specs import numbers, plotly_spec
-from bench.report.words import GLOSSARY, MARKS, answer
+from bench.report.words import GLOSSARY, MARKS, summarise_verdicts
 from bench.report.write import write_report
 from lod.errors import InputError
 
@@ -262,13 +262,13 @@ def test_the_answer_in_a_sentence(record):
     good = replace(record.claims[0], predicted=0.0, tolerance=0.5, measured=0.1, low=0.0, high=0.2)
     bad = replace(good, low=0.6, measured=0.7, high=0.8)
     open_ = replace(good, low=0.1, measured=0.4, high=0.8)
-    assert answer([good, good]) == "Yes: all 2 claims hold."
-    assert answer([good, open_]).startswith("So far 1 of 2")
-    assert "1 is refuted" in answer([good, bad, open_])
+    assert summarise_verdicts([good, good]) == "Yes: all 2 claims hold."
+    assert summarise_verdicts([good, open_]).startswith("So far 1 of 2")
+    assert "1 is refuted" in summarise_verdicts([good, bad, open_])
     expected = replace(bad, expected_to_fail=True)
-    assert answer([good, expected]).startswith("Yes: all 1 claims hold. 1 more fails")
-    assert "1 is refuted" in answer([good, bad, expected])
-    assert answer([]) == "Nothing was claimed."
+    assert summarise_verdicts([good, expected]).startswith("Yes: all 1 claims hold. 1 more fails")
+    assert "1 is refuted" in summarise_verdicts([good, bad, expected])
+    assert summarise_verdicts([]) == "Nothing was claimed."
 
 
 def test_numbers_as_they_are_written():

@@ -1,0 +1,175 @@
+"""The report as data: sections of blocks in reading order, which both writers walk.
+
+A section is one record; its blocks are what a reader meets, one after the other. ``html`` and
+``markdown`` say how each kind of block looks, and nothing of what stands in it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from bench.plots.plot import Plot
+from bench.records.claims import Claim
+from bench.records.embedded_pictures import NOTE, Pictures
+from bench.records.records import Record
+from bench.report.words import CLAIM_HEADS, GLOSSARY, MARKS, group_claims, summarise_verdicts
+from bench.runner.experiment import Table
+
+TITLE = "lodbench: what was claimed, and what was measured"
+
+
+@dataclass(frozen=True)
+class TableBlock:
+    """A heading and a table of text cells; ``folded`` where only few readers want it."""
+
+    title: str
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    folded: bool = False
+
+
+@dataclass(frozen=True)
+class ClaimsBlock:
+    """Claims that belong together, one row each under the same heads, after their verdicts."""
+
+    title: str
+    heads: Sequence[str]
+    claims: Sequence[Claim]
+
+
+@dataclass(frozen=True)
+class PlotsBlock:
+    """Plots that stand side by side where there is room."""
+
+    plots: Sequence[Plot]
+
+
+@dataclass(frozen=True)
+class PicturesBlock:
+    """Pictures of one view, to be laid over each other or side by side."""
+
+    pictures: Pictures
+
+
+@dataclass(frozen=True)
+class ListBlock:
+    """A heading and sentences under it; text between backquotes is code."""
+
+    title: str
+    items: Sequence[str]
+
+
+@dataclass(frozen=True)
+class OriginBlock:
+    """What a reader needs to trust, trace and repeat a record; ``command`` makes its samples."""
+
+    heads: Sequence[str]
+    rows: Sequence[tuple[str, str]]
+    command: str
+
+
+Block = TableBlock | ClaimsBlock | PlotsBlock | PicturesBlock | ListBlock | OriginBlock
+
+
+@dataclass(frozen=True)
+class Section:
+    """One record with everything that is worked out from it.
+
+    claims      judged from the record's samples when the report is written
+    point_table, summary   heads and rows: every point, and the record in a few rows
+    caveats     what the record does not say
+    """
+
+    record: Record
+    question: str
+    claims: tuple[Claim, ...]
+    plots: tuple[Plot, ...]
+    point_table: Table
+    caveats: tuple[str, ...] = ()
+    pictures: tuple[Pictures, ...] = ()
+    summary: Table = ((), [])
+
+    @property
+    def anchor(self) -> str:
+        """Name that is unique on the page: the experiment and the record's hash."""
+        return f"{self.record.experiment}-{self.record.sha256[:8]}"
+
+    @property
+    def title(self) -> str:
+        """Experiment, kind of run, and day."""
+        kind = "quick run" if self.record.quick else "full run"
+        return f"{self.record.experiment}: {kind} of {self.record.made[:10]}"
+
+    @property
+    def answer(self) -> str:
+        """All verdicts in one sentence."""
+        return summarise_verdicts(self.claims)
+
+    @property
+    def origin(self) -> OriginBlock:
+        """Provenance of the record, and the command that makes its samples again."""
+        quick = " --quick" if self.record.quick else ""
+        command = f"lodbench run {self.record.experiment}{quick} -o DIR && lodbench report DIR"
+        return OriginBlock(("what", "value"), _provenance_rows(self.record), command)
+
+    def count(self, verdict: str) -> int:
+        """Count the claims of one verdict."""
+        return sum(claim.verdict == verdict for claim in self.claims)
+
+    def blocks(self) -> Iterator[Block]:
+        """Give the blocks of the section in reading order; empty tables are left out."""
+        if self.summary[1]:
+            yield TableBlock("In short", *self.summary)
+        groups = [ClaimsBlock(title, CLAIM_HEADS, c) for title, c in group_claims(self.claims)]
+        yield from groups[:1]
+        yield PlotsBlock(self.plots)
+        yield from (PicturesBlock(each) for each in self.pictures)
+        yield from groups[1:]
+        yield ListBlock("What this does not say", self.caveats)
+        if self.point_table[1]:
+            yield TableBlock("Every point", *self.point_table, folded=True)
+        yield self.origin
+
+
+@dataclass(frozen=True)
+class Document:
+    """The whole report; ``glossary`` explains words, ``marks`` gives each verdict its sign."""
+
+    sections: Sequence[Section]
+    title: str = TITLE
+    glossary: Sequence[tuple[str, str]] = GLOSSARY
+
+    @property
+    def verdicts(self) -> Sequence[str]:
+        """The verdicts that a claim can have, in the order in which they are counted."""
+        return tuple(MARKS)
+
+
+def _provenance_rows(record: Record) -> list[tuple[str, str]]:
+    origin = record.provenance
+    versions = ", ".join(f"{name} {version}" for name, version in sorted(origin.packages.items()))
+    rows = [
+        ("record", record.name),
+        ("SHA-256 of the record", record.sha256),
+        ("SHA-256 of its samples", record.samples_sha256),
+        ("experiment", f"{record.experiment}, version {record.version}"),
+        ("run", "quick: the same points, fewer fields" if record.quick else "full"),
+        ("made", record.made),
+        ("commit", origin.commit or "not from a checkout"),
+        ("scene", origin.scene),
+        ("seed", str(origin.seed)),
+        ("renderer's variant", origin.variant or "none: nothing was rendered"),
+        ("machine", f"{origin.cpu}, {origin.cores} cores, {origin.threads} thread used"),
+        ("system", f"{origin.platform}, Python {origin.python}"),
+        ("packages", versions),
+    ]
+    notes = ((key, value) for key, value in record.notes.items() if key != NOTE)
+    return rows + [(key.replace("_", " "), _note_text(value)) for key, value in notes]
+
+
+def _note_text(value: object) -> str:
+    if isinstance(value, list):
+        some = f"{len(value)} values, from {min(value)} to {max(value)}" if len(value) > 20 else ""
+        return some or ", ".join(map(str, value)) or "none"
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_note_text(each)}" for key, each in value.items())
+    return str(value)
