@@ -29,10 +29,16 @@ from lod.pruning.compiled_test import compile_view
 from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.view import View, search_radius
 from scenes.dust import growth
-from scenes.dust.appearance import DustFrame, drawn, grains_in, puffs_of, wisps_in
-from scenes.dust.footfalls import Legs, Walkers, fastest, keys
+from scenes.dust.appearance import (
+    DustFrame,
+    grains_of_wisps,
+    leaf_balls,
+    live_puffs,
+    wisps_of_puffs,
+)
+from scenes.dust.footfalls import Legs, Walkers, fastest, object_keys
 from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, WISPS, WISPS_EACH
-from scenes.dust.puffs import Air, trails
+from scenes.dust.puffs import Air, trail_centres
 from scenes.dust.soil import Soil
 from scenes.field.cell_search import cells_near_view, search
 from scenes.field.poisson_cells import SearchBounds
@@ -47,7 +53,7 @@ class DustState:
     of each prototype's levels in view and out of it, (2, v, 4) [m].
     """
 
-    walks: Walkers
+    walkers: Walkers
     time_s: float
     limits: np.ndarray
 
@@ -77,7 +83,7 @@ class Dust:
     def air(self) -> Air:
         """What carries it, and what it lies on."""
         chance = np.uint64(self.walkers.seed), hash_name(self.name)
-        return Air(self.walkers.ground, growth.near_ground(self.wind_m_s), *chance)
+        return Air(self.walkers.ground, growth.wind_near_ground(self.wind_m_s), *chance)
 
     @cached_property
     def hierarchies(self) -> tuple[Hierarchy, ...]:
@@ -105,20 +111,24 @@ class Dust:
         samples, _ = field.cells.candidates(*cells, corner, compile_view(view), near)
         samples = samples.take(field.habitat_mask(corner, samples))
         prototype, stride_factor, rounds = field.patrol_orbits(samples)
-        key = keys(samples.cell_x, samples.cell_y, samples.index, self.air.seed, self.air.word)
-        walks = Walkers(corner, field.homes(corner, samples), prototype, stride_factor, rounds, key)
-        row = np.arange(len(walks))
-        at = trails(self.air, walks, row, view.time_s)
+        key = object_keys(
+            samples.cell_x, samples.cell_y, samples.index, self.air.seed, self.air.word
+        )
+        walkers = Walkers(
+            corner, field.homes(corner, samples), prototype, stride_factor, rounds, key
+        )
+        row = np.arange(len(walkers))
+        at = trail_centres(self.air, walkers, row, view.time_s)
         at[:, 2] += growth.HIGH / 2 * self.legs.stride[prototype]
-        moment = DustState(walks, view.time_s, limits)
+        moment = DustState(walkers, view.time_s, limits)
         return self._parts(moment, 0 * row, at, row, 0 * row, 0 * row - 1, np.ones(len(row)))
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """The live puffs of trails, the wisps of puffs, the grains of wisps."""
+        """The live puffs of trail_centres, the wisps of puffs, the grains of wisps."""
         moment = replace(parts.state, time_s=view.time_s)
         found = [
             each(self._scene(moment), parts, np.flatnonzero(parts.level == level))
-            for level, each in enumerate((puffs_of, wisps_in, grains_in))
+            for level, each in enumerate((live_puffs, wisps_of_puffs, grains_of_wisps))
         ]
         whole, part, place, share = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.argsort(whole, kind="stable")
@@ -129,10 +139,10 @@ class Dust:
     def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
         """Balls: leaf appearances alone, as much as each shows."""
         moment = parts.state
-        owner, place, area, struck = drawn(self._scene(moment), parts, look.leaf > 0)
-        stride = self.legs.stride[moment.walks.prototype[parts.object[owner]]]
+        owner, place, area, struck = leaf_balls(self._scene(moment), parts, look.leaf > 0)
+        stride = self.legs.stride[moment.walkers.prototype[parts.object[owner]]]
         radius = growth.GRAIN * stride * np.sqrt(area * look.leaf[owner])
-        tint = self.soil.tint(moment.walks.corner, struck)
+        tint = self.soil.tint(moment.walkers.corner, struck)
         return ball_sticks(place, radius, tint, self.soil.tints, owner)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
@@ -140,7 +150,7 @@ class Dust:
         return replace(parts, state=replace(parts.state, time_s=time_s))
 
     def _scene(self, moment: DustState) -> DustFrame:
-        return DustFrame(self.air, moment.walks, self.legs, moment.time_s)
+        return DustFrame(self.air, moment.walkers, self.legs, moment.time_s)
 
     def _limits(self, view: View) -> Float64[np.ndarray, "2 v 4"]:
         """Limit distances of the levels of each prototype, in view and out of it; 0 of those that
@@ -171,7 +181,7 @@ class Dust:
         whole: Ints,
         share: Reals,
     ) -> Parts:
-        prototype = moment.walks.prototype[object_]
+        prototype = moment.walkers.prototype[object_]
         bound = np.array([each.B for each in self.hierarchies])
         return Parts(
             position=position,

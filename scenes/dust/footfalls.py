@@ -16,7 +16,7 @@ from numba import njit
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
 from scenes.gait.patrol import PatrolOrbit
-from scenes.noise.philox import philox, unit
+from scenes.noise.philox import philox, unit_float
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
 
@@ -107,7 +107,7 @@ class Landing(NamedTuple):
     heading: np.ndarray
 
 
-def footfalls(walks: Walkers, legs: Legs, owner: Ints, slots: int, time_s: float) -> Footfalls:
+def footfalls(walkers: Walkers, legs: Legs, owner: Ints, slots: int, time_s: float) -> Footfalls:
     """The last ``slots`` footfalls of every leg of these walkers; those of a walker in an order in
     which each keeps its place until it is the oldest and the next one takes it.
     """
@@ -115,22 +115,22 @@ def footfalls(walks: Walkers, legs: Legs, owner: Ints, slots: int, time_s: float
     who = np.repeat(owner, most * slots)
     leg = np.tile(np.repeat(np.arange(most), slots), len(owner))
     slot = np.tile(np.arange(slots), len(owner) * most)
-    cycles = walks.rounds.phase + time_s / walks.rounds.period
-    newest = np.floor(cycles[who] - legs.strike[walks.prototype[who], leg]).astype(np.int64)
+    cycles = walkers.rounds.phase + time_s / walkers.rounds.period
+    newest = np.floor(cycles[who] - legs.strike[walkers.prototype[who], leg]).astype(np.int64)
     return Footfalls(who, leg, newest - np.mod(newest - slot, slots))
 
 
-def landing(walks: Walkers, legs: Legs, of: Footfalls) -> Landing:
+def landing(walkers: Walkers, legs: Legs, of: Footfalls) -> Landing:
     """When and where these footfalls are."""
-    prototype, rounds = walks.prototype[of.owner], walks.rounds.take(of.owner)
+    prototype, rounds = walkers.prototype[of.owner], walkers.rounds.take(of.owner)
     where = prototype, of.leg
     time_s = (of.number + legs.strike[where] - rounds.phase) * rounds.period
     body = rounds.at(time_s)
-    ahead = legs.ahead[where] + walks.stride_factor[of.owner] * legs.stance[where]
+    ahead = legs.ahead[where] + walkers.stride_factor[of.owner] * legs.stance[where]
     aside = legs.aside[where]
     x = body.cos * ahead - body.sin * aside
     y = body.sin * ahead + body.cos * aside
-    at = walks.home[of.owner] + body.offset + np.stack((x, y), axis=1)
+    at = walkers.home[of.owner] + body.offset + np.stack((x, y), axis=1)
     return Landing(time_s, at, np.stack((body.cos, body.sin), axis=1))
 
 
@@ -142,7 +142,7 @@ def fastest(legs: Legs) -> Reals:
 
 
 @njit(cache=True)
-def keys(cell_x, cell_y, index, seed, word):  # type: ignore[no-untyped-def]
+def object_keys(cell_x, cell_y, index, seed, word):  # type: ignore[no-untyped-def]
     """A number for each object of a field, (n,) int64."""
     found = np.empty(len(index), np.int64)
     for i in range(len(index)):
@@ -152,12 +152,12 @@ def keys(cell_x, cell_y, index, seed, word):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def chances(key, footfall, number, seed, word):  # type: ignore[no-untyped-def]
+def random_units(key, footfall, number, seed, word):  # type: ignore[no-untyped-def]
     """Four numbers in [0, 1) for each number of a walker's footfall, (m,) int64 each, (m, 4)."""
     u = np.empty((len(key), 4))
     for i in range(len(key)):
         who, which, block = np.uint64(key[i]), np.uint64(footfall[i]), np.uint64(number[i])
         words = philox(who, which, block, np.uint64(1), seed, word)
         for k in range(4):
-            u[i, k] = unit(words[k])
+            u[i, k] = unit_float(words[k])
     return u

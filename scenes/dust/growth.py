@@ -59,7 +59,7 @@ STEEPEST = 0.7
 """Slope beyond which a trail does not follow the ground, and a puff does not tilt: loose ground is
 no steeper than its angle of repose, 35°."""
 
-SPARK = 1e-6
+LEAST_AREA = 1e-6
 """Least area of what is not there yet, or no longer, beside its full one."""
 
 _FINEST_M, _COARSEST_M = 12e-6, 70e-6
@@ -71,7 +71,7 @@ _WAKING_S, _WAKE_S, _GROWTH = 0.25, 0.6, 0.6
 _STRATA = 5
 
 
-class Dome(NamedTuple):
+class PuffShape(NamedTuple):
     """Puffs at some age: radius, height, way after the walker, (m,) each [m]; and area beside the
     full one, (m,).
     """
@@ -82,23 +82,23 @@ class Dome(NamedTuple):
     area: np.ndarray
 
 
-def domes(age_s: Reals, stride: Reals) -> Dome:
+def puff_shapes(age_s: Reals, stride: Reals) -> PuffShape:
     """Puffs so old, from 0 to LIFE_S, (m,) each."""
     s = age_s / LIFE_S
     radius = YOUNG + (OLD - YOUNG) * s**_GROWTH
     height = LOW + (HIGH - LOW) * -np.expm1(-age_s / RISE_S)
     wake = WAKE * -np.expm1(-age_s / _WAKE_S)
     area = smoothstep(age_s / _WAKING_S) * (1 - s) ** 1.5
-    return Dome(stride * radius, stride * height, stride * wake, area)
+    return PuffShape(stride * radius, stride * height, stride * wake, area)
 
 
-def settling_m_s(u: Reals) -> Reals:
+def settling_speed(u: Reals) -> Reals:
     """Speeds of settling of grains from uniform numbers, by Stokes' law; sizes log-uniform."""
     diameter = _FINEST_M * (_COARSEST_M / _FINEST_M) ** u
     return _DENSITY * GRAVITY * diameter**2 / (18 * _VISCOSITY)
 
 
-def near_ground(wind_m_s: float) -> float:
+def wind_near_ground(wind_m_s: float) -> float:
     """Speed of the wind where dust is, from that at the height of crowns: the logarithmic profile
     over bare ground (Oke, "Boundary Layer Climates", 2nd ed. 1987, ch. 2) [m/s].
     """
@@ -106,7 +106,7 @@ def near_ground(wind_m_s: float) -> float:
     return float(wind_m_s * above[0] / above[1])
 
 
-class Lift(NamedTuple):
+class WispState(NamedTuple):
     """Wisps above the ground (m,) [m], how high beside round ones (m,), and their areas beside the
     full one, (m,).
     """
@@ -116,12 +116,12 @@ class Lift(NamedTuple):
     area: np.ndarray
 
 
-def lift(height: Reals, age_s: Reals, area: Reals, u: Reals, v: Reals) -> Lift:
+def wisp_states(height: Reals, age_s: Reals, area: Reals, u: Reals, v: Reals) -> WispState:
     """Wisps of puffs so high and thick, row by row, from two uniform numbers each."""
     start = WISP + (1 - WISP) * u**2  # more of it lower down
-    up = np.maximum(start * height - settling_m_s(v) * age_s, 0.0)
+    up = np.maximum(start * height - settling_speed(v) * age_s, 0.0)
     squash = np.minimum(up / (WISP * height), 1.0)
-    return Lift(up, squash, np.maximum(area * smoothstep(squash), SPARK))
+    return WispState(up, squash, np.maximum(area * smoothstep(squash), LEAST_AREA))
 
 
 def mean_area(height: Reals, age_s: Reals, area: Reals) -> Reals:
@@ -130,13 +130,13 @@ def mean_area(height: Reals, age_s: Reals, area: Reals) -> Reals:
     total = np.zeros(len(height))
     for u in middles:
         for v in middles:
-            total += lift(
+            total += wisp_states(
                 height, age_s, area, np.full(len(height), u), np.full(len(height), v)
             ).area
     return total / _STRATA**2
 
 
-def aside(radius: Reals, u: Reals, v: Reals) -> Float64[np.ndarray, "m 2"]:
+def random_offset(radius: Reals, u: Reals, v: Reals) -> Float64[np.ndarray, "m 2"]:
     """How far wisps of puffs so wide are from the middle, (m, 2) [m], from two uniform numbers."""
     turn, out = 2 * np.pi * u, radius * np.sqrt(v)
     return out[:, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)

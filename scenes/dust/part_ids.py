@@ -15,7 +15,7 @@ _BEFORE_S = 1e4
 _PUFF, _WISP = 1 + WISPS * (1 + GRAINS), 1 + GRAINS
 
 
-class Named(NamedTuple):
+class PartIds(NamedTuple):
     """Footfalls by the number of ``footfall``, wisps and grains; −1 where it is none. (n,) each."""
 
     footfall: np.ndarray
@@ -23,7 +23,7 @@ class Named(NamedTuple):
     grain: np.ndarray
 
 
-def footfall(legs: Legs, falls: Footfalls) -> Ints:
+def footfall_number(legs: Legs, falls: Footfalls) -> Ints:
     """A number for each of a walker's footfalls, (n,)."""
     return falls.number * legs.strike.shape[1] + falls.leg
 
@@ -34,26 +34,26 @@ def decode(legs: Legs, owner: Ints, number: Ints) -> Footfalls:
     return Footfalls(owner, leg, cycle)
 
 
-def name(legs: Legs, footfall: Ints) -> Ints:
+def puff_id(legs: Legs, footfall: Ints) -> Ints:
     """What puffs are called."""
     return 1 + (footfall + _earliest(legs)) * _PUFF
 
 
-def wisp_name(puff: Ints, wisp: Ints) -> Ints:
+def wisp_id(puff: Ints, wisp: Ints) -> Ints:
     """What wisps are called."""
     return puff + 1 + wisp * _WISP
 
 
-def grain_name(wisp: Ints, grain: Ints) -> Ints:
+def grain_id(wisp: Ints, grain: Ints) -> Ints:
     """What grains are called."""
     return wisp + 1 + grain
 
 
-def named(legs: Legs, part: Ints) -> Named:
+def decode_ids(legs: Legs, part: Ints) -> PartIds:
     """Whose these names of puffs, wisps and grains are."""
     footfall, rest = np.divmod(part - 1, _PUFF)
     wisp, grain = np.divmod(rest - 1, _WISP)
-    return Named(footfall - _earliest(legs), np.where(rest == 0, -1, wisp), grain - 1)
+    return PartIds(footfall - _earliest(legs), np.where(rest == 0, -1, wisp), grain - 1)
 
 
 def _earliest(legs: Legs) -> int:

@@ -12,9 +12,9 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals
 from lod.camera import Corner
 from scenes.dust import growth
-from scenes.dust.footfalls import Footfalls, Legs, Walkers, chances, landing
-from scenes.dust.growth import LIFE_S, WISP, WISPS, Lift
-from scenes.dust.part_ids import footfall
+from scenes.dust.footfalls import Footfalls, Legs, Walkers, landing, random_units
+from scenes.dust.growth import LIFE_S, WISP, WISPS, WispState
+from scenes.dust.part_ids import footfall_number
 from scenes.particles.shapes import points_in_ball
 from scenes.terrain.ground import Ground
 
@@ -65,21 +65,21 @@ class Puffs(NamedTuple):
         return self.base + up
 
 
-def puffs_at(air: Air, walks: Walkers, legs: Legs, falls: Footfalls, time_s: float) -> Puffs:
+def puffs_at(air: Air, walkers: Walkers, legs: Legs, falls: Footfalls, time_s: float) -> Puffs:
     """The puffs of these footfalls at a time, before they are thrown up and after they are gone,
     too.
     """
-    fell = landing(walks, legs, falls)
+    fell = landing(walkers, legs, falls)
     age = np.clip(time_s - fell.time_s, 0.0, LIFE_S)
-    dome = growth.domes(age, legs.stride[walks.prototype[falls.owner]])
-    key, number = walks.key[falls.owner], footfall(legs, falls)
-    u = chances(key, number, 0 * key, air.seed, air.word)
+    dome = growth.puff_shapes(age, legs.stride[walkers.prototype[falls.owner]])
+    key, number = walkers.key[falls.owner], footfall_number(legs, falls)
+    u = random_units(key, number, 0 * key, air.seed, air.word)
     turn = 2 * np.pi * u[:, 0]
     stir = growth.STIR_M_S * u[:, 1, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)
     blown = (stir + air.wind_m_s * _BLOWS_TO) * age[:, None]
     xy = fell.xy + dome.wake[:, None] * fell.heading + blown
-    height, slope = _lie(air.ground, walks.corner, xy, dome.radius)
-    trail = trails(air, walks, falls.owner, time_s)
+    height, slope = _ground_below(air.ground, walkers.corner, xy, dome.radius)
+    trail = trail_centres(air, walkers, falls.owner, time_s)
     climb = growth.STEEPEST * np.linalg.norm(xy - trail[:, :2], axis=1)
     height = np.clip(height, trail[:, 2] - climb, trail[:, 2] + climb)
     area = dome.area * (growth.FAINTEST + (1 - growth.FAINTEST) * u[:, 2])
@@ -87,16 +87,16 @@ def puffs_at(air: Air, walks: Walkers, legs: Legs, falls: Footfalls, time_s: flo
     return Puffs(base, slope, *size, age, area, fell.xy, key, number)
 
 
-def trails(air: Air, walks: Walkers, owner: Ints, time_s: float) -> Points:
+def trail_centres(air: Air, walkers: Walkers, owner: Ints, time_s: float) -> Points:
     """Ground in the middle of walkers' trails, (m, 3) [m]: where each was half a life ago, and as
     far down the wind as the dust of then is.
     """
-    body = walks.rounds.take(owner).at(time_s - LIFE_S / 2)
-    xy = walks.home[owner] + body.offset + air.wind_m_s * LIFE_S / 2 * _BLOWS_TO
-    return np.column_stack((xy, air.ground.height(walks.corner, xy)))
+    body = walkers.rounds.take(owner).at(time_s - LIFE_S / 2)
+    xy = walkers.home[owner] + body.offset + air.wind_m_s * LIFE_S / 2 * _BLOWS_TO
+    return np.column_stack((xy, air.ground.height(walkers.corner, xy)))
 
 
-def _lie(
+def _ground_below(
     ground: Ground, corner: Corner, xy: Float64[np.ndarray, "m 2"], radius: Reals
 ) -> tuple[Reals, Float64[np.ndarray, "m 2"]]:
     """Height and slopes of the ground below puffs, by four points of its edge."""
@@ -111,29 +111,31 @@ def _lie(
 
 def wisps_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints) -> tuple[Points, Reals]:
     """Where wisps are, (m, 3) [m], and the area of each beside the full one."""
-    lift, flat = _lifted(air, puffs, row, wisp)
-    return _raised(puffs, row, flat, lift.up), lift.area
+    lift, flat = _wisp_states(air, puffs, row, wisp)
+    return _places_above_ground(puffs, row, flat, lift.up), lift.area
 
 
 def grains_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints, grain: Ints) -> tuple[Points, Reals]:
     """Where grains are, (m, 3) [m], and the area of each beside a full one."""
-    lift, flat = _lifted(air, puffs, row, wisp)
-    at = points_in_ball(_chances(air, puffs, row, 1 + WISPS + wisp * growth.GRAINS + grain))
+    lift, flat = _wisp_states(air, puffs, row, wisp)
+    at = points_in_ball(_random_units(air, puffs, row, 1 + WISPS + wisp * growth.GRAINS + grain))
     flat += WISP * puffs.radius[row, None] * at[:, :2]
     up = lift.up + WISP * puffs.height[row] * lift.squash * at[:, 2]
-    return _raised(puffs, row, flat, up), lift.area
+    return _places_above_ground(puffs, row, flat, up), lift.area
 
 
-def _lifted(
+def _wisp_states(
     air: Air, puffs: Puffs, row: Ints, wisp: Ints
-) -> tuple[Lift, Float64[np.ndarray, "m 2"]]:
+) -> tuple[WispState, Float64[np.ndarray, "m 2"]]:
     """Wisps above the ground, and aside of the middle of their puffs."""
-    u = _chances(air, puffs, row, 1 + wisp)
-    lift = growth.lift(puffs.height[row], puffs.age[row], puffs.area[row], u[:, 2], u[:, 3])
-    return lift, growth.aside(puffs.radius[row], u[:, 0], u[:, 1])
+    u = _random_units(air, puffs, row, 1 + wisp)
+    lift = growth.wisp_states(puffs.height[row], puffs.age[row], puffs.area[row], u[:, 2], u[:, 3])
+    return lift, growth.random_offset(puffs.radius[row], u[:, 0], u[:, 1])
 
 
-def _raised(puffs: Puffs, row: Ints, flat: Float64[np.ndarray, "m 2"], up: Reals) -> Points:
+def _places_above_ground(
+    puffs: Puffs, row: Ints, flat: Float64[np.ndarray, "m 2"], up: Reals
+) -> Points:
     """Places so far aside of the middle of puffs, and so high above the ground there."""
     at = puffs.base[row].copy()
     at[:, :2] += flat
@@ -141,7 +143,7 @@ def _raised(puffs: Puffs, row: Ints, flat: Float64[np.ndarray, "m 2"], up: Reals
     return at
 
 
-def _chances(air: Air, puffs: Puffs, row: Ints, number: Ints) -> Float64[np.ndarray, "m 4"]:
+def _random_units(air: Air, puffs: Puffs, row: Ints, number: Ints) -> Float64[np.ndarray, "m 4"]:
     who = puffs.key[row], puffs.footfall[row]
-    found: Float64[np.ndarray, "m 4"] = chances(*who, number, air.seed, air.word)
+    found: Float64[np.ndarray, "m 4"] = random_units(*who, number, air.seed, air.word)
     return found

@@ -92,12 +92,12 @@ class AggregateCover:
         look = None
         if len(rows):
             at, gone, grown = points[rows], gone[rows], grown[rows]
-            level = _Lines.of(self, view, at, gone, grown)
+            level = SightLines.of(self, view, at, gone, grown)
             lift[rows] = level.at_depression(self.stand.height) * level.share
             # Lines meet the ground where it is drawn, and what is displayed is buried so deep.
             drawn = at + lift[rows, None] * np.array((0.0, 0.0, 1.0))
             above = np.interp(lift[rows], self.stand.levels, self.stand.above)[:, None]
-            look = _Lines.of(self, view, drawn, 1 - (1 - gone) * above, grown)
+            look = SightLines.of(self, view, drawn, 1 - (1 - gone) * above, grown)
             covered[rows] = covered_share(look.depths)
         return ResidualCover(self, lift, covered, rows, look)
 
@@ -113,7 +113,7 @@ class ResidualCover:
     lift: np.ndarray
     covered: np.ndarray
     rows: np.ndarray
-    lines: "_Lines | None"
+    lines: "SightLines | None"
 
     def colours(self, normals: Points, bare: Points) -> Points:
         """Albedo of the ground, ``bare`` where nothing is missing, so that it sends to the eye what
@@ -128,7 +128,7 @@ class ResidualCover:
             colours[rows] = np.clip(self._outgoing(self.lines, bare[rows], light), 0.0, 1.0)
         return colours
 
-    def _outgoing(self, look: "_Lines", bare: Points, light: Points) -> Points:
+    def _outgoing(self, look: "SightLines", bare: Points, light: Points) -> Points:
         """Radiance toward the eye over that of white ground in that ``light``, (n, 3)."""
         stand, kinds = self.cover.stand, first_hit_shares(look.depths)
         covered = self.covered[self.rows, None]
@@ -164,12 +164,14 @@ def _limits_at(
         still, bound = np.zeros(len(rows)), np.full(len(rows), radius)
         ends = points[rows], points[rows]
         smear = motion_steps(exposure, view.camera.corner, view.theta, *ends, bound, still)
-        limits[rows] = _smeared(view, trees, smear)
+        limits[rows] = _limits_at_motion(view, trees, smear)
         rows = rows[d[rows] > (1 - view.fade) * limits[rows].min(axis=1)]
     return limits
 
 
-def _smeared(view: View, trees: Sequence[Hierarchy], smear: Reals) -> Float64[np.ndarray, "n t"]:
+def _limits_at_motion(
+    view: View, trees: Sequence[Hierarchy], smear: Reals
+) -> Float64[np.ndarray, "n t"]:
     """Limit distances of wholes of which motion hides so much [m]."""
     steps = np.arange(int(smear.max(initial=0.0)) + 2)
     tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
@@ -177,7 +179,7 @@ def _smeared(view: View, trees: Sequence[Hierarchy], smear: Reals) -> Float64[np
 
 
 @dataclass(frozen=True, eq=False)
-class _Lines:
+class SightLines:
     """Lines of sight that come down to points of the ground.
 
     row, column (n,)  of their depressions and turns in the tables of a stand, with fractions
@@ -194,7 +196,7 @@ class _Lines:
     @staticmethod
     def of(
         cover: AggregateCover, view: View, points: Points, gone: Shares, grown: Shares
-    ) -> "_Lines":
+    ) -> "SightLines":
         to_eye = view.camera.eye - points
         flat = np.hypot(to_eye[:, 0], to_eye[:, 1])
         depression = np.degrees(np.arctan2(to_eye[:, 2], flat))
@@ -204,27 +206,29 @@ class _Lines:
         turn = np.abs((turn + 180.0) % 360.0 - 180.0)
         row = np.interp(depression, DEPRESSIONS_DEG, np.arange(len(DEPRESSIONS_DEG)))
         column = np.interp(turn, AZIMUTHS_DEG, np.arange(len(AZIMUTHS_DEG)))
-        area = looked_up(cover.stand.area.T[:, None], row, np.zeros(len(row)))
+        area = interpolate_table(cover.stand.area.T[:, None], row, np.zeros(len(row)))
         density = np.array([each.density for each in cover.species])
         sine = np.sin(np.radians(depression))
         whole = cover_depths(np.ones_like(grown), density, area, sine)
         there, depths = whole * grown, whole * grown * gone
         share, rest = (each.sum(axis=1) / whole.sum(axis=1) for each in (depths, there - depths))
-        return _Lines(row, column, depths, share, rest)
+        return SightLines(row, column, depths, share, rest)
 
     def at_depression(self, table: Float64[np.ndarray, " d"]) -> Reals:
         """A table (δ,) at each line, (n,)."""
-        found: Reals = looked_up(table[:, None, None], self.row, np.zeros(len(self.row)))[:, 0]
+        found: Reals = interpolate_table(table[:, None, None], self.row, np.zeros(len(self.row)))[
+            :, 0
+        ]
         return found
 
     def at(self, table: Float64[np.ndarray, "d p 3"]) -> Points:
         """A table (δ, φ, 3) at each line, (n, 3): linear in both angles."""
-        found: Points = looked_up(table, self.row, self.column)
+        found: Points = interpolate_table(table, self.row, self.column)
         return found
 
 
 @njit(cache=True, nogil=True)
-def looked_up(table, row, column):  # type: ignore[no-untyped-def]
+def interpolate_table(table, row, column):  # type: ignore[no-untyped-def]
     """Entries (n, c) of a table (a, b, c) at rows and columns with fractions, (n,) each."""
     found = np.empty((len(row), table.shape[2]))
     last_row, last_column = table.shape[0] - 1, table.shape[1] - 1

@@ -53,7 +53,7 @@ class SunAndSky(NamedTuple):
         return SunAndSky(to_sun, a, 1 - sky.share, sky.radiance)
 
 
-class Seen(NamedTuple):
+class LineSamples(NamedTuple):
     """What lines see.
 
     stick (n,) which they meet first, GROUND where none; height (n,) at which [m]
@@ -75,7 +75,7 @@ def trace_lines(
     depression_deg: float,
     draws: Float64[np.ndarray, "n d"],
     first: int = 0,
-) -> Seen:
+) -> LineSamples:
     """What is seen on lines that come down to the ground at the origin, each of a stand of its own:
     numbers ``first`` and on. All of one line's light comes by the same ways for every turn of the
     sun, half of the lines with the sun on one side and half on the other.
@@ -87,15 +87,15 @@ def trace_lines(
 
     def run(begin: int, end: int) -> tuple[np.ndarray, ...]:
         there = stand, colour, light, direction
-        found: tuple[np.ndarray, ...] = _seen(*there, draws[begin:end], first + begin)
+        found: tuple[np.ndarray, ...] = _trace(*there, draws[begin:end], first + begin)
         return found
 
     found = map_chunks(run, len(draws), _LEAST)
-    return Seen(*(np.concatenate(each) for each in zip(*found, strict=True)))
+    return LineSamples(*(np.concatenate(each) for each in zip(*found, strict=True)))
 
 
 @njit(cache=True, nogil=True)
-def _seen(stand, colour, light, direction, draws, first):  # type: ignore[no-untyped-def]
+def _trace(stand, colour, light, direction, draws, first):  # type: ignore[no-untyped-def]
     n, turns = len(draws), len(light.azimuth)
     stick, height = np.full(n, GROUND), np.zeros(n)
     sent, ground_bounce = np.zeros((n, turns, 3)), np.zeros((n, turns, 3))
@@ -107,17 +107,19 @@ def _seen(stand, colour, light, direction, draws, first):  # type: ignore[no-unt
             p = (above - t) * direction
             stick[i], height[i] = k, p[2]
             way = p, normal, colour[k].copy()
-            _follow(stand, first + i, colour, light, way, True, draws[i], sent[i], ground_bounce[i])
+            _follow_path(
+                stand, first + i, colour, light, way, True, draws[i], sent[i], ground_bounce[i]
+            )
         else:
             way = np.zeros(3), up, level
-            _follow(
+            _follow_path(
                 stand, first + i, colour, light, way, False, draws[i], sent[i], ground_bounce[i]
             )
     return stick, height, sent, ground_bounce
 
 
 @njit(cache=True)
-def _follow(stand, number, colour, light, way, may_touch, draws, sent, ground_bounce):  # type: ignore[no-untyped-def]
+def _follow_path(stand, number, colour, light, way, may_touch, draws, sent, ground_bounce):  # type: ignore[no-untyped-def]
     """Add up what reaches the eye from a point, by its normal and the colour so far. Of the ground
     on the way there is one touch at most."""
     p, normal, weight = way
@@ -125,7 +127,7 @@ def _follow(stand, number, colour, light, way, may_touch, draws, sent, ground_bo
     for turn in range(MAX_BOUNCES):
         q = p + _LIFTED_M * normal
         _add_sun(stand, number, light, side, q, normal, weight, into)
-        v = _drawn(normal, draws[2 * turn], draws[2 * turn + 1])
+        v = _cosine_direction(normal, draws[2 * turn], draws[2 * turn + 1])
         t, k, met = intersect_stand(stand, number, q, v)
         ground = -q[2] / v[2] if v[2] < 0 else math.inf
         if k >= 0 and t < ground:
@@ -162,7 +164,7 @@ def _add_sky(light, side, v, weight, into):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _drawn(normal, u0, u1):  # type: ignore[no-untyped-def]
+def _cosine_direction(normal, u0, u1):  # type: ignore[no-untyped-def]
     """A direction about a normal by its cosine (the frame: Duff et al., JCGT 6(1), 2017)."""
     r, turn = math.sqrt(u0), 2 * math.pi * u1
     x, y, z = normal

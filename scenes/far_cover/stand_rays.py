@@ -14,7 +14,7 @@ from numba import njit
 
 from lod.arrays import Reals
 from scenes.noise.lattice import lattice_bits
-from scenes.noise.philox import unit
+from scenes.noise.philox import unit_float
 from scenes.sticks.ray_grid import NOTHING, Grids, grids_of, meet, normal_at
 from scenes.sticks.table import StickTable
 
@@ -99,7 +99,7 @@ def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
     while True:
         for x in range(low_x, high_x + 1):
             for y in range(low_y, high_y + 1):
-                nearest, row = _met_in(stand, number, x, y, origin, v, nearest, row, normal)
+                nearest, row = _intersect_cell(stand, number, x, y, origin, v, nearest, row, normal)
         axis = 0 if next_t[0] < next_t[1] else 1
         if min(nearest, end) <= next_t[axis]:
             return nearest, row, normal
@@ -113,21 +113,21 @@ def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _met_in(stand, number, x, y, origin, v, nearest, row, normal):  # type: ignore[no-untyped-def]
+def _intersect_cell(stand, number, x, y, origin, v, nearest, row, normal):  # type: ignore[no-untyped-def]
     """What of the objects in a cell is met before ``nearest``, or else what was; ``normal`` is
     written to."""
     bits = lattice_bits(lattice_bits(_SEED, number, 0), x, y)
-    for each in range(_count(stand, unit(bits))):
-        px = (x + unit(lattice_bits(bits, each, 0))) * stand.cell
-        py = (y + unit(lattice_bits(bits, each, 1))) * stand.cell
-        u = unit(lattice_bits(bits, each, 2))
+    for each in range(_poisson_count(stand, unit_float(bits))):
+        px = (x + unit_float(lattice_bits(bits, each, 0))) * stand.cell
+        py = (y + unit_float(lattice_bits(bits, each, 1))) * stand.cell
+        u = unit_float(lattice_bits(bits, each, 2))
         which = min(np.searchsorted(stand.chance, u, side="right"), len(stand.reach) - 1)
         dx, dy = origin[0] - px, origin[1] - py
-        begin, end = _within(dx, dy, v, stand.reach[which])
+        begin, end = _cylinder_interval(dx, dy, v, stand.reach[which])
         lowest = origin[2] + (begin if v[2] > 0 else end) * v[2]
         if begin >= min(end, nearest) or lowest > stand.high[which]:
             continue
-        turn = 2 * math.pi * unit(lattice_bits(bits, each, 3))
+        turn = 2 * math.pi * unit_float(lattice_bits(bits, each, 3))
         cos, sin = math.cos(turn), math.sin(turn)
         own = cos * dx + sin * dy, cos * dy - sin * dx, origin[2]
         way = cos * v[0] + sin * v[1], cos * v[1] - sin * v[0], v[2]
@@ -141,7 +141,7 @@ def _met_in(stand, number, x, y, origin, v, nearest, row, normal):  # type: igno
 
 
 @njit(cache=True, inline="always")
-def _within(dx, dy, v, reach):  # type: ignore[no-untyped-def]
+def _cylinder_interval(dx, dy, v, reach):  # type: ignore[no-untyped-def]
     """Where a line that begins (dx, dy) from an axis is ahead within reach of it; an end before the
     beginning if nowhere."""
     across, along = v[0] * v[0] + v[1] * v[1], dx * v[0] + dy * v[1]
@@ -156,7 +156,7 @@ def _within(dx, dy, v, reach):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _count(stand, u):  # type: ignore[no-untyped-def]
+def _poisson_count(stand, u):  # type: ignore[no-untyped-def]
     """How many objects stand in a cell: the first n where u is below Poisson's Σ mᵏ·exp(−m)/k!."""
     term, below, n = stand.none, stand.none, 0
     while u >= below and term > 0.0:

@@ -12,7 +12,7 @@ from scipy.stats import poisson
 from lod.arrays import freeze
 from lod.camera import Corner
 from lod.pruning.compiled_test import CompiledView, sphere_in_frustum
-from scenes.noise.philox import hash_name, philox, unit
+from scenes.noise.philox import hash_name, philox, unit_float
 
 _MEAN_PER_CELL = 2.0
 """Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""
@@ -182,7 +182,7 @@ def _counts(cell_x, cell_y, seed, species, cumulative):  # type: ignore[no-untyp
         word, _, _, _ = philox(
             np.uint64(cell_x[i]), np.uint64(cell_y[i]), zero, zero, seed, species
         )
-        u, number = unit(word), 0
+        u, number = unit_float(word), 0
         while number < len(cumulative) and cumulative[number] <= u:
             number += 1  # about two steps: cells are that small
         count[i] = number
@@ -199,7 +199,7 @@ def _uniforms(cell_x, cell_y, index, seed, species):  # type: ignore[no-untyped-
             x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
             words = philox(x, y, block, np.uint64(half), seed, species)
             for k in range(4):
-                u[i, 4 * half + k] = unit(words[k])
+                u[i, 4 * half + k] = unit_float(words[k])
     return u
 
 
@@ -216,13 +216,17 @@ def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u)
         for index in range(count[i]):
             block = np.uint64(index + 1)
             words = philox(x, y, block, np.uint64(0), seed, species)
-            u0, u1 = unit(words[0]), unit(words[1])
+            u0, u1 = unit_float(words[0]), unit_float(words[1])
             if abs((cell_x[i] + u0) * side) > near.window:
                 continue
             if abs((cell_y[i] + u1) * side) > near.window:
                 continue
             examined += 1
-            kind, east, north = int(unit(words[3]) * kinds), west + u0 * side, south + u1 * side
+            kind, east, north = (
+                int(unit_float(words[3]) * kinds),
+                west + u0 * side,
+                south + u1 * side,
+            )
             away = math.sqrt((east - vantage.eye_x) ** 2 + (north - vantage.eye_y) ** 2)
             # A billionth for rounding: what is kept in vain is turned away by the walk.
             away = away_at_least(away, near.lean, above) * (1 - 1e-9)
@@ -236,6 +240,6 @@ def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u)
             name[0, kept], name[1, kept], name[2, kept] = cell_x[i], cell_y[i], index
             rest = philox(x, y, block, one, seed, species)
             for k in range(4):
-                u[kept, k], u[kept, 4 + k] = unit(words[k]), unit(rest[k])
+                u[kept, k], u[kept, 4 + k] = unit_float(words[k]), unit_float(rest[k])
             kept += 1
     return kept, examined

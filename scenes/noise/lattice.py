@@ -13,17 +13,25 @@ from functools import cache
 import numpy as np
 from numba import njit
 
-STEEP = 2.0
-"""Length of the gradients. With values uniform in [-1, 1] it makes the variance at the middle of a
-cell equal to that at its corners, 1/3 = (1/3 + STEEP²/4)/4, so that lattices do not show."""
+GRADIENT_LENGTH = 2.0
+"""Length of the gradients at lattice points.
 
-BOUND = 1 + STEEP / math.sqrt(2)
-"""No value of unit noise is beyond it: 1 + STEEP·Σw|d|, where (Σw|d|)² ≤ Σw|d|² ≤ 1/2 (Jensen)."""
+With values uniform in [-1, 1] it makes the variance at the middle of a
+cell equal to that at its corners, 1/3 = (1/3 + STEEP²/4)/4, so that lattices do not show.
+"""
 
-STEEPEST = (15 + math.sqrt(274)) / 4
-"""No slope of unit noise is beyond it (per lattice side): the largest over places and directions e
-of Σ|∂w| + STEEP·|w·e + ∂w·d| over the four corners, reached at the middle of a cell (found by
-search, which a test repeats)."""
+NOISE_BOUND = 1 + GRADIENT_LENGTH / math.sqrt(2)
+"""Largest absolute value that unit noise can have.
+
+It is 1 + GRADIENT_LENGTH·Σw|d| over the corners, where (Σw|d|)² ≤ Σw|d|² ≤ 1/2 (Jensen).
+"""
+
+NOISE_MAX_SLOPE = (15 + math.sqrt(274)) / 4
+"""Largest slope that unit noise can have, per side of the lattice.
+
+It is the largest over places and directions e of Σ|∂w| + GRADIENT_LENGTH·|w·e + ∂w·d| over the four
+corners, which is at the middle of a cell (found by search, which a test repeats).
+"""
 
 RIDGED_MEAN, RIDGED_RMS = 0.5128, 0.3578
 """Mean of |unit noise|, and RMS of what is left of it without its mean (measured, which a test
@@ -35,7 +43,7 @@ _SECOND = np.uint64(0x94D049BB133111EB)
 _VALUE_BITS = np.uint64(2**24 - 1)
 _DIRECTIONS = 256
 _TURN = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-_GRADIENTS = STEEP * np.stack((np.cos(_TURN), np.sin(_TURN)), axis=1)
+_GRADIENTS = GRADIENT_LENGTH * np.stack((np.cos(_TURN), np.sin(_TURN)), axis=1)
 
 
 @cache
@@ -44,11 +52,11 @@ def unit_rms() -> float:
     blend = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])
     away = np.polynomial.Polynomial([-1, 1])
     square, moment = (p.integ()(1.0) for p in (blend**2, blend**2 * away**2))
-    return math.sqrt(4 * square**2 / 3 + 4 * STEEP**2 * square * moment)
+    return math.sqrt(4 * square**2 / 3 + 4 * GRADIENT_LENGTH**2 * square * moment)
 
 
 @njit(cache=True)
-def _mixed(z: np.uint64) -> np.uint64:
+def _splitmix(z: np.uint64) -> np.uint64:
     z = (z ^ (z >> np.uint64(30))) * _FIRST
     z = (z ^ (z >> np.uint64(27))) * _SECOND
     return z ^ (z >> np.uint64(31))
@@ -57,19 +65,19 @@ def _mixed(z: np.uint64) -> np.uint64:
 @njit(cache=True)
 def lattice_bits(key: np.uint64, ix: np.int64, iy: np.int64) -> np.uint64:
     """64 random bits of one lattice point, a function of the key and the point alone."""
-    return _mixed(_mixed(key + np.uint64(ix) * _GOLDEN) + np.uint64(iy) * _GOLDEN)
+    return _splitmix(_splitmix(key + np.uint64(ix) * _GOLDEN) + np.uint64(iy) * _GOLDEN)
 
 
 @njit(cache=True)
-def cell_at(key, ix, iy, cell):  # type: ignore[no-untyped-def]
+def fill_corners(key, ix, iy, cell):  # type: ignore[no-untyped-def]
     """Value, and gradient along x and y, of the corners (0, 0), (1, 0), (0, 1), (1, 1) of a
     lattice cell, into (12,).
     """
     column, row = np.uint64(ix) * _GOLDEN, np.uint64(iy) * _GOLDEN
     for x in range(2):
-        stream = _mixed(key + column)
+        stream = _splitmix(key + column)
         for y in range(2):
-            bits = _mixed(stream + row + np.uint64(y) * _GOLDEN)
+            bits = _splitmix(stream + row + np.uint64(y) * _GOLDEN)
             at = 3 * (2 * y + x)
             cell[at] = np.float64(bits >> np.uint64(11)) * 2.0**-52 - 1.0
             gradient = _GRADIENTS[bits & np.uint64(_DIRECTIONS - 1)]
@@ -78,7 +86,7 @@ def cell_at(key, ix, iy, cell):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _ramps(c, u, v):  # type: ignore[no-untyped-def]
+def _corner_planes(c, u, v):  # type: ignore[no-untyped-def]
     """What each corner of a lattice cell says of the height at (u, v) in it."""
     f00, f10 = c[0] + c[1] * u + c[2] * v, c[3] + c[4] * (u - 1.0) + c[5] * v
     f01 = c[6] + c[7] * u + c[8] * (v - 1.0)
@@ -91,17 +99,17 @@ def _quintic(u):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def value_in(cell, u, v):  # type: ignore[no-untyped-def]
+def cell_value(cell, u, v):  # type: ignore[no-untyped-def]
     """Noise at (u, v) in [0, 1)² of a lattice cell."""
-    f00, f10, f01, f11 = _ramps(cell, u, v)
+    f00, f10, f01, f11 = _corner_planes(cell, u, v)
     su, sv = _quintic(u), _quintic(v)
     return f00 + su * (f10 - f00) + sv * (f01 - f00) + su * sv * (f11 - f10 - f01 + f00)
 
 
 @njit(cache=True)
-def slopes_in(c, u, v):  # type: ignore[no-untyped-def]
+def cell_slopes(c, u, v):  # type: ignore[no-untyped-def]
     """Slopes of the noise along u and v there."""
-    f00, f10, f01, f11 = _ramps(c, u, v)
+    f00, f10, f01, f11 = _corner_planes(c, u, v)
     su, sv = _quintic(u), _quintic(v)
     ku, kv = 30.0 * (u * (u - 1.0)) ** 2, 30.0 * (v * (v - 1.0)) ** 2
     across, along, twist = f10 - f00, f01 - f00, f11 - f10 - f01 + f00
@@ -112,15 +120,15 @@ def slopes_in(c, u, v):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def twin_cells_at(key, ix, iy, cells):  # type: ignore[no-untyped-def]
-    """What ``cell_at`` says of one noise, of two, into (2, 12): of each point's bits either
+def fill_twin_corners(key, ix, iy, cells):  # type: ignore[no-untyped-def]
+    """What ``fill_corners`` says of one noise, of two, into (2, 12): of each point's bits either
     has 24 for the value and 8 for the gradient.
     """
     column, row = np.uint64(ix) * _GOLDEN, np.uint64(iy) * _GOLDEN
     for x in range(2):
-        stream = _mixed(key + column)
+        stream = _splitmix(key + column)
         for y in range(2):
-            bits = _mixed(stream + row + np.uint64(y) * _GOLDEN)
+            bits = _splitmix(stream + row + np.uint64(y) * _GOLDEN)
             at = 3 * (2 * y + x)
             for twin in range(2):
                 cells[twin, at] = np.float64((bits >> np.uint64(8)) & _VALUE_BITS) * 2.0**-23 - 1.0
@@ -136,6 +144,6 @@ def unit_noise(
 ) -> tuple[float, float, float]:
     """Noise and its slopes at (u, v) in [0, 1)² of lattice cell (ix, iy)."""
     cell = np.empty(12)
-    cell_at(key, ix, iy, cell)
-    slope_x, slope_y = slopes_in(cell, u, v)
-    return value_in(cell, u, v), slope_x, slope_y
+    fill_corners(key, ix, iy, cell)
+    slope_x, slope_y = cell_slopes(cell, u, v)
+    return cell_value(cell, u, v), slope_x, slope_y

@@ -13,7 +13,13 @@ from numba import njit
 from lod.arrays import Reals
 from lod.camera import STEP_M, Corner
 from lod.threads import map_chunks
-from scenes.noise.lattice import cell_at, lattice_bits, slopes_in, twin_cells_at, value_in
+from scenes.noise.lattice import (
+    cell_slopes,
+    cell_value,
+    fill_corners,
+    fill_twin_corners,
+    lattice_bits,
+)
 from scenes.noise.partial_sums import SoFar
 
 _SHORTEST_RUN = 8192
@@ -28,7 +34,9 @@ def octaves_at(corner: Corner, key: int, sides: Reals, weights: Reals) -> Octave
     """The octaves of a sum as a frame at ``corner`` sees them: lattices of these sides [m]."""
     lattices = [corner.squares(side) for side in sides.tolist()]
     key64 = np.uint64(key % 2**64)
-    keys = [lattice_bits(key64, np.int64(number_of(side)), np.int64(0)) for side in sides.tolist()]
+    keys = [
+        lattice_bits(key64, np.int64(lattice_number(side)), np.int64(0)) for side in sides.tolist()
+    ]
     return (
         np.array(keys, np.uint64),
         np.array([lattice[:2] for lattice in lattices], np.int64).reshape(-1, 2),
@@ -37,14 +45,14 @@ def octaves_at(corner: Corner, key: int, sides: Reals, weights: Reals) -> Octave
     )
 
 
-def number_of(side: float) -> int:
+def lattice_number(side: float) -> int:
     """A lattice's number: log₂ of its side in metres, or else the side in STEP_M."""
     exponent = round(math.log2(side))
     return exponent if 2.0**exponent == side else round(side / STEP_M)
 
 
 @njit(cache=True)
-def _kept(side: float, shortest: float) -> float:
+def _octave_weight(side: float, shortest: float) -> float:
     """Share of an octave that is kept: one up to twice too short fades; of shorter ones nothing."""
     if side >= shortest:
         return 1.0
@@ -52,7 +60,7 @@ def _kept(side: float, shortest: float) -> float:
 
 
 @njit(cache=True)
-def slack(
+def height_slack(
     radius: np.ndarray,
     shortest: np.ndarray,
     sides: np.ndarray,
@@ -67,7 +75,7 @@ def slack(
     most = np.zeros(len(radius))
     for i in range(len(radius)):
         for k in range(len(sides)):
-            kept = _kept(sides[k], shortest[i])
+            kept = _octave_weight(sides[k], shortest[i])
             most[i] += kept * steepest[k] * radius[i] + (1.0 - kept) * highest[k]
     return most
 
@@ -89,21 +97,21 @@ def _values(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: 
     for i in range(len(xy)):
         for k in range(most):
             side = scales[k, 0]
-            kept = _kept(side, shortest[i])
+            kept = _octave_weight(side, shortest[i])
             if kept == 0.0:
                 break
             ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
             if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
-                cell_at(keys[k], ix, iy, cells[k])
+                fill_corners(keys[k], ix, iy, cells[k])
                 names[k, 0], names[k, 1], known[k] = ix, iy, True
-            value = value_in(cells[k], u, v)
+            value = cell_value(cells[k], u, v)
             if crest > 0.0:
                 value = crest - abs(value)
             out[i] += kept * scales[k, 1] * value
 
 
 @njit(cache=True, nogil=True)
-def _steepness(keys, squares, offsets, scales, xy, shortest, crest, whole, sums, out):  # type: ignore[no-untyped-def]
+def _slopes(keys, squares, offsets, scales, xy, shortest, crest, whole, sums, out):  # type: ignore[no-untyped-def]
     """Slopes of what ``_values`` adds up; a column of ``shortest`` for each two of ``out``.
 
     whole, sums: as in SoFar; the sums go on from there.
@@ -118,20 +126,20 @@ def _steepness(keys, squares, offsets, scales, xy, shortest, crest, whole, sums,
             first = min(first, whole[i, column])
         for k in range(first, most):
             side, weight = scales[k, 0], scales[k, 1]
-            if _kept(side, least) == 0.0:
+            if _octave_weight(side, least) == 0.0:
                 break
             looked_up, fall, slope_x, slope_y = False, False, 0.0, 0.0
             for column in range(columns):
-                kept = _kept(side, shortest[i, column]) if k >= whole[i, column] else 0.0
+                kept = _octave_weight(side, shortest[i, column]) if k >= whole[i, column] else 0.0
                 if kept == 0.0:
                     continue
                 if not looked_up:
                     ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
                     if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
-                        cell_at(keys[k], ix, iy, cells[k])
+                        fill_corners(keys[k], ix, iy, cells[k])
                         names[k, 0], names[k, 1], known[k] = ix, iy, True
-                    slope_x, slope_y = slopes_in(cells[k], u, v)
-                    fall, looked_up = crest > 0.0 and value_in(cells[k], u, v) > 0.0, True
+                    slope_x, slope_y = cell_slopes(cells[k], u, v)
+                    fall, looked_up = crest > 0.0 and cell_value(cells[k], u, v) > 0.0, True
                 steep = kept * weight / side * (-1.0 if fall else 1.0)
                 out[i, 2 * column] += steep * slope_x
                 out[i, 2 * column + 1] += steep * slope_y
@@ -140,7 +148,7 @@ def _steepness(keys, squares, offsets, scales, xy, shortest, crest, whole, sums,
 
 
 @njit(cache=True, nogil=True)
-def _twins(keys, squares, offsets, scales, xy, shortest, whole, sums, out):  # type: ignore[no-untyped-def]
+def _twin_values(keys, squares, offsets, scales, xy, shortest, whole, sums, out):  # type: ignore[no-untyped-def]
     """What ``_values`` adds up of one noise, of two. whole, sums: as in SoFar."""
     most = len(keys)
     cells, names = np.empty((most, 2, 12)), np.empty((most, 2), np.int64)
@@ -149,15 +157,15 @@ def _twins(keys, squares, offsets, scales, xy, shortest, whole, sums, out):  # t
         _go_on(scales, shortest[i], whole[i], sums[i], 0, out[i])
         for k in range(whole[i, 0], most):
             side = scales[k, 0]
-            kept = _kept(side, shortest[i])
+            kept = _octave_weight(side, shortest[i])
             if kept == 0.0:
                 break
             ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
             if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
-                twin_cells_at(keys[k], ix, iy, cells[k])
+                fill_twin_corners(keys[k], ix, iy, cells[k])
                 names[k, 0], names[k, 1], known[k] = ix, iy, True
             for twin in range(2):
-                out[i, twin] += kept * scales[k, 1] * value_in(cells[k, twin], u, v)
+                out[i, twin] += kept * scales[k, 1] * cell_value(cells[k, twin], u, v)
             if kept == 1.0:
                 _keep(k, whole[i], sums[i], 0, out[i])
 
@@ -185,7 +193,7 @@ def octave_values(
     Octaves of half of ``shortest`` [m] and less are left out at each point, and those in between
     fade. They stand longest first.
     """
-    return _summed(_values, octaves, xy, shortest, (), crest)
+    return _sum_octaves(_values, octaves, xy, shortest, (), crest)
 
 
 def octave_slopes(
@@ -201,7 +209,7 @@ def octave_slopes(
     """
     known = so_far or SoFar.none(*shortest.shape)
     kept = known.whole, known.sums
-    return _summed(_steepness, octaves, xy, shortest, (2 * shortest.shape[1],), crest, kept=kept)
+    return _sum_octaves(_slopes, octaves, xy, shortest, (2 * shortest.shape[1],), crest, kept=kept)
 
 
 def twin_values(
@@ -215,10 +223,10 @@ def twin_values(
     so_far: of these very points, one column; None: nothing is known yet
     """
     known = so_far or SoFar.none(len(xy), 1)
-    return _summed(_twins, octaves, xy, shortest, (2,), kept=(known.whole, known.sums))
+    return _sum_octaves(_twin_values, octaves, xy, shortest, (2,), kept=(known.whole, known.sums))
 
 
-def _summed(
+def _sum_octaves(
     kernel: Callable[..., None],
     octaves: Octaves,
     xy: Float64[np.ndarray, "n 2"],

@@ -39,7 +39,7 @@ def philox(c0, c1, c2, c3, k0, k1):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def unit(word):  # type: ignore[no-untyped-def]
+def unit_float(word):  # type: ignore[no-untyped-def]
     """A 64-bit word as a float64 in [0, 1), on the grid of 2^-53."""
     return np.float64(word >> np.uint64(11)) * 2.0**-53
 

@@ -13,7 +13,7 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals
 from scenes.noise.philox import hash_name
 from scenes.particles.kinds import SHORTEST_LIFE, PlumeKind
-from scenes.particles.shapes import chances, points_in_ball, smoothstep
+from scenes.particles.shapes import points_in_ball, random_units, smoothstep
 
 SMALLEST, LARGEST = 0.7, 1.3
 """Sizes of particles beside each other."""
@@ -24,7 +24,7 @@ _WAKING, _DYING = 0.12, 0.4
 _GROWTH, _BENT, _SLOWING = 0.7, 1.6, 0.85
 """Powers of age: how a puff spreads, drifts ever faster, and rises ever slower."""
 
-_SPARK = 1e-3
+_LEAST_SIZE = 1e-3
 """Least size of what is just born, or has just died, as a share of its full size."""
 
 
@@ -55,12 +55,12 @@ class Growth:
         """Birth numbers of the puffs that live at a time, in a row."""
         rate, life = self.kind.rate, self.kind.life_s
         births = np.arange(math.floor((time_s - life) * rate) - 1, math.floor(time_s * rate) + 2)
-        born, lives = self.born(births)
+        born, lives = self.lifetimes(births)
         return births[(born <= time_s) & (time_s < born + lives)]
 
-    def born(self, births: Ints) -> tuple[Reals, Reals]:
+    def lifetimes(self, births: Ints) -> tuple[Reals, Reals]:
         """When puffs are born and how long each lives, (n,) each [s]."""
-        u = chances(births, 0 * births, self.seed, hash_name(self.name))
+        u = random_units(births, 0 * births, self.seed, hash_name(self.name))
         lives = self.kind.life_s * (SHORTEST_LIFE + (1 - SHORTEST_LIFE) * u[:, 1])
         return (births + u[:, 0]) / self.kind.rate, lives
 
@@ -68,8 +68,8 @@ class Growth:
         """Puffs as they are at a time, alive or not, of a plume that rises from ``base`` (3,); in
         metres.
         """
-        kind, u = self.kind, chances(births, 0 * births, self.seed, hash_name(self.name))
-        born, lives = self.born(births)
+        kind, u = self.kind, random_units(births, 0 * births, self.seed, hash_name(self.name))
+        born, lives = self.lifetimes(births)
         age = (time_s - born) / lives
         s = np.maximum(age, 0.0)
         mouth = kind.mouth * np.sqrt(u[:, 2])
@@ -78,13 +78,13 @@ class Growth:
         middle[:, 0] += mouth * np.cos(2 * np.pi * u[:, 3]) + wander * np.cos(turn)
         middle[:, 1] += mouth * np.sin(2 * np.pi * u[:, 3]) + wander * np.sin(turn)
         radius = kind.young + (kind.old - kind.young) * s**_GROWTH
-        size = np.maximum(smoothstep(s / _WAKING) * smoothstep((1 - s) / _DYING), _SPARK)
+        size = np.maximum(smoothstep(s / _WAKING) * smoothstep((1 - s) / _DYING), _LEAST_SIZE)
         at = base + self.size * middle
-        return Puffs(age, at, self.size * np.maximum(radius, _SPARK), size)
+        return Puffs(age, at, self.size * np.maximum(radius, _LEAST_SIZE), size)
 
     def members(self, birth: Ints, number: Ints) -> tuple[Points, Reals]:
         """Where particles are in puffs of radius 1, (n, 3), and their sizes, (n,)."""
-        u = chances(birth, number + 1, self.seed, hash_name(self.name))
+        u = random_units(birth, number + 1, self.seed, hash_name(self.name))
         return points_in_ball(u), SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
 
     def areas(self, births: Ints) -> tuple[Float64[np.ndarray, "u k"], Ints]:

@@ -130,20 +130,20 @@ class Plume:
         whole = np.repeat(np.arange(len(parts)), count)
         number = np.arange(len(whole)) - np.repeat(np.cumsum(count) - count, count)
         level = parts.level[whole] + 1
-        puff = self._code(births[np.where(level == 1, number, 0)])
+        puff = self._puff_id(births[np.where(level == 1, number, 0)])
         part = np.where(level == 1, puff, parts.part[whole] + 1 + number)
         share = self._shares(parts.state, births, level, part, number)
         return self._parts(parts.state, view, part, parts.object[whole], whole, share)
 
     def appearance(self, parts: Parts, look: BlendWeights) -> Sticks | Triangles:
         """Balls of smoke or tongues of flame: leaf appearances alone, as much as each shows."""
-        grains, time = self._grains(parts, look), parts.state
+        grains, time = self._drawn_particles(parts, look), parts.state
         puffs = self._puffs(time, grains.birth)
         last = SHADES - 1
         shade = np.minimum((np.clip(puffs.age, 0, 1) * SHADES).astype(np.int64), last)
         radius = puffs.radius * puffs.size * self.kind.grain * np.sqrt(grains.area)
         centre = puffs.middle + puffs.radius[:, None] * grains.offset
-        colours = _shades(self.kind.colours)
+        colours = _colour_steps(self.kind.colours)
         if self.kind.glows:
             return flame_octahedra(centre, radius, self.kind.stretch, shade, colours, grains.owner)
         return ball_sticks(centre, radius, shade, colours, grains.owner)
@@ -174,7 +174,7 @@ class Plume:
 
     def _places(self, time: PlumeState, part: Ints) -> Points:
         """Where the origins of parts are, (n, 3) [m]."""
-        birth, number = self._names(part)
+        birth, number = self._birth_and_number(part)
         puffs = self._puffs(time, birth)
         at = puffs.middle.copy()
         rows = np.flatnonzero(number >= 0)
@@ -182,7 +182,7 @@ class Plume:
         at[part == 0] = self._base(time.corner) + self.size * self.growth.axis(np.array([0.5]))[0]
         return at
 
-    def _grains(self, parts: Parts, look: BlendWeights) -> DrawnParticles:
+    def _drawn_particles(self, parts: Parts, look: BlendWeights) -> DrawnParticles:
         """What is drawn: CLUMPS for each puff of a plume, one for PARTICLES_PER_BALL particles."""
         n, births = self.kind.particles, self.growth.live(parts.state.time_s)
         count = np.array([CLUMPS * len(births), n // PARTICLES_PER_BALL, 1])[parts.level] * (
@@ -190,7 +190,7 @@ class Plume:
         )
         owner = np.repeat(np.arange(len(parts)), count)
         number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-        birth, member = self._names(parts.part[owner])
+        birth, member = self._birth_and_number(parts.part[owner])
         level = parts.level[owner]
         birth = np.where(level == 0, births[np.where(level == 0, number // CLUMPS, 0)], birth)
         of_each = np.array([n // CLUMPS, PARTICLES_PER_BALL, 1])[level]
@@ -216,7 +216,7 @@ class Plume:
         rows = level == 1
         share[rows] = (of_puff / of_puff.sum())[number[rows]]
         rows = np.flatnonzero(level == 2)
-        birth, member = self._names(part[rows])
+        birth, member = self._birth_and_number(part[rows])
         areas, row = self.growth.areas(birth)
         share[rows] = areas[row, member] / areas.sum(axis=1)[row]
         return share
@@ -230,22 +230,22 @@ class Plume:
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         return np.append(xy[0], self.ground.height(corner, xy))
 
-    def _code(self, birth: Ints) -> Ints:
+    def _puff_id(self, birth: Ints) -> Ints:
         """Numbers of puffs as parts: those before time 0 too are above 0."""
         earliest = math.ceil(self.kind.rate * self.kind.life_s) + 2
         return 1 + (birth + earliest) * (self.kind.particles + 1)
 
-    def _names(self, part: Ints) -> tuple[Ints, Ints]:
+    def _birth_and_number(self, part: Ints) -> tuple[Ints, Ints]:
         """Birth number of each part's puff, and number of the particle in it, -1 = the puff."""
-        first = int(self._code(np.zeros(1, np.int64))[0])
+        first = int(self._puff_id(np.zeros(1, np.int64))[0])
         birth, number = np.divmod(part - first, self.kind.particles + 1)
         return birth, number - 1
 
     def _levels(self, part: Ints) -> Ints:
-        return np.where(part == 0, 0, np.where(self._names(part)[1] < 0, 1, 2))
+        return np.where(part == 0, 0, np.where(self._birth_and_number(part)[1] < 0, 1, 2))
 
 
-def _shades(colours: tuple[tuple[float, float, float], ...]) -> Float64[np.ndarray, "s 3"]:
+def _colour_steps(colours: tuple[tuple[float, float, float], ...]) -> Float64[np.ndarray, "s 3"]:
     """SHADES colours evenly from the first to the last."""
     at = np.linspace(0, len(colours) - 1, SHADES)
     columns = np.array(colours).T

@@ -6,7 +6,7 @@ from numba import njit
 
 from lod.arrays import Ints, Points, Reals
 from lod.pruning.parts import Sticks, Triangles
-from scenes.noise.philox import philox, unit
+from scenes.noise.philox import philox, unit_float
 
 _CORNERS = np.array(((1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), float)
 _FACES = np.array(
@@ -61,7 +61,7 @@ def smoothstep(x: Reals) -> Reals:
 
 
 @njit(cache=True)
-def chances(birth, number, seed, word):  # type: ignore[no-untyped-def]
+def random_units(birth, number, seed, word):  # type: ignore[no-untyped-def]
     """Eight numbers in [0, 1) for each birth and number, (n,) int64 each, (n, 8)."""
     u = np.empty((len(birth), 8))
     key, zero = np.uint64(seed), np.uint64(0)
@@ -71,5 +71,5 @@ def chances(birth, number, seed, word):  # type: ignore[no-untyped-def]
                 np.uint64(birth[i]), np.uint64(number[i]), np.uint64(half), zero, key, word
             )
             for k in range(4):
-                u[i, 4 * half + k] = unit(words[k])
+                u[i, 4 * half + k] = unit_float(words[k])
     return u

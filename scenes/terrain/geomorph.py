@@ -1,7 +1,7 @@
 """Ground that never jumps: a vertex arrives on the surface that was there, and moves from it.
 
 A vertex that refining adds lies on an edge of the coarser mesh, midway between two of its vertices
-(its forebears). While it arrives it is a blend of their mean and of itself (geomorphing: Hoppe
+(its parents). While it arrives it is a blend of their mean and of itself (geomorphing: Hoppe
 1996, "Progressive meshes"; by distance as Strugar 2009, "Continuous distance-dependent level of
 detail for rendering heightmaps"). Forebears may themselves still be arriving.
 """
@@ -20,76 +20,77 @@ Places = Int64[np.ndarray, "n 2"]
 
 
 @dataclass(frozen=True, eq=False)
-class Lineage:
-    """The vertices of a mesh, then those forebears that the mesh lacks.
+class GeomorphParents:
+    """The vertices of a mesh, then those parents that the mesh lacks.
 
     points (n, 3) on the relief [m]; count: how many are the mesh's
-    arrived (n,) 0 = on the coarser surface, 1 = on the relief
-    heirs (k,)   rows of the vertices that need forebears, coarsest first; forebears (k, 2) theirs
+    fraction (n,) 0 = on the coarser surface, 1 = on the relief
+    morphing (k,)   rows of the vertices that need parents, coarsest first; parents (k, 2) theirs
     """
 
     points: np.ndarray
     count: int
-    arrived: np.ndarray
-    heirs: np.ndarray
-    forebears: np.ndarray
+    fraction: np.ndarray
+    morphing: np.ndarray
+    parents: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, points=np.float64, arrived=np.float64, heirs=np.int64, forebears=np.int64)
+        freeze(self, points=np.float64, fraction=np.float64, morphing=np.int64, parents=np.int64)
 
 
-def level_of(where: Places, deepest: int) -> Ints:
+def vertex_levels(where: Places, deepest: int) -> Ints:
     """Level of the coarsest tiles that have a vertex there; ``deepest``: depth of the patches."""
     step = _steps(where, deepest)
     return deepest - 1 - np.rint(np.log2(step)).astype(np.int64)
 
 
-def lineage(
+def geomorph_parents(
     where: Places,
     deepest: int,
     point_at: Callable[[Places], Points],
-    arrived_at: Callable[[Points, Ints], Reals],
-) -> Lineage:
-    """The mesh's vertices, in order of their places, with all forebears that blending asks for.
+    morph_fraction: Callable[[Points, Ints], Reals],
+) -> GeomorphParents:
+    """The mesh's vertices, in order of their places, with all parents that blending asks for.
 
-    ``point_at`` is asked for places in their order, ``arrived_at`` is told points and their levels.
-    A forebear is not the mesh's where a side was simplified to meet a coarser patch.
+    ``point_at`` is called with places in their order, ``morph_fraction`` with points and their
+    levels. A parent is not a vertex of the mesh where a side was simplified to meet a coarser
+    patch.
     """
-    points, level = point_at(where), level_of(where, deepest)
-    arrived = arrived_at(points, level)
-    count, names = len(where), names_of(where)
-    heirs = np.flatnonzero(arrived < 1)
-    levels = [level[heirs]]
-    pairs = [forebears_of(where[heirs], deepest)]
-    seeking = heirs
+    points, level = point_at(where), vertex_levels(where, deepest)
+    fraction = morph_fraction(points, level)
+    count, names = len(where), place_keys(where)
+    morphing = np.flatnonzero(fraction < 1)
+    levels = [level[morphing]]
+    pairs = [coarser_edge_ends(where[morphing], deepest)]
+    seeking = morphing
     while len(seeking):
         new = _lacking(names, pairs[-1])
         seeking = len(names) + np.arange(len(new))
-        names, level = np.append(names, names_of(new)), level_of(new, deepest)
+        names, level = np.append(names, place_keys(new)), vertex_levels(new, deepest)
         points = np.concatenate((points, point_at(new)))
-        arrived = np.append(arrived, arrived_at(points[seeking], level))
+        fraction = np.append(fraction, morph_fraction(points[seeking], level))
         seeking, new, level = seeking[level > 0], new[level > 0], level[level > 0]
-        heirs = np.append(heirs, seeking)
+        morphing = np.append(morphing, seeking)
         levels.append(level)
-        pairs.append(forebears_of(new, deepest))
+        pairs.append(coarser_edge_ends(new, deepest))
     order = np.argsort(np.concatenate(levels), kind="stable")
     by_name = np.argsort(names, kind="stable")
-    pair = names_of(np.concatenate(pairs)[order].reshape(-1, 2))
+    pair = place_keys(np.concatenate(pairs)[order].reshape(-1, 2))
     rows = by_name[np.searchsorted(names, pair, sorter=by_name)].reshape(-1, 2)
-    return Lineage(points, count, arrived, heirs[order], rows)
+    return GeomorphParents(points, count, fraction, morphing[order], rows)
 
 
 def _lacking(names: Ints, pairs: Int64[np.ndarray, "h 2 2"]) -> Int64[np.ndarray, "w 2"]:
     """Which of those places are not named, each once."""
     wanted = pairs.reshape(-1, 2)
-    name = names_of(wanted)
+    name = place_keys(wanted)
     known = np.sort(names, kind="stable")
     found = known[np.minimum(np.searchsorted(known, name), len(known) - 1)]
     missing = np.flatnonzero(found != name)
     return wanted[missing[np.unique(name[missing], return_index=True)[1]]]
 
 
-def forebears_of(where: Places, deepest: int) -> Int64[np.ndarray, "n 2 2"]:
+def coarser_edge_ends(where: Places, deepest: int) -> Int64[np.ndarray, "n 2 2"]:
     """The two ends of the coarser edge that each vertex halves."""
     step = _steps(where, deepest)
     x, y = (where // step[:, None]).T
@@ -100,19 +101,19 @@ def forebears_of(where: Places, deepest: int) -> Int64[np.ndarray, "n 2 2"]:
     return np.stack((where - along, where + along), axis=1)
 
 
-def blended(lines: Lineage, values: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "m k"]:
-    """Values of the mesh's vertices, as far as these have arrived."""
-    values = _blended(values.copy(), lines.arrived, lines.heirs, lines.forebears)
+def morph(lines: GeomorphParents, values: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "m k"]:
+    """Values of the mesh's vertices, as far as these have fraction."""
+    values = _morph(values.copy(), lines.fraction, lines.morphing, lines.parents)
     return values[: lines.count]
 
 
 @njit(cache=True)
-def _blended(values, arrived, heirs, forebears):  # type: ignore[no-untyped-def]
-    for j in range(len(heirs)):
-        i, a, b = heirs[j], forebears[j, 0], forebears[j, 1]
+def _morph(values, fraction, morphing, parents):  # type: ignore[no-untyped-def]
+    for j in range(len(morphing)):
+        i, a, b = morphing[j], parents[j, 0], parents[j, 1]
         for k in range(values.shape[1]):
             mean = (values[a, k] + values[b, k]) / 2
-            values[i, k] = mean + arrived[i] * (values[i, k] - mean)
+            values[i, k] = mean + fraction[i] * (values[i, k] - mean)
     return values
 
 
@@ -124,6 +125,6 @@ def _steps(where: Places, deepest: int) -> Ints:
     return np.where(lowest_bit == 0, coarsest, np.minimum(lowest_bit, coarsest))
 
 
-def names_of(where: Places) -> Ints:
+def place_keys(where: Places) -> Ints:
     """A number for each place, in the order of the places."""
     return (where[:, 0] << 32) | where[:, 1]

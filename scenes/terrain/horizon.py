@@ -74,7 +74,9 @@ def horizon(relief: Relief, view: View, reach: float) -> Horizon | None:
     # Columns side by side, which share what is known of long waves.
     xy = view.camera.eye[:2] + direction * ranges[:, None, None]
     shortest = 4 * step * ranges
-    smooth = relief.smooth(view.camera.corner, xy.reshape(-1, 2), np.repeat(shortest, count))
+    smooth = relief.low_pass_height(
+        view.camera.corner, xy.reshape(-1, 2), np.repeat(shortest, count)
+    )
     lowest = smooth.reshape(-1, count).T - relief.likely_below(shortest)
     rise = (lowest - view.camera.eye[2]) / ranges
     rise = np.maximum.accumulate(rise, axis=1)
@@ -101,7 +103,7 @@ def _span(view: View) -> tuple[np.ndarray, float, float] | None:
     return axes, float(angle.min()), float(angle.max())
 
 
-def beside(view: View, low: Points, high: Points) -> np.ndarray:
+def outside_picture(view: View, low: Points, high: Points) -> np.ndarray:
     """Whether each box is beside the picture, by more than what is hidden may be off, (n,).
 
     Plane by plane: closer than a sphere about it tells, which low hills below the eye fill.

@@ -72,14 +72,14 @@ def _spread(v: Ints) -> Ints:
 
 def uncovered_quarters(level: Ints, x: Ints, y: Ints) -> Patches:
     """Patches of the displayed tiles: every quarter of a tile that no displayed tile covers."""
-    quarters = quarters_of(level, x, y)
-    free = ~np.isin(_name(*quarters), _name(level, x, y))
+    squares = quarters(level, x, y)
+    free = ~np.isin(_name(*squares), _name(level, x, y))
     owner = np.repeat(np.arange(len(level)), 4)
-    depth, x, y = (column[free] for column in quarters)
+    depth, x, y = (column[free] for column in squares)
     return Patches(depth, x, y, owner[free], int(level.max()) + 1)
 
 
-def quarters_of(level: Ints, x: Ints, y: Ints) -> Squares:
+def quarters(level: Ints, x: Ints, y: Ints) -> Squares:
     """Level, x and y of the four quarters of each square, four rows for each."""
     quarter_x, quarter_y = 2 * x[:, None] + QUARTERS[:, 0], 2 * y[:, None] + QUARTERS[:, 1]
     return np.repeat(level + 1, 4), quarter_x.ravel(), quarter_y.ravel()
@@ -89,20 +89,20 @@ def _name(level: Ints, x: Ints, y: Ints) -> Ints:
     return (morton(x, y) << 6) | level
 
 
-def balanced(patches: Patches, most: int) -> tuple[Patches, Int64[np.ndarray, "n 4"]]:
+def balance(patches: Patches, most: int) -> tuple[Patches, Int64[np.ndarray, "n 4"]]:
     """The same ground with neighbours that differ by at most ``most`` halvings, and by how many.
 
     The second says how many halvings coarser the neighbour across each of SIDES is, at least 0.
     """
     while True:
-        neighbour, coarser = _across(patches)
+        neighbour, coarser = _neighbours(patches)
         split = np.unique(neighbour[coarser > most])
         if not len(split):
             return patches, coarser
         patches = _split(patches, split)
 
 
-def _across(patches: Patches) -> tuple[Int64[np.ndarray, "n 4"], Int64[np.ndarray, "n 4"]]:
+def _neighbours(patches: Patches) -> tuple[Int64[np.ndarray, "n 4"], Int64[np.ndarray, "n 4"]]:
     first = patches.code(patches.x, patches.y)
     beyond = first + (np.int64(1) << (2 * (patches.deepest - patches.depth)))
     rows, coarser = (np.zeros((len(patches), 4), np.int64) for _ in range(2))
@@ -124,7 +124,7 @@ def _split(patches: Patches, rows: Ints) -> Patches:
     def joined(old: np.ndarray, new: np.ndarray) -> np.ndarray:
         return np.concatenate((old[kept], new))
 
-    depth, x, y = quarters_of(patches.depth[rows], patches.x[rows], patches.y[rows])
+    depth, x, y = quarters(patches.depth[rows], patches.x[rows], patches.y[rows])
     owner = np.repeat(patches.owner[rows], 4)
     return Patches(
         joined(patches.depth, depth),

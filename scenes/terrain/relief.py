@@ -18,14 +18,14 @@ from numba import njit
 from lod.arrays import Points, Reals, frozen
 from lod.camera import STEP_M, Corner
 from lod.errors import InputError
-from scenes.noise.lattice import BOUND, RIDGED_MEAN, RIDGED_RMS, STEEPEST, unit_rms
-from scenes.noise.octaves import Octaves, octave_slopes, octave_values, octaves_at, slack
+from scenes.noise.lattice import NOISE_BOUND, NOISE_MAX_SLOPE, RIDGED_MEAN, RIDGED_RMS, unit_rms
+from scenes.noise.octaves import Octaves, height_slack, octave_slopes, octave_values, octaves_at
 from scenes.noise.partial_sums import SoFar
 
 SHORTEST_M = 0.25
 """Wavelength of the last octave: what is smaller is no relief but grass."""
 
-RARE = 4.0
+LIKELY_RMS = 4.0
 """Times its RMS a sum of octaves is hardly anywhere further from its mean."""
 
 _STREAM = 0x52454C494546
@@ -81,7 +81,10 @@ class Relief:
 
     @property
     def unit(self) -> float:
-        """RMS of unit noise, or of its crests; those too are never beyond BOUND and STEEPEST."""
+        """RMS of unit noise, or of its crests.
+
+        Crests too are never beyond NOISE_BOUND and NOISE_MAX_SLOPE.
+        """
         return RIDGED_RMS if self.ridged else unit_rms()
 
     @property
@@ -102,7 +105,7 @@ class Relief:
 
     def bound_below(self, wavelength: float) -> float:
         """Height that the octaves shorter than ``wavelength`` together never exceed [m]."""
-        return BOUND / self.unit * float(np.sum(self.rms[self.wavelengths < wavelength]))
+        return NOISE_BOUND / self.unit * float(np.sum(self.rms[self.wavelengths < wavelength]))
 
     def rms_between(self, shortest: float, longest: float) -> float:
         """RMS height of the octaves from ``shortest`` up to below ``longest`` [m]."""
@@ -113,9 +116,9 @@ class Relief:
         """Height that the octaves shorter than each wavelength rarely exceed, (n,) [m]: 4 RMS, and
         as they are independent it is their squares that add."""
         shorter = self.wavelengths < np.asarray(wavelength)[:, None]
-        return RARE * np.sqrt(np.where(shorter, self.rms**2, 0.0).sum(axis=1))
+        return LIKELY_RMS * np.sqrt(np.where(shorter, self.rms**2, 0.0).sum(axis=1))
 
-    def within(
+    def height_bounds(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], radius: Reals
     ) -> tuple[Reals, Reals]:
         """Heights that the ground within ``radius`` of each point is not beyond, (n,) each [m].
@@ -124,23 +127,25 @@ class Relief:
         """
         if self.amplitude == 0:
             return np.zeros(len(xy)), np.zeros(len(xy))
-        highest = BOUND / self.unit * self.rms
-        steepest = STEEPEST / self.unit * self.rms / self.wavelengths
-        shortest = _shortest(radius)
-        most = slack(radius, shortest, self.wavelengths, highest, steepest)
-        height = self.smooth(corner, xy, shortest)
+        highest = NOISE_BOUND / self.unit * self.rms
+        steepest = NOISE_MAX_SLOPE / self.unit * self.rms / self.wavelengths
+        shortest = _shortest_relevant(radius)
+        most = height_slack(radius, shortest, self.wavelengths, highest, steepest)
+        height = self.low_pass_height(corner, xy, shortest)
         return height - most, height + most
 
-    def likely_within(self, radius: Reals) -> Reals:
+    def likely_rise_within(self, radius: Reals) -> Reals:
         """How much higher the ground within ``radius`` of a point rarely is than the middle of what
-        ``within`` says of it, (n,) [m]."""
-        return self.likely_below(_shortest(radius))
+        ``height_bounds`` says of it, (n,) [m]."""
+        return self.likely_below(_shortest_relevant(radius))
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
         """Height above the datum of points ``xy`` from ``corner`` [m]."""
-        return self.smooth(corner, xy, np.zeros(len(xy)))
+        return self.low_pass_height(corner, xy, np.zeros(len(xy)))
 
-    def smooth(self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals) -> Reals:
+    def low_pass_height(
+        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals
+    ) -> Reals:
         """Height without the octaves shorter than ``shortest`` at each point, (n,) [m]."""
         if self.amplitude == 0:
             return np.zeros(len(xy))
@@ -150,7 +155,9 @@ class Relief:
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals | None = None
     ) -> Points:
         """Unit normals; given ``shortest``, without the octaves shorter than it at each point."""
-        return upward(self.slopes(corner, xy, np.zeros(len(xy)) if shortest is None else shortest))
+        return unit_normals(
+            self.slopes(corner, xy, np.zeros(len(xy)) if shortest is None else shortest)
+        )
 
     def slopes(
         self,
@@ -170,18 +177,18 @@ class Relief:
         return octave_slopes(_octaves(self, corner), xy, least, self.crest, so_far)
 
 
-def _shortest(radius: Reals) -> Reals:
+def _shortest_relevant(radius: Reals) -> Reals:
     """Wavelengths below which an octave's bound is less than its steepest slope × radius [m]."""
-    return np.asarray(2.0 ** np.ceil(np.log2(STEEPEST / BOUND * radius)))
+    return np.asarray(2.0 ** np.ceil(np.log2(NOISE_MAX_SLOPE / NOISE_BOUND * radius)))
 
 
-def upward(slopes: Float64[np.ndarray, "n 2"]) -> Points:
+def unit_normals(slopes: Float64[np.ndarray, "n 2"]) -> Points:
     """Upward unit normals of a surface with these slopes, (n, 3)."""
-    return np.asarray(_upward(slopes))
+    return np.asarray(_unit_normals(slopes))
 
 
 @njit(cache=True, nogil=True)
-def _upward(slopes: np.ndarray) -> np.ndarray:
+def _unit_normals(slopes: np.ndarray) -> np.ndarray:
     up = np.empty((len(slopes), 3))
     for i in range(len(slopes)):
         x, y = -slopes[i, 0], -slopes[i, 1]

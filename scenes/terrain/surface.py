@@ -23,11 +23,11 @@ from lod.pruning.view import View, distance
 from lod.threads import map_chunks
 from scenes.noise.partial_sums import SoFar
 from scenes.terrain.colour import Cover, ground_colours
-from scenes.terrain.geomorph import Places, blended, lineage, names_of
+from scenes.terrain.geomorph import Places, geomorph_parents, morph, place_keys
 from scenes.terrain.mesh import MOST_COARSER, lattice_mesh
 from scenes.terrain.point_cache import Shelf, heights_of
-from scenes.terrain.quadtree import Patches, balanced
-from scenes.terrain.relief import Relief, upward
+from scenes.terrain.quadtree import Patches, balance
+from scenes.terrain.relief import Relief, unit_normals
 
 SLOPE_M = 8.0
 """Shortest waves of the slope that grass minds: it grows over smaller bumps."""
@@ -41,7 +41,7 @@ LEAST_FACING, LEVEL_FACING = 0.05, 1e-4
 such normals are turned to the eye as well; but no further than the ground without its bumps is,
 down to the second, or plains would tilt where they are seen at a grazing angle."""
 
-Looks = Float64[np.ndarray, "n 7"]
+Shading = Float64[np.ndarray, "n 7"]
 """Of points of the ground: two slopes without small bumps, two with those that can be seen, and the
 albedo."""
 
@@ -49,7 +49,7 @@ _RUN = 8192
 """Points that are shaded at once."""
 
 _NO_POINTS = np.zeros((0, 3))
-NOTHING = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
+EMPTY_MESH = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
 """What no tiles look like."""
 
 
@@ -109,49 +109,51 @@ def surface(
     shelf: what is known from the frame before, and for the next; the same mesh in less time
     """
     view, shelf = ground.view, shelf or Shelf()
-    where, faces, owner = lattice_mesh(*balanced(patches, MOST_COARSER))
+    where, faces, owner = lattice_mesh(*balance(patches, MOST_COARSER))
     before = shelf.at((ground.relief, view.camera.corner, southwest, unit))
 
     def placed(where: Places) -> Points:
         xy = np.array(southwest) + unit * where
-        return np.column_stack((xy, heights_of(before, names_of(where), xy)))
+        return np.column_stack((xy, heights_of(before, place_keys(where), xy)))
 
-    def arrived(points: Points, level: Ints) -> Reals:
-        return arrived_at(ground, distance(view, points), level)
+    def fraction(points: Points, level: Ints) -> Reals:
+        return morph_fraction(ground, distance(view, points), level)
 
-    lines = lineage(where, patches.deepest, placed, arrived)
-    known = before.at(names_of(where), lines.points)
+    lines = geomorph_parents(where, patches.deepest, placed, fraction)
+    known = before.at(place_keys(where), lines.points)
     sums = known.slopes, known.patches
 
-    def bare_at(rows: slice) -> Looks:
-        return bare_look(ground, lines.points[rows], *(each[rows] for each in sums))
+    def bare_at(rows: slice) -> Shading:
+        return bare_shading(ground, lines.points[rows], *(each[rows] for each in sums))
 
     bare = _by_runs(bare_at, lines.points, 7)
     shelf.known = known
-    points, looks = blended(lines, lines.points), blended(lines, bare)
+    points, looks = morph(lines, lines.points), morph(lines, bare)
     drawn = _by_runs(lambda rows: _drawn(ground, points[rows], looks[rows]), points, 9)
     vertices, normals, colours = drawn[:, :3], drawn[:, 3:6], drawn[:, 6:]
     return Triangles(vertices=vertices, normals=normals, colours=colours, faces=faces, owner=owner)
 
 
-def _drawn(ground: Ground, vertices: Points, looks: Looks) -> Float64[np.ndarray, "n 9"]:
-    """Vertices [m], unit normals and albedo, (n, 9): points of the ground that ``bare_look`` says
-    this of, under what is left on them."""
+def _drawn(ground: Ground, vertices: Points, looks: Shading) -> Float64[np.ndarray, "n 9"]:
+    """Vertices [m], unit normals and albedo of points, (n, 9), under the residual cover on them.
+
+    looks: the shading that ``bare_shading`` gives
+    """
     smooth, slopes, bare = looks[:, :2], looks[:, 2:4], looks[:, 4:]
-    level = upward(smooth)
+    level = unit_normals(smooth)
     if ground.aggregate_cover is None:
-        normals, colours = upward(slopes), bare
+        normals, colours = unit_normals(slopes), bare
     else:
         left = ground.aggregate_cover.residual(ground.view, vertices)
-        normals = upward(slopes + left.covered[:, None] * (smooth - slopes))
+        normals = unit_normals(slopes + left.covered[:, None] * (smooth - slopes))
         colours = left.colours(level, bare)
         vertices = vertices + left.lift[:, None] * (0.0, 0.0, 1.0)
-    normals = toward_eye(normals, level, ground.view.camera.eye - vertices)
+    normals = bend_toward_eye(normals, level, ground.view.camera.eye - vertices)
     return np.concatenate((vertices, normals, colours), axis=1)
 
 
 @njit(cache=True, nogil=True)
-def toward_eye(normals: np.ndarray, smooth: np.ndarray, to_eye: np.ndarray) -> np.ndarray:
+def bend_toward_eye(normals: np.ndarray, smooth: np.ndarray, to_eye: np.ndarray) -> np.ndarray:
     """Unit normals (n, 3), those bent that turn from the eye, which is ``to_eye`` (n, 3) away;
     ``smooth``: those of the ground without its bumps.
 
@@ -189,18 +191,18 @@ def _by_runs(task: Callable[[slice], np.ndarray], points: Sized, columns: int) -
     return found
 
 
-def arrived_at(ground: Ground, d: Reals, level: Ints) -> Reals:
+def morph_fraction(ground: Ground, d: Reals, level: Ints) -> Reals:
     """How far points that tiles of a level add, d away, have come from the coarser surface."""
     limit, fade = ground.limit[level], ground.view.fade
-    arrived, near = np.ones(len(d)), np.flatnonzero(np.isfinite(limit) & (limit > 0))
+    fraction, near = np.ones(len(d)), np.flatnonzero(np.isfinite(limit) & (limit > 0))
     if fade and len(near):
         limit = limit[near]
-        arrived[near] = np.clip((limit - d[near]) / (fade * limit), 0.0, 1.0)
-    return arrived
+        fraction[near] = np.clip((limit - d[near]) / (fade * limit), 0.0, 1.0)
+    return fraction
 
 
-def bare_look(ground: Ground, points: Points, slopes: SoFar, patches: SoFar) -> Looks:
-    """Looks of the ground at points of the relief (n, 3), with an albedo as smooth as the spacing
+def bare_shading(ground: Ground, points: Points, slopes: SoFar, patches: SoFar) -> Shading:
+    """Shading of the ground at points of the relief (n, 3), with an albedo as smooth as the spacing
     there is wide; from what is known of their slopes and patches of colour so far."""
     view, relief = ground.view, ground.relief
     d, corner = distance(view, points), view.camera.corner
@@ -216,5 +218,5 @@ def bare_look(ground: Ground, points: Points, slopes: SoFar, patches: SoFar) -> 
 def spacing_at(ground: Ground, d: Reals) -> Reals:
     """Spacing of the tiles in view that far away, running smoothly over each band [m]."""
     level = np.searchsorted(-ground.limit, -d) - 1
-    halved = np.where(level > 0, arrived_at(ground, d, level), 0.0)
+    halved = np.where(level > 0, morph_fraction(ground, d, level), 0.0)
     return np.asarray(ground.spacings[np.maximum(level - 1, 0)] * 0.5**halved)

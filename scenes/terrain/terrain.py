@@ -25,13 +25,13 @@ from lod.errors import InputError
 from lod.pruning.parts import BlendWeights, Parts, Triangles
 from lod.pruning.view import View
 from scenes.terrain.colour import COVERS
-from scenes.terrain.horizon import Horizon, beside, horizon
+from scenes.terrain.horizon import Horizon, horizon, outside_picture
 from scenes.terrain.limits import limits, sizes
 from scenes.terrain.mesh import QUADS
 from scenes.terrain.point_cache import Shelf
-from scenes.terrain.quadtree import Squares, quarters_of, uncovered_quarters
+from scenes.terrain.quadtree import Squares, quarters, uncovered_quarters
 from scenes.terrain.relief import Relief
-from scenes.terrain.surface import NOTHING, AggregateCover, Ground, surface
+from scenes.terrain.surface import EMPTY_MESH, AggregateCover, Ground, surface
 
 SAMPLES = 4
 """Heights are looked up at SAMPLES² points of a tile to bound them."""
@@ -56,11 +56,11 @@ class TileGrid:
     south: float
     limits: tuple[Reals, Reals, Reals]
     horizon: Horizon | None
-    boxes: "Boxed"
+    boxes: "TileBoxes"
     shelf: Shelf
 
 
-Boxed = Callable[[TileGrid, Squares, Reals, Reals], tuple[Points, Points, Reals]]
+TileBoxes = Callable[[TileGrid, Squares, Reals, Reals], tuple[Points, Points, Reals]]
 """Boxes of tiles of a grid, the ground of whose wholes is between two heights."""
 
 
@@ -125,7 +125,9 @@ class Terrain:
         finest = min(round(math.log2(self.finest)), coarsest)
         return frozen(2.0 ** np.arange(coarsest, finest - 1, -1), np.float64)
 
-    def roots(self, view: View, boxes: Boxed | None = None, shelf: Shelf | None = None) -> Parts:
+    def roots(
+        self, view: View, boxes: TileBoxes | None = None, shelf: Shelf | None = None
+    ) -> Parts:
         """The root tiles that the disc of radius ``reach`` about the eye touches.
 
         boxes: where those of the tiles come from, at all levels; None: ``Terrain.boxes``
@@ -155,7 +157,7 @@ class Terrain:
         if 4 * len(rows) > MOST_TILES:
             rule = f"the ground of a view has at most {MOST_TILES} tiles a level"
             raise InputError("detail", view.detail, rule, "raise --detail or lower --size")
-        tiles = quarters_of(parts.level[rows], *unpacked(parts.part[rows]))
+        tiles = quarters(parts.level[rows], *tile_xy(parts.part[rows]))
         whole = np.repeat(rows, 4)
         z = parts.centre[whole, 2]
         half = parts.bound[whole] - _flat_bound(parts.state, parts.level[whole])
@@ -183,7 +185,7 @@ class Terrain:
         likely = np.column_stack(
             (high[:, :2], top + (self.aggregate_cover.highest if self.aggregate_cover else 0.0))
         )
-        hidden = hidden | beside(view, low, likely)
+        hidden = hidden | outside_picture(view, low, likely)
         if grid.horizon is not None:
             rows = np.flatnonzero(~hidden)
             hidden[rows] = grid.horizon.hides(view, low[rows], likely[rows])
@@ -214,13 +216,13 @@ class Terrain:
         level, x, y = tiles
         side = grid.root_side / 2.0**level
         west, south = grid.west + side * x, grid.south + side * y
-        xy, radius = samples_of(west, south, side)
-        low, high = self.relief.within(grid.view.camera.corner, xy, radius)
+        xy, radius = height_samples(west, south, side)
+        low, high = self.relief.height_bounds(grid.view.camera.corner, xy, radius)
         low, high = low.reshape(-1, SAMPLES**2), high.reshape(-1, SAMPLES**2)
         middle = (low + high).max(axis=1) / 2
         low = np.maximum(lowest, low.min(axis=1))
         high = np.minimum(highest, high.max(axis=1))
-        top = np.minimum(high, middle + self.relief.likely_within(radius[:: SAMPLES**2]))
+        top = np.minimum(high, middle + self.relief.likely_rise_within(radius[:: SAMPLES**2]))
         east, north = west + side, south + side
         return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1), top
 
@@ -239,9 +241,9 @@ class Terrain:
         has no leaf appearance to share with: it moves from level to level (``terrain_look``).
         """
         if not len(parts):
-            return NOTHING
+            return EMPTY_MESH
         grid: TileGrid = parts.state
-        patches = uncovered_quarters(parts.level, *unpacked(parts.part))
+        patches = uncovered_quarters(parts.level, *tile_xy(parts.part))
         ground = Ground(
             grid.view,
             self.relief,
@@ -259,7 +261,7 @@ def _flat_bound(grid: TileGrid, level: Ints) -> Reals:
     return grid.root_side / 2.0**level * math.sqrt(0.5) * (1 + 1e-6)
 
 
-def samples_of(
+def height_samples(
     west: Reals, south: Reals, side: Reals
 ) -> tuple[Float64[np.ndarray, "s 2"], Float64[np.ndarray, " s"]]:
     """SAMPLES² points of each square, and the radius of the circles about them that cover it."""
@@ -269,7 +271,7 @@ def samples_of(
     return np.stack((x.ravel(), y.ravel()), axis=1), radius
 
 
-def unpacked(part: Ints) -> tuple[Ints, Ints]:
+def tile_xy(part: Ints) -> tuple[Ints, Ints]:
     """A tile's x and y, counted in its own sides from root (0, 0), from its number."""
     return part >> 32, part & 0xFFFFFFFF
 

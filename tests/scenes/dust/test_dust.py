@@ -13,8 +13,8 @@ from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.dust.appearance import DustFrame
 from scenes.dust.dust import Dust
-from scenes.dust.footfalls import Walkers, footfalls, keys, landing
-from scenes.dust.growth import HIGH, LIFE_S, near_ground, settling_m_s
+from scenes.dust.footfalls import Walkers, footfalls, landing, object_keys
+from scenes.dust.growth import HIGH, LIFE_S, settling_speed, wind_near_ground
 from scenes.dust.soil import Soil
 from scenes.field.poisson_cells import CellSamples
 from scenes.field.species_field import Species, SpeciesField
@@ -62,7 +62,7 @@ def view(time_s=20.0, metric="blake", detail=0.2, corner=HOME):
 
 
 def walks_of(it, at):
-    return level(it, 0, at).state.walks
+    return level(it, 0, at).state.walkers
 
 
 def named(it, wanted, at):
@@ -223,14 +223,14 @@ def test_frames_follow_from_seed_and_time_alone():
 def test_the_wind_takes_it_along():
     calm, blown = (level(dust(wind=w, few=True), 1, view(metric="full")) for w in (0, 9))
     away = (blown.position - calm.position)[:, :2]
-    speed = near_ground(9.0)
+    speed = wind_near_ground(9.0)
     assert 3.5 < speed < 5
     assert np.linalg.norm(away, axis=1).max() == pytest.approx(speed * LIFE_S, rel=0.1)
     assert np.all(away @ (np.sqrt(3) / 2, 0.5) >= 0)
 
 
 def test_grains_settle_by_stokes_law():
-    speed = settling_m_s(np.log(np.array((15, 60)) / 12) / np.log(70 / 12))
+    speed = settling_speed(np.log(np.array((15, 60)) / 12) / np.log(70 / 12))
     # 2650 kg/m3 · 9.81 m/s2 · d2 / (18 · 1.81e-5 Pa s)
     assert speed == pytest.approx([0.01795, 0.2873], rel=1e-3)
 
@@ -246,7 +246,7 @@ def test_a_deep_layer_of_its_grains_has_the_colour_of_the_ground(cover):
 
 def test_walkers_are_told_apart():
     cell, index = np.arange(4).repeat(4), np.tile(np.arange(4), 4)
-    found = keys(cell, -cell, index, np.uint64(1), np.uint64(2))
+    found = object_keys(cell, -cell, index, np.uint64(1), np.uint64(2))
     assert len(np.unique(found)) == 16
 
 

@@ -6,7 +6,7 @@ from numba import njit
 
 from scenes.far_cover.stand_rays import intersect_stand, stand_field
 from scenes.noise.lattice import lattice_bits
-from scenes.noise.philox import unit
+from scenes.noise.philox import unit_float
 from scenes.sticks.ray_grid import NOTHING, first_met, grids_of
 from scenes.sticks.table import StickTable
 
@@ -45,14 +45,16 @@ def objects_near(stand, number, centre, reach=5):
     for x in range(middle[0] - reach, middle[0] + reach + 1):
         for y in range(middle[1] - reach, middle[1] + reach + 1):
             bits = np.uint64(lattice_bits(key, x, y))
-            u, n, term = unit(bits), 0, np.exp(-stand.mean)
+            u, n, term = unit_float(bits), 0, np.exp(-stand.mean)
             below = term
             while u >= below:
                 n += 1
                 term *= stand.mean / n
                 below += term
             for k in range(n):
-                ux, uy, which, turn = (unit(np.uint64(lattice_bits(bits, k, j))) for j in range(4))
+                ux, uy, which, turn = (
+                    unit_float(np.uint64(lattice_bits(bits, k, j))) for j in range(4)
+                )
                 at = (x + ux) * stand.cell, (y + uy) * stand.cell
                 found.append((int((stand.chance <= which).sum()), *at, 2 * np.pi * turn))
     return found

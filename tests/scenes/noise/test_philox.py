@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.random import Philox
 
-from scenes.noise.philox import hash_name, philox, unit
+from scenes.noise.philox import hash_name, philox, unit_float
 
 WORDS = st.integers(0, 2**64 - 1)
 
@@ -19,8 +19,8 @@ def test_blocks_are_those_of_numpys_philox(counter, key):
 
 
 def test_unit_covers_the_half_open_interval():
-    assert unit(np.uint64(0)) == 0.0
-    assert unit(np.uint64(2**64 - 1)) == 1 - 2.0**-53
+    assert unit_float(np.uint64(0)) == 0.0
+    assert unit_float(np.uint64(2**64 - 1)) == 1 - 2.0**-53
 
 
 def test_names_have_words_of_their_own():

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import distance
-from scenes.terrain.geomorph import blended, forebears_of, level_of, lineage
+from scenes.terrain.geomorph import coarser_edge_ends, geomorph_parents, morph, vertex_levels
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
-from scenes.terrain.quadtree import Patches, balanced
+from scenes.terrain.quadtree import Patches, balance
 from tests.scenes.terrain.test_terrain import (
     HILLS,
     ROUGH,
@@ -105,10 +105,10 @@ def test_tiles_come_and_go_and_nothing_jumps():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_vertices_arrive_on_the_coarser_mesh(seed):
-    """With nothing of the finest level arrived, its vertices lie on the edges of the next."""
-    patches, coarser = balanced(random_patches(seed), MOST_COARSER)
+    """With nothing of the finest level fraction, its vertices lie on the edges of the next."""
+    patches, coarser = balance(random_patches(seed), MOST_COARSER)
     where, _, _ = lattice_mesh(patches, coarser)
-    level = level_of(where, patches.deepest)
+    level = vertex_levels(where, patches.deepest)
     finest = level.max()
     seen = []
 
@@ -116,16 +116,18 @@ def test_vertices_arrive_on_the_coarser_mesh(seed):
         seen.append(at)
         return np.column_stack((at, np.zeros(len(at))))
 
-    lines = lineage(where, patches.deepest, placed, lambda _, of: (of < finest).astype(float))
+    lines = geomorph_parents(
+        where, patches.deepest, placed, lambda _, of: (of < finest).astype(float)
+    )
     everywhere = np.concatenate(seen)
     height = np.random.default_rng(seed).random((len(everywhere), 1))
-    found = blended(lines, height)
+    found = morph(lines, height)
     rows = np.flatnonzero(level == finest)
     index = {tuple(at): k for k, at in enumerate(everywhere.tolist())}
-    for row, (a, b) in zip(rows, forebears_of(where[rows], patches.deepest), strict=True):
+    for row, (a, b) in zip(rows, coarser_edge_ends(where[rows], patches.deepest), strict=True):
         assert np.array_equal(a + b, 2 * where[row])
         ends = [index[tuple(end.tolist())] for end in (a, b)]
-        assert np.all(level_of(everywhere[ends], patches.deepest) < finest)
+        assert np.all(vertex_levels(everywhere[ends], patches.deepest) < finest)
         assert found[row, 0] == pytest.approx(height[ends, 0].mean(), abs=1e-12)
     assert np.array_equal(found[level < finest], height[: len(where)][level < finest])
 
@@ -142,7 +144,7 @@ def test_forebears_are_the_ends_of_the_coarser_meshs_edges():
     edges = faces[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2)
     drawn = {frozenset(map(tuple, where[pair].tolist())) for pair in edges}
     finer, _, _ = lattice_mesh(patches(3, [2, 3, 2, 3], [2, 2, 3, 3]), sides)
-    added = finer[level_of(finer, 3) == level_of(finer, 3).max()]
+    added = finer[vertex_levels(finer, 3) == vertex_levels(finer, 3).max()]
     assert len(added) == (2 * QUADS + 1) ** 2 - (QUADS + 1) ** 2
-    for pair in forebears_of(added, 3).tolist():
+    for pair in coarser_edge_ends(added, 3).tolist():
         assert frozenset(map(tuple, pair)) in drawn

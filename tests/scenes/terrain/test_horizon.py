@@ -9,7 +9,7 @@ from lod.pruning.parts import Parts
 from lod.pruning.pruner import displayed, prune
 from lod.pruning.view import View
 from scenes.terrain.horizon import horizon
-from scenes.terrain.terrain import Terrain, unpacked
+from scenes.terrain.terrain import Terrain, tile_xy
 
 RIDGES = Terrain(2, 190.0, 4096.0, 0.95, reach=20_000.0, finest=0.5, ridged=True)
 HILLS = Terrain(seed=3, amplitude=120.0, wavelength=2048.0, hurst=0.9, reach=10_000.0)
@@ -35,7 +35,7 @@ def points_on(terrain: Terrain, parts: Parts, rng: np.random.Generator) -> np.nd
     """A point of the relief on each tile, (n, 3)."""
     grid = parts.state
     side = grid.root_side / 2.0**parts.level
-    corner = np.array((grid.west, grid.south)) + side[:, None] * np.stack(unpacked(parts.part), 1)
+    corner = np.array((grid.west, grid.south)) + side[:, None] * np.stack(tile_xy(parts.part), 1)
     xy = corner + side[:, None] * rng.random((len(parts), 2))
     return np.column_stack((xy, terrain.height(CORNER, xy)))
 

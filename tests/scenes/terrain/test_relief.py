@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from scenes.noise.lattice import (
-    BOUND,
+    GRADIENT_LENGTH,
+    NOISE_BOUND,
+    NOISE_MAX_SLOPE,
     RIDGED_MEAN,
     RIDGED_RMS,
-    STEEP,
-    STEEPEST,
     lattice_bits,
     unit_noise,
     unit_rms,
 )
 from scenes.noise.octaves import octave_values, octaves_at, twin_values
 from scenes.terrain import relief as relief_file
-from scenes.terrain.relief import SHORTEST_M, Relief, upward
+from scenes.terrain.relief import SHORTEST_M, Relief, unit_normals
 
 HOME = Corner(0, 0)
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
@@ -131,7 +131,7 @@ def exact_height(ground: Relief, corner: Corner, x: float, y: float) -> float:
             turn = 2 * math.pi * (bits % 256) / 256
             du, dv = parts[0] - i, parts[1] - j
             value = (bits >> 11) / 2**52 - 1
-            value += STEEP * (math.cos(turn) * du + math.sin(turn) * dv)
+            value += GRADIENT_LENGTH * (math.cos(turn) * du + math.sin(turn) * dv)
             weight = [6 * (1 - abs(t)) ** 5 - 15 * (1 - abs(t)) ** 4 for t in (du, dv)]
             weight = [w + 10 * (1 - abs(t)) ** 3 for w, t in zip(weight, (du, dv), strict=True)]
             total += rms / unit_rms() * weight[0] * weight[1] * value
@@ -163,7 +163,7 @@ def test_slopes_are_those_of_the_heights(corner):
         move = step * np.eye(2)[axis]
         rise = ground.height(corner, xy + move) - ground.height(corner, xy - move)
         np.testing.assert_allclose(slopes[:, axis], rise / (2 * step), atol=2e-6)
-    up = upward(slopes)
+    up = unit_normals(slopes)
     np.testing.assert_allclose(np.linalg.norm(up, axis=1), 1.0)
     np.testing.assert_allclose(-up[:, :2] / up[:, 2:], slopes, rtol=1e-12)
     np.testing.assert_array_equal(ground.normal(corner, xy), up)
@@ -208,8 +208,8 @@ def test_unit_noise_keeps_its_bounds_and_its_size():
     noise = np.array(
         [unit_noise(key, *c, *p) for c, p in zip(cells[:50_000], parts[:50_000], strict=True)]
     )
-    assert np.abs(noise[:, 0]).max() < BOUND
-    assert np.hypot(noise[:, 1], noise[:, 2]).max() < STEEPEST
+    assert np.abs(noise[:, 0]).max() < NOISE_BOUND
+    assert np.hypot(noise[:, 1], noise[:, 2]).max() < NOISE_MAX_SLOPE
     assert np.sqrt(np.mean(noise[:, 0] ** 2)) == pytest.approx(unit_rms(), rel=0.01)
 
 
@@ -232,7 +232,7 @@ def test_twins_are_two_noises_like_any_other():
     xy, none = rng.uniform(0, 3e3, (300_000, 2)), np.zeros(300_000)
     twins = twin_values(octave, xy, none)
     assert np.sqrt(np.mean(twins**2, axis=0)) == pytest.approx(unit_rms(), rel=0.01)
-    assert np.abs(twins).max() < BOUND
+    assert np.abs(twins).max() < NOISE_BOUND
     assert abs(np.corrcoef(twins.T)[0, 1]) < 0.01
     on_edges = np.floor(xy)
     apart = twin_values(octave, on_edges - 1e-9, none) - twin_values(octave, on_edges + 1e-9, none)
@@ -243,13 +243,15 @@ def test_twins_are_two_noises_like_any_other():
 
 def test_the_bounds_of_unit_noise_are_the_largest_there_are():
     u, v, turn = np.meshgrid(*[np.linspace(0, 1, 61)] * 2, np.linspace(0, np.pi, 61))
-    highest = sum(w * (1 + STEEP * np.hypot(x, y)) for w, _, x, y, _, _ in corners_at(u, v, turn))
-    assert highest.max() == pytest.approx(BOUND, rel=1e-9)
+    highest = sum(
+        w * (1 + GRADIENT_LENGTH * np.hypot(x, y)) for w, _, x, y, _, _ in corners_at(u, v, turn)
+    )
+    assert highest.max() == pytest.approx(NOISE_BOUND, rel=1e-9)
     steepest = sum(
-        np.abs(s) + STEEP * np.hypot(w * ex + s * x, w * ey + s * y)
+        np.abs(s) + GRADIENT_LENGTH * np.hypot(w * ex + s * x, w * ey + s * y)
         for w, s, x, y, ex, ey in corners_at(u, v, turn)
     )
-    assert steepest.max() == pytest.approx(STEEPEST, rel=1e-9)
+    assert steepest.max() == pytest.approx(NOISE_MAX_SLOPE, rel=1e-9)
 
 
 def test_lattices_do_not_show_in_the_variance():
@@ -331,7 +333,7 @@ def test_crests_have_their_size_and_bounds():
     assert height.mean() == pytest.approx(0.0, abs=1.0)
     low, high = relief.bounds()
     assert low < height.min() and height.max() < high
-    low, high = relief.within(Corner(7, -3), xy[:1000], np.full(1000, 3.0))
+    low, high = relief.height_bounds(Corner(7, -3), xy[:1000], np.full(1000, 3.0))
     assert np.all((low <= height[:1000]) & (height[:1000] <= high))
 
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from lod.arrays import Points, Reals
 from scenes.terrain import surface as terrain_look
-from scenes.terrain.relief import upward
-from scenes.terrain.surface import LEAST_FACING, LEVEL_FACING, SHOWN_PX, toward_eye
+from scenes.terrain.relief import unit_normals
+from scenes.terrain.surface import LEAST_FACING, LEVEL_FACING, SHOWN_PX, bend_toward_eye
 from scenes.terrain.terrain import Terrain
 from tests.scenes.terrain.test_terrain import HILLS, made, view_of
 
@@ -26,7 +26,7 @@ def unit(v):
 @given(n=ways, smooth=ways, way=ways, far=st.floats(0.1, 1e5))
 def test_a_normal_is_bent_no_more_than_it_must(n, smooth, way, far):
     n, smooth, way = (unit(v)[None] for v in (n, smooth, way))
-    bent = toward_eye(n, smooth, far * way)
+    bent = bend_toward_eye(n, smooth, far * way)
     facing, level = (n * way).sum(), abs((smooth * way).sum())
     least = np.clip(level, LEVEL_FACING, LEAST_FACING)
     assert np.isfinite(bent).all()
@@ -42,7 +42,7 @@ def test_a_normal_is_bent_no_more_than_it_must(n, smooth, way, far):
 
 def test_plains_are_not_tilted():
     n, way = np.array([[0.0, 0.0, 1.0]]), np.array([[3000.0, 0.0, 1.7]])
-    assert np.array_equal(toward_eye(n, n, way), n)
+    assert np.array_equal(bend_toward_eye(n, n, way), n)
 
 
 def facing_on_seen_ground(mesh, view):
@@ -61,7 +61,7 @@ def facing_on_seen_ground(mesh, view):
 def test_no_seen_ground_is_shaded_by_a_side_that_turns_away(above, detail, monkeypatch):
     view = view_of(RIDGES, above=above, detail=detail, size=(160, 90), look_around=True)
     bent = facing_on_seen_ground(made(RIDGES, view)[1], view)
-    monkeypatch.setattr(terrain_look, "toward_eye", lambda normals, *_: normals)
+    monkeypatch.setattr(terrain_look, "bend_toward_eye", lambda normals, *_: normals)
     plain = facing_on_seen_ground(made(RIDGES, view)[1], view)
     assert (plain < 0).mean() > 0.01
     assert (bent < 0).mean() < 1e-4  # underfoot, where one face spans many directions
@@ -87,7 +87,7 @@ def test_normals_are_the_reliefs_down_to_what_the_picture_shows():
     way, xy = view.camera.eye - mesh.vertices, mesh.vertices[:, :2]
     shortest = SHOWN_PX * view.camera.pixel_angle * np.linalg.norm(way, axis=1)
     told, whole = (
-        upward(HILLS.relief.slopes(view.camera.corner, xy, waves))
+        unit_normals(HILLS.relief.slopes(view.camera.corner, xy, waves))
         for waves in (shortest, np.zeros(len(xy)))
     )
     faced = (told * unit(way)).sum(axis=1) > LEAST_FACING

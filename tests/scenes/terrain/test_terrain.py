@@ -21,8 +21,8 @@ from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.viewer import ViewingConditions
 from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
-from scenes.terrain.quadtree import SIDES, Patches, balanced, morton, uncovered_quarters
-from scenes.terrain.terrain import SAMPLES, Terrain, samples_of, unpacked
+from scenes.terrain.quadtree import SIDES, Patches, balance, morton, uncovered_quarters
+from scenes.terrain.terrain import SAMPLES, Terrain, height_samples, tile_xy
 
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
 HILLS = Terrain(seed=3, amplitude=30.0, wavelength=2048.0, hurst=0.95, reach=3000.0)
@@ -76,7 +76,7 @@ def sides(terrain: Terrain, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
     grid = parts.state
     side = grid.root_side / 2.0**parts.level
     return np.array((grid.west, grid.south)) + side[:, None] * np.stack(
-        unpacked(parts.part), 1
+        tile_xy(parts.part), 1
     ), side
 
 
@@ -117,7 +117,7 @@ def test_a_tile_is_inside_its_sphere_and_no_nearer_than_its_distance(terrain, vi
 
 def test_circles_about_the_samples_cover_their_squares():
     west, south, side = (np.array(v) for v in ((-8.0, 16.0), (2.0, -32.0), (4.0, 64.0)))
-    xy, radius = (v.reshape(2, SAMPLES**2, -1) for v in samples_of(west, south, side))
+    xy, radius = (v.reshape(2, SAMPLES**2, -1) for v in height_samples(west, south, side))
     for corner in np.concatenate((np.indices((9, 9)).reshape(2, -1).T / 8, [(1 / 3, 2 / 3)])):
         point = np.stack((west, south), axis=1) + side[:, None] * corner
         away = np.linalg.norm(xy - point[:, None], axis=2)
@@ -339,7 +339,7 @@ def touching(patches: Patches) -> Iterator[tuple[int, int]]:
 def test_neighbours_differ_by_no_more_than_a_side_allows(seed):
     rough = random_patches(seed)
     assert max(rough.depth[p] - rough.depth[q] for p, q in touching(rough)) > MOST_COARSER
-    patches, coarser = balanced(rough, MOST_COARSER)
+    patches, coarser = balance(rough, MOST_COARSER)
     expected = np.zeros_like(coarser)
     fine = patches.deepest - patches.depth
     for p, q in touching(patches):
@@ -357,7 +357,7 @@ def test_neighbours_differ_by_no_more_than_a_side_allows(seed):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_any_quadtree_makes_one_watertight_mesh(seed):
-    patches, coarser = balanced(random_patches(seed), MOST_COARSER)
+    patches, coarser = balance(random_patches(seed), MOST_COARSER)
     xy, faces, _ = lattice_mesh(patches, coarser)
     unit = QUADS << patches.deepest  # of a root's side; the roots fill 3 x 2 of them
     rim = xy[rim_edges(faces)].transpose(0, 2, 1)
