@@ -53,12 +53,12 @@ def shown_as(
     h = one.hierarchy
     there = h.level <= level
     rows, number = np.flatnonzero(there), np.cumsum(there) - 1
-    whole = np.where(h.whole[rows] < 0, -1, number[h.whole[rows]])
+    whole = np.where(h.parent[rows] < 0, -1, number[h.parent[rows]])
     shown = np.where(h.level[rows] == level, share, 1.0)
     inner, leaf, hidden = cross_fade(whole, h.share[rows], shown)
     rise = np.full(len(rows), np.sin(np.radians(height)))
     found, table = (
-        part_tables.sticks_of(rows, BlendWeights(inner, leaf, rise, hidden=hidden)),
+        part_tables.sticks_of(rows, BlendWeights(inner, leaf, rise, hidden_area=hidden)),
         part_tables.sticks,
     )
     names = ("start", "end", "start_radius", "end_radius", "tint")

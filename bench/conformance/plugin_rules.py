@@ -25,6 +25,6 @@ def under_its_top(subject: Subject) -> Iterator[str]:
     """Nothing reaches above ``top_m`` over the highest ground."""
     it, view = subject.make(), subject.view()
     parts = everything(it, view)
-    wholes = parts.take(parts.whole < 0)
+    wholes = parts.take(parts.parent < 0)
     highest = _GROUND.bounds()[1] + it.top_m  # type: ignore[attr-defined]
     yield from few("a whole above top_m", wholes.centre[:, 2] + wholes.bound > highest + 1e-9)

@@ -83,7 +83,7 @@ def everything(representation: Representation, view: View) -> Parts:
         if count > MOST_PARTS:
             raise InputError("subject", count, f"at most {MOST_PARTS} parts in all", "less of it")
         own = representation.parts_of(batches[-1], view)
-        batches.append(replace(own, whole=own.whole + first))
+        batches.append(replace(own, parent=own.parent + first))
         first += len(batches[-2])
     columns = {
         field.name: np.concatenate([getattr(batch, field.name) for batch in batches])
@@ -99,8 +99,8 @@ def inside_its_bound(subject: Subject) -> Iterator[str]:
     for time_s in TIMES_S:
         view = subject.view(time_s=time_s)
         parts = everything(representation, view)
-        rows = np.flatnonzero(parts.whole >= 0)
-        whole = parts.whole[rows]
+        rows = np.flatnonzero(parts.parent >= 0)
+        whole = parts.parent[rows]
         away = np.linalg.norm(parts.centre[rows] - parts.centre[whole], axis=1)
         yield from few(
             f"at {time_s} s a part reaches out of the sphere of its whole",
@@ -124,8 +124,8 @@ def limits_never_grow(subject: Subject) -> Iterator[str]:
     for metric in subject.metrics:
         view = subject.view(metric)
         parts = everything(representation, view)
-        rows = np.flatnonzero(parts.whole >= 0)
-        whole, passed = parts.whole[rows], displayed(parts, view)
+        rows = np.flatnonzero(parts.parent >= 0)
+        whole, passed = parts.parent[rows], displayed(parts, view)
         for name in ("limit", "limit_offscreen"):
             limit = getattr(parts, name)
             yield from few(f"{metric}: {name} below 0, or no number", ~(limit >= 0))
@@ -148,7 +148,7 @@ def agrees_with_brute_force(subject: Subject) -> Iterator[str]:
             if not np.array_equal(names(cut.parts), alone):
                 yield f"{metric}: pruned{walk} {len(cut)} parts, {len(alone)} pass their own test"
             yield from few(
-                f"{metric}: a part stands before its whole", cut.whole >= np.arange(len(cut))
+                f"{metric}: a part stands before its whole", cut.parent >= np.arange(len(cut))
             )
 
 
@@ -196,9 +196,9 @@ def arrays_only(subject: Subject) -> Iterator[str]:
     parts = everything(representation, view)
     yield from columns_wrong(parts)
     yield from few("a share of area outside 0 to 1", ~((parts.share >= 0) & (parts.share <= 1)))
-    rows = np.flatnonzero(parts.whole >= 0)
-    total = np.bincount(parts.whole[rows], parts.share[rows], len(parts))
-    owns = np.bincount(parts.whole[rows], minlength=len(parts)) > 0
+    rows = np.flatnonzero(parts.parent >= 0)
+    total = np.bincount(parts.parent[rows], parts.share[rows], len(parts))
+    owns = np.bincount(parts.parent[rows], minlength=len(parts)) > 0
     yield from few("shares of all parts of a whole are not 1", owns & (abs(total - 1) > 1e-6))
     cut = prune(representation, view)
     shape = representation.appearance(cut.parts, both_looks(cut.parts))
@@ -227,9 +227,9 @@ def any_request_is_answered(subject: Subject) -> Iterator[str]:
         yield "nothing of it is near its camera: move that, and everything else is tested too"
         return
     for row in np.unique(np.linspace(0, len(parts) - 1, 5).astype(np.int64)).tolist():
-        one, expected = parts.take(np.array([row])), parts.take(parts.whole == row)
+        one, expected = parts.take(np.array([row])), parts.take(parts.parent == row)
         own = representation.parts_of(one, view)
-        if not np.array_equal(names(own), names(expected)) or np.any(own.whole):
+        if not np.array_equal(names(own), names(expected)) or np.any(own.parent):
             yield f"part {row} alone owns other parts than among all"
         yield from looks_wrong(representation.appearance(one, both_looks(one)), 1)
     rows = np.arange(_HUGE) % len(parts)
@@ -237,8 +237,8 @@ def any_request_is_answered(subject: Subject) -> Iterator[str]:
         own = representation.parts_of(parts.take(rows), view)
     except InputError:
         return  # refused in one line, before memory is gone
-    owns = np.bincount(parts.whole[parts.whole >= 0], minlength=len(parts)) > 0
-    if not np.array_equal(np.unique(own.whole), np.flatnonzero(owns[rows])):
+    owns = np.bincount(parts.parent[parts.parent >= 0], minlength=len(parts)) > 0
+    if not np.array_equal(np.unique(own.parent), np.flatnonzero(owns[rows])):
         yield "a huge request is answered for other parts than were asked"
 
 

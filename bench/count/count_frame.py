@@ -150,7 +150,7 @@ def _flat(each: SpeciesField, view: View, ground: float) -> CountMoments:
     objects = parts = spread = 0.0
     for tree in trees:
         above = view.camera.eye[2] - ground - tree.position[:, 2]
-        limits = chained_limits(tree, view.metric, view.m, view.sight)
+        limits = chained_limits(tree, view.metric, view.m, view.conditions)
         areas = disc_areas(limits, above)
         objects += expected_count(share, areas[:1])
         parts += expected_count(share, areas)

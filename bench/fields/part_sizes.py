@@ -54,7 +54,7 @@ def camera(width: int) -> Camera:
 
 def view_through(sight: ViewingConditions, width: int) -> View:
     """All round through that air, display and eye, at a detail threshold of 1."""
-    return View(camera(width), METRICS["blake"], look_around=True, sight=sight)
+    return View(camera(width), METRICS["blake"], look_around=True, conditions=sight)
 
 
 def density_of(species: str, m: float) -> float:
@@ -82,7 +82,7 @@ def predicted_sizes(prototypes: tuple[Prototype, ...], density: float, view: Vie
     """Expected number of parts of each size, (sizes,): the law, without the pruner (§4.1)."""
     total = np.zeros(len(SIZES))
     for tree in (each.hierarchy for each in prototypes):
-        limits = chained_limits(tree, view.metric, view.m, view.sight)
+        limits = chained_limits(tree, view.metric, view.m, view.conditions)
         areas = disc_areas(limits, EYE_HEIGHT_M - tree.position[:, 2])
         total += np.bincount(size_class(tree.P), areas, len(SIZES))
     return total * density / len(prototypes)
@@ -127,6 +127,6 @@ def scene_hash(cases: list[dict[str, object]]) -> str:
     for species in sorted(DENSITY):
         for prototype in prototypes_of(species, 1.0):
             tree = prototype.hierarchy
-            for name in ("whole", "position", "P", "R", "B", "separation", "contrast"):
+            for name in ("parent", "position", "P", "R", "B", "separation", "contrast"):
                 digest.update(np.ascontiguousarray(getattr(tree, name)).tobytes())
     return digest.hexdigest()

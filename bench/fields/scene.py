@@ -56,4 +56,6 @@ def view_of(case: Case) -> View:
         sight = ViewingConditions(
             BlurWidths(camera.pixel_angle), least_extinction(Air(case.visibility))
         )
-    return View(camera, metric_by_name(case.metric), case.detail, look_around=True, sight=sight)
+    return View(
+        camera, metric_by_name(case.metric), case.detail, look_around=True, conditions=sight
+    )

@@ -66,7 +66,7 @@ def rate(count: int, seconds: Sequence[float]) -> str:
 def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float) -> Rows:
     """One species: part tests, objects turned away, sticks emitted."""
     cut = prune(field, view)
-    instances, look = cut.parts.state.instances, blend_weights(cut, view)
+    instances, weights = cut.parts.state.instances, blend_weights(cut, view)
     slots, part_tables, pose_tables = (
         field.prototypes.traversal_tables,
         field.prototypes.part_tables,
@@ -82,11 +82,11 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
 
     kept, away, searched = len(turn_away()[0]), turn_away()[1], objects_searched(field, view)
     tests = walk(pose_tables, slots, limits, instances, still, view).examined
-    sticks = len(field.appearance(cut.parts, look))
+    sticks = len(field.appearance(cut.parts, weights))
     tasks: list[Callable[[], Any]] = [
         lambda: walk(pose_tables, slots, limits, instances, still, view),
         turn_away,
-        lambda: field.appearance(cut.parts, look),
+        lambda: field.appearance(cut.parts, weights),
         lambda: blend_weights(cut, view),
     ]
     test_s, away_s, emit_s, look_s = interleaved_seconds(tasks, repeats)

@@ -65,7 +65,7 @@ class ActorArrays:
     """
 
     routes: tuple[Route, ...]
-    whole: np.ndarray
+    parent: np.ndarray
     position: np.ndarray
     orientation: np.ndarray
     rest: np.ndarray
@@ -76,11 +76,11 @@ class ActorArrays:
     tints: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, whole=np.int64, position=np.float64, orientation=np.float64, rest=np.float64)
+        freeze(self, parent=np.int64, position=np.float64, orientation=np.float64, rest=np.float64)
         freeze(self, low_deg=np.float64, high_deg=np.float64, tints=np.float64)
 
     def __len__(self) -> int:
-        return len(self.whole)
+        return len(self.parent)
 
     @cached_property
     def depth(self) -> np.ndarray:
@@ -108,7 +108,7 @@ def compile_actor(actor: PositionableObject) -> ActorArrays:
     tint = {albedo: i for i, albedo in enumerate(tints)}
     return ActorArrays(
         routes=tuple(part.route for part in parts),
-        whole=np.array([row[part.route[:-1]] if part.route else -1 for part in parts]),
+        parent=np.array([row[part.route[:-1]] if part.route else -1 for part in parts]),
         position=np.array([joint.position for joint in joints]),
         orientation=np.array([joint.turn for joint in joints]),
         rest=np.array([box.rest if box else IDENTITY for box in boxes]),
@@ -148,7 +148,7 @@ def posed(
     origins[:, 0], turns[:, 0] = local[:, 0], units(orientation[:, 0])
     for depth in range(1, int(actor.depth.max()) + 1):
         part = np.flatnonzero(actor.depth == depth)
-        whole = actor.whole[part]
+        whole = actor.parent[part]
         # A part's origin is carried by its whole: turned with it, then moved.
         origins[:, part] = origins[:, whole] + rotated(turns[:, whole], local[:, part])
         turns[:, part] = units(products(turns[:, whole], orientation[:, part]))

@@ -68,7 +68,7 @@ class SlabInputs:
         freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
 
     @property
-    def taken(self) -> np.ndarray:
+    def extinction_depth(self) -> np.ndarray:
         """Optical depth of each step straight up, by all that is in it, (levels − 1, bands)."""
         return self.depth + self.cover[:, None]
 
@@ -97,65 +97,69 @@ def mean_path_fraction(depth: np.ndarray) -> np.ndarray:
 
 
 def source_function(
-    lit: SlabInputs, air: Scattering
+    slab: SlabInputs, air: Scattering
 ) -> Float64[np.ndarray, "levels rings spokes bands"]:
     """J of the air at every height; light may scatter as often as it will."""
     kernel = _kernel(air)
-    toward_sun = henyey_greenstein(directions() @ lit.to_sun, air.asymmetry)
-    first = air.albedo * toward_sun[None, ..., None] * direct_irradiance(lit)[:, None, None]
-    source, sent = first, lit.plants / (4 * np.pi) * direct_irradiance(lit)
+    toward_sun = henyey_greenstein(directions() @ slab.to_sun, air.asymmetry)
+    first = air.albedo * toward_sun[None, ..., None] * direct_irradiance(slab)[:, None, None]
+    source, leaf_source = first, slab.plants / (4 * np.pi) * direct_irradiance(slab)
     for _ in range(_MOST_ROUNDS):
-        light = radiance(lit, source, sent)
+        light = radiance(slab, source, leaf_source)
         before, source = source, first + _scatter(kernel, light)
         around = light.sum(axis=(1, 2)) * _SOLID_ANGLE
-        sent = lit.plants / (4 * np.pi) * (direct_irradiance(lit) + around)
+        leaf_source = slab.plants / (4 * np.pi) * (direct_irradiance(slab) + around)
         if np.abs(source - before).max() <= _SETTLED * np.abs(source).max():
             break
     return source
 
 
-def direct_irradiance(lit: SlabInputs) -> Float64[np.ndarray, "levels bands"]:
+def direct_irradiance(slab: SlabInputs) -> Float64[np.ndarray, "levels bands"]:
     """The sun's irradiance that is left at each height."""
-    above = np.concatenate((lit.taken[::-1].cumsum(axis=0)[::-1], np.zeros((1, len(lit.sun)))))
-    return lit.sun * np.exp(-above / max(float(lit.to_sun[2]), LOWEST_SUN))
+    above = np.concatenate(
+        (slab.extinction_depth[::-1].cumsum(axis=0)[::-1], np.zeros((1, len(slab.sun))))
+    )
+    return slab.sun * np.exp(-above / max(float(slab.to_sun[2]), LOWEST_SUN))
 
 
 def radiance(
-    lit: SlabInputs, source: np.ndarray, sent: Float64[np.ndarray, "levels bands"]
+    slab: SlabInputs, source: np.ndarray, leaf_source: Float64[np.ndarray, "levels bands"]
 ) -> Float64[np.ndarray, "levels rings spokes bands"]:
     """L at every height: downwards through the layer, off the ground, and up again; where the
     source is ``source`` in the air, and ``sent`` in what stands there."""
     half, up = RINGS // 2, _up()[RINGS // 2 :]
-    steps = lit.taken[:, None, None] / up[:, None, None]
+    steps = slab.extinction_depth[:, None, None] / up[:, None, None]
     through, share = np.exp(-steps), mean_path_fraction(steps)
-    low, high = _step_sources(lit, source, sent)
+    low, high = _step_sources(slab, source, leaf_source)
     light = np.empty_like(source)
-    light[-1, half:] = lit.sky
-    for k in range(len(lit.depth) - 1, -1, -1):
+    light[-1, half:] = slab.sky
+    for k in range(len(slab.depth) - 1, -1, -1):
         own = low[k, half:] * (1 - share[k]) + high[k, half:] * share[k]
         light[k, half:] = light[k + 1, half:] * through[k] + own * (1 - through[k])
-    light[0, :half] = lit.ground / np.pi * irradiance(lit, light[0, half:])
+    light[0, :half] = slab.ground / np.pi * irradiance(slab, light[0, half:])
     through, share = through[:, ::-1], share[:, ::-1]  # rings below the horizon, from the lowest
-    for k in range(len(lit.depth)):
+    for k in range(len(slab.depth)):
         own = high[k, :half] * (1 - share[k]) + low[k, :half] * share[k]
         light[k + 1, :half] = light[k, :half] * through[k] + own * (1 - through[k])
     return light
 
 
 def _step_sources(
-    lit: SlabInputs, source: np.ndarray, sent: np.ndarray
+    slab: SlabInputs, source: np.ndarray, leaf_source: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The source at the lower and the upper end of each step, of all that is in it."""
-    nothing = np.ones_like(lit.depth)
-    air = np.divide(lit.depth, lit.taken, out=nothing, where=lit.taken > 0)[:, None, None]
-    there = sent[:, None, None]
+    nothing = np.ones_like(slab.depth)
+    air = np.divide(
+        slab.depth, slab.extinction_depth, out=nothing, where=slab.extinction_depth > 0
+    )[:, None, None]
+    there = leaf_source[:, None, None]
     return air * source[:-1] + (1 - air) * there[:-1], air * source[1:] + (1 - air) * there[1:]
 
 
-def irradiance(lit: SlabInputs, down: Field) -> Reals:
+def irradiance(slab: SlabInputs, down: Field) -> Reals:
     """Of the ground, by the sun that is left and by what comes down, (bands,)."""
     diffuse = (down * _up()[RINGS // 2 :, None, None]).sum(axis=(0, 1)) * _SOLID_ANGLE
-    return direct_irradiance(lit)[0] * max(float(lit.to_sun[2]), 0.0) + diffuse
+    return direct_irradiance(slab)[0] * max(float(slab.to_sun[2]), 0.0) + diffuse
 
 
 _SOLID_ANGLE = 4 * np.pi / (RINGS * SPOKES)

@@ -18,7 +18,7 @@ _HALVINGS = 60
 
 
 def chained_limits(
-    hierarchy: Hierarchy, metric: Metric, m: float, sight: ViewingConditions | None = None
+    hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
 ) -> np.ndarray:
     """Limit distance of every part, (n,) [m], for the metrics that have a law.
 
@@ -38,21 +38,22 @@ def chained_limits(
         raise KeyError(metric.name)
     # Of a metric that is not of the family, only its own formula is known.
     alone = family[metric.name] if metric.name in family else metric.limit(P, R, m)
-    if sight is not None and metric.finite:
-        alone = _farthest_seen(alone, hierarchy.contrast, sight, m)
+    if conditions is not None and metric.finite:
+        alone = _farthest_seen(alone, hierarchy.contrast, conditions, m)
     limit, chain, above = alone.copy(), np.zeros(len(P)), np.arange(len(P))
     while (above > 0).any():
         chain = chain + np.where(above > 0, hierarchy.separation[above], 0.0)
-        above = np.where(above > 0, hierarchy.whole[above], 0)
+        above = np.where(above > 0, hierarchy.parent[above], 0)
         limit = np.minimum(limit, alone[above] - chain)
     return np.maximum(limit, 0.0)
 
 
-def _farthest_seen(clear: Reals, contrast: Ints, sight: ViewingConditions, m: float) -> Reals:
+def _farthest_seen(clear: Reals, contrast: Ints, conditions: ViewingConditions, m: float) -> Reals:
     """The d at which W(d) comes up to the limit in clear air, by halving: W increases, (n,) [m]."""
     near, far = np.zeros_like(clear), clear.copy()
     tables = [
-        (contrast == row, sight.weighted(CONTRAST_CLASSES[row], m)) for row in np.unique(contrast)
+        (contrast == row, conditions.weighted(CONTRAST_CLASSES[row], m))
+        for row in np.unique(contrast)
     ]
     for _ in range(_HALVINGS):
         middle = (near + far) / 2

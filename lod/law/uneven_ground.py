@@ -72,7 +72,10 @@ class CountMoments:
 def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
     """Farthest in plan that an object of these can stand and have a part displayed [m]."""
     return max(
-        float(chained_limits(h, view.metric, view.m, view.sight)[0] + np.hypot(*h.position[0, :2]))
+        float(
+            chained_limits(h, view.metric, view.m, view.conditions)[0]
+            + np.hypot(*h.position[0, :2])
+        )
         for h in hierarchies
     )
 
@@ -101,8 +104,8 @@ def count_moments(
 
 def _parts_by_distance(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
     """Parts in falling order of how far in plan the object can stand while they are displayed."""
-    inside = chained_limits(hierarchy, view.metric, view.m, view.sight)
-    outside = chained_limits(hierarchy, view.metric, view.m_offscreen, view.sight)
+    inside = chained_limits(hierarchy, view.metric, view.m, view.conditions)
+    outside = chained_limits(hierarchy, view.metric, view.m_offscreen, view.conditions)
     outside = np.minimum(inside, outside)  # nothing is kept only because it is out of view
     farthest = inside + np.hypot(hierarchy.position[:, 0], hierarchy.position[:, 1])
     order = np.argsort(-farthest, kind="stable")

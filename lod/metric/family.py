@@ -67,25 +67,25 @@ METRICS: dict[str, Metric] = {
 
 @lru_cache(maxsize=4096)
 def limit_distances(
-    hierarchy: Hierarchy, metric: Metric, m: float, sight: ViewingConditions | None = None
+    hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
 ) -> np.ndarray:
     """Limit distance D of every part, clamped once so that every cut is connected, (n,) [m].
 
-    Through air and eye (``sight``) a part's own D is first W⁻¹ of that in clear air, W by its class
-    of contrast; ``full`` keeps everything all the same, and along an axis it is the depth that W
-    weighs. Then D_part = max(0, min(D_part, D_whole − separation)): a part within its D has, by the
-    triangle inequality, its whole within the whole's D. 0 means never displayed.
+    Through air and eye (``conditions``) a part's own D is first W⁻¹ of that in clear air, W by its
+    class of contrast; ``full`` keeps everything all the same, and along an axis it is the depth
+    that W weighs. Then D_part = max(0, min(D_part, D_whole − separation)): a part within its D has,
+    by the triangle inequality, its whole within the whole's D. 0 means never displayed.
     Raises InputError unless m is finite and above 0.
     """
     if not (np.isfinite(m) and m > 0):
         raise InputError("m", m, "the detail angle is finite and above 0 rad", "check --detail")
     D = np.asarray(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)
-    if sight is not None and metric.finite:
-        D = perceptual_limits(sight, D, hierarchy.contrast, m)
+    if conditions is not None and metric.finite:
+        D = perceptual_limits(conditions, D, hierarchy.contrast, m)
     D = D.copy()
     for depth in range(1, int(hierarchy.depth.max()) + 1):
         rows = np.flatnonzero(hierarchy.depth == depth)
-        reach = D[hierarchy.whole[rows]] - hierarchy.separation[rows]
+        reach = D[hierarchy.parent[rows]] - hierarchy.separation[rows]
         D[rows] = np.maximum(0.0, np.minimum(D[rows], reach))
     D.setflags(write=False)
     return D

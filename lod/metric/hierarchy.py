@@ -14,7 +14,7 @@ from lod.vision.contrast import NEVER_LOST
 class Hierarchy:
     """The parts of one object, row 0 the whole object, every part after the part that owns it.
 
-    whole      (n,)   row of the part that owns this one; -1 for row 0
+    parent     (n,)   row of the part that owns this one; -1 for row 0
     level      (n,)   detail level; 0 = one blob; never decreases down the tree
     position   (n, 3) origin of the part in the object's own frame [m]
     P          (n,)   priority: √ of the largest cross-section of the leaf appearance (§2.4) [m]
@@ -32,7 +32,7 @@ class Hierarchy:
     (B of a whole ≥ separation + B of its part, so that what is in view has its whole in view).
     """
 
-    whole: np.ndarray
+    parent: np.ndarray
     level: np.ndarray
     position: np.ndarray
     P: np.ndarray
@@ -44,10 +44,10 @@ class Hierarchy:
 
     def __post_init__(self) -> None:
         if len(self.contrast) == 0:
-            object.__setattr__(self, "contrast", np.full(len(self.whole), NEVER_LOST))
+            object.__setattr__(self, "contrast", np.full(len(self.parent), NEVER_LOST))
         if len(self.overlap) == 0:
-            object.__setattr__(self, "overlap", np.zeros(len(self.whole)))
-        freeze(self, whole=np.int64, level=np.int64, position=np.float64)
+            object.__setattr__(self, "overlap", np.zeros(len(self.parent)))
+        freeze(self, parent=np.int64, level=np.int64, position=np.float64)
         freeze(self, P=np.float64, R=np.float64, B=np.float64, separation=np.float64)
         freeze(self, contrast=np.int64, overlap=np.float64)
         _check_shapes(self)
@@ -55,25 +55,25 @@ class Hierarchy:
         _check_sizes(self)
 
     def __len__(self) -> int:
-        return len(self.whole)
+        return len(self.parent)
 
     @cached_property
     def depth(self) -> np.ndarray:
         """Steps from row 0 to each part, (n,)."""
         depth = np.zeros(len(self), np.int64)
         for row in range(1, len(self)):
-            depth[row] = depth[self.whole[row]] + 1
+            depth[row] = depth[self.parent[row]] + 1
         return depth
 
     @cached_property
     def order(self) -> np.ndarray:
         """Rows sorted so that the parts of one whole stand together, (n - 1,)."""
-        return np.argsort(self.whole[1:], kind="stable") + 1
+        return np.argsort(self.parent[1:], kind="stable") + 1
 
     @cached_property
     def part_count(self) -> np.ndarray:
         """Number of parts that each part owns directly, (n,)."""
-        return np.bincount(self.whole[1:], minlength=len(self))
+        return np.bincount(self.parent[1:], minlength=len(self))
 
     @cached_property
     def first_part(self) -> np.ndarray:
@@ -84,9 +84,9 @@ class Hierarchy:
     def share(self) -> np.ndarray:
         """Area P² of each part over that of all direct parts of its whole, (n,); row 0: 1."""
         area = self.P**2
-        siblings = np.bincount(self.whole[1:], area[1:], len(self))
+        siblings = np.bincount(self.parent[1:], area[1:], len(self))
         share = np.ones(len(self))
-        share[1:] = area[1:] / siblings[self.whole[1:]]
+        share[1:] = area[1:] / siblings[self.parent[1:]]
         share.setflags(write=False)
         return share
 
@@ -99,7 +99,7 @@ class Hierarchy:
 
 
 def _check_shapes(h: Hierarchy) -> None:
-    n = len(h.whole)
+    n = len(h.parent)
     if n == 0:
         raise InputError("hierarchy", 0, "an object has at least one part, itself")
     for name in ("level", "P", "R", "B", "separation", "contrast", "overlap"):
@@ -110,18 +110,18 @@ def _check_shapes(h: Hierarchy) -> None:
 
 
 def _check_tree(h: Hierarchy) -> None:
-    if h.whole[0] != -1:
-        raise InputError("hierarchy.whole[0]", int(h.whole[0]), "row 0 is the root, owned by -1")
+    if h.parent[0] != -1:
+        raise InputError("hierarchy.parent[0]", int(h.parent[0]), "row 0 is the root, owned by -1")
     rows = np.arange(1, len(h))
-    wrong = rows[(h.whole[1:] < 0) | (h.whole[1:] >= rows)]
+    wrong = rows[(h.parent[1:] < 0) | (h.parent[1:] >= rows)]
     if len(wrong):
         row = int(wrong[0])
         raise InputError(
-            f"hierarchy.whole[{row}]",
-            int(h.whole[row]),
+            f"hierarchy.parent[{row}]",
+            int(h.parent[row]),
             "a part stands after the part that owns it",
         )
-    wrong = rows[h.level[1:] < h.level[h.whole[1:]]]
+    wrong = rows[h.level[1:] < h.level[h.parent[1:]]]
     if len(wrong) or h.level[0] != 0:
         row = int(wrong[0]) if len(wrong) else 0
         raise InputError(
@@ -147,11 +147,11 @@ def _check_sizes(h: Hierarchy) -> None:
                 f"hierarchy.{name}[{row}]", float(values[~good][0]), f"finite {rule or ''}".strip()
             )
     needed = h.separation[1:] + h.B[1:]
-    short = np.flatnonzero(h.B[h.whole[1:]] < needed * (1 - 1e-12) - 1e-12)
+    short = np.flatnonzero(h.B[h.parent[1:]] < needed * (1 - 1e-12) - 1e-12)
     if len(short):
         row = int(short[0]) + 1
         raise InputError(
-            f"hierarchy.B[{int(h.whole[row])}]",
-            float(h.B[h.whole[row]]),
+            f"hierarchy.B[{int(h.parent[row])}]",
+            float(h.B[h.parent[row]]),
             f"a whole's bound holds its part {row}: at least {needed[row - 1]:.6g} m",
         )

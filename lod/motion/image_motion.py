@@ -30,7 +30,7 @@ from lod.motion.shutter import EASE_PER_FRAME, MAX_NEIGHBOURS, STEPS_PER_OCTAVE,
 
 
 def motion_steps(
-    exposure: ShutterInterval,
+    shutter: ShutterInterval,
     corner: Corner,
     theta: float,
     start: Points,
@@ -38,22 +38,22 @@ def motion_steps(
     bound: Reals,
     own: Reals,
 ) -> Reals:
-    """Where each object is on the scale of smears, (n,); 0 = nothing is hidden.
+    """Where each object is on the motion scale, (n,); 0 = nothing is hidden.
 
     theta       θ of all blurs but motion [rad]
     start, end  (n, 3) its origin as the shutter opens and closes, from ``corner`` [m]
     bound, own  (n,) radius that holds it, and farthest anything of it moves but for that shift [m]
     """
-    smear, objects = np.empty(len(bound)), (theta, start, end, bound, own)
-    _motion_steps(_camera_path(exposure, corner, 0), *objects, smear)
-    most = float(smear.max(initial=0.0))
-    if most and exposure.near is not None:
+    motion_step, objects = np.empty(len(bound)), (theta, start, end, bound, own)
+    _motion_steps(_camera_path(shutter, corner, 0), *objects, motion_step)
+    most = float(motion_step.max(initial=0.0))
+    if most and shutter.neighbour is not None:
         _motion_steps(
-            _camera_path(exposure, corner, min(math.ceil(most / EASE_PER_FRAME), MAX_NEIGHBOURS)),
+            _camera_path(shutter, corner, min(math.ceil(most / EASE_PER_FRAME), MAX_NEIGHBOURS)),
             *objects,
-            smear,
+            motion_step,
         )
-    return smear
+    return motion_step
 
 
 class _CameraPath(NamedTuple):
@@ -71,16 +71,16 @@ class _CameraPath(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _camera_path(exposure: ShutterInterval, corner: Corner, near: int) -> _CameraPath:
+def _camera_path(shutter: ShutterInterval, corner: Corner, near: int) -> _CameraPath:
     """From so many frames before to as many after, nearest first: asked for by every species."""
-    every = [exposure]
-    if exposure.near is not None:
-        every += [exposure.near(k) for far in range(1, near + 1) for k in (-far, far)]
-    cameras = [camera for each in every for camera in (each.opens, each.closes)]
+    every = [shutter]
+    if shutter.neighbour is not None:
+        every += [shutter.neighbour(k) for far in range(1, near + 1) for k in (-far, far)]
+    cameras = [camera for each in every for camera in (each.opening, each.closing)]
     eyes = np.stack([eye_relative_to(corner, camera) for camera in cameras])
     axes = np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
     away = (np.arange(len(every)) + 1) // 2
-    later = np.array([each.opens_s - exposure.opens_s for each in every]) / exposure.seconds
+    later = np.array([each.open_s - shutter.open_s for each in every]) / shutter.duration_s
     return _CameraPath(
         eyes.reshape(-1, 2, 3), axes.reshape(-1, 2, 3, 3), EASE_PER_FRAME * away, later
     )
@@ -93,15 +93,15 @@ def eye_relative_to(corner: Corner, camera: Camera) -> np.ndarray:
 
 
 @njit(cache=True)
-def _motion_steps(path, theta, start, end, bound, own, smear):  # type: ignore[no-untyped-def]
+def _motion_steps(path, theta, start, end, bound, own, motion_step):  # type: ignore[no-untyped-def]
     eyes, axes, ease, later = path
     turn = axes[:, 1] - axes[:, 0]
     phi = np.array([math.sqrt((each * each).sum() / 2) for each in turn])
     opened, closed = np.empty(3), np.empty(3)
     for i in range(len(bound)):
-        smear[i] = math.inf
+        motion_step[i] = math.inf
         for k in range(len(ease)):
-            if ease[k] >= smear[i]:
+            if ease[k] >= motion_step[i]:
                 break
             shift = 0.0
             for c in range(3):
@@ -113,8 +113,8 @@ def _motion_steps(path, theta, start, end, bound, own, smear):  # type: ignore[n
             length = _least_motion(
                 axes[k], turn[k], phi[k], opened, closed, shift, bound[i], own[i]
             )
-            if k == 0 or length / theta < _ratio_at_step(smear[i] - ease[k]):
-                smear[i] = _step_at_ratio(length / theta) + ease[k]
+            if k == 0 or length / theta < _ratio_at_step(motion_step[i] - ease[k]):
+                motion_step[i] = _step_at_ratio(length / theta) + ease[k]
 
 
 @njit(cache=True)

@@ -21,7 +21,7 @@ L is one for a whole object: the least that anything of it moves (``lod.motion.i
 A camera can stop between two frames, and all that its motion hid would come at once. So what is
 hidden eases: from one frame to the next the scale goes by EASE at most,
 
-    smear(f) = min over k of own(f + k) + EASE·|k|,
+    step(f) = min over k of own(f + k) + EASE·|k|,
 
 the largest such that is never more than the frame's own. The path of a camera is known ahead:
 detail comes back before the motion ends, and goes after it has begun. At rest it is 0, and where
@@ -37,7 +37,7 @@ from lod.arrays import Reals
 from lod.camera import Camera
 
 STEPS_PER_OCTAVE = 8
-"""Steps of the scale of smears to each doubling of m."""
+"""Steps of the motion scale to each doubling of m."""
 
 EASE_PER_FRAME = 0.5
 """Steps between two frames at most: by 4 % of D, of which a fade band is five times as wide."""
@@ -53,21 +53,21 @@ class ShutterInterval:
     near  the same so many frames later, or before where it is below 0; None = nothing is eased
     """
 
-    opens: Camera
-    closes: Camera
-    opens_s: float
-    closes_s: float
-    near: Callable[[int], "ShutterInterval"] | None = None
+    opening: Camera
+    closing: Camera
+    open_s: float
+    close_s: float
+    neighbour: Callable[[int], "ShutterInterval"] | None = None
 
     @property
-    def seconds(self) -> float:
+    def duration_s(self) -> float:
         """How long the shutter is open [s]."""
-        return self.closes_s - self.opens_s
+        return self.close_s - self.open_s
 
 
-def motion_coarsening(smear: float) -> float:
-    """How much m grows at a place on the scale of smears, from 0: a factor, 1 or more."""
-    return float(2.0 ** (smear / STEPS_PER_OCTAVE))
+def motion_coarsening(motion_step: float) -> float:
+    """How much m grows at a place on the motion scale, from 0: a factor, 1 or more."""
+    return float(2.0 ** (motion_step / STEPS_PER_OCTAVE))
 
 
 def subframe_offsets(subframes: int) -> Reals:

@@ -36,7 +36,7 @@ def blend_weights(cut: Cut, view: View) -> BlendWeights:
     """How much of its inner and of its leaf appearance each displayed part shows."""
     parts = cut.parts
     shown = fade_factors(cut, view) if view.fade else np.ones(len(parts))
-    inner, leaf, hidden = cross_fade(parts.whole, parts.share, shown)
+    inner, leaf, hidden = cross_fade(parts.parent, parts.share, shown)
     return BlendWeights(inner, leaf, *view_angles(parts.position, view), hidden)
 
 

@@ -22,7 +22,7 @@ class Parts:
     level     (n,)   detail level
     object    (n,)   which object of this frame the part belongs to
     part      (n,)   which part of its representation it is
-    whole     (n,)   row, in the batch that was asked, of the part that owns it; -1 for roots
+    parent    (n,)   row, in the batch that was asked, of the part that owns it; -1 for roots
     share     (n,)   its share of the area of all direct parts of its whole, 0 to 1; 1 for roots
     state     the representation's own, passed along untouched (poses, seeds, tiles)
     """
@@ -35,7 +35,7 @@ class Parts:
     level: np.ndarray
     object: np.ndarray
     part: np.ndarray
-    whole: np.ndarray
+    parent: np.ndarray
     share: np.ndarray
     state: Any = None
 
@@ -43,7 +43,7 @@ class Parts:
         same = self.centre is self.position
         freeze(self, position=np.float64, bound=np.float64, limit=np.float64)
         freeze(self, limit_offscreen=np.float64, level=np.int64, object=np.int64)
-        freeze(self, part=np.int64, whole=np.int64, share=np.float64)
+        freeze(self, part=np.int64, parent=np.int64, share=np.float64)
         if same:
             object.__setattr__(self, "centre", self.position)
         else:
@@ -65,7 +65,7 @@ class Parts:
             level=self.level[rows],
             object=self.object[rows],
             part=self.part[rows],
-            whole=self.whole[rows],
+            parent=self.parent[rows],
             share=self.share[rows],
             state=self.state,
         )
@@ -89,26 +89,26 @@ class BlendWeights:
 
     inner: np.ndarray
     leaf: np.ndarray
-    rise: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    turn: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    hidden: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    sin_elevation: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    cos_azimuth: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    hidden_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        if not len(self.rise):
-            object.__setattr__(self, "rise", np.zeros(len(self.inner)))
-        if not len(self.turn):
-            object.__setattr__(self, "turn", np.full(len(self.inner), np.nan))
-        if not len(self.hidden):
-            object.__setattr__(self, "hidden", np.ones(len(self.inner)))
-        freeze(self, inner=np.float64, leaf=np.float64, rise=np.float64)
-        freeze(self, turn=np.float64, hidden=np.float64)
+        if not len(self.sin_elevation):
+            object.__setattr__(self, "sin_elevation", np.zeros(len(self.inner)))
+        if not len(self.cos_azimuth):
+            object.__setattr__(self, "cos_azimuth", np.full(len(self.inner), np.nan))
+        if not len(self.hidden_area):
+            object.__setattr__(self, "hidden_area", np.ones(len(self.inner)))
+        freeze(self, inner=np.float64, leaf=np.float64, sin_elevation=np.float64)
+        freeze(self, cos_azimuth=np.float64, hidden_area=np.float64)
 
     def __len__(self) -> int:
         return len(self.inner)
 
     def take(self, rows: np.ndarray) -> "BlendWeights":
         """Of the parts at ``rows`` (indices or flags)."""
-        columns = self.inner, self.leaf, self.rise, self.turn, self.hidden
+        columns = self.inner, self.leaf, self.sin_elevation, self.cos_azimuth, self.hidden_area
         return BlendWeights(*(each[rows] for each in columns))
 
 
@@ -183,7 +183,7 @@ class Representation(Protocol):
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly; ``whole`` gives rows of ``parts``."""
 
-    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks | Triangles:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks | Triangles:
         """What displayed parts look like: so much of each appearance as they show (§2.4)."""
 
 

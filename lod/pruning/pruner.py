@@ -25,10 +25,10 @@ class Cut:
     object: np.ndarray
     part: np.ndarray
     level: np.ndarray
-    whole: np.ndarray
+    parent: np.ndarray
     examined_objects: int
     examined_parts: int
-    tell: Callable[[], Parts]
+    load_parts: Callable[[], Parts]
 
     def __len__(self) -> int:
         return len(self.part)
@@ -36,12 +36,12 @@ class Cut:
     @cached_property
     def parts(self) -> Parts:
         """The displayed parts; ``whole`` gives rows of this batch. Worked out when asked for."""
-        return self.tell()
+        return self.load_parts()
 
     @property
     def displayed_objects(self) -> int:
         """Objects of which at least the coarsest part is displayed."""
-        return int(np.count_nonzero(self.whole < 0))
+        return int(np.count_nonzero(self.parent < 0))
 
     @property
     def displayed_parts(self) -> int:
@@ -76,13 +76,13 @@ def prune_by_level(representation: Representation, view: View) -> Cut:
     candidates = representation.roots(view)
     examined_objects = examined_parts = len(candidates)
     batches = [candidates.take(displayed(candidates, view))]
-    wholes = [batches[0].whole]
+    wholes = [batches[0].parent]
     first_row = 0
     while len(batches[-1]):
         candidates = representation.parts_of(batches[-1], view)
         examined_parts += len(candidates)
         passed = candidates.take(displayed(candidates, view))
-        wholes.append(passed.whole + first_row)
+        wholes.append(passed.parent + first_row)
         first_row += len(batches[-1])
         batches.append(passed)
     parts = _by_object(_join(batches, np.concatenate(wholes)))
@@ -91,7 +91,7 @@ def prune_by_level(representation: Representation, view: View) -> Cut:
 
 def cut_from_parts(parts: Parts, examined_objects: int, examined_parts: int) -> Cut:
     """The cut of parts that are known already."""
-    columns = (parts.object, parts.part, parts.level, parts.whole)
+    columns = (parts.object, parts.part, parts.level, parts.parent)
     return Cut(*columns, examined_objects, examined_parts, lambda: parts)
 
 
@@ -101,7 +101,7 @@ def _by_object(parts: Parts) -> Parts:
     row = np.empty(len(order), np.int64)
     row[order] = np.arange(len(order))
     taken = parts.take(order)
-    return replace(taken, whole=np.where(taken.whole < 0, -1, row[taken.whole]))
+    return replace(taken, parent=np.where(taken.parent < 0, -1, row[taken.parent]))
 
 
 def _join(batches: list[Parts], whole: np.ndarray) -> Parts:
@@ -117,7 +117,7 @@ def _join(batches: list[Parts], whole: np.ndarray) -> Parts:
     return Parts(
         position=position,
         centre=position if shared else column("centre"),
-        whole=whole,
+        parent=whole,
         state=batches[0].state,
         **{name: column(name) for name in names},
     )

@@ -39,13 +39,13 @@ class DrawnState:
 
     start: np.ndarray
     end: np.ndarray
-    moved: np.ndarray
-    off: np.ndarray
-    anew: np.ndarray
+    displacement_px: np.ndarray
+    error_px: np.ndarray
+    updated: np.ndarray
 
     def __post_init__(self) -> None:
         freeze(self, start=np.float64, end=np.float64)
-        freeze(self, moved=np.float64, off=np.float64, anew=bool)
+        freeze(self, displacement_px=np.float64, error_px=np.float64, updated=bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +59,13 @@ class TruePose:
     start: np.ndarray
     end: np.ndarray
     owner: np.ndarray
-    due: np.ndarray
+    refresh_due: np.ndarray
     eye: np.ndarray
     theta: float
 
     def __post_init__(self) -> None:
         freeze(self, start=np.float64, end=np.float64, eye=np.float64)
-        freeze(self, owner=np.int64, due=bool)
+        freeze(self, owner=np.int64, refresh_due=bool)
 
 
 def threshold_rule(threshold_px: float) -> UpdateRule:
@@ -89,14 +89,14 @@ def budget_rule(budget: int) -> UpdateRule:
 
 def initial_state(now: TruePose) -> DrawnState:
     """The first frame of all: everything is where it is."""
-    zero = np.zeros(len(now.due))
-    return DrawnState(now.start, now.end, zero, zero, np.ones(len(now.due), bool))
+    zero = np.zeros(len(now.refresh_due))
+    return DrawnState(now.start, now.end, zero, zero, np.ones(len(now.refresh_due), bool))
 
 
 def step(before: DrawnState, now: TruePose, rule: UpdateRule) -> DrawnState:
     """One frame on: from what was drawn to what is drawn, by a rule."""
     moved = displacement_px(before, now)
-    anew = rule(moved) | now.due
+    anew = rule(moved) | now.refresh_due
     sticks = anew[now.owner][:, None]
     start = np.where(sticks, now.start, before.start)
     end = np.where(sticks, now.end, before.end)
@@ -109,7 +109,7 @@ def displacement_px(drawn: DrawnState, now: TruePose) -> Reals:
     The angle between two directions, exact for the least of them (Kahan), is
     2·atan2(|û − v̂|, |û + v̂|), here of |v|·u and |u|·v.
     """
-    moved = np.zeros(len(now.due))
+    moved = np.zeros(len(now.refresh_due))
     _farthest(drawn.start, now.start, now.owner, now.eye, moved)
     _farthest(drawn.end, now.end, now.owner, now.eye, moved)
     return moved / now.theta
@@ -151,7 +151,7 @@ def replay(frames: Iterator[TruePose], rules: Sequence[UpdateRule]) -> list[Draw
 
 def apply_state(drawn: DrawnState, sticks: Sticks) -> Sticks:
     """Sticks as they are at some moment of a frame, those of parts that it keeps as drawn."""
-    anew = drawn.anew[sticks.owner][:, None]
+    anew = drawn.updated[sticks.owner][:, None]
     start = np.where(anew, sticks.start, drawn.start)
     return replace(sticks, start=start, end=np.where(anew, sticks.end, drawn.end))
 

@@ -22,8 +22,8 @@ class View:
     look_around       no field of view: every direction counts as in view (experiments on the law)
     fade              share of D before it over which a part shrinks away; 0 = it is clipped at D
     time_s            when the frame is taken, for what moves [s]
-    sight             air, display and eye; None = clear air and an ideal eye
-    exposure          while the shutter is open; None = no time at all, and motion hides nothing
+    conditions        air, display and eye; None = clear air and an ideal eye
+    shutter           while the shutter is open; None = no time at all, and motion hides nothing
     sun               unit vector on the map to where the sun stands, for looks that mind it; None =
                       they look from all sides alike
     """
@@ -35,8 +35,8 @@ class View:
     look_around: bool = False
     fade: float = 0.0
     time_s: float = 0.0
-    sight: ViewingConditions | None = None
-    exposure: ShutterInterval | None = None
+    conditions: ViewingConditions | None = None
+    shutter: ShutterInterval | None = None
     sun: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -48,14 +48,18 @@ class View:
             raise InputError("fade", self.fade, "at least 0, below 1", "try 0.2")
         if self.look_around and self.metric.along_axis:
             raise InputError("metric", self.metric.name, "needs a view axis, not a full turn")
-        if self.sight is not None and self.sight.widths.pixel != self.camera.pixel_angle:
-            arrived = self.sight.widths.pixel
-            raise InputError("sight.widths.pixel", arrived, "the angle of the camera's own pixel")
+        if self.conditions is not None and self.conditions.widths.pixel != self.camera.pixel_angle:
+            arrived = self.conditions.widths.pixel
+            raise InputError(
+                "conditions.widths.pixel", arrived, "the angle of the camera's own pixel"
+            )
 
     @property
     def theta(self) -> float:
         """θ of one pixel, or of all blurs together but that of motion (§2.1) [rad]."""
-        return self.camera.pixel_angle if self.sight is None else self.sight.widths.effective
+        return (
+            self.camera.pixel_angle if self.conditions is None else self.conditions.widths.effective
+        )
 
     @property
     def m(self) -> float:
@@ -67,29 +71,32 @@ class View:
         """The coarser m for what is out of view, seen only through shadow and bounce [rad]."""
         return self.m / self.offscreen_detail
 
-    def limits(self, hierarchy: Hierarchy, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    def limits(self, hierarchy: Hierarchy, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Clamped limit distances of every part, in view and out of it, (n,) each [m].
 
-        smear: of the object, a whole step on the scale of ``exposure``.
+        motion_step: of the object, a whole step on the scale of ``shutter``.
         None is greater out of view: an eye's W grows faster at a finer m, and could turn them
         round where much of D is the range (``bounded``); and what motion hides in view is not kept
-        for its shadow. None grows with smear.
+        for its shadow. None grows with motion_step.
         """
-        inside = limit_distances(hierarchy, self.metric, self.m, self.sight)
-        if smear and self.metric.finite:
-            m, sight = self.m * motion_coarsening(smear), self._smeared_sight(smear)
-            inside = np.minimum(inside, limit_distances(hierarchy, self.metric, m, sight))
+        inside = limit_distances(hierarchy, self.metric, self.m, self.conditions)
+        if motion_step and self.metric.finite:
+            m, conditions = (
+                self.m * motion_coarsening(motion_step),
+                self._conditions_in_motion(motion_step),
+            )
+            inside = np.minimum(inside, limit_distances(hierarchy, self.metric, m, conditions))
         if self.metric.along_axis:
             return inside, np.zeros_like(inside)
-        outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.sight)
+        outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.conditions)
         return inside, np.minimum(inside, outside)
 
-    def _smeared_sight(self, smear: int) -> ViewingConditions | None:
+    def _conditions_in_motion(self, motion_step: int) -> ViewingConditions | None:
         """What is looked through while things move: θ_motion is the even blur of the same m."""
-        if self.sight is None:
+        if self.conditions is None:
             return None
-        motion = self.theta * math.sqrt(motion_coarsening(smear) ** 2 - 1)
-        return replace(self.sight, widths=replace(self.sight.widths, motion=motion))
+        motion = self.theta * math.sqrt(motion_coarsening(motion_step) ** 2 - 1)
+        return replace(self.conditions, widths=replace(self.conditions.widths, motion=motion))
 
 
 def dot(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:

@@ -73,7 +73,9 @@ def extinction_cutoff(
     return WeightedDistance(knots, knots, math.inf)
 
 
-def perceptual_limits(sight: ViewingConditions, clear: Reals, contrast: Ints, m: float) -> Reals:
+def perceptual_limits(
+    conditions: ViewingConditions, clear: Reals, contrast: Ints, m: float
+) -> Reals:
     """D = W⁻¹(D in clear air) of parts in these classes of contrast, (n,) [m].
 
     ``contrast`` holds rows of CONTRAST_CLASSES.
@@ -81,5 +83,5 @@ def perceptual_limits(sight: ViewingConditions, clear: Reals, contrast: Ints, m:
     seen = clear.copy()
     for row in np.unique(contrast):
         of_class = contrast == row
-        seen[of_class] = sight.weighted(CONTRAST_CLASSES[row], m).unweight(clear[of_class])
+        seen[of_class] = conditions.weighted(CONTRAST_CLASSES[row], m).inverse(clear[of_class])
     return seen

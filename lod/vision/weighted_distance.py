@@ -71,7 +71,7 @@ class WeightedDistance:
         return np.append(np.diff(self.weighted) / np.diff(self.distance), self.beyond)
 
     @property
-    def gone(self) -> float:
+    def vanishing_distance(self) -> float:
         """Distance past which nothing of this contrast is seen, of any size [m]; may be inf."""
         return float(self.distance[-1]) if math.isinf(self.beyond) else math.inf
 
@@ -84,7 +84,7 @@ class WeightedDistance:
         weighted = self.weighted[row] + rise
         return np.maximum(distance, np.minimum(weighted, _next(self.weighted, row)))
 
-    def unweight(self, weighted: Reals) -> Reals:
+    def inverse(self, weighted: Reals) -> Reals:
         """The d of each W, (n,) [m], at most ``gone``: limit distances from those in clear air."""
         _refuse_negative("W", weighted)
         row = np.searchsorted(self.weighted, weighted, side="right") - 1

@@ -28,7 +28,7 @@ class DustFrame(NamedTuple):
 class ChildParts(NamedTuple):
     """Parts that others own: row of the whole, name, place (n, 3) [m], share of the area."""
 
-    whole: np.ndarray
+    parent: np.ndarray
     part: np.ndarray
     place: np.ndarray
     share: np.ndarray

@@ -136,12 +136,12 @@ class Dust:
         level, who = parts.level[whole] + 1, parts.object[whole]
         return self._parts(moment, level, place[order], who, part[order], whole, share[order])
 
-    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
         """Balls: leaf appearances alone, as much as each shows."""
         moment = parts.state
-        owner, place, area, struck = leaf_balls(self._scene(moment), parts, look.leaf > 0)
+        owner, place, area, struck = leaf_balls(self._scene(moment), parts, weights.leaf > 0)
         stride = self.legs.stride[moment.walkers.prototype[parts.object[owner]]]
-        radius = growth.GRAIN * stride * np.sqrt(area * look.leaf[owner])
+        radius = growth.GRAIN * stride * np.sqrt(area * weights.leaf[owner])
         tint = self.soil.tint(moment.walkers.corner, struck)
         return ball_sticks(place, radius, tint, self.soil.tints, owner)
 
@@ -192,7 +192,7 @@ class Dust:
             level=level,
             object=object_,
             part=part,
-            whole=whole,
+            parent=whole,
             share=share,
             state=moment,
         )
@@ -215,7 +215,7 @@ def _hierarchy(stride: float, far: float, puffs: int) -> Hierarchy:
         B[level] = separation[level + 1] + max(balls[level], B[level + 1])
     count = np.array([max(puffs, 1) * WISPS * GRAINS, WISPS * GRAINS, GRAINS, 1])
     return Hierarchy(
-        whole=np.arange(-1, 3),
+        parent=np.arange(-1, 3),
         level=np.arange(4),
         position=np.zeros((4, 3)),
         P=growth.GRAIN * stride * np.sqrt(np.pi * count),

@@ -155,27 +155,27 @@ def _limits_at(
     can make a difference: it is never more than the frame's own.
     """
     limits = np.array([[float(view.limits(tree)[0][0]) for tree in trees]])
-    if view.exposure is None or not view.metric.finite:
+    if view.shutter is None or not view.metric.finite:
         return limits
     limits = np.repeat(limits, len(points), axis=0)
     radius = max(float(tree.B[0]) for tree in trees)
     rows = np.flatnonzero(d < limits[0].max())
-    for exposure in (replace(view.exposure, near=None), view.exposure):
+    for shutter in (replace(view.shutter, neighbour=None), view.shutter):
         still, bound = np.zeros(len(rows)), np.full(len(rows), radius)
         ends = points[rows], points[rows]
-        smear = motion_steps(exposure, view.camera.corner, view.theta, *ends, bound, still)
-        limits[rows] = _limits_at_motion(view, trees, smear)
+        motion_step = motion_steps(shutter, view.camera.corner, view.theta, *ends, bound, still)
+        limits[rows] = _limits_at_motion(view, trees, motion_step)
         rows = rows[d[rows] > (1 - view.fade) * limits[rows].min(axis=1)]
     return limits
 
 
 def _limits_at_motion(
-    view: View, trees: Sequence[Hierarchy], smear: Reals
+    view: View, trees: Sequence[Hierarchy], motion_step: Reals
 ) -> Float64[np.ndarray, "n t"]:
     """Limit distances of wholes of which motion hides so much [m]."""
-    steps = np.arange(int(smear.max(initial=0.0)) + 2)
+    steps = np.arange(int(motion_step.max(initial=0.0)) + 2)
     tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
-    return np.stack([np.interp(smear, steps, table) for table in tables], axis=1)
+    return np.stack([np.interp(motion_step, steps, table) for table in tables], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

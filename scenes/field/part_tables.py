@@ -91,12 +91,12 @@ class PartTables:
             view_dependence=view_dependence,
         )
 
-    def limits(self, view: View, smear: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    def limits(self, view: View, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Clamped limit distances of every row, in view and out of it [m]."""
-        return _limits(self, view, smear)
+        return _limits(self, view, motion_step)
 
     def limits_by_motion(self, view: View, most: float) -> np.ndarray:
-        """The same at every whole step of smear up to the next after ``most``, (steps, m, 2) [m].
+        """The same at every whole motion step up to the next after ``most``, (steps, m, 2) [m].
 
         Between two steps limits lie on the straight line: still clamped, and in clear air never
         below their own, for D is convex in m.
@@ -109,12 +109,19 @@ class PartTables:
         whole, offset = expand(self.part_count[rows])
         return whole, self.order[self.first_part[rows][whole] + offset]
 
-    def sticks_of(self, rows: np.ndarray, look: BlendWeights) -> "DisplayedSticks":
+    def sticks_of(self, rows: np.ndarray, weights: BlendWeights) -> "DisplayedSticks":
         """The displayed sticks of these rows."""
         views, table = self.view_dependence, self.sticks
         steps = views.elevation_steps, views.azimuth_steps
         tables = views.table_row, views.area_share, *steps
-        asked = rows, look.inner, look.leaf, look.rise, look.turn, look.hidden
+        asked = (
+            rows,
+            weights.inner,
+            weights.leaf,
+            weights.sin_elevation,
+            weights.cos_azimuth,
+            weights.hidden_area,
+        )
 
         def counted(first: int, last: int) -> tuple[int, int]:
             return first, _count(table.first, *(each[first:last] for each in asked[:3]))
@@ -147,9 +154,9 @@ class DisplayedSticks(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def _limits(part_tables: PartTables, view: View, smear: int) -> tuple[np.ndarray, np.ndarray]:
+def _limits(part_tables: PartTables, view: View, motion_step: int) -> tuple[np.ndarray, np.ndarray]:
     """Asked for again and again in one frame, worked out once."""
-    pairs = [view.limits(tree, smear) for tree in part_tables.hierarchies]
+    pairs = [view.limits(tree, motion_step) for tree in part_tables.hierarchies]
     inside, outside = (np.concatenate(side) for side in zip(*pairs, strict=True))
     for each in (inside, outside):
         each.setflags(write=False)
@@ -174,18 +181,18 @@ def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _sticks_of(first, tints, views, overlap, begin, rows, look, found):  # type: ignore[no-untyped-def]
+def _sticks_of(first, tints, views, overlap, begin, rows, weights, found):  # type: ignore[no-untyped-def]
     """Owner, row, share and tint of every stick of blocks 2·row and 2·row + 1, in their order;
     owners are counted from ``begin``."""
-    inner, leaf, rise, turn, hidden = look
+    inner, leaf, sin_elevation, cos_azimuth, hidden_area = weights
     owner, stick, shares, tint = found
     table_row, area_share, elevation_steps, azimuth_steps = views
     k = 0
     for i in range(len(rows)):
         aloft = high = around = -2.0  # not looked up yet
         blended = leaf[i]
-        if 0.0 < hidden[i] < 1.0:
-            blended *= leaf_area_share(hidden[i], overlap[rows[i]]) / hidden[i]
+        if 0.0 < hidden_area[i] < 1.0:
+            blended *= leaf_area_share(hidden_area[i], overlap[rows[i]]) / hidden_area[i]
         for side, share in enumerate((inner[i], blended)):
             block = 2 * rows[i] + side
             if share > 0.0:
@@ -194,9 +201,9 @@ def _sticks_of(first, tints, views, overlap, begin, rows, look, found):  # type:
                     c = table_row[row]
                     if c >= 0:
                         if aloft == -2.0:
-                            aloft = elevation_index(abs(rise[i]))
-                            high = elevation_index(max(rise[i], 0.0))
-                            around = azimuth_index(turn[i])
+                            aloft = elevation_index(abs(sin_elevation[i]))
+                            high = elevation_index(max(sin_elevation[i], 0.0))
+                            around = azimuth_index(cos_azimuth[i])
                         shares[k] *= interpolate(area_share[c], aloft)
                         # Between two tones some sticks have one and some the other.
                         down = interpolate(elevation_steps[c], high)

@@ -74,6 +74,6 @@ class Placed:
         """The parts that ``parts`` own directly."""
         return self.prototypes.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
         """Sticks of the displayed parts."""
-        return self.prototypes.appearance(parts, look)
+        return self.prototypes.appearance(parts, weights)

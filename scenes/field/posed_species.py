@@ -111,17 +111,17 @@ class SpeciesPrototypes:
         ``bodies_at`` gives them as they are at a time [s]; the same where none of them moves.
         """
         instances = bodies_at(view.time_s)
-        exposure, still = view.exposure, np.zeros(len(instances))
-        if exposure is None or not view.metric.finite:
+        shutter, still = view.shutter, np.zeros(len(instances))
+        if shutter is None or not view.metric.finite:
             return InstancesInView(instances, samples, still)
-        opens, closes = (bodies_at(t) for t in (exposure.opens_s, exposure.closes_s))
+        opens, closes = (bodies_at(t) for t in (shutter.open_s, shutter.close_s))
         start, end = self._origins(opens), self._origins(closes)
         bound = self.part_tables.bound[self.part_tables.root][instances.prototype]
         turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
         # The origin of the whole may swing one way and something of it the other.
-        own = 2 * self.max_speed[instances.prototype] * exposure.seconds + turn * bound
-        smear = motion_steps(exposure, view.camera.corner, view.theta, start, end, bound, own)
-        return InstancesInView(instances, samples, smear)
+        own = 2 * self.max_speed[instances.prototype] * shutter.duration_s + turn * bound
+        motion_step = motion_steps(shutter, view.camera.corner, view.theta, start, end, bound, own)
+        return InstancesInView(instances, samples, motion_step)
 
     def _origins(self, instances: Instances) -> np.ndarray:
         """Origins of the wholes, (n, 3) [m]."""
@@ -152,14 +152,14 @@ class SpeciesPrototypes:
             rows.object,
             rows.part,
             level,
-            rows.whole,
+            rows.parent,
             *counted,
             lambda: self.parts_shown(objects, rows, view),
         )
 
     def parts_shown(self, objects: InstancesInView, rows: DisplayedRows, view: View) -> Parts:
         """All that is known of displayed parts."""
-        owner, part, whole = (a.astype(np.int64) for a in (rows.object, rows.part, rows.whole))
+        owner, part, whole = (a.astype(np.int64) for a in (rows.object, rows.part, rows.parent))
         return self._parts(objects, owner, part, whole, view)
 
     def wholes(self, objects: InstancesInView, view: View) -> Parts:
@@ -173,12 +173,12 @@ class SpeciesPrototypes:
         whole, part = self.part_tables.parts_of(parts.part)
         return self._parts(parts.state, parts.object[whole], part, whole, view)
 
-    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
         """Sticks of displayed parts, as much of both appearances as they show.
 
         Parts of one object stand together, so that every joint is posed once.
         """
-        displayed = self.part_tables.sticks_of(parts.part, look)
+        displayed = self.part_tables.sticks_of(parts.part, weights)
         return emit(
             self.pose_tables, self.part_tables, parts.state.instances, parts.object, displayed
         )
@@ -207,7 +207,7 @@ class SpeciesPrototypes:
             level=part_tables.level[part],
             object=rows,
             part=part,
-            whole=whole,
+            parent=whole,
             share=part_tables.share[part],
             state=objects,
         )
@@ -218,15 +218,15 @@ def _most(objects: InstancesInView) -> float:
 
 
 @njit(cache=True)
-def _between(limits, part, rows, smear):  # type: ignore[no-untyped-def]
+def _between(limits, part, rows, motion_step):  # type: ignore[no-untyped-def]
     """Limits of parts (n,) of objects ``rows`` (n,), (2, n), as the compiled walk takes them.
 
-    limits (steps, m, 2) at whole steps of smear; smear of each object
+    limits (steps, m, 2) at whole motion steps; motion_step of each object
     """
     found = np.empty((2, len(part)))
     for i in range(len(part)):
-        step = int(smear[rows[i]])
-        share = smear[rows[i]] - step
+        step = int(motion_step[rows[i]])
+        share = motion_step[rows[i]] - step
         for side in range(2):
             found[side, i] = limits[step, part[i], side]
             if share > 0:

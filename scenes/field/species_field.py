@@ -114,7 +114,7 @@ class SpeciesField:
         corner = view.camera.corner
         # What does not move is the same in every frame, to the last bit.
         now = self._bodies(corner, samples, view.time_s if self.moves else 0.0, view)
-        moves = self.moves and view.exposure is not None
+        moves = self.moves and view.shutter is not None
 
         def bodies_at(time_s: float) -> Instances:
             return self._bodies(corner, samples, time_s, view) if moves else now
@@ -156,9 +156,9 @@ class SpeciesField:
         """The parts that ``parts`` own directly."""
         return self.prototypes.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
         """Sticks of the displayed parts, as much of both appearances as they show."""
-        return self.prototypes.appearance(parts, look)
+        return self.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """The same parts as they look at another time."""

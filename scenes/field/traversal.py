@@ -53,7 +53,7 @@ class DisplayedRows(NamedTuple):
 
     object: np.ndarray
     part: np.ndarray
-    whole: np.ndarray
+    parent: np.ndarray
     examined: int
 
 
@@ -62,11 +62,11 @@ def walk(
     slots: TraversalTables,
     limits: np.ndarray,
     instances: Instances,
-    smear: np.ndarray,
+    motion_step: np.ndarray,
     view: View,
 ) -> DisplayedRows:
-    """Everything displayed of these objects; smear (n,): of each."""
-    vantage, columns = compile_view(view), (*instances.columns(), smear)
+    """Everything displayed of these objects; motion_step (n,): of each."""
+    vantage, columns = compile_view(view), (*instances.columns(), motion_step)
 
     def run(first: int, last: int) -> list[DisplayedRows]:
         return _run(pose_tables, slots, limits, columns, vantage, first, last)
@@ -111,7 +111,7 @@ def _joined(runs: list[DisplayedRows]) -> DisplayedRows:
         return runs[0]
     starts = np.cumsum([0] + [len(rows.part) for rows in runs])
     wholes = [
-        np.where(rows.whole < 0, rows.whole, rows.whole + np.int32(start))
+        np.where(rows.parent < 0, rows.parent, rows.parent + np.int32(start))
         for rows, start in zip(runs, starts[:-1], strict=True)
     ]
     objects, parts = (np.concatenate([getattr(r, k) for r in runs]) for k in ("object", "part"))
@@ -131,7 +131,7 @@ def _walk(  # type: ignore[no-untyped-def]
     prototype,
     phase,
     feet,
-    smear,
+    motion_step,
     table,
     most,
     first,
@@ -153,8 +153,8 @@ def _walk(  # type: ignore[no-untyped-def]
         d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
         stance, turn = NO_POSE, IDENTITY
         base, i, whole, k, end = n, n, -1, v, v + 1
-        step = int(smear[o])
-        between = smear[o] - step
+        step = int(motion_step[o])
+        between = motion_step[o] - step
         while True:
             examined += end - k
             while k < end:

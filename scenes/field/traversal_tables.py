@@ -65,7 +65,7 @@ def _wander(tree: Hierarchy, max_sway_m: float) -> np.ndarray:
         return np.linalg.norm(tree.position - tree.position[0], axis=1) + _ROUNDING_M
     wander = np.full(len(tree), max_sway_m + _ROUNDING_M)
     for row in range(1, len(tree)):
-        wander[row] = wander[tree.whole[row]] + tree.separation[row]
+        wander[row] = wander[tree.parent[row]] + tree.separation[row]
     return wander
 
 
@@ -74,7 +74,7 @@ def limit_table(
 ) -> np.ndarray:
     """Wander, limit distances in view and out of it, and bound, slot by slot, (steps, s, 4) [m].
 
-    For every step of smear as in ``PartTables.limits_by_motion``.
+    For every motion step as in ``PartTables.limits_by_motion``.
     """
     limits = part_tables.limits_by_motion(view, most)[:, slots.links[:, 0]]
     table = np.empty((*limits.shape[:2], 4))

@@ -35,7 +35,7 @@ class Shown:
 
     each: Representation
     cut: Cut
-    look: BlendWeights
+    weights: BlendWeights
     view: View
     drawn: DrawnState | None = None
 
@@ -46,7 +46,7 @@ class Shown:
 
     def posed(self, time_s: float) -> Sticks | Triangles:
         """Its looks at a time, nothing of it kept."""
-        return self.each.appearance(self.parts(time_s), self.look)
+        return self.each.appearance(self.parts(time_s), self.weights)
 
     def parts(self, time_s: float) -> Parts:
         """The displayed parts as they stand at a time; the very same where nothing moves."""

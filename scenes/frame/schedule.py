@@ -54,7 +54,9 @@ def update_counts(drawn: Sequence[DrawnState]) -> dict[str, int]:
     if not drawn:
         return {}
     return {
-        "parts_scheduled": sum(len(each.anew) for each in drawn),
-        "parts_redrawn": sum(int(each.anew.sum()) for each in drawn),
-        "farthest_off_mpx": max(round(1000 * float(each.off.max(initial=0))) for each in drawn),
+        "parts_scheduled": sum(len(each.updated) for each in drawn),
+        "parts_redrawn": sum(int(each.updated.sum()) for each in drawn),
+        "farthest_off_mpx": max(
+            round(1000 * float(each.error_px.max(initial=0))) for each in drawn
+        ),
     }

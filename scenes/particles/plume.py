@@ -103,7 +103,7 @@ class Plume:
         live = kind.rate * kind.life_s
         R = np.array([separation + reach, reach, half * kind.widest]) * self.size
         return Hierarchy(
-            whole=np.array([-1, 0, 1]),
+            parent=np.array([-1, 0, 1]),
             level=np.array([0, 1, 2]),
             position=np.zeros((3, 3)),
             P=side * np.sqrt([n * live, n, 1]) * self.size,
@@ -135,9 +135,9 @@ class Plume:
         share = self._shares(parts.state, births, level, part, number)
         return self._parts(parts.state, view, part, parts.object[whole], whole, share)
 
-    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks | Triangles:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks | Triangles:
         """Balls of smoke or tongues of flame: leaf appearances alone, as much as each shows."""
-        grains, time = self._drawn_particles(parts, look), parts.state
+        grains, time = self._drawn_particles(parts, weights), parts.state
         puffs = self._puffs(time, grains.birth)
         last = SHADES - 1
         shade = np.minimum((np.clip(puffs.age, 0, 1) * SHADES).astype(np.int64), last)
@@ -167,7 +167,7 @@ class Plume:
             level=level,
             object=object_,
             part=part,
-            whole=whole,
+            parent=whole,
             share=share,
             state=time,
         )
@@ -182,11 +182,11 @@ class Plume:
         at[part == 0] = self._base(time.corner) + self.size * self.growth.axis(np.array([0.5]))[0]
         return at
 
-    def _drawn_particles(self, parts: Parts, look: BlendWeights) -> DrawnParticles:
+    def _drawn_particles(self, parts: Parts, weights: BlendWeights) -> DrawnParticles:
         """What is drawn: CLUMPS for each puff of a plume, one for PARTICLES_PER_BALL particles."""
         n, births = self.kind.particles, self.growth.live(parts.state.time_s)
         count = np.array([CLUMPS * len(births), n // PARTICLES_PER_BALL, 1])[parts.level] * (
-            look.leaf > 0
+            weights.leaf > 0
         )
         owner = np.repeat(np.arange(len(parts)), count)
         number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
@@ -199,7 +199,7 @@ class Plume:
         upto = np.column_stack((np.zeros(len(areas)), np.cumsum(areas, axis=1)))
         area = upto[row, member + of_each] - upto[row, member]
         offset = self.growth.members(birth, member)[0]
-        return DrawnParticles(owner, birth, area * look.leaf[owner], offset)
+        return DrawnParticles(owner, birth, area * weights.leaf[owner], offset)
 
     def _shares(
         self,

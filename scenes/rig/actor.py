@@ -72,7 +72,7 @@ def compile_rig(actor: Actor, like: Rig) -> Rig:
     row = {route[-1]: i for i, route in enumerate(arrays.routes) if route}
     rows = np.array([row[name] if name in row else arrays.row(name) for name in like.name])
     number = {r: j for j, r in enumerate(rows.tolist())} | {0: -1}
-    parent = np.array([number[whole] for whole in arrays.whole[rows].tolist()])
+    parent = np.array([number[whole] for whole in arrays.parent[rows].tolist()])
     lengths = parent, arrays.position[rows], arrays.orientation[rows]
     limits = arrays.low_deg[rows], arrays.high_deg[rows]
     return Rig(like.name, *lengths, *limits, like.shift_low, like.shift_high)

@@ -94,7 +94,7 @@ class RiggedPrototype:
     def full_detail_sticks(self) -> tuple[RiggedSticks, RiggedSticks]:
         """The sticks shown while every part is displayed: inner ones, and leaves without parts."""
         owns = np.zeros(len(self.joint), bool)
-        owns[self.hierarchy.whole[1:]] = True
+        owns[self.hierarchy.parent[1:]] = True
         return self.inner.only(owns), self.leaf.only(~owns)
 
     def at_phase(self, phase: float) -> Prototype:

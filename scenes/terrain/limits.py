@@ -54,10 +54,12 @@ def limits(P: Reals, R: Reals, view: View) -> tuple[Reals, Reals, Reals]:
         m_hidden = m / view.offscreen_detail
     angles = m, m_hidden, max(m_hidden, SUN_RAD)
     found = np.stack([limit(P, R, angle) for angle in angles])
-    if view.sight is not None and view.metric.finite:
+    if view.conditions is not None and view.metric.finite:
         contrast = np.full(len(P), GROUND_CONTRAST)
         pairs = zip(found, angles, strict=True)
-        found = np.stack([perceptual_limits(view.sight, D, contrast, angle) for D, angle in pairs])
+        found = np.stack(
+            [perceptual_limits(view.conditions, D, contrast, angle) for D, angle in pairs]
+        )
     found[2] *= not view.metric.along_axis
     found[:, 0] = np.inf
     inside, hidden, outside = np.minimum.accumulate(found, axis=1)

@@ -199,7 +199,7 @@ class Terrain:
             level=level,
             object=root,
             part=(x << 32) | y,
-            whole=whole,
+            parent=whole,
             share=np.where(whole < 0, 1.0, 0.25),
             state=grid,
         )
@@ -234,7 +234,7 @@ class Terrain:
         """P and R of the tiles of each level [m]."""
         return sizes(self.relief, self.spacings)
 
-    def appearance(self, parts: Parts, look: BlendWeights) -> Triangles:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Triangles:
         """One watertight mesh of all tiles, each at its own spacing.
 
         Where only some quarters of a tile are displayed, the tile itself draws the others. Ground

@@ -73,7 +73,7 @@ def shutter_interval(world: World, preset: Preset, frame: int) -> ShutterInterva
         opens_s, closes_s = (frame_time(preset, end) for end in ends)
         return ShutterInterval(opens, closes, opens_s, closes_s)
 
-    return replace(at(0), near=at)
+    return replace(at(0), neighbour=at)
 
 
 def view_at(world: World, preset: Preset, frame: int) -> View:
@@ -88,8 +88,8 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
         look_around=settings.look_around,
         fade=settings.fade,
         time_s=frame_time(preset, frame),
-        sight=viewing_conditions(preset, camera, max(world.top_m, float(camera.eye[2]))),
-        exposure=shutter_interval(world, preset, frame),
+        conditions=viewing_conditions(preset, camera, max(world.top_m, float(camera.eye[2]))),
+        shutter=shutter_interval(world, preset, frame),
         sun=(math.sin(azimuth), math.cos(azimuth)),
     )
 

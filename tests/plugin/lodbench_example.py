@@ -40,7 +40,7 @@ class Fence:
         reach = np.hypot(self.posts * self.gap / 2, high - low)
         one, n = HEIGHT_M / 2 + RADIUS_M, self.posts
         return Hierarchy(
-            whole=np.r_[-1, np.zeros(n, np.int64)],
+            parent=np.r_[-1, np.zeros(n, np.int64)],
             level=np.r_[0, np.ones(n, np.int64)],
             position=np.zeros((n + 1, 3)),
             P=np.r_[np.sqrt(n * 2 * one * 2 * RADIUS_M), np.full(n, np.sqrt(4 * one * RADIUS_M))],
@@ -59,10 +59,10 @@ class Fence:
         number = np.arange(len(whole)) % self.posts
         return self._parts(view, number + 1, whole)
 
-    def appearance(self, parts: Parts, look: BlendWeights) -> Sticks:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
         """Posts as they are; the fence itself as a beam, where it has to stand for them."""
         post = parts.part > 0
-        share = np.where(post, look.leaf + look.inner, look.leaf)
+        share = np.where(post, weights.leaf + weights.inner, weights.leaf)
         rows = np.flatnonzero(share > 0)
         middle, post = parts.position[rows], post[rows]
         length = np.where(post, HEIGHT_M / 2, self.posts * self.gap / 2 - RADIUS_M)
@@ -82,7 +82,7 @@ class Fence:
             level=tree.level[part],
             object=np.zeros(len(part)),
             part=part,
-            whole=whole,
+            parent=whole,
             share=np.where(part > 0, 1 / self.posts, 1.0),
         )
 

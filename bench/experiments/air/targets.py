@@ -78,7 +78,7 @@ def _cut(count: int) -> Cut:
         level=np.zeros(count, np.int64),
         object=rows,
         part=rows,
-        whole=np.full(count, -1),
+        parent=np.full(count, -1),
         share=np.ones(count),
     )
     return cut_from_parts(parts, count, count)

@@ -117,6 +117,6 @@ def scene_hash() -> str:
     eye, tree = camera(), column().hierarchy
     words = [places(), SIZE_PX, [str(shot) for shot in SHOTS], str(LIGHT), eye.eye.tolist()]
     digest = hashlib.sha256(json.dumps(words).encode())
-    for array in (tree.whole, tree.position, tree.P, tree.R, eye.forward, np.array(eye.tan_half)):
+    for array in (tree.parent, tree.position, tree.P, tree.R, eye.forward, np.array(eye.tan_half)):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

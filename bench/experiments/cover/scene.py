@@ -113,7 +113,7 @@ def displayed(world: World, preset: Preset, detail: float, cover: bool) -> list[
 
 def whole(world: World, preset: Preset) -> list[Visible]:
     """Everything in view of the window, and the ground fine; bare beyond the window."""
-    plain = replace(view_at(world, preset, 1), fade=0.0, sight=None)
+    plain = replace(view_at(world, preset, 1), fade=0.0, conditions=None)
     fine = replace(plain, detail=FINE * WHOLE_DETAIL, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
     ground = replace(plain, detail=FINE * GROUND_DETAIL)
     bare = replace(world.terrain, aggregate_cover=None)

@@ -143,21 +143,21 @@ def _pieces(each: Representation, case: Case, view: View) -> list[Visible]:
 def _objects(cut: Cut, view: View, seen: bool) -> Cut:
     """The objects of a cut that are in view, or those that are not."""
     parts = cut.parts
-    roots = np.flatnonzero(parts.whole < 0)
+    roots = np.flatnonzero(parts.parent < 0)
     inside = np.zeros(int(parts.object.max(initial=-1)) + 1, bool)
     inside[parts.object[roots]] = in_view(view, parts.centre[roots], parts.bound[roots])
     rows = np.flatnonzero(inside[parts.object] == seen)
     place = np.full(len(parts) + 1, -1)  # the last for what has no whole
     place[rows] = np.arange(len(rows))
     taken = parts.take(rows)
-    return cut_from_parts(replace(taken, whole=place[taken.whole]), 0, 0)
+    return cut_from_parts(replace(taken, parent=place[taken.parent]), 0, 0)
 
 
 def _full(each: Representation, view: str) -> View:
     """The view that shows all there is of it."""
     ground = each is world().terrain
     found = view_of(Case(view, "blake" if ground else "full", GROUND_DETAIL if ground else 1.0))
-    return replace(found, fade=0.0, sight=None, offscreen_detail=1.0)
+    return replace(found, fade=0.0, conditions=None, offscreen_detail=1.0)
 
 
 def _visible(each: Representation, view: View, cut: Cut) -> Visible:

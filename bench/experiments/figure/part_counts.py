@@ -66,7 +66,7 @@ def sizes(kind: str) -> dict[str, list[int]]:
     """Every part: its level, its whole, and P in whole micrometres."""
     tree = object_of(kind).hierarchy
     P_um = np.rint(tree.P * UM_PER_M).astype(np.int64)
-    return {"level": tree.level.tolist(), "whole": tree.whole.tolist(), "P_um": P_um.tolist()}
+    return {"level": tree.level.tolist(), "whole": tree.parent.tolist(), "P_um": P_um.tolist()}
 
 
 def scene_hash(curves: tuple[Curve, ...]) -> str:
@@ -74,7 +74,7 @@ def scene_hash(curves: tuple[Curve, ...]) -> str:
     digest = hashlib.sha256(json.dumps([c.as_json() for c in curves], sort_keys=True).encode())
     for kind in sorted({curve.kind for curve in curves}):
         thing = object_of(kind)
-        names = ("whole", "level", "position", "P", "R", "B", "separation")
+        names = ("parent", "level", "position", "P", "R", "B", "separation")
         arrays = [getattr(thing.hierarchy, name) for name in names] + [thing.joint]
         arrays += [getattr(thing.rig, name) for name in ("parent", "offset", "rest", "low", "high")]
         for array in arrays:

@@ -96,14 +96,14 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Cov
     kind = Species("pixels", prototypes_with(species, None), density)
     field = SpeciesField(kind, seed_of(f"pixels {species}", seed, 0), FLAT)
     cut = prune(field, view)
-    parts, look = cut.parts, blend_weights(cut, view)
-    roots = np.flatnonzero(parts.whole < 0)
+    parts, weights = cut.parts, blend_weights(cut, view)
+    roots = np.flatnonzero(parts.parent < 0)
     offset = parts.position[roots] - view.camera.eye
     roots = roots[np.linalg.norm(offset, axis=1) > NEAREST * parts.bound[roots]]
     rng = np.random.Generator(np.random.Philox(seed))
     chosen = np.sort(rng.permutation(parts.object[roots])[:most])
     rows = np.flatnonzero(np.isin(parts.object, chosen))
-    shape = field.appearance(parts.take(rows), look.take(rows))
+    shape = field.appearance(parts.take(rows), weights.take(rows))
     count = np.bincount(parts.object[rows])[chosen]
     found = [
         covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))

@@ -72,10 +72,10 @@ def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) ->
         view, shown, seen = view_at(world, preset, number), [], {}
         for each in world.representations:
             cut = prune(each, view)
-            look = blend_weights(cut, view)
+            weights = blend_weights(cut, view)
             if isinstance(each, SpeciesField):  # the ground's vertices move; its tiles do not pop
-                seen[each.name] = seen_of(cut, np.maximum(look.inner, look.leaf))
-            shown.append(with_schedule(world, preset, number, Shown(each, cut, look, view)))
+                seen[each.name] = seen_of(cut, np.maximum(weights.inner, weights.leaf))
+            shown.append(with_schedule(world, preset, number, Shown(each, cut, weights, view)))
         yield Frame(view, tuple(shown), seen)
 
 

@@ -43,7 +43,7 @@ def left(case: Case, cut: Cut, seed: int) -> tuple[int, int]:
     if case.gathered == "evenly":
         return cut.displayed_objects, cut.displayed_parts
     parts = cut.parts
-    roots = np.flatnonzero(parts.whole < 0)
+    roots = np.flatnonzero(parts.parent < 0)
     keep = np.zeros(int(parts.object.max(initial=-1)) + 1, bool)
     keep[parts.object[roots]] = stands(case, parts.position[roots, :2], seed)
     return int(keep.sum()), int(keep[parts.object].sum())
@@ -88,6 +88,6 @@ def scene_hash(cases: tuple[Case, ...]) -> str:
     for species in sorted({name for case in cases for name in case.species.split("+")}):
         for prototype in prototypes_of(species, 1.0):
             tree = prototype.hierarchy
-            for name in ("whole", "level", "position", "P", "R", "B", "separation"):
+            for name in ("parent", "level", "position", "P", "R", "B", "separation"):
                 digest.update(np.ascontiguousarray(getattr(tree, name)).tobytes())
     return digest.hexdigest()

@@ -126,7 +126,7 @@ def _metric(case: Case) -> Metric:
 
 
 def _sight(case: Case) -> ViewingConditions | None:
-    return view_of(case).sight
+    return view_of(case).conditions
 
 
 def shown_areas(D: Reals, h: Reals, extent: float | None) -> Reals:

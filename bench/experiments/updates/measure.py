@@ -123,7 +123,7 @@ def counted(world: World, preset: Preset) -> dict[str, int]:
     shown, numbers = movers(world, preset, FRAME), replay_frames(FRAME)
     made = [poses_over(world, preset, numbers, each) for each in shown]
     frames = [_together(each) for each in zip(*made, strict=True)]
-    last, parts = frames[-1], len(frames[-1].due)
+    last, parts = frames[-1], len(frames[-1].refresh_due)
     rules = {f"{t:g} px": threshold_rule(t) for t in THRESHOLDS}
     rules["budget"] = budget_rule(round(BUDGET * parts))
     states = dict(zip(rules, replay(iter(frames), list(rules.values())), strict=True))
@@ -131,12 +131,12 @@ def counted(world: World, preset: Preset) -> dict[str, int]:
     kind = np.searchsorted(SPEEDS, displacement_px(before, last), "right") - 1
     found = {"parts": parts}
     for name, state in states.items():
-        found[f"redrawn {name}"] = int(state.anew.sum())
-        found[f"off {name}"] = math.ceil(1000 * float(state.off.max(initial=0)))
+        found[f"redrawn {name}"] = int(state.updated.sum())
+        found[f"off {name}"] = math.ceil(1000 * float(state.error_px.max(initial=0)))
     for k, low in enumerate(SPEEDS):
         found[f"parts from {low:g}"] = int((kind == k).sum())
         for name, state in states.items():
-            found[f"redrawn {name} from {low:g}"] = int(state.anew[kind == k].sum())
+            found[f"redrawn {name} from {low:g}"] = int(state.updated[kind == k].sum())
     return found
 
 
@@ -153,13 +153,13 @@ def movers(world: World, preset: Preset, frame: int) -> list[Shown]:
 
 def _together(several: Sequence[TruePose]) -> TruePose:
     """One moment of several representations as one: a budget is for all of them."""
-    first = np.cumsum([0] + [len(each.due) for each in several])[:-1]
+    first = np.cumsum([0] + [len(each.refresh_due) for each in several])[:-1]
     owners = [each.owner + row for each, row in zip(several, first.tolist(), strict=True)]
     return TruePose(
         start=np.concatenate([each.start for each in several]),
         end=np.concatenate([each.end for each in several]),
         owner=np.concatenate(owners),
-        due=np.concatenate([each.due for each in several]),
+        refresh_due=np.concatenate([each.refresh_due for each in several]),
         eye=several[0].eye,
         theta=several[0].theta,
     )

@@ -106,7 +106,7 @@ def _joints_of_parts(h: Hierarchy) -> Ints:
     joint[limbs] = TRUNK_JOINTS + np.arange(len(limbs))
     for level in range(2, int(h.level.max()) + 1):
         rows = np.flatnonzero(h.level == level)
-        joint[rows] = joint[h.whole[rows]]
+        joint[rows] = joint[h.parent[rows]]
     return joint
 
 

@@ -112,12 +112,12 @@ class Single:
     def parts_of(self, parts, view):
         pairs = [
             (k, row) for k, whole in enumerate(parts.part.tolist())
-            for row in np.flatnonzero(self.thing.hierarchy.whole == whole)
+            for row in np.flatnonzero(self.thing.hierarchy.parent == whole)
         ]  # fmt: skip
         whole, part = np.array(pairs, np.int64).reshape(-1, 2).T
         return self.rows(part, whole, view)
 
-    def appearance(self, parts, look) -> Sticks:
+    def appearance(self, parts, weights) -> Sticks:
         raise NotImplementedError
 
 
@@ -359,4 +359,4 @@ def test_the_record_holds_every_part(record):
         tree = object_of(kind).hierarchy
         assert np.array_equal(columns["level"], tree.level)
         assert np.abs(columns["P_um"] / 1e6 - tree.P).max() < 1e-6
-        assert sizes(kind)["whole"] == tree.whole.tolist()
+        assert sizes(kind)["whole"] == tree.parent.tolist()

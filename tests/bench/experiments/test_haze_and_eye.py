@@ -73,7 +73,7 @@ def test_haze_is_compared_at_one_detail_angle(viewer):
     hazy, clear = haze_experiment.views_of(viewer, 1920, 2e3)
     assert hazy.m == clear.m
     assert (clear.m > 2 * clear.camera.pixel_angle) == (viewer == "eye")
-    assert clear.sight.extinction == 0 < hazy.sight.extinction
+    assert clear.conditions.extinction == 0 < hazy.conditions.extinction
     assert clear.camera.width == 1920
 
 

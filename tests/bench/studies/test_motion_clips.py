@@ -47,7 +47,7 @@ def test_nothing_comes_at_full_size_when_the_camera_stops(monkeypatch):
 
     def not_eased(*shot):
         view = view_at(*shot)
-        return replace(view, exposure=replace(view.exposure, near=None))
+        return replace(view, shutter=replace(view.shutter, neighbour=None))
 
     monkeypatch.setattr(popping_measure, "view_at", not_eased)
     assert max(pops(numbers)) > 200

@@ -66,11 +66,11 @@ def rotation_of(turn):
 @given(families, st.integers(0, 2**32 - 1))
 def test_wholes_stand_before_their_parts(wholes, seed):
     arrays = compile_actor(chain_of_things(wholes, np.random.default_rng(seed)))
-    assert arrays.whole[0] == -1
+    assert arrays.parent[0] == -1
     assert len(arrays) == len(wholes) + 1
     for row, route in enumerate(arrays.routes[1:], 1):
-        assert arrays.whole[row] < row
-        assert arrays.routes[arrays.whole[row]] == route[:-1]
+        assert arrays.parent[row] < row
+        assert arrays.routes[arrays.parent[row]] == route[:-1]
         assert arrays.row(route) == row
 
 
@@ -80,7 +80,7 @@ def test_the_sticks_are_those_that_a_camera_renders(wholes, seed, deepest):
     arrays = compile_actor(actor)
     positions, turns = posed(arrays, arrays.orientation[None])
     shown = arrays.depth <= deepest
-    is_leaf = np.bincount(arrays.whole[1:][shown[1:]], minlength=len(arrays)) == 0
+    is_leaf = np.bincount(arrays.parent[1:][shown[1:]], minlength=len(arrays)) == 0
     found = []
     for sticks, wanted in ((arrays.inner, shown & ~is_leaf), (arrays.leaf, shown & is_leaf)):
         own = sticks.part[wanted[sticks.part]]

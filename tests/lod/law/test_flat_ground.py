@@ -78,7 +78,7 @@ def test_the_law_does_not_ask_the_pruner_how_far_one_sees(monkeypatch):
     tree, sight = tree_of(1), ViewingConditions(BlurWidths(0.01), 0.05)
     before = chained_limits(tree, METRICS["blake"], 0.01, sight)
     assert (before < chained_limits(tree, METRICS["blake"], 0.01)).any()
-    monkeypatch.setattr(WeightedDistance, "unweight", lambda *_: 1 / 0)
+    monkeypatch.setattr(WeightedDistance, "inverse", lambda *_: 1 / 0)
     monkeypatch.setattr(lod.metric.family, "perceptual_limits", lambda *_: 1 / 0)
     assert (chained_limits(tree, METRICS["blake"], 0.01, sight) == before).all()
 
@@ -89,7 +89,7 @@ def test_the_net_gives_the_closed_form_on_flat_ground(name, air):
     tree = tree_of(3)
     camera = camera_from_heading(Corner(0, 0), np.array([4.0, 5.0, 1.7]), 0.0, 0.0, 60.0, (64, 36))
     sight = air and ViewingConditions(BlurWidths(camera.pixel_angle), air, acuity=False)
-    view = View(camera, METRICS[name], look_around=True, sight=sight)
+    view = View(camera, METRICS[name], look_around=True, conditions=sight)
     net = polar_quadrature(camera.eye, max_ground_distance((tree,), view), 400, 400)
     found = count_moments((tree,), view, net, np.zeros(len(net.area)))
     areas = disc_areas(

@@ -43,7 +43,7 @@ def test_blake_keeps_most_and_solid_angle_least(P, R, m):
 
 def test_a_part_larger_than_its_whole_is_clamped_to_it():
     tree = Hierarchy(
-        whole=np.array([-1, 0]),
+        parent=np.array([-1, 0]),
         level=np.array([0, 1]),
         position=np.array([[0.0, 0, 0], [3, 0, 0]]),
         P=np.array([1.0, 5.0]),

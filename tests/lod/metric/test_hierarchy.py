@@ -8,7 +8,7 @@ from lod.metric.hierarchy import Hierarchy
 def chain(**changes):
     """A whole, its part, and the part's part, each 1 m along x."""
     fields = {
-        "whole": [-1, 0, 1],
+        "parent": [-1, 0, 1],
         "level": [0, 1, 2],
         "position": [[0, 0, 0], [1, 0, 0], [2, 0, 0]],
         "P": [2.0, 1.0, 0.5],
@@ -20,7 +20,7 @@ def chain(**changes):
 
 
 def test_depth_and_parts():
-    tree = chain(whole=[-1, 0, 0], level=[0, 1, 1])
+    tree = chain(parent=[-1, 0, 0], level=[0, 1, 1])
     assert tree.depth.tolist() == [0, 1, 1]
     assert tree.part_count.tolist() == [2, 0, 0]
     assert tree.order[tree.first_part[0] :][:2].tolist() == [1, 2]
@@ -45,9 +45,9 @@ def test_scaling_scales_every_length():
         ({"R": [2.5, -1.0, 0.5]}, r"R\[1\]"),
         ({"R": [2.5, np.inf, 0.5]}, r"R\[1\]"),
         ({"position": [[0, 0, 0], [np.nan, 0, 0], [2, 0, 0]]}, r"position\[1\]"),
-        ({"whole": [-1, 2, 1]}, r"whole\[1\]"),
-        ({"whole": [-1, -1, 1]}, r"whole\[1\]"),
-        ({"whole": [0, 0, 1]}, r"whole\[0\]"),
+        ({"parent": [-1, 2, 1]}, r"parent\[1\]"),
+        ({"parent": [-1, -1, 1]}, r"parent\[1\]"),
+        ({"parent": [0, 0, 1]}, r"parent\[0\]"),
         ({"level": [0, 2, 1]}, r"level\[2\]"),
         ({"level": [1, 2, 2]}, r"level\[0\]"),
         ({"B": [2.0, 1.5, 0.5]}, r"B\[0\]"),
@@ -62,6 +62,6 @@ def test_what_is_not_a_tree_of_sizes_is_refused(changes, named):
 
 
 def test_an_object_has_at_least_itself():
-    empty = {k: [] for k in ("whole", "level", "P", "R", "B", "separation")}
+    empty = {k: [] for k in ("parent", "level", "P", "R", "B", "separation")}
     with pytest.raises(InputError, match="at least one part"):
         chain(**empty, position=np.zeros((0, 3)))

@@ -26,9 +26,9 @@ def exposure(*cameras):
     return ShutterInterval(*cameras, 0.0, 1 / 48)
 
 
-def length_of(smear):
+def length_of(motion_step):
     """L over θ from the scale: the other way round."""
-    x = motion_coarsening(smear) ** 2
+    x = motion_coarsening(motion_step) ** 2
     return math.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0))
 
 
@@ -54,9 +54,11 @@ def in_camera(each, point):
 
 
 def test_a_pan_smears_what_is_at_the_horizon_by_its_whole_angle():
-    smear = one(exposure(camera((0, 0, 0), 0, 0), camera((0, 0, 0), 2, 0)), (0, 50, 0), (0, 50, 0))
+    motion_step = one(
+        exposure(camera((0, 0, 0), 0, 0), camera((0, 0, 0), 2, 0)), (0, 50, 0), (0, 50, 0)
+    )
     chord = 2 * math.sin(math.radians(1)) / THETA
-    assert length_of(smear) == pytest.approx(chord, rel=1e-9)
+    assert length_of(motion_step) == pytest.approx(chord, rel=1e-9)
 
 
 @pytest.mark.parametrize("length", [0.0, 0.3, 2.0, 18.75, 400.0])
@@ -138,7 +140,7 @@ def in_frame(frame, eased=True):
     place = np.array([[20.0, 50.0, 1.0], [0.0, 40.0, 1.0], [0.0, 30.0, 0.0]])
     walked = place + np.array([[0, 0, 0], [0.02, 0, 0], [0, 0, 0]])
     bound, own = np.array([1.0, 1.0, 5.0]), np.array([0.0, 0.01, 0.0])
-    return motion_steps(replace(at(frame), near=near), HERE, THETA, place, walked, bound, own)
+    return motion_steps(replace(at(frame), neighbour=near), HERE, THETA, place, walked, bound, own)
 
 
 def test_what_is_hidden_eases_before_a_camera_stops():

@@ -50,13 +50,13 @@ def test_all_none_and_some_of_the_parts_displayed():
     assert seen.inner.tolist() == [1, 0, 0, 1, 0, 0]
     assert seen.leaf == pytest.approx([0, 1, 1, 0.7, 1, 1])
     assert seen.leaf[0] == 0, "nothing is left over by rounding"
-    assert np.array_equal(seen.hidden, seen.leaf)
+    assert np.array_equal(seen.hidden_area, seen.leaf)
 
 
 @given(seed=st.integers(0, 2**32))
 def test_without_fading_areas_add_up(seed):
     some = random_cut(seed)
-    seen, whole = blend_weights(some, view(0.0)), some.parts.whole
+    seen, whole = blend_weights(some, view(0.0)), some.parts.parent
     covered = np.bincount(whole[whole >= 0], some.parts.share[whole >= 0], len(whole))
     assert seen.leaf + covered == pytest.approx(np.ones(len(whole)), abs=1e-8)
     assert np.array_equal(seen.inner > 0, np.isin(np.arange(len(whole)), whole))
@@ -73,11 +73,11 @@ def test_nothing_displayed_has_no_look():
 
 def test_of_what_fades_with_its_whole_as_much_is_hidden_as_by_itself():
     seen = blend_weights(cut([-1, 0], [1.0, 0.5], [90.0, 1.0]), view(0.2))
-    assert seen.hidden == pytest.approx([0.5, 1])
+    assert seen.hidden_area == pytest.approx([0.5, 1])
     assert seen.leaf == pytest.approx([0.25, 0.5])
     taken = seen.take(np.array([1]))
     assert len(taken) == 1
-    assert (taken.inner, taken.leaf, taken.hidden) == (seen.inner[1], seen.leaf[1], 1)
+    assert (taken.inner, taken.leaf, taken.hidden_area) == (seen.inner[1], seen.leaf[1], 1)
 
 
 @pytest.mark.parametrize(("d", "share"), [(0, 1), (79.9, 1), (80, 1), (90, 0.5), (99.9, 0.005)])
@@ -138,7 +138,7 @@ def test_looks_never_jump(seed, fade):
     """A step of a millimetre changes no look by more than its share of the band."""
     some = random_cut(seed)
     parts = some.parts
-    moved = cut(parts.whole, parts.share, parts.position[:, 1] + 1e-3)
+    moved = cut(parts.parent, parts.share, parts.position[:, 1] + 1e-3)
     a, b = blend_weights(some, view(fade)), blend_weights(moved, view(fade))
     deepest = 40
     step = deepest * 5 * 1e-3 / (fade * 100)

@@ -27,11 +27,11 @@ THETA = 1e-3
 EYE = np.zeros(3)
 
 
-def posed(x, due=(), eye=EYE):
+def posed(x, refresh_due=(), eye=EYE):
     """One stick a part, 1 m high, at x (n,) m east of a place 10 m ahead."""
     x = np.asarray(x, float)
     low = np.stack((x, np.full(len(x), 10.0), np.zeros(len(x))), axis=1)
-    marked = np.isin(np.arange(len(x)), due)
+    marked = np.isin(np.arange(len(x)), refresh_due)
     return TruePose(low, low + np.array((0, 0, 1.0)), np.arange(len(x)), marked, eye, THETA)
 
 
@@ -44,7 +44,8 @@ def walk(speeds, frame, rule, part=None):
     """Parts that go so many pixels a frame, as frame ``frame`` draws them."""
     number = np.arange(len(speeds)) if part is None else part
     frames = (
-        replace(posed(gone(speeds, at)), due=refresh_due(number, at)) for at in replay_frames(frame)
+        replace(posed(gone(speeds, at)), refresh_due=refresh_due(number, at))
+        for at in replay_frames(frame)
     )
     return replay(frames, [rule])[0]
 
@@ -67,18 +68,18 @@ def test_what_goes_toward_the_eye_or_only_the_eye_moves_is_not_off():
 
 def test_those_past_the_threshold_are_drawn_anew_and_the_rest_are_kept():
     before = initial_state(posed([0.0, 0.0, 0.0]))
-    after = step(before, posed([0.002, 0.006, 0.0], due=[2]), threshold_rule(0.5))
-    assert after.anew.tolist() == [False, True, True]
+    after = step(before, posed([0.002, 0.006, 0.0], refresh_due=[2]), threshold_rule(0.5))
+    assert after.updated.tolist() == [False, True, True]
     assert after.start[:, 0].tolist() == [0.0, 0.006, 0.0]
-    assert after.off == pytest.approx([0.2, 0, 0], rel=1e-3)
-    assert after.moved == pytest.approx([0.2, 0.6, 0], rel=1e-3)
+    assert after.error_px == pytest.approx([0.2, 0, 0], rel=1e-3)
+    assert after.displacement_px == pytest.approx([0.2, 0.6, 0], rel=1e-3)
 
 
 def test_a_budget_takes_the_most_urgent_and_never_what_has_not_moved():
     before = initial_state(posed([0.0] * 4))
     now = posed([0.001, 0.003, 0.0, 0.002])
-    assert step(before, now, budget_rule(2)).anew.tolist() == [False, True, False, True]
-    assert step(before, now, budget_rule(9)).anew.tolist() == [True, True, False, True]
+    assert step(before, now, budget_rule(2)).updated.tolist() == [False, True, False, True]
+    assert step(before, now, budget_rule(9)).updated.tolist() == [True, True, False, True]
 
 
 @given(
@@ -88,7 +89,7 @@ def test_a_budget_takes_the_most_urgent_and_never_what_has_not_moved():
 )
 def test_no_part_is_off_by_more_than_the_threshold(speeds, frame, threshold):
     drawn = walk(speeds, frame, threshold_rule(threshold))
-    assert drawn.off.max() <= threshold
+    assert drawn.error_px.max() <= threshold
     assert (np.abs(drawn.start[:, 0] / 0.01 - np.array(speeds) * frame) <= threshold * 1.1).all()
 
 
@@ -98,10 +99,12 @@ def test_a_frame_is_the_next_of_the_one_before_it_though_each_is_made_alone(spee
     rule, number = threshold_rule(0.5), np.array([part])
     state = initial_state(posed(gone([speed], 1)))
     for at in range(2, frame + 1):
-        state = step(state, replace(posed(gone([speed], at)), due=refresh_due(number, at)), rule)
+        state = step(
+            state, replace(posed(gone([speed], at)), refresh_due=refresh_due(number, at)), rule
+        )
     alone = walk([speed], frame, rule, number)
     assert np.array_equal(alone.start, state.start)
-    assert np.array_equal(alone.anew, state.anew)
+    assert np.array_equal(alone.updated, state.updated)
 
 
 def test_a_slow_thing_does_not_stutter():

@@ -29,7 +29,7 @@ def tree_of(*contrasts):
     n = len(contrasts)
     size = 9.0 / 3.0 ** np.arange(n)
     return Hierarchy(
-        whole=np.arange(-1, n - 1),
+        parent=np.arange(-1, n - 1),
         level=np.arange(n),
         position=np.zeros((n, 3)),
         P=size,
@@ -58,7 +58,7 @@ def test_with_an_eye_it_is_the_weighted_distance():
     clear, m = np.geomspace(1, 1e5, 50), sight.widths.effective
     for row, contrast in enumerate(CONTRAST_CLASSES):
         W = weighted_distance(contrast, BETA, m, widths, Display(40.0), Eye())
-        assert (perceptual_limits(sight, clear, np.full(50, row), m) == W.unweight(clear)).all()
+        assert (perceptual_limits(sight, clear, np.full(50, row), m) == W.inverse(clear)).all()
 
 
 @pytest.mark.parametrize("acuity", [False, True])
@@ -77,7 +77,7 @@ def test_clear_air_and_what_is_never_lost_are_the_cut_of_today(acuity):
 def test_every_part_has_the_limit_of_its_own_contrast():
     """V = 2 km: what is bolder lasts ln(C ratio)/β further."""
     sight = ViewingConditions(BlurWidths(PIXEL), BETA, acuity=False)
-    gone = [sight.weighted(c, PIXEL).gone for c in CONTRAST_CLASSES[:-1]]
+    gone = [sight.weighted(c, PIXEL).vanishing_distance for c in CONTRAST_CLASSES[:-1]]
     assert np.diff(gone) == pytest.approx(np.diff(np.log(CONTRAST_CLASSES[:-1])) / BETA)
     D = limit_distances(tree_of(3, 1, 0), METRICS["blake"], 1e-4, sight)
     assert D == pytest.approx([gone[3], gone[1], gone[0]])
@@ -86,7 +86,7 @@ def test_every_part_has_the_limit_of_its_own_contrast():
 def test_limits_are_weighted_before_they_are_clamped():
     """A faint whole takes its bold part with it, and the clamp is in metres of the scene."""
     sight = ViewingConditions(BlurWidths(PIXEL), BETA, acuity=False)
-    faint = sight.weighted(CONTRAST_CLASSES[0], PIXEL).gone
+    faint = sight.weighted(CONTRAST_CLASSES[0], PIXEL).vanishing_distance
     D = limit_distances(tree_of(0, 3, 3), METRICS["blake"], 1e-4, sight)
     assert D == pytest.approx([faint, faint - 1.0, faint - 2.0])
 
@@ -115,7 +115,7 @@ def test_metric_full_keeps_everything_in_any_air():
 def test_a_view_weighs_in_view_and_out_of_it_each_with_its_own_detail():
     display = Display(200.0)
     sight = ViewingConditions(blur_widths(PIXEL, display, Eye()), 20 * BETA, display)
-    view, tree = View(CAMERA, METRICS["blake"], 1.0, sight=sight), tree_of(2, 2, 1)
+    view, tree = View(CAMERA, METRICS["blake"], 1.0, conditions=sight), tree_of(2, 2, 1)
     inside, outside = view.limits(tree)
     assert view.m == pytest.approx(sight.widths.effective)
     assert view.m > 2 * PIXEL
@@ -128,14 +128,14 @@ def test_a_view_weighs_in_view_and_out_of_it_each_with_its_own_detail():
 def test_without_blur_m_is_that_of_the_pixel_to_the_last_bit():
     for tau in (1.0, 0.3, 7.7):
         with_air = View(
-            CAMERA, METRICS["blake"], tau, sight=ViewingConditions(BlurWidths(PIXEL), BETA)
+            CAMERA, METRICS["blake"], tau, conditions=ViewingConditions(BlurWidths(PIXEL), BETA)
         )
         assert with_air.m == View(CAMERA, METRICS["blake"], tau).m
 
 
 def test_along_an_axis_the_depth_is_weighed():
     sight = ViewingConditions(BlurWidths(PIXEL), BETA, acuity=False)
-    view, tree = View(CAMERA, METRICS["depth"], sight=sight), tree_of(3, 3)
+    view, tree = View(CAMERA, METRICS["depth"], conditions=sight), tree_of(3, 3)
     assert (view.limits(tree)[0] == limit_distances(tree, METRICS["blake"], view.m, sight)).all()
 
 
@@ -147,7 +147,7 @@ def test_scaled_objects_keep_their_contrast():
 
 def test_another_cameras_pixel_and_bad_air_are_refused():
     with pytest.raises(InputError, match="pixel"):
-        View(CAMERA, METRICS["blake"], sight=ViewingConditions(BlurWidths(2 * PIXEL)))
+        View(CAMERA, METRICS["blake"], conditions=ViewingConditions(BlurWidths(2 * PIXEL)))
     for beta in (-1.0, math.nan, math.inf):
         with pytest.raises(InputError, match="extinction"):
             ViewingConditions(BlurWidths(PIXEL), beta)

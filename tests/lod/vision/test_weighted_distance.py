@@ -70,15 +70,15 @@ def test_weighted_distance_and_its_inverse(visibility_m, contrast, display, eye,
     assert (weighted >= d).all()
     gaps = np.diff(d) > 1e-12 * d[1:]
     assert (np.diff(weighted[finite])[gaps[: finite.sum() - 1]] > 0).all()
-    assert (finite == (d <= W.gone)).all()
+    assert (finite == (d <= W.vanishing_distance)).all()
     # There and back.
-    back = W.unweight(weighted[finite])
+    back = W.inverse(weighted[finite])
     assert (np.abs(back - d[finite]) <= 1e-9 * d[finite]).all()
     # Limit distances only shrink, in order, and none is past the end.
-    limit = W.unweight(d)
+    limit = W.inverse(d)
     assert (limit <= d).all()
     assert (np.diff(limit) >= 0).all()
-    assert (limit <= W.gone).all()
+    assert (limit <= W.vanishing_distance).all()
 
 
 @given(display=DISPLAYS, contrast=CONTRASTS, visibility_m=AIRS, eye=EYES)
@@ -90,7 +90,7 @@ def test_an_ideal_eye_or_endless_contrast_loses_nothing(display, contrast, visib
 def test_identity_is_exact_to_the_last_bit():
     d = np.append(np.random.default_rng(5).lognormal(5, 5, 1000), [0, np.inf, 5e-324])
     assert (UNWEIGHTED.weight(d) == d).all()
-    assert (UNWEIGHTED.unweight(d) == d).all()
+    assert (UNWEIGHTED.inverse(d) == d).all()
     # Clear air, a real eye: what it sees at the metric's limit is not weighted either.
     assert (tabulated(None, 1.0, Display(), Eye(), 1.0).weight(d) == d).all()
 
@@ -129,7 +129,7 @@ def test_table_against_the_definition(contrast, visibility_m, detail, display):
     eye, m = Eye(), detail * PIXEL
     beta = least_extinction(Air(visibility_m))
     W = weighted_distance(contrast, beta, m, BlurWidths(PIXEL), display, eye)
-    d = np.append(np.linspace(0.02, 0.98, 12) * W.gone, 1.001 * W.gone)
+    d = np.append(np.linspace(0.02, 0.98, 12) * W.vanishing_distance, 1.001 * W.vanishing_distance)
     exact = np.array([direct(contrast, beta, m, display, eye, x) for x in d])
     got = W.weight(d)
     assert np.isinf(exact[-1])
@@ -141,25 +141,25 @@ def test_table_against_the_definition(contrast, visibility_m, detail, display):
 def test_haze_takes_large_far_parts_and_leaves_small_near_ones():
     """V = 2 km, grey on grey: what could be seen at 300 m still is; 3 km and 30 km end together."""
     W = tabulated(2e3, 0.2, Display(), Eye(), 1.0)
-    small, large, largest = W.unweight(np.array([300.0, 3e4, 3e5]))
+    small, large, largest = W.inverse(np.array([300.0, 3e4, 3e5]))
     assert small == 300
-    assert large == largest == W.gone
-    assert 2000 < W.gone < 4000
+    assert large == largest == W.vanishing_distance
+    assert 2000 < W.vanishing_distance < 4000
 
 
 def test_a_fine_display_hides_what_is_faint_even_in_clear_air():
     """200 pixels per degree: its pixels are finer than sight, so the limit is 2·f_m/f_s nearer."""
     W = weighted_distance(1.0, 0.0, PIXEL, BlurWidths(PIXEL), Display(200.0), Eye())
     assert 1.5 < W.beyond < 2.5
-    assert W.gone == math.inf
-    assert W.unweight(np.array([100.0]))[0] == pytest.approx(100 / W.beyond)
+    assert W.vanishing_distance == math.inf
+    assert W.inverse(np.array([100.0]))[0] == pytest.approx(100 / W.beyond)
 
 
 def test_contrast_that_nobody_sees_has_no_distance():
     W = tabulated(None, 1e-4, Display(), Eye(), 1.0)
-    assert W.gone == 0
+    assert W.vanishing_distance == 0
     assert W.weight(np.array([0.0, 1e-9])).tolist() == [0, np.inf]
-    assert W.unweight(np.array([1.0, np.inf])).tolist() == [0, 0]
+    assert W.inverse(np.array([1.0, np.inf])).tolist() == [0, 0]
 
 
 @given(
@@ -175,7 +175,7 @@ def test_thicker_air_and_less_contrast_weigh_more(visibility_m, contrast, eye, d
     bolder = tabulated(visibility_m, factor * contrast, Display(), eye, detail)
     d = np.geomspace(1, 1e6, 200)
     for easier in (thinner, bolder):
-        assert easier.gone >= W.gone
+        assert easier.vanishing_distance >= W.vanishing_distance
         assert (easier.weight(d) <= W.weight(d) * 1.01).all()
 
 
@@ -196,7 +196,7 @@ def test_the_blur_of_the_eye_counts_once():
         weighted_distance(0.5, 1e-3, m, widths, display, eye)
         for widths in (BlurWidths(PIXEL), seen, BlurWidths(PIXEL, motion=seen.eye))
     )
-    d = np.linspace(0.5, 0.99, 20) * alone.gone
+    d = np.linspace(0.5, 0.99, 20) * alone.vanishing_distance
     assert (with_eye.weight(d) == alone.weight(d)).all()
     assert (shaken.weight(d) > 1.05 * alone.weight(d)).any()
 
@@ -224,7 +224,7 @@ def test_bad_distances_are_refused(bad):
     with pytest.raises(InputError):
         UNWEIGHTED.weight(np.array([bad]))
     with pytest.raises(InputError):
-        UNWEIGHTED.unweight(np.array([bad]))
+        UNWEIGHTED.inverse(np.array([bad]))
 
 
 @pytest.mark.parametrize(

@@ -142,7 +142,7 @@ def test_everything_is_inside_its_bound_at_all_times(rise, rough, wind):
         parts = level(it, 0, at)
         for _ in range(3):
             own = it.parts_of(parts, at)
-            whole = own.whole
+            whole = own.parent
             away = np.linalg.norm(own.position - parts.position[whole], axis=1)
             assert np.all(away + own.bound <= parts.bound[whole] * (1 + 1e-9))
             shape = drawn(it, parts)

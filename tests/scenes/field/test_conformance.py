@@ -172,7 +172,7 @@ FAULTS = {
     "shares": ("arrays_only", wrong("parts_of", lambda p, _: replace(p, share=p.share * 0.9))),
     "owners": (
         "any_request_is_answered",
-        wrong("parts_of", lambda p, _: replace(p, whole=np.zeros_like(p.whole))),
+        wrong("parts_of", lambda p, _: replace(p, parent=np.zeros_like(p.parent))),
     ),
     "later": (
         "later_looks_alike",

@@ -38,15 +38,15 @@ def test_runs_do_not_show(monkeypatch, part_tables, shortest):
 
 def test_sticks_are_those_of_both_appearances_in_order(part_tables):
     rows = np.random.default_rng(6).integers(0, len(part_tables.level), 60)
-    look, first = looked_at(len(rows)), part_tables.sticks.first
+    weights, first = looked_at(len(rows)), part_tables.sticks.first
     shown = [
         (number, stick)
         for number, row in enumerate(rows.tolist())
-        for side, share in enumerate((look.inner[number], look.leaf[number]))
+        for side, share in enumerate((weights.inner[number], weights.leaf[number]))
         if share > 0
         for stick in range(first[2 * row + side], first[2 * row + side + 1])
     ]
-    found = part_tables.sticks_of(rows, look)
+    found = part_tables.sticks_of(rows, weights)
     assert list(zip(found.owner.tolist(), found.stick.tolist(), strict=True)) == shown
 
 
@@ -58,8 +58,10 @@ def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_anothe
         laid = replace(h, overlap=np.where(h.level == 1, overlap, 0.0))
         part_tables = PartTables.of((replace(tree, hierarchy=laid),))
         rows = np.array([*np.flatnonzero(h.level == 1)[:2], *np.flatnonzero(h.level == 2)[:1]])
-        look = BlendWeights(np.ones(3), np.array((0.3, 0.8, 0.3)), hidden=np.array((0.6, 1.0, 0.6)))
-        shown[overlap] = part_tables.sticks_of(rows, look)
+        weights = BlendWeights(
+            np.ones(3), np.array((0.3, 0.8, 0.3)), hidden_area=np.array((0.6, 1.0, 0.6))
+        )
+        shown[overlap] = part_tables.sticks_of(rows, weights)
     plain, lapped = shown.values()
     assert np.array_equal(plain.stick, lapped.stick)
     leaf = plain.share < 1

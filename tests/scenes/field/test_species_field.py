@@ -85,7 +85,7 @@ def world_from(seed, metric):
         detail=float(chance.lognormal(-0.7, 0.7)),
         offscreen_detail=float(chance.uniform(0.1, 1)),
         look_around=metric != "depth" and bool(chance.random() < 0.3),
-        sight=sight_from(chance, camera),
+        conditions=sight_from(chance, camera),
     )
     return field, view
 
@@ -153,7 +153,7 @@ def alone(hierarchy, i, metric, m, sight):
 
 @cache
 def clamped(hierarchy, i, metric, m, sight):
-    limit, whole = alone(hierarchy, i, metric, m, sight), hierarchy.whole[i]
+    limit, whole = alone(hierarchy, i, metric, m, sight), hierarchy.parent[i]
     if whole >= 0:
         limit = min(limit, clamped(hierarchy, whole, metric, m, sight) - hierarchy.separation[i])
     return max(0.0, limit)
@@ -187,11 +187,13 @@ def brute_force(field, view, limit_of):
             )
             seen = view.look_around or margin > -h.B[i]
             if name == "depth":
-                passes = seen and max(ahead, 0.0) < limit_of(h, i, name, view.m, view.sight)
+                passes = seen and max(ahead, 0.0) < limit_of(h, i, name, view.m, view.conditions)
             else:
-                kept = [limit_of(h, i, name, view.m, view.sight)]
+                kept = [limit_of(h, i, name, view.m, view.conditions)]
                 if not seen:
-                    kept.append(limit_of(h, i, name, view.m / view.offscreen_detail, view.sight))
+                    kept.append(
+                        limit_of(h, i, name, view.m / view.offscreen_detail, view.conditions)
+                    )
                 passes = math.sqrt(ray @ ray) < min(kept)
             if passes:
                 shown.add((key, variant, i))
@@ -215,7 +217,7 @@ def pruned(field, view):
 
 def whole_of(field, part):
     key, variant, i = part
-    return key, variant, int(field.species.prototypes[variant].hierarchy.whole[i])
+    return key, variant, int(field.species.prototypes[variant].hierarchy.parent[i])
 
 
 @settings(max_examples=120)
@@ -244,9 +246,9 @@ def test_a_cut_is_a_connected_top_and_leaves_are_marked(seed, metric):
     field, view = world_from(seed, metric)
     cut, found = pruned(field, view)
     assert all(p[2] == 0 or whole_of(field, p) in found for p in found)
-    owners = set(cut.parts.whole[cut.parts.whole >= 0].tolist())
+    owners = set(cut.parts.parent[cut.parts.parent >= 0].tolist())
     assert set(np.flatnonzero(blend_weights(cut, view).inner > 0).tolist()) == owners
-    assert (cut.parts.whole < np.arange(len(cut.parts))).all()
+    assert (cut.parts.parent < np.arange(len(cut.parts))).all()
 
 
 @given(seed=st.integers(0, 2**32), x=st.integers(-(2**36), 2**36), y=st.integers(-(2**36), 2**36))

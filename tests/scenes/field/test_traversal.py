@@ -17,7 +17,7 @@ from scenes.preset.load import load_preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 
-COLUMNS = ("part", "whole", "level", "position", "bound", "limit", "limit_offscreen", "share")
+COLUMNS = ("part", "parent", "level", "position", "bound", "limit", "limit_offscreen", "share")
 
 
 @lru_cache(maxsize=8)
@@ -42,7 +42,7 @@ def same_cut(representation, view):
     for name in COLUMNS:
         a, b = getattr(read.parts, name), getattr(compiled.parts, name)
         assert a.dtype == b.dtype and a.tobytes() == b.tobytes(), name
-    for name in ("part", "whole", "level"):
+    for name in ("part", "parent", "level"):
         assert np.array_equal(getattr(compiled, name), getattr(read.parts, name)), name
     if read.parts.state.samples is not None:
         for name in ("cell_x", "cell_y", "index", "u"):
@@ -93,9 +93,16 @@ def test_the_number_of_threads_changes_nothing(monkeypatch):
         for threads in (1, 2):
             numba.set_num_threads(min(threads, before))
             cut = prune(field, view)
-            look = blend_weights(cut, view)
-            sticks = field.appearance(cut.parts, look)
-            found = cut.object, cut.part, cut.whole, cut.parts.position, look.inner, look.leaf
+            weights = blend_weights(cut, view)
+            sticks = field.appearance(cut.parts, weights)
+            found = (
+                cut.object,
+                cut.part,
+                cut.parent,
+                cut.parts.position,
+                weights.inner,
+                weights.leaf,
+            )
             one.append([c.tobytes() for c in (*found, sticks.start, sticks.end)])
     finally:
         numba.set_num_threads(before)
@@ -108,7 +115,7 @@ def test_small_buffers_are_joined_in_order(monkeypatch):
     whole = prune(field, view)
     monkeypatch.setattr("scenes.field.traversal._ROOM", 1)
     parted = prune(field, view)
-    for name in ("object", "part", "whole", "level"):
+    for name in ("object", "part", "parent", "level"):
         assert np.array_equal(getattr(whole, name), getattr(parted, name))
 
 

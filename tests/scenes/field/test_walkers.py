@@ -163,7 +163,7 @@ def limits(h, metric, m):
     }[metric]
     D = own.copy()
     for i in range(1, len(h)):
-        D[i] = max(0.0, min(own[i], D[h.whole[i]] - h.separation[i]))
+        D[i] = max(0.0, min(own[i], D[h.parent[i]] - h.separation[i]))
     return D
 
 
@@ -337,7 +337,7 @@ def people_near(name, frame, most=250):
     world, preset, field = preset_field(name)
     view, parts = view_at(world, preset, frame), prune_of(name, frame).parts
     instances = parts.state.instances
-    who = parts.object[parts.whole < 0]
+    who = parts.object[parts.parent < 0]
     who = who[
         field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE
     ]
@@ -407,7 +407,7 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
     """
     world, preset, field = preset_field(name)
     view, parts = view_at(world, preset, 1), prune_of(name, 1).parts
-    instances, who = parts.state.instances, parts.object[parts.whole < 0]
+    instances, who = parts.state.instances, parts.object[parts.parent < 0]
     heed = field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who])
     for closely in (FOOTPRINT, BODY):
         some = who[heed == closely][:300]
@@ -436,7 +436,7 @@ def test_no_animal_floats_or_sinks():
         if not legs:
             continue
         cut = prune(field, view)
-        instances, who = cut.parts.state.instances, cut.parts.object[cut.parts.whole < 0]
+        instances, who = cut.parts.state.instances, cut.parts.object[cut.parts.parent < 0]
         closely = (
             field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE
         )

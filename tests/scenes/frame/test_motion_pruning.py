@@ -37,7 +37,7 @@ def view_of(name, *settings, frame=7):
 
 
 def same(a, b):
-    columns = ("object", "part", "level", "whole")
+    columns = ("object", "part", "level", "parent")
     return all(np.array_equal(getattr(a, k), getattr(b, k)) for k in columns)
 
 
@@ -63,7 +63,7 @@ def test_at_rest_and_at_shutter_0_the_cut_is_the_spatial_one_bit_for_bit(name, s
 def test_a_fast_pan_leaves_a_connected_part_of_the_spatial_cut(settings):
     made, view = view_of("meadow", *PAN, *settings)
     for field in made.fields:
-        cut, spatial = prune(field, view), prune(field, replace(view, exposure=None))
+        cut, spatial = prune(field, view), prune(field, replace(view, shutter=None))
         assert 0 < len(cut) < 0.95 * len(spatial)
         found, known = (set(zip(*_who(c), strict=True)) for c in (cut, spatial))
         assert found < known
@@ -87,13 +87,13 @@ def test_every_part_is_tested_at_the_m_of_its_object(metric):
     made, view = view_of("meadow", *PAN, f"view.metric={metric}")
     (field,) = (f for f in made.fields if f.name == "figure")
     parts = prune(field, view).parts
-    part_tables, smear = field.prototypes.part_tables, parts.state.motion_step[parts.object]
+    part_tables, motion_step = field.prototypes.part_tables, parts.state.motion_step[parts.object]
     variant = parts.state.instances.prototype[parts.object]
-    assert smear.min() > 2
+    assert motion_step.min() > 2
     for row in np.random.default_rng(1).integers(0, len(parts), 40):
         tree, m = (
             part_tables.hierarchies[variant[row]],
-            view.m * motion_coarsening(float(smear[row])),
+            view.m * motion_coarsening(float(motion_step[row])),
         )
         own = limit_distances(tree, METRICS[metric], m)
         own = own[parts.part[row] - part_tables.root[variant[row]]]
@@ -104,7 +104,7 @@ def test_every_part_is_tested_at_the_m_of_its_object(metric):
 def test_full_keeps_everything():
     made, view = view_of("meadow", *PAN, "view.metric=full", "world.extent=60")
     field = replace(made.fields[0], extent=60.0)
-    assert same(prune(field, view), prune(field, replace(view, exposure=None)))
+    assert same(prune(field, view), prune(field, replace(view, shutter=None)))
 
 
 @pytest.mark.parametrize("name", ["crowd", "meadow"])
@@ -116,9 +116,9 @@ def test_nothing_swings_faster_than_is_said(name):
         cut = prune(field, view)
         seen = cut.parts.take(np.unique(cut.object, return_index=True)[1][:40])
         everything = _all_parts_of(field, seen, view)
-        look = _everything(len(everything))
+        weights = _everything(len(everything))
         times = [field.later(everything, view, 3.0 + k * step) for k in range(12)]
-        ends = [field.appearance(each, look) for each in times]
+        ends = [field.appearance(each, weights) for each in times]
         instances = [each.state.instances for each in times]
         for k in range(11):
             moved = ends[k + 1].end - ends[k].end
@@ -165,8 +165,8 @@ def test_what_cannot_move_does_not_swing():
 def length_of(exposed, view, start, end):
     """L/θ of a point, from where it is on the scale of smears."""
     rows, none = [np.array([each], float) for each in (start, end)], np.zeros(1)
-    smear = motion_steps(exposed, view.camera.corner, view.theta, *rows, none, none)
-    x = motion_coarsening(float(smear[0])) ** 2
+    motion_step = motion_steps(exposed, view.camera.corner, view.theta, *rows, none, none)
+    x = motion_coarsening(float(motion_step[0])) ** 2
     return np.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0))
 
 
@@ -180,9 +180,9 @@ def test_a_tracked_subject_stays_sharp_and_what_is_behind_it_smears():
     off = GRID_M * np.array((view.camera.corner.x, view.camera.corner.y, 0))
     runs = [np.array(((at - 25) * 0.25, 20.0, 1.7)) - off for at in (24.75, 25.25)]
     behind = np.array((0.0, 60.0, 1.7)) - off
-    assert length_of(view.exposure, view, *runs) < 0.02
+    assert length_of(view.shutter, view, *runs) < 0.02
     turned = 2 * np.arctan(0.0625 / 20) / view.theta
-    assert length_of(view.exposure, view, behind, behind) == pytest.approx(turned, rel=1e-3)
+    assert length_of(view.shutter, view, behind, behind) == pytest.approx(turned, rel=1e-3)
 
 
 def test_the_eyes_window_hides_as_a_shutter_of_a_sixtieth_of_a_second_does():
@@ -193,7 +193,7 @@ def test_the_eyes_window_hides_as_a_shutter_of_a_sixtieth_of_a_second_does():
         "shutter": ("view.shutter=180",),
     }
     seconds = {
-        name: view_of("meadow", *way, "camera.turn=90")[1].exposure.seconds
+        name: view_of("meadow", *way, "camera.turn=90")[1].shutter.duration_s
         for name, way in ways.items()
     }
     assert seconds["window"] == pytest.approx(1 / 60)
@@ -201,18 +201,18 @@ def test_the_eyes_window_hides_as_a_shutter_of_a_sixtieth_of_a_second_does():
     assert seconds["both"] == pytest.approx(np.hypot(1 / 48, 1 / 60))
     made, still = view_of("meadow", *ways["both"])
     for field in made.fields:
-        assert same_bits(prune(field, still), prune(field, replace(still, exposure=None)))
+        assert same_bits(prune(field, still), prune(field, replace(still, shutter=None)))
 
 
 def test_a_steady_pan_hides_in_every_frame_what_it_hides_by_itself():
     made, view = view_of("meadow", *PAN)
-    alone = replace(view, exposure=replace(view.exposure, near=None))
+    alone = replace(view, shutter=replace(view.shutter, neighbour=None))
     for each in made.representations:
         assert same_bits(prune(each, view), prune(each, alone))
 
 
 def test_smear_off_pays_no_heed_to_motion():
-    assert view_of("meadow", *PAN, "view.smear=off")[1].exposure is None
+    assert view_of("meadow", *PAN, "view.smear=off")[1].shutter is None
 
 
 def test_what_motion_hides_leaves_its_cover_on_the_ground():
@@ -225,6 +225,6 @@ def test_what_motion_hides_leaves_its_cover_on_the_ground():
     place = view.camera.eye + 0.75 * min(limits) * ahead / np.linalg.norm(ahead)
     gone, still = (
         cover.undisplayed(each, place[None])[0, kind]
-        for each in (view, replace(view, exposure=None))
+        for each in (view, replace(view, shutter=None))
     )
     assert (gone, still) == (1, 0)

@@ -255,7 +255,7 @@ def test_no_ground_and_no_stride_exceed_R_or_B(name):
         return at.reshape(count, len(points), 3)
 
     origin = everywhere(np.zeros((len(h), 3)), who.joint)
-    apart = np.linalg.norm(origin[:, 1:] - origin[:, h.whole[1:]], axis=-1)
+    apart = np.linalg.norm(origin[:, 1:] - origin[:, h.parent[1:]], axis=-1)
     assert np.all(apart <= h.separation[1:] + 1e-9)
     for table in (who.inner, who.leaf):
         for joint, point, radius in (
@@ -266,8 +266,8 @@ def test_no_ground_and_no_stride_exceed_R_or_B(name):
             while len(part):
                 far = (np.linalg.norm(at - origin[:, part], axis=-1) + radius).max(axis=0)
                 assert np.all(far <= (h.R if steps < 2 else h.B)[part] + 1e-9)
-                keep = h.whole[part] >= 0
-                at, radius, part = at[:, keep], radius[keep], h.whole[part[keep]]
+                keep = h.parent[part] >= 0
+                at, radius, part = at[:, keep], radius[keep], h.parent[part[keep]]
                 steps += 1
 
 

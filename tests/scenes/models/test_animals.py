@@ -74,13 +74,13 @@ def test_levels_run_from_blob_to_detail(name):
 @pytest.mark.parametrize("name", [*LIVING, "person"])
 def test_parts_of_living_things_shrink_with_depth(name):
     h = people_at_rest(1, 1, 0.0)[0].hierarchy if name == "person" else animal(name).hierarchy
-    assert np.all(h.P[1:] <= 1.0 * h.P[h.whole[1:]])
+    assert np.all(h.P[1:] <= 1.0 * h.P[h.parent[1:]])
 
 
 def test_an_artifact_has_big_bits_tacked_on():
     h, names = animal("windmill").hierarchy, animal_tables("windmill").anatomy.part_names
     sail = names.index("sail 1")
-    assert h.P[sail] > 3 * h.P[h.whole[sail]]
+    assert h.P[sail] > 3 * h.P[h.parent[sail]]
 
 
 @pytest.mark.parametrize("name", ANIMALS)

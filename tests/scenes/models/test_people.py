@@ -54,7 +54,7 @@ def below(p, row):
     """The row and everything it owns, at any depth."""
     held = [row]
     for k in range(row + 1, len(p.hierarchy)):
-        if p.hierarchy.whole[k] in held:
+        if p.hierarchy.parent[k] in held:
             held.append(k)
     return np.array(held)
 
@@ -88,7 +88,7 @@ class TestHierarchy:
     )
     def test_wholes_and_levels(self, people, part, whole, level):
         h = people[0].hierarchy
-        assert NAMES[h.whole[ROW[part]]] == whole
+        assert NAMES[h.parent[ROW[part]]] == whole
         assert h.level[ROW[part]] == level
 
     def test_smaller_parts_go_first(self, people):
@@ -196,7 +196,7 @@ class TestLeafAppearance:
             full = mean_area(everything)[0]
             for d in np.geomspace(0.02, D[0] * 0.999, 25):
                 rows = np.flatnonzero(d < D)
-                leaf = ~np.isin(rows, h.whole[rows])
+                leaf = ~np.isin(rows, h.parent[rows])
                 assert mean_area(shown(p, rows, leaf))[0] > 0.85 * full
 
     def test_cover_at_every_cut(self, people):
@@ -205,7 +205,7 @@ class TestLeafAppearance:
             covers = []
             for level in range(5):
                 rows = np.flatnonzero(h.level <= level)
-                leaf = ~np.isin(rows, h.whole[rows])
+                leaf = ~np.isin(rows, h.parent[rows])
                 covers.append(mean_area(shown(p, rows, leaf))[0])
             assert covers == pytest.approx([covers[-1]] * 5, rel=0.06)
 

@@ -38,7 +38,7 @@ def cut(objects, parts, levels):
         level=np.asarray(levels),
         object=np.asarray(objects),
         part=np.asarray(parts),
-        whole=np.full(n, -1),
+        parent=np.full(n, -1),
         share=np.ones(n),
     )
     return cut_from_parts(made, n, n)

@@ -118,11 +118,11 @@ def reaches(who, poses):
                 if depth <= 1:
                     np.maximum.at(R, part, far)
                 np.maximum.at(B, part, far)
-                up = h.whole[part]
+                up = h.parent[part]
                 keep, part, depth = up >= 0, up[up >= 0], depth + 1
                 at, radius = at[:, keep], radius[keep]
     at = origin[:, who.joint]
-    separation[1:] = np.linalg.norm(at[:, 1:] - at[:, h.whole[1:]], axis=-1).max(axis=0)
+    separation[1:] = np.linalg.norm(at[:, 1:] - at[:, h.parent[1:]], axis=-1).max(axis=0)
     return R, B, separation
 
 

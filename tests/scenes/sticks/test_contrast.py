@@ -82,7 +82,7 @@ def test_every_part_of_every_model_can_be_lost(model, weather):
         assert len(contrast) == len(prototype.hierarchy)
         assert contrast.min() >= CONTRAST_CLASSES.index(0.5)
         assert contrast.max() < NEVER_LOST
-        whole = prototype.hierarchy.whole[1:]
+        whole = prototype.hierarchy.parent[1:]
         assert (contrast[whole] >= contrast[1:]).all()
 
 

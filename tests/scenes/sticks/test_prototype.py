@@ -50,7 +50,7 @@ def rigid_prototypes():
 def by_themselves(h):
     """Rows of the parts that are one with no other (``lod.metric.tied_levels``)."""
     with_whole = np.flatnonzero(h.separation[1:] == 0) + 1
-    return np.setdiff1d(np.arange(len(h)), np.union1d(with_whole, h.whole[with_whole]))
+    return np.setdiff1d(np.arange(len(h)), np.union1d(with_whole, h.parent[with_whole]))
 
 
 def all_prototypes():
@@ -84,7 +84,7 @@ class TestRealObjects:
             h, reach = p.hierarchy, np.zeros(len(p.hierarchy))
             for table in (p.inner, p.leaf):
                 for row in (0, *range(1, len(h), 7)):  # a sample: plain Python, part by part
-                    for seen in {row, int(h.whole[row])} - {-1}:
+                    for seen in {row, int(h.parent[row])} - {-1}:
                         farthest = _farthest(table, row, h.position[seen])
                         assert farthest <= h.R[seen] * (1 + 1e-12)
                         reach[seen] = max(reach[seen], farthest)
@@ -94,7 +94,7 @@ class TestRealObjects:
         for p in rigid_prototypes():
             h = p.hierarchy
             for row in by_themselves(h)[::11].tolist():
-                rows = [row, *np.flatnonzero(h.whole == row)]
+                rows = [row, *np.flatnonzero(h.parent == row)]
                 reach = max(
                     _farthest(t, r, h.position[row]) for t in (p.inner, p.leaf) for r in rows
                 )
@@ -110,7 +110,7 @@ class TestRealObjects:
                         held = above >= 0
                         reach = np.linalg.norm(ends - h.position[above], axis=1) + r
                         assert (reach[held] <= h.B[above[held]] * (1 + 1e-9)).all()
-                        above = np.where(held, h.whole[above], -1)
+                        above = np.where(held, h.parent[above], -1)
 
     def test_priority_squared_is_the_largest_covered_area_within_a_percent(self):
         """Against many more directions than the rule uses."""

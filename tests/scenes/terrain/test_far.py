@@ -46,6 +46,6 @@ def test_a_frame_does_not_know_how_far_the_world_goes():
         world = build_world(preset)
         cuts.append(prune(world.fields[0], view_at(world, preset, 3)))
     for cut in cuts[1:]:
-        for name in ("object", "part", "whole", "level"):
+        for name in ("object", "part", "parent", "level"):
             assert np.array_equal(getattr(cut, name), getattr(cuts[0], name))
         assert np.array_equal(cut.parts.position, cuts[0].parts.position)

@@ -95,8 +95,8 @@ def test_looking_straight_down_has_no_horizon():
 def test_parts_of_hidden_tiles_are_hidden():
     view = view_of(RIDGES, 300.0)
     parts = prune(RIDGES, view).parts
-    rows = np.flatnonzero(parts.whole >= 0)
+    rows = np.flatnonzero(parts.parent >= 0)
     hidden = coarser(RIDGES, view, parts)
-    assert hidden[parts.whole[rows]].any()
-    assert np.all(hidden[rows] >= hidden[parts.whole[rows]])
+    assert hidden[parts.parent[rows]].any()
+    assert np.all(hidden[rows] >= hidden[parts.parent[rows]])
     assert displayed(parts, view).all()

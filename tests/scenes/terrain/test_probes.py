@@ -83,7 +83,7 @@ def hits_along(vertices, faces, slant, about, away):
 
 def rays(terrain, view, parts, slant, count):
     """Where rays of this slant pass 0 m, about the eye, (count, 2); all cross ground of its own."""
-    southwest, side = sides(terrain, parts.take(parts.whole < 0))
+    southwest, side = sides(terrain, parts.take(parts.parent < 0))
     rng = np.random.default_rng(7)
     turn, far = 2 * np.pi * rng.random(count), terrain.reach * 10 ** rng.uniform(-3, 0, count)
     away = far[:, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)

@@ -47,7 +47,7 @@ def view_of(
     eye = np.array((*xy, ground + above))
     camera = camera_from_heading(corner, eye, heading, pitch, 60.0, size)
     sight = ViewingConditions(BlurWidths(camera.pixel_angle), air, acuity=False) if air else None
-    return View(camera, METRICS[metric], sight=sight, **settings)
+    return View(camera, METRICS[metric], conditions=sight, **settings)
 
 
 def made(terrain: Terrain, view: View) -> tuple[Cut, Triangles]:
@@ -88,8 +88,8 @@ def sides(terrain: Terrain, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
 def test_parts_never_outreach_their_wholes(terrain, view):
     view = view_of(terrain, **view)
     parts = prune(terrain, view).parts
-    rows = np.flatnonzero(parts.whole >= 0)
-    whole = parts.whole[rows]
+    rows = np.flatnonzero(parts.parent >= 0)
+    whole = parts.parent[rows]
     assert np.all(parts.limit[rows] <= parts.limit[whole])
     assert np.all(parts.limit_offscreen[rows] <= parts.limit_offscreen[whole])
     apart = np.linalg.norm(parts.centre[rows] - parts.centre[whole], axis=1)
@@ -161,7 +161,7 @@ def test_limits_are_the_metrics_own_of_p_and_r(metric):
 @pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle", "depth", "full"])
 def test_the_ground_is_coarse_where_the_air_hides_its_relief(metric):
     clear, hazy = (view_of(HILLS, metric=metric, detail=0.2, air=air) for air in (0.0, 0.02))
-    gone = hazy.sight.weighted(CONTRAST_CLASSES[GROUND_CONTRAST], hazy.m).gone
+    gone = hazy.conditions.weighted(CONTRAST_CLASSES[GROUND_CONTRAST], hazy.m).vanishing_distance
     assert gone < 400
     for got, without in zip(HILLS.limits(hazy), HILLS.limits(clear), strict=True):
         if metric == "full":
@@ -214,7 +214,7 @@ def assert_watertight(terrain: Terrain, view: View, cut: Cut, mesh: Triangles) -
     middle, along = ends.mean(axis=1), ends[:, 1] - ends[:, 0]
     across = np.stack((-along[:, 1], along[:, 0]), axis=1)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
-    southwest, side = sides(terrain, cut.parts.take(cut.parts.whole < 0))
+    southwest, side = sides(terrain, cut.parts.take(cut.parts.parent < 0))
     covered = [
         ((p[:, None] > southwest) & (p[:, None] < southwest + side[:, None]))
         .all(axis=2)
@@ -263,7 +263,7 @@ def test_each_tile_draws_ground_of_its_own(terrain, view):
     middle = mesh.vertices[mesh.faces, :2].mean(axis=1)
     inside = (middle >= southwest[mesh.owner]) & (middle <= (southwest + side[:, None])[mesh.owner])
     assert np.all(inside)
-    assert np.all(np.isin(np.setdiff1d(np.arange(len(cut.parts)), cut.parts.whole), mesh.owner)), (
+    assert np.all(np.isin(np.setdiff1d(np.arange(len(cut.parts)), cut.parts.parent), mesh.owner)), (
         "a leaf tile that draws nothing"
     )
 

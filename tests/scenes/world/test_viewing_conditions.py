@@ -20,7 +20,7 @@ FEW = ("species.tree.density=0", "species.figure.prototypes=2", "render.size=320
 def sight(*settings, frame=1):
     preset = load_preset("meadow", (*FEW, *settings))
     world = build_world(preset)
-    return view_at(world, preset, frame).sight
+    return view_at(world, preset, frame).conditions
 
 
 def test_the_air_is_the_presets_own():
@@ -70,7 +70,7 @@ def test_mist_counts_only_as_far_up_as_anything_reaches():
         for t in field.prototypes.rigged
     )
     assert top == pytest.approx(tall)
-    low = view_at(world, preset, 1).sight.extinction
+    low = view_at(world, preset, 1).conditions.extinction
     assert low == least_extinction(preset_air(preset), top)
     assert low > 1.5 * least_extinction(Air(5000.0))
     high = sight(*flat, "camera.height=2000").extinction
@@ -103,7 +103,9 @@ def test_haze_takes_only_what_is_beyond_the_last_of_its_contrast():
     assert views[0].m == views[1].m
     (field,) = world.fields
     contrast = np.concatenate([tree.contrast for tree in field.prototypes.part_tables.hierarchies])
-    gone = np.array([views[0].sight.weighted(c, 1.0).gone for c in CONTRAST_CLASSES])
+    gone = np.array(
+        [views[0].conditions.weighted(c, 1.0).vanishing_distance for c in CONTRAST_CLASSES]
+    )
     kept, left = (prune(field, view).parts for view in views)
     for parts in (kept, left):
         far = np.linalg.norm(parts.position - views[0].camera.eye, axis=1)

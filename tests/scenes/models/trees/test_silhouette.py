@@ -67,11 +67,11 @@ def displayed(p, view):
     the colour of each; and which of its parts."""
     tree = Placed(p.name, p, 0.0, 0.0, 0.0, Plain())
     cut = prune(tree, view)
-    look = blend_weights(cut, view)
+    weights = blend_weights(cut, view)
 
     def toward(direction):
-        rise = np.full(len(look), direction[2])
-        s = tree.appearance(cut.parts, replace(look, rise=rise))
+        rise = np.full(len(weights), direction[2])
+        s = tree.appearance(cut.parts, replace(weights, sin_elevation=rise))
         columns = (s.start, s.end, s.start_radius, s.end_radius)
         return StickTable(np.array([0, len(s)]), *columns, np.arange(len(s))), s.tints[s.tint]
 

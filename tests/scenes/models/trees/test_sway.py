@@ -87,7 +87,7 @@ def test_everything_is_within_its_limits_in_every_pose(name):
     for turns in poses(sways):
         p = sways.posed(turns)
         at = p.hierarchy.position
-        apart = np.linalg.norm(at[1:] - at[h.whole[1:]], axis=1)
+        apart = np.linalg.norm(at[1:] - at[h.parent[1:]], axis=1)
         assert (apart <= h.separation[1:] * (1 + 1e-9) + 1e-9).all()
         for table in (p.inner, p.leaf):
             for ends, r in ((table.start, table.start_radius), (table.end, table.end_radius)):
@@ -96,7 +96,7 @@ def test_everything_is_within_its_limits_in_every_pose(name):
                     rows = np.flatnonzero(seen >= 0)
                     far = np.linalg.norm(ends[rows] - at[seen[rows]], axis=1) + r[rows]
                     assert (far <= reach[seen[rows]] * (1 + 1e-9)).all(), direct
-                    seen = np.where(seen >= 0, h.whole[seen], -1)
+                    seen = np.where(seen >= 0, h.parent[seen], -1)
                 far = np.linalg.norm(ends - at[0], axis=1) + r
                 assert (far <= h.B[0]).all()
 

@@ -42,7 +42,7 @@ class TestHierarchy:
 
     def test_parts_belong_to_the_level_before(self, kind):
         h = tree(kind).hierarchy
-        assert (h.level[1:] == h.level[h.whole[1:]] + 1).all()
+        assert (h.level[1:] == h.level[h.parent[1:]] + 1).all()
 
     def test_every_branch_grows_out_of_its_whole(self, kind):
         """Its base lies on the chain of the branch that owns it."""
@@ -50,7 +50,7 @@ class TestHierarchy:
         h = p.hierarchy
         branches = (h.level >= 1) & (h.level <= len(SPECIES[kind].levels))
         for row in np.flatnonzero(branches)[::13]:
-            whole = h.whole[row]
+            whole = h.parent[row]
             block = slice(p.inner.first[whole], p.inner.first[whole + 1])
             a, b = p.inner.start[block], p.inner.end[block]
             along = ((h.position[row] - a) * (b - a)).sum(1) / ((b - a) ** 2).sum(1)
@@ -75,7 +75,7 @@ class TestHierarchy:
             leaves = np.flatnonzero(h.level == last)
             assert (p.leaf.count[leaves] == 1).all()
             assert (h.P[leaves] < 0.25).all()
-            assert (h.separation[leaves] < 1.6 * h.R[h.whole[leaves]]).all()
+            assert (h.separation[leaves] < 1.6 * h.R[h.parent[leaves]]).all()
             assert len(leaves) > 1000
 
     def test_few_sticks_stand_for_many(self, kind):
@@ -173,7 +173,7 @@ class TestLeafAppearance:
         for row in [*np.flatnonzero(h.level == 1)[:3], *np.flatnonzero(h.level == 3)[:3]]:
             held = {int(row)}
             for k in range(row + 1, len(h)):
-                if int(h.whole[k]) in held:
+                if int(h.parent[k]) in held:
                     held.add(k)
             rows = np.array(sorted(held))
             inner, leaf = np.isin(p.inner.owner, rows), np.isin(p.leaf.owner, rows)

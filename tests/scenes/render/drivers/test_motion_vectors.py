@@ -232,10 +232,10 @@ def nearest_of_axis(built, hits):
     return nearest
 
 
-def joint_of_parts(placed, cut, look):
+def joint_of_parts(placed, cut, weights):
     """The joint that each displayed part rides on, for those of which all sticks ride on one."""
     part_tables, found = placed.prototypes.part_tables, {}
-    owner, stick, _, _ = part_tables.sticks_of(cut.parts.part, look)
+    owner, stick, _, _ = part_tables.sticks_of(cut.parts.part, weights)
     for row, part in enumerate(cut.parts.part.tolist()):
         mine = stick[owner == row]
         joints = {
