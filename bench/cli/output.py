@@ -18,11 +18,6 @@ class Output:
 
     stream: TextIO | None
 
-    @property
-    def is_json(self) -> bool:
-        """Whether a program reads the results."""
-        return self.stream is not None
-
     def record(self, data: dict[str, Any]) -> None:
         """One JSON object on one line, under --json only."""
         if self.stream is not None:

@@ -1,15 +1,22 @@
-"""A progress bar on stderr, on a terminal only."""
+"""How far a command is, and how long it still takes: bars on stderr, on a terminal only."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
 
 Progress = Callable[[int, int, str], None]
+"""Called with the number done, the number in all, and a name for what comes next."""
+
+_FRAME_FORMAT = (
+    "{percentage:3.0f} % {bar} {n:.1f}/{total} frames, {elapsed}, {remaining} left{postfix}"
+)
 
 
 @contextmanager
 def progress_bar(unit: str) -> Iterator[Progress]:
-    """Gives a function of (done, in all, what comes next); away from a terminal it is silent."""
+    """Open a bar that counts units; away from a terminal it is silent."""
     from tqdm import tqdm
 
     with tqdm(unit=unit, disable=not sys.stderr.isatty(), leave=False, file=sys.stderr) as bar:
@@ -20,3 +27,97 @@ def progress_bar(unit: str) -> Iterator[Progress]:
             bar.update(done - bar.n)
 
         yield show
+
+
+class FrameProgress:
+    """A bar over the frames of a sequence that also moves within a frame."""
+
+    def __init__(self, bar: Any) -> None:
+        self._bar, self._done = bar, 0
+
+    def clear(self) -> None:
+        """Clear the bar, so that a line can be printed in its place."""
+        self._bar.clear()
+
+    def finish_frame(self, record: dict[str, Any]) -> None:
+        """Count one frame more; a kept one says nothing about the time that the others take."""
+        if self._bar.disable:
+            return
+        self._done += 1
+        if record.get("kept"):
+            self._bar.initial += 1
+        self._move(self._done)
+
+    def show_samples(self, process: int, traced: int, total: int) -> None:
+        """Show how many samples of its frame a process has traced, and the memory it holds.
+
+        ``total`` is 0 while the frame is prepared.
+        """
+        if self._bar.disable:
+            return
+        share = traced / total if total else 0.0
+        words = [f"{share:.0%} of {total / 1e6:.1f} M samples" if total else "preparing"]
+        self._bar.set_postfix_str(", ".join([*words, *_memory(process)]), refresh=False)
+        self._move(self._done + share)
+
+    def _move(self, frames: float) -> None:
+        self._bar.n = frames
+        self._bar.refresh()
+
+
+@contextmanager
+def frame_progress(frames: int) -> Iterator[FrameProgress]:
+    """Open a bar for so many frames; away from a terminal it is silent."""
+    from tqdm import tqdm
+
+    with tqdm(
+        total=frames,
+        disable=not sys.stderr.isatty(),
+        leave=False,
+        file=sys.stderr,
+        bar_format=_FRAME_FORMAT,
+        smoothing=0,
+    ) as bar:
+        yield FrameProgress(bar)
+
+
+def _memory(process: int) -> Iterator[str]:
+    import psutil
+
+    try:
+        yield f"{psutil.Process(process).memory_info().rss / 1e9:.2f} GB"
+    except psutil.Error:
+        return
+
+
+@dataclass(frozen=True)
+class RunTime:
+    """Seconds that a finished experiment was expected to take, and those that it took."""
+
+    expected_s: float
+    measured_s: float
+
+
+def seconds_left(expected_s: Iterable[float], finished: Iterable[RunTime]) -> float:
+    """Estimate the seconds that are left, at the pace of what is finished.
+
+    Before anything is finished, the expected pace counts.
+    """
+    done = list(finished)
+    planned, spent = sum(each.expected_s for each in done), sum(each.measured_s for each in done)
+    return sum(expected_s) * (spent / planned if planned else 1.0)
+
+
+def duration_text(seconds: float) -> str:
+    """Write a duration as ``40 s`` or ``12 min``."""
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+
+
+def time_left_text(
+    names: Iterable[str], expected_seconds: Mapping[str, float], finished: Iterable[RunTime]
+) -> str:
+    """Write how long the next experiment takes, and all of them; ``names`` begin with the next."""
+    done = list(finished)
+    left = [expected_seconds[name] for name in names]
+    first, whole = (duration_text(seconds_left(each, done)) for each in (left[:1], left))
+    return f"about {first}" if len(left) == 1 else f"about {first}; {whole} for all that is left"

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from bench.cli.frame_progress import FrameProgress
+from bench.cli.progress import FrameProgress
 
 if TYPE_CHECKING:
     from scenes.render.sequence.sequence import Job
@@ -33,7 +33,7 @@ class Rendering:
         from scenes.render.sequence.sequence import render_sequence
         from scenes.render.sequence.worker import Worker
 
-        with Worker(self.threads, progress.watch, self.most_bytes) as worker:
+        with Worker(self.threads, progress.show_samples, self.most_bytes) as worker:
             yield from render_sequence(job, worker)
 
     def _there(self, job: "Job", where: str) -> Iterator[dict[str, Any]]:

@@ -1,11 +1,14 @@
-"""The rules that every metric keeps: of its own formula, and of the cuts that it makes (§2.4)."""
+"""Which rules must every metric keep, in its formula and in the cuts that it makes?
+
+The rules follow from Blake 1987 §2.4.
+"""
 
 from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
 
-from bench.conformance.rows import few
+from bench.conformance.rows import report_rows
 from bench.conformance.rules import Rule, Subject, agrees_with_brute_force, limits_never_grow
 from bench.conformance.rules import same_seed_same_bytes as same_bytes
 from lod.camera import Corner, camera_from_heading
@@ -22,7 +25,7 @@ _PARTS = 400
 
 
 def broken_metric_rules(name: str) -> dict[str, list[str]]:
-    """What a metric breaks, rule by rule; nothing under the rules that it keeps."""
+    """List what a metric breaks, rule by rule; an empty list for each rule that it keeps."""
     metric = metric_by_name(name)
     formula = {rule.__name__: list(rule(metric)) for rule in FORMULA}
     subject = rabbits(name)
@@ -30,16 +33,16 @@ def broken_metric_rules(name: str) -> dict[str, list[str]]:
 
 
 def answers_with_distances(metric: Metric) -> Iterator[str]:
-    """A limit for every part: a number, not below 0, and finite where the metric says so."""
+    """Every part has a limit that is not below 0, and finite where the metric says so."""
     P, R = _parts()
     for m in _ANGLES:
         D = np.asarray(metric.limit(P, R, m))
         if D.shape != P.shape or D.dtype.kind != "f":
             yield f"m = {m:g}: {D.dtype} of shape {D.shape} for parts of shape {P.shape}"
             continue
-        yield from few(f"m = {m:g}: a limit below 0, or no number", ~(D >= 0))
+        yield from report_rows(f"m = {m:g}: a limit below 0, or no number", ~(D >= 0))
         if metric.finite:
-            yield from few(f"m = {m:g}: an infinite limit of a finite metric", np.isinf(D))
+            yield from report_rows(f"m = {m:g}: an infinite limit of a finite metric", np.isinf(D))
 
 
 def knows_one_part_at_a_time(metric: Metric) -> Iterator[str]:
@@ -48,8 +51,8 @@ def knows_one_part_at_a_time(metric: Metric) -> Iterator[str]:
     for m in _ANGLES:
         D, again = metric.limit(P, R, m), metric.limit(P, R, m)
         alone = np.concatenate([metric.limit(P[k : k + 1], R[k : k + 1], m) for k in range(_PARTS)])
-        yield from few(f"m = {m:g}: another limit when asked again", D != again)
-        yield from few(f"m = {m:g}: another limit when asked alone", D != alone)
+        yield from report_rows(f"m = {m:g}: another limit when asked again", D != again)
+        yield from report_rows(f"m = {m:g}: another limit when asked alone", D != alone)
 
 
 def finer_detail_takes_nothing_away(metric: Metric) -> Iterator[str]:
@@ -57,8 +60,10 @@ def finer_detail_takes_nothing_away(metric: Metric) -> Iterator[str]:
     P, R = _parts()
     for m in _ANGLES:
         D = metric.limit(P, R, m)
-        yield from few(f"m = {m:g}: less far in finer detail", metric.limit(P, R, m / 2) < D)
-        yield from few(f"m = {m:g}: less far for a larger P", metric.limit(2 * P, R, m) < D)
+        yield from report_rows(
+            f"m = {m:g}: less far in finer detail", metric.limit(P, R, m / 2) < D
+        )
+        yield from report_rows(f"m = {m:g}: less far for a larger P", metric.limit(2 * P, R, m) < D)
 
 
 FORMULA = (answers_with_distances, knows_one_part_at_a_time, finer_detail_takes_nothing_away)
@@ -66,7 +71,7 @@ CUTS: tuple[Rule, ...] = (limits_never_grow, agrees_with_brute_force, same_bytes
 
 
 def _parts() -> tuple[np.ndarray, np.ndarray]:
-    """Parts of 0.1 mm to 100 m, without reach or with some; nobody may write to them."""
+    """Draw P and R of parts from 0.1 mm to 100 m, some with R = 0; both arrays are read-only."""
     rng = np.random.default_rng(4)
     P, R = 10.0 ** rng.uniform(-4, 2, (2, _PARTS))
     R[::5] = 0.0
@@ -76,7 +81,7 @@ def _parts() -> tuple[np.ndarray, np.ndarray]:
 
 
 def rabbits(metric: str) -> Subject:
-    """A few rabbits in a small window of rolling ground."""
+    """Put a few rabbits in a small window of rolling ground, to be pruned by one metric."""
     kind = Species("rabbit", model_prototypes("rabbit", 1, (0.8, 1.0), False), _DENSITY)
     make = partial(SpeciesField, kind, 1, _GROUND, _EXTENT_M)
     eye = np.array((0.0, -1.2 * _EXTENT_M, 0.5))

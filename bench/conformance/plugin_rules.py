@@ -1,10 +1,10 @@
-"""The rules of every representation, for those that other packages offer."""
+"""Does a representation of another package keep the rules that all others keep?"""
 
 from collections.abc import Iterator
 from functools import partial
 
-from bench.conformance.rows import few
-from bench.conformance.rules import RULES, Subject, everything
+from bench.conformance.rows import report_rows
+from bench.conformance.rules import RULES, Subject, all_parts
 from scenes.plugins.representation import make_representation, plugin_by_name
 from scenes.terrain.terrain import Terrain
 
@@ -12,8 +12,8 @@ _GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0
 _SEED = 5
 
 
-def broken_offer_rules(kind: str) -> dict[str, list[str]]:
-    """What the offer's representation breaks, rule by rule, with its default options."""
+def broken_plugin_rules(kind: str) -> dict[str, list[str]]:
+    """List what a plug-in's representation breaks, rule by rule, with its default options."""
     offer = plugin_by_name(kind)
     make = partial(make_representation, kind, kind, _SEED, _GROUND, {})
     subject = Subject(make, offer.camera, offer.detail)
@@ -24,7 +24,9 @@ def broken_offer_rules(kind: str) -> dict[str, list[str]]:
 def under_its_top(subject: Subject) -> Iterator[str]:
     """Nothing reaches above ``top_m`` over the highest ground."""
     it, view = subject.make(), subject.view()
-    parts = everything(it, view)
+    parts = all_parts(it, view)
     wholes = parts.take(parts.parent < 0)
     highest = _GROUND.bounds()[1] + it.top_m  # type: ignore[attr-defined]
-    yield from few("a whole above top_m", wholes.centre[:, 2] + wholes.bound > highest + 1e-9)
+    yield from report_rows(
+        "a whole above top_m", wholes.centre[:, 2] + wholes.bound > highest + 1e-9
+    )

@@ -1,4 +1,4 @@
-"""What the rules of conformance look at: rows of parts and looks, by name, by size, by byte."""
+"""How do two batches of parts or appearances differ, and which of their rows are faulty?"""
 
 from collections.abc import Iterator
 from dataclasses import fields
@@ -15,27 +15,27 @@ _WIDTHS |= {"vertices": 3, "normals": 3, "colours": 3, "faces": 3, "glows": 3}
 _ROUNDING = 1e-6
 
 
-def few(what: str, wrong: np.ndarray) -> Iterator[str]:
-    """One line where any row is wrong: what, of how many, and which is the first."""
+def report_rows(what: str, wrong: np.ndarray) -> Iterator[str]:
+    """Yield one line where any row is wrong: what, how many of how many, and the first row."""
     rows = np.flatnonzero(wrong)
     if len(rows):
         yield f"{what}: {len(rows)} of {len(wrong)}, the first at {rows[0]}"
 
 
-def both_looks(parts: Parts) -> BlendWeights:
-    """Both appearances of every part in full."""
+def full_weights(parts: Parts) -> BlendWeights:
+    """Give weights that show both appearances of every part in full."""
     return BlendWeights(np.ones(len(parts)), np.ones(len(parts)))
 
 
-def names(parts: Parts) -> np.ndarray:
-    """Level, number and place of each part, sorted, (n, 5) int64: what two walks must agree on."""
+def part_keys(parts: Parts) -> np.ndarray:
+    """Give level, number and place of each part, sorted, (n, 5) int64, to compare traversals."""
     place = np.ascontiguousarray(parts.position + 0.0).view(np.int64)
     rows = np.column_stack((parts.level, parts.part, place))
     return rows[np.lexsort(rows.T)]
 
 
-def in_both(one: Parts, other: Parts) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the parts, by object and number, that two batches share, in the same order."""
+def shared_rows(one: Parts, other: Parts) -> tuple[np.ndarray, np.ndarray]:
+    """Give the rows of the parts that two batches share, by object and number, in one order."""
     row = {key: i for i, key in enumerate(_keys(other))}
     pairs = [(i, row[key]) for i, key in enumerate(_keys(one)) if key in row]
     rows = np.array(pairs, np.int64).reshape(-1, 2)
@@ -47,8 +47,8 @@ def _keys(parts: Parts) -> list[tuple[int, int, int]]:
     return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
-def reach_of(shape: Sticks | Triangles, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Owner of every stick end or corner, (k,), and how far it is from its owner's centre [m]."""
+def owner_distances(shape: Sticks | Triangles, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Give the owner of every stick end or corner, (k,), and its distance from that centre [m]."""
     if isinstance(shape, Sticks):
         owner = np.concatenate((shape.owner, shape.owner))
         point = np.concatenate((shape.start, shape.end))
@@ -60,7 +60,7 @@ def reach_of(shape: Sticks | Triangles, centre: np.ndarray) -> tuple[np.ndarray,
 
 
 def frame_bytes(representation: Representation, view: View) -> dict[str, bytes]:
-    """Every array of a frame: of its cut and of what that looks like."""
+    """Give the bytes of every array of a frame: of its cut, and of the cut's appearance."""
     cut = prune(representation, view)
     shape = representation.appearance(cut.parts, blend_weights(cut, view))
     both = (("parts", cut.parts), ("looks", shape))
@@ -72,27 +72,27 @@ def frame_bytes(representation: Representation, view: View) -> dict[str, bytes]:
     }
 
 
-def differing(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
-    """Columns in which two looks are not the same bytes."""
+def unequal_columns(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
+    """Name the columns in which two appearances are not equal."""
     if type(one) is not type(other):
         return ["their kind"]
     pairs = {f.name: (getattr(one, f.name), getattr(other, f.name)) for f in fields(one)}
     return [name for name, (a, b) in pairs.items() if not np.array_equal(a, b)]
 
 
-def apart(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
-    """Columns in which two looks differ by more than rounding."""
+def differing_columns(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
+    """Name the columns in which two appearances differ by more than rounding."""
     return [
         name
-        for name in differing(one, other)
+        for name in unequal_columns(one, other)
         if name == "their kind"
         or getattr(one, name).shape != getattr(other, name).shape
         or not np.allclose(getattr(one, name), getattr(other, name), rtol=0, atol=_ROUNDING)
     ]
 
 
-def columns_wrong(batch: Parts | Sticks | Triangles) -> Iterator[str]:
-    """Columns that are not frozen arrays of finite numbers; limits alone may be infinite."""
+def column_faults(batch: Parts | Sticks | Triangles) -> Iterator[str]:
+    """Yield columns that are not read-only arrays of finite numbers; limits may be infinite."""
     for field in fields(batch):
         column, name = getattr(batch, field.name), f"{type(batch).__name__}.{field.name}"
         if field.name == "state":
@@ -105,22 +105,22 @@ def columns_wrong(batch: Parts | Sticks | Triangles) -> Iterator[str]:
         if column.shape[1:] != ((_WIDTHS[field.name],) if field.name in _WIDTHS else ()):
             yield f"{name} has shape {column.shape}"
         good = ~np.isnan(column) if field.name.startswith("limit") else np.isfinite(column)
-        yield from few(f"{name} is not finite", ~good)
+        yield from report_rows(f"{name} is not finite", ~good)
     if isinstance(batch, Parts) and {len(getattr(batch, f.name)) for f in fields(batch)
                                      if f.name != "state"} - {len(batch)}:  # fmt: skip
         yield "columns of Parts have different lengths"
 
 
-def looks_wrong(shape: Sticks | Triangles, parts: int) -> Iterator[str]:
-    """Rows that are not there, radii and albedo out of range, normals that are not unit."""
+def appearance_faults(shape: Sticks | Triangles, parts: int) -> Iterator[str]:
+    """Yield rows that do not exist, radii or albedo out of range, and normals that are not unit."""
     if isinstance(shape, Sticks):
         for name in ("start_radius", "end_radius"):
-            yield from few(f"{name} not above 0", ~(getattr(shape, name) > 0))
+            yield from report_rows(f"{name} not above 0", ~(getattr(shape, name) > 0))
         rows, colours = {"tint": (shape.tint, len(shape.tints))}, shape.tints
     else:
         length = np.linalg.norm(shape.normals, axis=1)
-        yield from few("a normal that is not unit", abs(length - 1) > _ROUNDING)
+        yield from report_rows("a normal that is not unit", abs(length - 1) > _ROUNDING)
         rows, colours = {"faces": (shape.faces, len(shape.vertices))}, shape.colours
-    yield from few("albedo outside 0 to 1", np.max(abs(colours - 0.5), axis=1) > 0.5)
+    yield from report_rows("albedo outside 0 to 1", np.max(abs(colours - 0.5), axis=1) > 0.5)
     for name, (row, count) in (rows | {"owner": (shape.owner, parts)}).items():
-        yield from few(f"{name} of no such row", (row < 0) | (row >= count))
+        yield from report_rows(f"{name} of no such row", (row < 0) | (row >= count))

@@ -1,9 +1,8 @@
-"""One suite of rules for every representation, those of others included (DESIGN §2).
+"""Which rules must every representation keep, ours and those of other packages?
 
 The pruner, the renderer and the law ask nothing of a representation but the protocol
 (``lod.pruning.parts.Representation``); whatever keeps these rules can be put in a scene. A rule is
-a
-generator: it yields one line for each thing it finds wrong, and nothing where all is well.
+a generator: it yields one line for each fault that it finds, and nothing where there is none.
 """
 
 import gc
@@ -13,15 +12,15 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bench.conformance.rows import (
-    apart,
-    both_looks,
-    columns_wrong,
-    few,
+    appearance_faults,
+    column_faults,
+    differing_columns,
     frame_bytes,
-    in_both,
-    looks_wrong,
-    names,
-    reach_of,
+    full_weights,
+    owner_distances,
+    part_keys,
+    report_rows,
+    shared_rows,
 )
 from lod.camera import Camera
 from lod.errors import InputError
@@ -32,10 +31,10 @@ from lod.pruning.view import View, in_view
 from scenes.plugins.entry_points import metric_by_name
 
 TIMES_S = (0.0, 0.37, 41.9)
-"""When poses are looked at: what moves is somewhere else each time [s]."""
+"""Times at which poses are examined: what moves is somewhere else at each [s]."""
 
 MOST_PARTS = 2_000_000
-"""A subject of the suite is small enough to be held whole."""
+"""Largest number of parts, displayed or not, that a subject of the suite may have."""
 
 _HUGE = 300_000
 _ROUNDING = 1e-9
@@ -47,8 +46,8 @@ _ODD_OBJECTS = 2_000
 class Subject:
     """A representation to be put through the suite.
 
-    make    makes it anew, from the same seed each time; its world is finite and small
-    camera  that has some of it in view and some not, near enough that parts of parts are displayed
+    make    builds the representation from the same seed each time; its world is finite and small
+    camera  has some objects in view and some not, so near that parts of parts are displayed
     detail  τ at which it displays some of its parts and not all [px]
     metrics names of those to be tried, the usual one first
     """
@@ -59,7 +58,7 @@ class Subject:
     metrics: tuple[str, ...] = tuple(METRICS)
 
     def view(self, metric: str | None = None, time_s: float = 0.0) -> View:
-        """Its camera's view, by the usual metric where none is named."""
+        """Give the view of the camera, by the first of the metrics where none is named."""
         named = metric_by_name(metric or self.metrics[0])
         return View(self.camera, named, self.detail, time_s=time_s)
 
@@ -68,12 +67,12 @@ Rule = Callable[[Subject], Iterator[str]]
 
 
 def broken_rules(subject: Subject) -> list[str]:
-    """Every rule that the subject breaks, with what was found; empty where it conforms."""
+    """List the rules that the subject breaks, with what was found; empty where it conforms."""
     return [f"{name}: {found}" for name, rule in RULES.items() for found in rule(subject)]
 
 
-def everything(representation: Representation, view: View) -> Parts:
-    """All parts of all wholes, tested or not; ``whole`` gives rows of this batch.
+def all_parts(representation: Representation, view: View) -> Parts:
+    """Collect all parts of all objects, displayed or not; ``parent`` gives rows of this batch.
 
     Raises InputError where there are too many to be held.
     """
@@ -98,19 +97,19 @@ def inside_its_bound(subject: Subject) -> Iterator[str]:
     representation = subject.make()
     for time_s in TIMES_S:
         view = subject.view(time_s=time_s)
-        parts = everything(representation, view)
+        parts = all_parts(representation, view)
         rows = np.flatnonzero(parts.parent >= 0)
         whole = parts.parent[rows]
         away = np.linalg.norm(parts.centre[rows] - parts.centre[whole], axis=1)
-        yield from few(
+        yield from report_rows(
             f"at {time_s} s a part reaches out of the sphere of its whole",
             away + parts.bound[rows] > parts.bound[whole] * (1 + _ROUNDING) + _ROUNDING,
         )
         cut = prune(representation, view).parts
         for asked in (cut, parts):
-            shape = representation.appearance(asked, both_looks(asked))
-            owner, reach = reach_of(shape, asked.centre)
-            yield from few(
+            shape = representation.appearance(asked, full_weights(asked))
+            owner, reach = owner_distances(shape, asked.centre)
+            yield from report_rows(
                 f"at {time_s} s what a part looks like is outside of its sphere",
                 reach > asked.bound[owner] * (1 + _ROUNDING) + _ROUNDING,
             )
@@ -123,16 +122,20 @@ def limits_never_grow(subject: Subject) -> Iterator[str]:
     representation = subject.make()
     for metric in subject.metrics:
         view = subject.view(metric)
-        parts = everything(representation, view)
+        parts = all_parts(representation, view)
         rows = np.flatnonzero(parts.parent >= 0)
         whole, passed = parts.parent[rows], displayed(parts, view)
         for name in ("limit", "limit_offscreen"):
             limit = getattr(parts, name)
-            yield from few(f"{metric}: {name} below 0, or no number", ~(limit >= 0))
-            yield from few(f"{metric}: {name} grows down the tree", limit[rows] > limit[whole])
-        yield from few(f"{metric}: coarser in view", parts.limit_offscreen > parts.limit)
-        yield from few(f"{metric}: displayed without its whole", passed[rows] & ~passed[whole])
-        yield from few(f"{metric}: levels fall", parts.level[rows] < parts.level[whole])
+            yield from report_rows(f"{metric}: {name} below 0, or no number", ~(limit >= 0))
+            yield from report_rows(
+                f"{metric}: {name} grows down the tree", limit[rows] > limit[whole]
+            )
+        yield from report_rows(f"{metric}: coarser in view", parts.limit_offscreen > parts.limit)
+        yield from report_rows(
+            f"{metric}: displayed without its whole", passed[rows] & ~passed[whole]
+        )
+        yield from report_rows(f"{metric}: levels fall", parts.level[rows] < parts.level[whole])
 
 
 def agrees_with_brute_force(subject: Subject) -> Iterator[str]:
@@ -140,14 +143,14 @@ def agrees_with_brute_force(subject: Subject) -> Iterator[str]:
     representation = subject.make()
     for metric in subject.metrics:
         view = subject.view(metric)
-        parts = everything(representation, view)
-        alone = names(parts.take(displayed(parts, view)))
+        parts = all_parts(representation, view)
+        alone = part_keys(parts.take(displayed(parts, view)))
         for walk, cut in (("", prune(representation, view)), (
             " level by level", prune_by_level(representation, view)
         )):  # fmt: skip
-            if not np.array_equal(names(cut.parts), alone):
+            if not np.array_equal(part_keys(cut.parts), alone):
                 yield f"{metric}: pruned{walk} {len(cut)} parts, {len(alone)} pass their own test"
-            yield from few(
+            yield from report_rows(
                 f"{metric}: a part stands before its whole", cut.parent >= np.arange(len(cut))
             )
 
@@ -165,16 +168,16 @@ def roots_leave_nothing_out(subject: Subject) -> Iterator[str]:
     all_round = replace(view, look_around=True)
     everywhere = prune(representation, all_round).parts
     around = everywhere.take(in_view(view, everywhere.centre, everywhere.bound))
-    asked = everything(representation, view)
-    rows, same = in_both(around, asked)
+    asked = all_parts(representation, view)
+    rows, same = shared_rows(around, asked)
     hidden = np.zeros(len(around), bool)
     hidden[rows] = asked.limit[same] < around.limit[rows]
-    hidden[in_both(around, seen)[0]] = False
+    hidden[shared_rows(around, seen)[0]] = False
     around = around.take(~hidden)
-    if not np.array_equal(names(seen), names(around)):
+    if not np.array_equal(part_keys(seen), part_keys(around)):
         yield f"{len(seen)} parts are in view, {len(around)} of the same when looking all round"
     finer = prune(representation, replace(all_round, detail=subject.detail / 2)).parts
-    lost = len(everywhere) - len(in_both(everywhere, finer)[0])
+    lost = len(everywhere) - len(shared_rows(everywhere, finer)[0])
     if lost:
         yield f"{lost} parts are lost in more detail"
 
@@ -193,21 +196,25 @@ def same_seed_same_bytes(subject: Subject) -> Iterator[str]:
 def arrays_only(subject: Subject) -> Iterator[str]:
     """Parts and looks are arrays of one length, frozen, finite; no object per part."""
     representation, view = subject.make(), subject.view()
-    parts = everything(representation, view)
-    yield from columns_wrong(parts)
-    yield from few("a share of area outside 0 to 1", ~((parts.share >= 0) & (parts.share <= 1)))
+    parts = all_parts(representation, view)
+    yield from column_faults(parts)
+    yield from report_rows(
+        "a share of area outside 0 to 1", ~((parts.share >= 0) & (parts.share <= 1))
+    )
     rows = np.flatnonzero(parts.parent >= 0)
     total = np.bincount(parts.parent[rows], parts.share[rows], len(parts))
     owns = np.bincount(parts.parent[rows], minlength=len(parts)) > 0
-    yield from few("shares of all parts of a whole are not 1", owns & (abs(total - 1) > 1e-6))
+    yield from report_rows(
+        "shares of all parts of a whole are not 1", owns & (abs(total - 1) > 1e-6)
+    )
     cut = prune(representation, view)
-    shape = representation.appearance(cut.parts, both_looks(cut.parts))
-    yield from columns_wrong(shape)
-    yield from looks_wrong(shape, len(cut))
+    shape = representation.appearance(cut.parts, full_weights(cut.parts))
+    yield from column_faults(shape)
+    yield from appearance_faults(shape, len(cut))
     gc.collect()
     before = len(gc.get_objects())
     cut = prune(representation, view)
-    kept = cut, representation.appearance(cut.parts, both_looks(cut.parts))
+    kept = cut, representation.appearance(cut.parts, full_weights(cut.parts))
     gc.collect()
     grown = len(gc.get_objects()) - before
     if grown > _ODD_OBJECTS:
@@ -217,11 +224,11 @@ def arrays_only(subject: Subject) -> Iterator[str]:
 def any_request_is_answered(subject: Subject) -> Iterator[str]:
     """An empty request, a single part and a huge one get what each part gets among the others."""
     representation, view = subject.make(), subject.view()
-    parts = everything(representation, view)
+    parts = all_parts(representation, view)
     nothing = parts.take(np.zeros(0, np.int64))
     if len(representation.parts_of(nothing, view)):
         yield "parts of nothing"
-    if len(representation.appearance(nothing, both_looks(nothing))):
+    if len(representation.appearance(nothing, full_weights(nothing))):
         yield "looks of nothing"
     if not len(parts):
         yield "nothing of it is near its camera: move that, and everything else is tested too"
@@ -229,9 +236,9 @@ def any_request_is_answered(subject: Subject) -> Iterator[str]:
     for row in np.unique(np.linspace(0, len(parts) - 1, 5).astype(np.int64)).tolist():
         one, expected = parts.take(np.array([row])), parts.take(parts.parent == row)
         own = representation.parts_of(one, view)
-        if not np.array_equal(names(own), names(expected)) or np.any(own.parent):
+        if not np.array_equal(part_keys(own), part_keys(expected)) or np.any(own.parent):
             yield f"part {row} alone owns other parts than among all"
-        yield from looks_wrong(representation.appearance(one, both_looks(one)), 1)
+        yield from appearance_faults(representation.appearance(one, full_weights(one)), 1)
     rows = np.arange(_HUGE) % len(parts)
     try:
         own = representation.parts_of(parts.take(rows), view)
@@ -247,14 +254,14 @@ def later_looks_alike(subject: Subject) -> Iterator[str]:
     representation, view = subject.make(), subject.view()
     if not isinstance(representation, Moving):
         return
-    parts, then = (everything(representation, v) for v in (view, subject.view(time_s=TIMES_S[1])))
-    here, there = in_both(parts, then)
+    parts, then = (all_parts(representation, v) for v in (view, subject.view(time_s=TIMES_S[1])))
+    here, there = shared_rows(parts, then)
     later = representation.later(parts, view, TIMES_S[1]).take(here)
-    if not np.array_equal(names(later), names(parts.take(here))):
+    if not np.array_equal(part_keys(later), part_keys(parts.take(here))):
         yield "other parts or places later"
     then = then.take(there)
-    looks = [representation.appearance(each, both_looks(each)) for each in (later, then)]
-    if (changed := apart(*looks)) != []:
+    looks = [representation.appearance(each, full_weights(each)) for each in (later, then)]
+    if (changed := differing_columns(*looks)) != []:
         yield f"looks different when asked later, in {', '.join(changed)}"
 
 

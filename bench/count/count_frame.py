@@ -1,4 +1,7 @@
-"""Counting one frame: what was examined and displayed, and what the law predicts; no renderer."""
+"""How many objects and parts does one frame examine and display, and what does the law predict?
+
+No renderer is needed.
+"""
 
 import math
 import time
@@ -22,7 +25,7 @@ _RINGS = _SPOKES = 256
 
 @dataclass(frozen=True)
 class Tally:
-    """Objects, or parts, of one frame; ``predicted`` is None where no law is claimed."""
+    """Number of objects, or of parts, in one frame; ``predicted`` is None without a law."""
 
     examined: int
     displayed: int
@@ -41,7 +44,7 @@ class Tally:
 
 @dataclass(frozen=True)
 class SpeciesCount:
-    """One species in one frame; ``by_level`` counts displayed parts."""
+    """Counts of one species in one frame; ``by_level`` counts its displayed parts."""
 
     objects: Tally
     parts: Tally
@@ -51,9 +54,9 @@ class SpeciesCount:
 
 @dataclass(frozen=True)
 class Counts:
-    """One frame of a world; ``objects`` and ``parts`` are those of the field's species.
+    """Counts of one frame of a world; ``objects`` and ``parts`` are those of the field's species.
 
-    others: objects and parts of all else that stands on the ground; no law is claimed of it
+    others: objects and parts of each representation beside the field; no law is claimed of them
     """
 
     objects: Tally
@@ -121,9 +124,9 @@ def count(world: World, view: View) -> Counts:
 
 
 def predict(each: SpeciesField, view: View) -> CountMoments | None:
-    """The law for one species, per unit density; None for the metric that has none.
+    """Predict one species by the law, per unit density; None for a metric without a law.
 
-    In closed form on flat ground all round; over a net of the real ground otherwise.
+    The closed form holds on flat ground all round; otherwise the law is integrated over the ground.
     """
     trees = each.prototypes.part_tables.hierarchies
     if view.metric.along_axis:
@@ -175,7 +178,7 @@ def _corner_m(view: View) -> np.ndarray:
 
 
 def _tallies(cut: Cut) -> tuple[Tally, Tally]:
-    """Objects and parts of what no law is claimed of."""
+    """Count the objects and parts of a cut of which no law is claimed."""
     return (
         Tally(cut.examined_objects, cut.displayed_objects, None, None),
         Tally(cut.examined_parts, cut.displayed_parts, None, None),

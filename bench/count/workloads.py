@@ -1,8 +1,9 @@
-"""Workloads by version: ``meadow@1`` is a preset with the counts that its first frame must give.
+"""Which counts must the first frame of a preset give, at which version of the workload?
 
-The counts are golden: where a preset, a species or the pruner counts otherwise, it is another
-workload and takes the next version, so that a changed workload is never mistaken for a changed
-system. ``python -m bench.count.workloads`` counts anew and gives changed ones their next version.
+``meadow@1`` is a preset at a version. Its counts are golden: where a preset, a species or pruning
+counts otherwise, it is another workload and takes the next version, so that a changed workload is
+never mistaken for a changed system. ``python -m bench.count.workloads`` counts anew and gives
+changed ones their next version.
 """
 
 import json
@@ -21,7 +22,7 @@ _FILE = Path(__file__).with_name("workloads.json")
 
 @dataclass(frozen=True)
 class Workload:
-    """A preset at a version; ``counts`` by the names of `golden`."""
+    """A preset at a version, with the counts of its first frame by the names of `golden_counts`."""
 
     preset: str
     version: int
@@ -29,12 +30,12 @@ class Workload:
 
     @property
     def name(self) -> str:
-        """As it is written: ``meadow@1``."""
+        """Write preset and version as ``meadow@1``."""
         return f"{self.preset}@{self.version}"
 
-    def differing(self, counts: Counts) -> list[str]:
-        """One line for each count that is not golden."""
-        found = golden(counts)
+    def mismatches(self, counts: Counts) -> list[str]:
+        """Write one line for each count that is not golden."""
+        found = golden_counts(counts)
         return [
             f"{name} {found[name]} instead of {wanted}"
             for name, wanted in self.counts.items()
@@ -43,13 +44,13 @@ class Workload:
 
 
 def workloads() -> dict[str, Workload]:
-    """Every workload at the version that this program makes, by its preset."""
+    """Read every workload, at the version that this program makes, by the name of its preset."""
     data = json.loads(_FILE.read_text(encoding="utf-8"))
     return {each["preset"]: Workload(**each) for each in data}
 
 
 def workload_named(text: str) -> Workload | None:
-    """The workload of ``meadow@1``; None for a preset without a version.
+    """Find the workload that ``meadow@1`` names; None for a preset without a version.
 
     Raises InputError for a version that this program does not make.
     """
@@ -64,8 +65,8 @@ def workload_named(text: str) -> Workload | None:
     return known
 
 
-def golden(counts: Counts) -> dict[str, Any]:
-    """What a frame must count: whole numbers alone."""
+def golden_counts(counts: Counts) -> dict[str, Any]:
+    """Give the whole numbers of a frame that must repeat exactly on any machine."""
     return {
         "objects": counts.objects.displayed,
         "parts": counts.parts.displayed,
@@ -76,17 +77,17 @@ def golden(counts: Counts) -> dict[str, Any]:
     }
 
 
-def counted(preset: str) -> Counts:
-    """The preset's first frame, as it is."""
+def first_frame_counts(preset: str) -> Counts:
+    """Count the first frame of a preset without any setting changed."""
     chosen = load_preset(preset)
     world = build_world(chosen)
     return count(world, view_at(world, chosen, 1))
 
 
-def _renew() -> None:
+def _renew_workloads() -> None:
     old, new = workloads() if _FILE.exists() else {}, []
     for preset, _ in preset_names():
-        before, found = old.get(preset), golden(counted(preset))
+        before, found = old.get(preset), golden_counts(first_frame_counts(preset))
         same = before is not None and before.counts == found
         version = before.version + (not same) if before else 1
         new.append(asdict(Workload(preset, version, found)))
@@ -95,4 +96,4 @@ def _renew() -> None:
 
 
 if __name__ == "__main__":
-    _renew()
+    _renew_workloads()

@@ -45,7 +45,7 @@ def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = No
         seed=seed,
         variant=variant,
         threads=threads,
-        cpu=_cpu_model(),
+        cpu=cpu_name(),
         cores=os.cpu_count() or 1,
         platform=platform.platform(),
         python=platform.python_version(),
@@ -54,7 +54,8 @@ def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = No
     )
 
 
-def _cpu_model() -> str:
+def cpu_name() -> str:
+    """Give the processor's name as the system has it; elsewhere what Python knows of it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
@@ -63,14 +64,17 @@ def _cpu_model() -> str:
     return names[0] if names else platform.processor() or platform.machine()
 
 
+def package_version(package: str) -> str | None:
+    """Give the version of an installed package; None where it is not installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
 def _versions() -> dict[str, str]:
-    found = {}
-    for name in _PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found | packages()
+    found = {name: package_version(name) for name in _PACKAGES}
+    return {name: each for name, each in found.items() if each is not None} | packages()
 
 
 def _commit(root: Path) -> str | None:

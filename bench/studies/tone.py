@@ -82,7 +82,7 @@ def judged(fields: dict[Key, Bands], look: str) -> list[Claim]:
     """The claim of every band of a look, from all its fields."""
     sums = np.array([bands for key, bands in sorted(fields.items()) if key[0] == look], np.float64)
     edges = LOOKS[look].edges_m
-    words = "The land keeps its tone.", "mean luminance ÷ that of everything", "§2.4, issue 4"
+    words = "The land keeps its tone.", "mean luminance ÷ that of everything", "§2.4"
     return [
         claim(
             f"{look}, {edges[k]:g} to {edges[k + 1]:g} m",

@@ -61,6 +61,6 @@ def _checked(out: Output, kind: str, name: str) -> bool:
 
 def _broken(kind: str, name: str) -> dict[str, list[str]]:
     from bench.conformance.metric_rules import broken_metric_rules
-    from bench.conformance.plugin_rules import broken_offer_rules
+    from bench.conformance.plugin_rules import broken_plugin_rules
 
-    return broken_metric_rules(name) if kind == "metric" else broken_offer_rules(name)
+    return broken_metric_rules(name) if kind == "metric" else broken_plugin_rules(name)

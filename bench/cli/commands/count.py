@@ -41,7 +41,7 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
             view = view_at(world, chosen, frame)
         counts = count(world, view)
         seconds = watch.seconds | counts.seconds
-        wrong = workload.differing(counts) if workload else []
+        wrong = workload.mismatches(counts) if workload else []
         told = {"name": workload.name, "golden": not wrong} if workload else None
         out.record(as_data(counts, seconds) | ({"workload": told} if told else {}))
         _say(out, counts, seconds)

@@ -4,7 +4,6 @@ import os
 import platform
 import shutil
 import sys
-from importlib import metadata
 from typing import Any
 
 import click
@@ -28,6 +27,7 @@ def examine() -> dict[str, Any]:
     """Everything that `doctor` reports."""
     import psutil
 
+    from bench.records.provenance import cpu_name, package_version
     from scenes.render.mitsuba.variants import choose, probe
     from scenes.render.pictures.movie import ffmpeg_path
 
@@ -48,24 +48,8 @@ def examine() -> dict[str, Any]:
         "ffmpeg": ffmpeg_path(),
         "python": platform.python_version(),
         "platform": platform.platform(),
-        "packages": {name: _version(name) for name in PACKAGES},
+        "packages": {name: package_version(name) for name in PACKAGES},
     }
-
-
-def cpu_name() -> str:
-    """The processor's own name for itself where the system tells it."""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as lines:
-            return next(line.split(":")[1].strip() for line in lines if "model name" in line)
-    except (OSError, StopIteration, IndexError):
-        return platform.processor() or platform.machine()
-
-
-def _version(package: str) -> str | None:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
 
 
 def _say(out: Output, found: dict[str, Any]) -> None:

@@ -15,8 +15,8 @@ from bench.cli.frame_flags import (
     make_folder,
     memory_size,
 )
-from bench.cli.frame_progress import frame_progress
 from bench.cli.output import Output, output
+from bench.cli.progress import frame_progress
 from bench.cli.rendering import Rendering
 from bench.cli.view_flags import file_flags, preset_of, view_flags
 from lod.errors import InputError
@@ -104,13 +104,13 @@ def _render(out: Output, begin: Callable[[], "Job"], render: Rendering) -> list[
         with frame_progress(len(job.paths)) as progress:
             for record in render(job, progress):
                 records.append(record)
-                progress.aside()
+                progress.clear()
                 if "error" not in record:
                     out.record(record)
                     out.say(_line(record))
                 else:
                     out.note(f"lodbench: {record['path']}: {record['error']}")
-                progress.finished(record)
+                progress.finish_frame(record)
     except BaseException:
         failures = [record for record in records if "error" in record]
         done = len(records) - len(failures)

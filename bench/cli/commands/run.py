@@ -10,8 +10,7 @@ import click
 
 from bench.cli.frame_flags import make_folder
 from bench.cli.output import Output, output, table
-from bench.cli.progress import progress_bar
-from bench.cli.time_left import Took, plan
+from bench.cli.progress import RunTime, progress_bar, time_left_text
 from bench.runner.dask_cases import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.preset.errors import nearest_name
@@ -117,10 +116,10 @@ def _run_all(
     expected_seconds = {
         each.name: EXPERIMENTS[each.name].expected_seconds[not each.quick] for each in left
     }
-    took: list[Took] = []
+    finished: list[RunTime] = []
     failed: list[str] = []
     for number, each in enumerate(left):
-        expected = plan([one.name for one in left[number:]], expected_seconds, took)
+        expected = time_left_text([one.name for one in left[number:]], expected_seconds, finished)
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
         start = time.perf_counter()
         try:
@@ -131,7 +130,7 @@ def _run_all(
             out.note(f"lodbench: {each.name} failed: {type(error).__name__}: {error}")
             failed.append(each.name)
             continue
-        took.append(Took(expected_seconds[each.name], time.perf_counter() - start))
+        finished.append(RunTime(expected_seconds[each.name], time.perf_counter() - start))
         _tell(out, each.name, path, claims, False)
     return failed
 

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.cli.frame_progress import frame_progress
 from bench.cli.output import Output, output
-from bench.cli.progress import progress_bar
+from bench.cli.progress import frame_progress, progress_bar
 from bench.cli.rendering import Rendering
 from lod.errors import InputError
 
@@ -66,7 +65,7 @@ def _repair(
     left = []
     with frame_progress(sum(found.frame is not None for found in wrong)) as progress:
         for after in repairs(manifest, wrong, lambda job: render(job, progress)):
-            progress.aside()
+            progress.clear()
             if after.wrong:
                 left.append(after)
                 _tell(out, after)

@@ -12,7 +12,7 @@ import pytest
 
 from bench.cli.main import main
 from bench.conformance.metric_rules import FORMULA, rabbits
-from bench.conformance.plugin_rules import broken_offer_rules
+from bench.conformance.plugin_rules import broken_plugin_rules
 from bench.experiments.scaling import measure as scaling
 from bench.fields import cases as scaling_cases
 from bench.fields.cases import metric_cases
@@ -175,7 +175,7 @@ def test_the_field_that_tries_metrics_shows_some_parts_and_not_all():
 @pytest.mark.usefixtures("package")
 def test_something_above_its_top_is_noticed(monkeypatch):
     monkeypatch.setattr(type(plugin_by_name("fence").make("f", 0, None)), "top_m", 0.1)
-    assert broken_offer_rules("fence")["under_its_top"]
+    assert broken_plugin_rules("fence")["under_its_top"]
 
 
 @pytest.mark.usefixtures("package")

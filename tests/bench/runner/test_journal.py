@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bench.cli.main import main
-from bench.cli.time_left import Took, in_words, plan, seconds_left
+from bench.cli.progress import RunTime, duration_text, seconds_left, time_left_text
 from bench.experiments import registry as experiments
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import measure as scaling
@@ -165,8 +165,8 @@ def test_one_that_fails_does_not_end_the_others(small, tmp_path, monkeypatch, ca
 
 def test_time_left_follows_the_pace_so_far():
     assert seconds_left([10.0, 20.0], []) == 30.0
-    assert seconds_left([10.0, 20.0], [Took(10.0, 25.0), Took(10.0, 15.0)]) == 60.0
-    assert in_words(89) == "89 s" and in_words(600) == "10 min"
+    assert seconds_left([10.0, 20.0], [RunTime(10.0, 25.0), RunTime(10.0, 15.0)]) == 60.0
+    assert duration_text(89) == "89 s" and duration_text(600) == "10 min"
     takes = {"a": 10.0, "b": 590.0}
-    assert plan(["a", "b"], takes, []) == "about 10 s; 10 min for all that is left"
-    assert plan(["b"], takes, [Took(10.0, 20.0)]) == "about 20 min"
+    assert time_left_text(["a", "b"], takes, []) == "about 10 s; 10 min for all that is left"
+    assert time_left_text(["b"], takes, [RunTime(10.0, 20.0)]) == "about 20 min"

@@ -7,7 +7,7 @@ HEAVY = ("mitsuba", "drjit", "numba", "OpenEXR", "scipy", "colour")
 
 CODE = f"""
 import sys
-import bench.cli.commands.render, bench.cli.frame_progress
+import bench.cli.commands.render, bench.cli.progress
 import scenes.render.sequence.sequence, scenes.render.sequence.worker
 import scenes.render.mitsuba.variants
 print(*[name for name in {HEAVY} if name in sys.modules])
