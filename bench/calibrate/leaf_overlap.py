@@ -1,13 +1,15 @@
-"""How much of leaf appearances and of what they stand for lies in one another.
+"""Measure how much of leaf appearances and of the parts they stand for lies in one another.
 
-``python -m bench.calibrate.leaf_overlap [MODELS…]`` prints the overlaps that
-``scenes.models.trees.species_tables`` and
-``scenes.rig.build`` tell, level by level, of trees in leaf and bare, and of people and animals at
-rest: while the parts of a level show a quarter, a half and three quarters of themselves, as when
-they fade (``lod.pruning.crossfade``), the whole is to cover as much on average as with none and
-with all of
-them. After it: the cover with none and with all, over that of full detail; and in between over what
-it is to be, without overlap and with.
+    python -m bench.calibrate.leaf_overlap [MODELS…]
+
+measures the overlap of every level, of all models or those named: while the parts of a level show a
+quarter, a half and three quarters of themselves, as when they fade (``lod.pruning.crossfade``), the
+object is to cover as much on average as with none and with all of them. The overlaps of a species
+of tree, in leaf and bare, are written to ``scenes/models/trees/species/NAME.csv``; those of people,
+animals and boulders are printed, for one pair in ``scenes.rig.build`` stands for all of them.
+
+Beside each overlap is printed the cover with none and with all of the parts, over that of full
+detail; and the cover in between over what it is to be, without overlap and with it.
 """
 
 import sys
@@ -16,13 +18,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.calibrate.leaf_light import SIDES_DEG, VIEW_ELEVATIONS_DEG
+from bench.calibrate.canopy_light import VIEW_ELEVATIONS_DEG
+from bench.calibrate.leaf_light import COVER_AZIMUTHS_DEG
+from bench.calibrate.write_species import update_tables
 from lod.pruning.crossfade import cross_fade
 from lod.pruning.parts import BlendWeights
 from scenes.far_cover.stand_appearance import unit_direction
 from scenes.field.part_tables import PartTables
-from scenes.models.animals.catalogue import ANIMALS
+from scenes.model_files.names import animal_names, model_names, tree_species_names
 from scenes.models.catalogue import MODELS
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.weather import Weather
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
 from scenes.sticks.prototype import Prototype
@@ -31,103 +36,123 @@ from scenes.sticks.view_dependent_area import with_area_share
 from scenes.sticks.visible_area import visible_areas
 
 COUNT = 4
-"""Different ones of a kind, all measured together; animals come in one build."""
-
-DECIDUOUS = ("tree", "birch", "shrub")
+"""Prototypes of a model, all measured together; animals come in one build."""
 
 SHOWN = (0.25, 0.5, 0.75)
 """Shares that parts show of themselves in between."""
 
 RAYS = 250
-"""Across an object's reach."""
+"""Rays across an object's reach."""
 
-ROUNDS, STEP, MOST, NEAR = 5, 0.2, 0.97, 5e-4
-"""Steps to an overlap, the first of them, the greatest overlap, and how near its cover is to be."""
+STEPS, FIRST_STEP, GREATEST = 5, 0.2, 0.97
+"""Steps to an overlap, the first of them, and the greatest overlap."""
+
+TOLERANCE = 5e-4
+"""How near its cover is to be, relative."""
 
 
-def shown_as(
-    one: Prototype, part_tables: PartTables, level: int, share: float, height: float
+def displayed_sticks(
+    one: Prototype, part_tables: PartTables, level: int, share: float, elevation_deg: float
 ) -> StickTable:
-    """An object down to a level whose parts show this share of themselves, as one part; as seen
-    from a height [degrees]."""
+    """An object down to a level whose parts show this share of themselves, as one part, as seen
+    from an elevation."""
     h = one.hierarchy
     there = h.level <= level
     rows, number = np.flatnonzero(there), np.cumsum(there) - 1
-    whole = np.where(h.parent[rows] < 0, -1, number[h.parent[rows]])
+    parent = np.where(h.parent[rows] < 0, -1, number[h.parent[rows]])
     shown = np.where(h.level[rows] == level, share, 1.0)
-    inner, leaf, hidden = cross_fade(whole, h.share[rows], shown)
-    rise = np.full(len(rows), np.sin(np.radians(height)))
-    found, table = (
-        part_tables.sticks_of(rows, BlendWeights(inner, leaf, rise, hidden_area=hidden)),
-        part_tables.sticks,
-    )
+    inner, leaf, hidden = cross_fade(parent, h.share[rows], shown)
+    rise = np.full(len(rows), np.sin(np.radians(elevation_deg)))
+    weights = BlendWeights(inner, leaf, rise, hidden_area=hidden)
+    found, table = part_tables.sticks_of(rows, weights), part_tables.sticks
     names = ("start", "end", "start_radius", "end_radius", "tint")
     columns = (getattr(table, name)[found.stick] for name in names)
     return with_area_share(StickTable(np.array((0, len(found.stick))), *columns), found.share)
 
 
-def cover(objects: tuple[Prototype, ...], level: int, share: float) -> float:
-    """What objects cover, down to a level whose parts show a share, in the mean over directions
+def mean_cover(objects: tuple[Prototype, ...], level: int, share: float) -> float:
+    """Area that objects cover down to a level whose parts show a share, the mean over directions
     [m²]."""
-    found = 0.0
+    area = 0.0
     for one in objects:
-        part_tables, spacing = PartTables.of((rigid_prototype(one),)), one.hierarchy.R[0] / RAYS
-        for height in VIEW_ELEVATIONS_DEG:
-            table = shown_as(one, part_tables, level, share, height)
-            views = np.array([unit_direction(height, side) for side in SIDES_DEG])
-            found += float(visible_areas(table, views, spacing).sum())
-    return found / (len(VIEW_ELEVATIONS_DEG) * len(SIDES_DEG))
+        part_tables = PartTables.of((rigid_prototype(one),))
+        spacing = one.hierarchy.R[0] / RAYS
+        for elevation in VIEW_ELEVATIONS_DEG:
+            table = displayed_sticks(one, part_tables, level, share, elevation)
+            views = np.array([unit_direction(elevation, each) for each in COVER_AZIMUTHS_DEG])
+            area += float(visible_areas(table, views, spacing).sum())
+    return area / (len(VIEW_ELEVATIONS_DEG) * len(COVER_AZIMUTHS_DEG))
 
 
-def lapped(one: Prototype, overlap: float) -> Prototype:
-    """The same object with one overlap for all of its parts."""
+def with_overlap(one: Prototype, overlap: float) -> Prototype:
+    """The object with one overlap for all of its parts."""
     h = one.hierarchy
     return replace(one, hierarchy=replace(h, overlap=np.full(len(h), overlap)))
 
 
-def between(objects: tuple[Prototype, ...], level: int, overlap: float | None = None) -> float:
+def cover_ratio(objects: tuple[Prototype, ...], level: int, overlap: float | None = None) -> float:
     """Cover with parts of a level in between, over what it is to be, in the mean over SHOWN; with
-    their own overlaps, or another."""
-    none, every = cover(objects, level - 1, 1.0), cover(objects, level, 1.0)
+    the objects' own overlaps, or another."""
+    none, every = mean_cover(objects, level - 1, 1.0), mean_cover(objects, level, 1.0)
     wanted = sum(none + share * (every - none) for share in SHOWN)
-    laid = objects if overlap is None else tuple(lapped(one, overlap) for one in objects)
-    return sum(cover(laid, level, share) for share in SHOWN) / wanted
+    if overlap is not None:
+        objects = tuple(with_overlap(one, overlap) for one in objects)
+    return sum(mean_cover(objects, level, share) for share in SHOWN) / wanted
 
 
-def overlap_of(objects: tuple[Prototype, ...], level: int) -> float:
-    """The overlap of parts of a level and the leaf appearances of their wholes (secants)."""
-    before, now = 0.0, STEP
-    off_before, off = (between(objects, level, each) - 1 for each in (before, now))
-    for _ in range(ROUNDS):
-        if abs(off) < NEAR or off == off_before:
+def fit_overlap(objects: tuple[Prototype, ...], level: int) -> float:
+    """The overlap of parts of a level and the leaf appearances that stand for them, by the secant
+    method."""
+    before, now = 0.0, FIRST_STEP
+    off_before, off = (cover_ratio(objects, level, each) - 1 for each in (before, now))
+    for _ in range(STEPS):
+        if abs(off) < TOLERANCE or off == off_before:
             break
         step = off * (now - before) / (off - off_before)
-        before, off_before, now = now, off, min(now - step, MOST)
-        off = between(objects, level, now) - 1
+        before, off_before, now = now, off, min(now - step, GREATEST)
+        off = cover_ratio(objects, level, now) - 1
     return now
 
 
-def objects_of(model: str) -> Iterator[tuple[str, tuple[Prototype, ...]]]:
-    """Objects of a model in each season in which they look otherwise, at rest."""
-    for season in ("summer", "winter") if model in DECIDUOUS else ("summer",):
-        made = MODELS[model](1, 1 if model in ANIMALS else COUNT, Weather(season))
-        yield season, tuple(p.posed() if isinstance(p, RiggedPrototype) else p for p in made)
+def model_objects(model: str) -> Iterator[tuple[str, tuple[Prototype, ...]]]:
+    """Objects of a model, at rest: of a tree in leaf and bare, as far as it is ever so, else
+    alike "" in all seasons."""
+    seasons = {"": "summer"}
+    if model in tree_species_names():
+        in_leaf = tree_species(model).leaf_colours
+        seasons = {"leaf": "summer"} if in_leaf("summer") else {}
+        seasons |= {} if in_leaf("winter") else {"bare": "winter"}
+    for foliage, season in seasons.items():
+        count = 1 if model in animal_names() else COUNT
+        prototypes = MODELS[model](1, count, Weather(season))
+        yield (
+            foliage,
+            tuple(p.posed() if isinstance(p, RiggedPrototype) else p for p in prototypes),
+        )
+
+
+def measure(model: str) -> None:
+    """Measure the overlaps of a model, print them, and write those of a species of tree."""
+    for foliage, objects in model_objects(model):
+        finest = int(max(one.hierarchy.level.max() for one in objects))
+        whole = mean_cover(objects, finest, 1.0)
+        overlaps = []
+        for level in range(1, finest + 1):
+            overlaps.append(fit_overlap(objects, level))
+            covers = (mean_cover(objects, k, 1.0) / whole for k in (level - 1, level))
+            ends = ", ".join(f"{each:.3f}" for each in covers)
+            ratios = (cover_ratio(objects, level, k) for k in (0.0, overlaps[-1]))
+            middle = " → ".join(f"{each:.3f}" for each in ratios)
+            what = f"{model} {foliage}, level {level - 1}: {overlaps[-1]:.2f}"
+            print(f"{what}; cover {ends}; between {middle}", flush=True)
+        if foliage:
+            update_tables(model, foliage, overlap=overlaps)
 
 
 def main(models: list[str]) -> None:
-    """Print the overlaps of every model, season by season and level by level."""
-    for model in models or MODELS:
-        for season, objects in objects_of(model):
-            finest = int(max(one.hierarchy.level.max() for one in objects))
-            whole = cover(objects, finest, 1.0)
-            for level in range(1, finest + 1):
-                found = overlap_of(objects, level)
-                ends = ", ".join(
-                    f"{cover(objects, k, 1.0) / whole:.3f}" for k in (level - 1, level)
-                )
-                middle = " → ".join(f"{between(objects, level, k):.3f}" for k in (0.0, found))
-                what = f"{model}, {season}, level {level - 1}: {found:.2f}"
-                print(f"{what}; cover {ends}; between {middle}", flush=True)
+    """Run the command that the module's own text describes."""
+    for model in models or model_names():
+        measure(model)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from lod.vision.blur_cascade import BlurWidths
 from lod.vision.viewer import ViewingConditions
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.people import standing_people
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.prototype import Prototype
@@ -29,7 +30,7 @@ HILLS_M = 512.0
 
 _STANDING = {
     "figure": lambda: standing_people(0, 4),
-    "tree": lambda: tree_prototypes(0, 2),
+    "tree": lambda: tree_prototypes(0, 2, tree_species("tree")),
     "boulder": lambda: boulder_prototypes(0, 2),
 }
 """The prototypes of each species, all equally likely; nothing moves."""

@@ -6,12 +6,12 @@ from functools import lru_cache
 
 from lod.errors import InputError
 from scenes.gait.gait import rest_feet
+from scenes.model_files.names import tree_species_names
 from scenes.models.animals.catalogue import ANIMALS, animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import walking_people
-from scenes.models.trees.species import TreeSpecies
-from scenes.models.trees.species_tables import BIRCH, BROADLEAF, CONIFER, DEAD_TREE, SHRUB
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.sway import swaying_trees
 from scenes.models.trees.tree import tree_prototypes
 from scenes.models.trees.weather import CALM_SUMMER, Weather
@@ -46,12 +46,13 @@ def in_any_weather(build: WeatherlessModel) -> Model:
     return lambda seed, count, _: build(seed, count)
 
 
-def tree_model(species: TreeSpecies) -> Model:
+def tree_model(name: str) -> Model:
     """The model of a species of tree, in each season, still or swaying in the wind."""
 
     def build(
         seed: int, count: int, weather: Weather
     ) -> tuple[Prototype, ...] | tuple[RiggedPrototype, ...]:
+        species = tree_species(name)
         if weather.wind:
             return swaying_trees(seed, count, species, weather.season, weather.wind)
         return tree_prototypes(seed, count, species, weather.season)
@@ -61,11 +62,7 @@ def tree_model(species: TreeSpecies) -> Model:
 
 MODELS: dict[str, Model] = {
     "figure": in_any_weather(people),
-    "tree": tree_model(BROADLEAF),
-    "birch": tree_model(BIRCH),
-    "conifer": tree_model(CONIFER),
-    "shrub": tree_model(SHRUB),
-    "dead_tree": tree_model(DEAD_TREE),
+    **{name: tree_model(name) for name in tree_species_names()},
     "boulder": in_any_weather(boulder_prototypes),
     **{name: in_any_weather(animal_model(name)) for name in ANIMALS},
 }

@@ -2,29 +2,25 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
 
+from scenes.model_files.names import model_names
 from scenes.preset.values import Metres, SizeFactor, Table, key
 
 SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
 
-Model = Annotated[
-    Literal[
-        "figure",
-        "tree",
-        "birch",
-        "conifer",
-        "shrub",
-        "dead_tree",
-        "boulder",
-        "rabbit",
-        "giraffe",
-        "ostrich",
-        "insect",
-        "windmill",
-    ],
-    key("what each object is"),
-]
+
+def _known_model(name: str) -> str:
+    known = model_names()
+    if name not in known:
+        expected = f"{', '.join(map(repr, known[:-1]))} or {known[-1]!r}"
+        raise PydanticCustomError("literal_error", "one of {expected}", {"expected": expected})
+    return name
+
+
+Model = Annotated[str, AfterValidator(_known_model), key("what each object is")]
+"""The name of a model (``scenes.model_files.names``)."""
 
 
 class SpeciesPreset(Table):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals
-from scenes.models.trees.species import BranchLevel, Foliage, TreeSpecies
+from scenes.models.trees.parameters import BranchLevel, Foliage, TreeSpecies
 
 STEEPEST = -0.3
 """How far down a branch may set out, as the z of its direction: what hangs lower finds no light."""
@@ -59,18 +59,16 @@ def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches]
 
 
 def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
-    mean, spread = species.height
-    height = mean + spread * float(np.clip(rng.normal(), -2, 2))
-    length, segments = species.trunk * height, 7
+    trunk = species.trunk
+    height = species.scale + species.scale_v * float(np.clip(rng.normal(), -2, 2))
+    length, segments = trunk.length * height, 7
     up = np.array([[0.0, 0.0, 1.0]])
-    nodes = _chain(
-        np.zeros((1, 3)), up, np.array([length]), segments, 0.15, species.trunk_wander, rng
-    )
+    nodes = _chain(np.zeros((1, 3)), up, np.array([length]), segments, 0.15, trunk.curve_v, rng)
     z = np.linspace(0, 1, segments + 1)
     # §4.4: a linear taper, and near the ground a flare that falls off exponentially.
-    flare = 1 + species.flare * (100.0 ** np.maximum(0, 1 - 8 * z) - 1) / 100
-    radii = species.radius * height * (1 - species.taper * z) * flare
-    foot = nodes[:, :1] - (0.0, 0.0, species.below)
+    flare = 1 + trunk.flare * (100.0 ** np.maximum(0, 1 - 8 * z) - 1) / 100
+    radii = trunk.ratio * height * (1 - trunk.taper * z) * flare
+    foot = nodes[:, :1] - (0.0, 0.0, trunk.root_depth)
     nodes = np.concatenate((foot, nodes), axis=1)
     radii = np.concatenate(([radii[0] * 1.08], radii))[None]
     return Branches(np.array([-1]), nodes, radii, np.array([length]))
@@ -86,31 +84,31 @@ def _children(
     """§4.3: the branches of one level, spread along and around their parents."""
     parent, along, around = _places(parents, level, rng)
     base, heading, radius = _at(parents, parent, along)
-    down = level.down_base + (level.down_tip - level.down_base) * along
-    down = np.radians(down + level.spread * rng.normal(size=len(parent)))
+    down = level.down_angle_base + (level.down_angle_tip - level.down_angle_base) * along
+    down = np.radians(down + level.angle_v * rng.normal(size=len(parent)))
     side, other = _across(heading)
     outward = np.cos(around)[:, None] * side + np.sin(around)[:, None] * other
     start = np.cos(down)[:, None] * heading + np.sin(down)[:, None] * outward
     start[:, 2] = np.maximum(start[:, 2], STEEPEST)
     start = _unit(start)
     if shape is None:
-        share = 1 - level.fade * along
+        share = 1 - level.length_falloff * along
     else:
-        crown = (along - level.first) / (1 - level.first)
+        crown = (along - level.base_size) / (1 - level.base_size)
         height, limb = np.array(shape).T
         share = np.interp(crown, height, limb)
     length = level.length * share * parents.length[parent] * rng.uniform(0.94, 1.06, len(parent))
-    snapped = rng.random(len(parent)) < species.broken
+    snapped = rng.random(len(parent)) < species.broken_share
     length *= np.where(snapped, rng.uniform(0.25, 0.7, len(parent)), 1.0)
-    nodes = _chain(base, start, length, level.segments, level.lift, level.wander, rng)
+    nodes = _chain(base, start, length, level.curve_res, level.attraction_up, level.curve_v, rng)
     # §4.4: radius by the ratio of lengths, never thicker than what bears it.
-    thick = (length / parents.length[parent]) ** level.slender * parents.radii[
+    thick = (length / parents.length[parent]) ** level.ratio_power * parents.radii[
         parent, _skip(parents)
     ]
-    thick = np.maximum(np.minimum(thick, 0.85 * radius), species.thinnest)
+    thick = np.maximum(np.minimum(thick, 0.85 * radius), species.min_radius)
     tip = np.where(snapped, 0.75, 0.35)[:, None]
-    taper = 1 - (1 - tip) * np.linspace(0, 1, level.segments + 1)
-    radii = np.maximum(thick[:, None] * taper, species.thinnest)
+    taper = 1 - (1 - tip) * np.linspace(0, 1, level.curve_res + 1)
+    radii = np.maximum(thick[:, None] * taper, species.min_radius)
     return Branches(parent, nodes, radii, length)
 
 
@@ -119,17 +117,17 @@ def _places(
 ) -> tuple[Ints, Reals, Reals]:
     """Parent of each child, how far along it stands, and at which angle around it [rad]."""
     # §4.3: short parents bear fewer children.
-    mean = level.count * (0.25 + 0.75 * parents.length / parents.length.max())
+    mean = level.branches * (0.25 + 0.75 * parents.length / parents.length.max())
     count = np.maximum(2, np.floor(mean + rng.random(len(parents)))).astype(np.int64)
     parent = np.repeat(np.arange(len(parents)), count)
     number = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
     step = (number + 0.5 + 0.35 * rng.uniform(-1, 1, len(parent))) / count[parent]
-    along = level.first + (0.99 - level.first) * step
-    if level.turn < 0:  # on either side in turn, level
+    along = level.base_size + (0.99 - level.base_size) * step
+    if level.two_ranked:  # on either side in turn, level
         around = 180.0 * (number % 2)
     else:
-        around = rng.uniform(0, 360, len(parents))[parent] + level.turn * number
-    return parent, along, np.radians(around + level.spread * rng.normal(size=len(parent)))
+        around = rng.uniform(0, 360, len(parents))[parent] + level.rotate * number
+    return parent, along, np.radians(around + level.angle_v * rng.normal(size=len(parent)))
 
 
 def _at(parents: Branches, parent: Ints, along: Reals) -> tuple[Points, Points, Reals]:
@@ -179,16 +177,16 @@ def _leaves(twigs: Branches, f: Foliage, rng: np.random.Generator) -> Leaves:
     along = np.clip(0.10 + 0.95 * step + 0.06 * rng.normal(size=n), 0, 1)
     point, heading, _ = _at(twigs, twig, along)
     side, other = _across(heading)
-    turn, loose = (180.0, 12.0) if f.flat else (137.5, 40.0)
+    turn, loose, scatter = (180.0, 12.0, 0.15) if f.two_ranked else (137.5, 40.0, 0.35)
     around = np.radians(turn * number + loose * rng.normal(size=n))
     outward = np.cos(around)[:, None] * side + np.sin(around)[:, None] * other
-    pointing = outward + f.ahead * heading + (0.15 if f.flat else 0.35) * rng.normal(size=(n, 3))
+    pointing = outward + f.forward_lean * heading + scatter * rng.normal(size=(n, 3))
     pointing[:, 2] += f.upturn
     pointing = _unit(pointing)
     size = rng.uniform(0.75, 1.25, n)
-    start = point + f.scatter * rng.uniform(0.2, 1.0, n)[:, None] * outward
+    start = point + f.offset * rng.uniform(0.2, 1.0, n)[:, None] * outward
     end = start + pointing * (f.length * size)[:, None]
-    return Leaves(twig, start, end, f.wide * size, f.narrow * size)
+    return Leaves(twig, start, end, f.base_radius * size, f.tip_radius * size)
 
 
 def _across(heading: Points) -> tuple[Points, Points]:

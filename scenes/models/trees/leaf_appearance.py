@@ -13,6 +13,7 @@ import numpy as np
 
 from lod.arrays import Ints, Reals
 from scenes.models.trees.growth import Branches, Leaves
+from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.simplification import (
     Blobs,
     blended_tints,
@@ -22,7 +23,6 @@ from scenes.models.trees.simplification import (
     joined,
     radius_step,
 )
-from scenes.models.trees.species import TreeSpecies
 from scenes.sticks.outline_area import directions, mean_outline_areas
 from scenes.sticks.table import StickTable
 from scenes.sticks.view_dependence import ElevationTable
@@ -71,7 +71,8 @@ class Grown:
         branches = self.levels[level]
         segments = branches.nodes.shape[1] - 1
         keep = segments if keep is None else min(keep, segments)
-        reach = segments if level or keep == segments else self.species.clear
+        clear = self.species.leaf_appearance.clear_trunk_segments
+        reach = segments if level or keep == segments else clear
         stops = np.rint(np.linspace(0, reach, keep + 1)).astype(np.int64)
         nodes, radii = branches.nodes[:, stops], branches.radii[:, stops]
         owner = np.repeat(np.arange(len(branches)), keep)
@@ -142,24 +143,24 @@ def leaf_appearances(tree: Grown) -> list[StickTable]:
 
 def _of_level(tree: Grown, depth: int, above: StickTable, seen: Seen) -> StickTable:
     """What every branch of one depth looks like when nothing of it is displayed but itself."""
+    shapes, tables = tree.species.leaf_appearance, tree.species.tables
     hidden, n = tree.grown_from(depth), len(tree.levels[depth])
-    wood = tree.chains(depth, tree.species.wood[depth])
+    wood = tree.chains(depth, shapes.kept_segments[depth])
     lost = tree.grown_from(depth, own=not len(wood))
-    blobs, group = gather(lost, tree.species.porous[depth])
+    blobs, group = gather(lost, shapes.blob_count[depth])
     factor = fitted(blobs, wood, fitting_area(hidden))
     standing = joined((above, _as_one((wood,))))
     factor = factor * _in_place(blobs, factor, standing, seen)
     if depth == 0:
         blobs = _as_tall(blobs, factor, standing, seen)
         factor = factor * _in_place(blobs, factor, standing, seen)
-    if tree.species.heights:
-        looks = tree.species.heights[depth]
-        factor = factor * _in_place(blobs, factor, standing, seen, looks)
+    if tables.elevation:
+        factor = factor * _in_place(blobs, factor, standing, seen, tables.elevation[depth])
     own = _mean_colours(lost, group, len(blobs.part), tree.palette)
-    lit = tree.species.lit[depth] if tree.species.lit else 1.0
-    if tree.species.sides:
-        lit *= max(1.0, *tree.species.sides[depth])
-    tint = _tints(blobs.table(n, factor), own, lit, standing, seen, tree.palette)
+    albedo = tables.albedo_factor[depth] if tables.albedo_factor else 1.0
+    if tables.azimuth_tone:
+        albedo *= max(1.0, *tables.azimuth_tone[depth])
+    tint = _tints(blobs.table(n, factor), own, albedo, standing, seen, tree.palette)
     return joined((wood, blobs.table(n, factor, tint)))
 
 
@@ -212,7 +213,7 @@ def _as_tall(blobs: Blobs, factor: Reals, standing: StickTable, seen: Seen) -> B
 def _tints(
     blobs: StickTable,
     own: np.ndarray,
-    lit: float,
+    albedo_factor: float,
     standing: StickTable,
     seen: Seen,
     palette: np.ndarray,
@@ -224,7 +225,8 @@ def _tints(
     wooden, weight = area[: len(standing)], area[len(standing) :]
     left = area.sum() * seen.colour - wooden @ palette[standing.tint]
     wanted = own + (left - weight @ own) / weight.sum()
-    return blended_tints(weight, lit * np.clip(wanted, 0, 1), palette, np.arange(1, len(palette)))
+    wanted = albedo_factor * np.clip(wanted, 0, 1)
+    return blended_tints(weight, wanted, palette, np.arange(1, len(palette)))
 
 
 def _mean_colours(hidden: StickTable, group: Ints, groups: int, palette: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ import numpy as np
 
 from lod.arrays import Ints, Points, Reals
 from lod.metric.hierarchy import Hierarchy
-from scenes.models.trees.species import TreeSpecies
+from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.keyframes import Motion, key_phases
 from scenes.rig.rig import Rig, RiggedSticks

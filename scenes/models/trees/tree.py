@@ -17,9 +17,8 @@ from lod.arrays import Ints, Points
 from lod.errors import InputError
 from scenes.models.trees.growth import grow
 from scenes.models.trees.leaf_appearance import Grown, leaf_appearances, owned
+from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.simplification import joined
-from scenes.models.trees.species import TreeSpecies
-from scenes.models.trees.species_tables import BROADLEAF
 from scenes.models.trees.weather import SEASONS
 from scenes.sticks.prototype import Prototype, assemble
 from scenes.sticks.table import StickTable
@@ -33,7 +32,7 @@ DIMMER = 0.72
 
 @lru_cache(maxsize=32)
 def tree_prototypes(
-    seed: int, count: int, species: TreeSpecies = BROADLEAF, season: str = "summer"
+    seed: int, count: int, species: TreeSpecies, season: str = "summer"
 ) -> tuple[Prototype, ...]:
     """``count`` trees of a species; the k-th depends on the seed, season and k only."""
     if count < 1:
@@ -48,11 +47,11 @@ def tree_prototypes(
 def grown(species: TreeSpecies, seed: int, k: int, season: str = "summer") -> Grown:
     """The k-th tree of that seed: the same wood in every season."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, _STREAM, k))))
-    greens = species.leafy.get(season, ())
+    greens = species.leaf_colours(season)
     if species.foliage and not greens:
         species = species.bare()
     levels, leaves = grow(species, rng)
-    bark = np.array(species.bark)
+    bark = np.array(species.bark_albedo)
     if not greens:
         blends = [(1 - share) * bark[0] + share * bark[1] for share in (0.33, 0.67)]
         palette = np.vstack((bark, *_dimmed(species, bark), blends))
@@ -73,8 +72,9 @@ def grown(species: TreeSpecies, seed: int, k: int, season: str = "summer") -> Gr
 
 def _dimmed(species: TreeSpecies, colours: Points) -> list[Float64[np.ndarray, "2 3"]]:
     """The darkest and the lightest of some colours, down to what the least lit shapes need."""
-    least = 0.9 * min(species.lit, default=1.0)
-    steps = math.ceil(math.log(least) / math.log(DIMMER)) if species.lit else 0
+    factors = species.tables.albedo_factor
+    least = 0.9 * min(factors, default=1.0)
+    steps = math.ceil(math.log(least) / math.log(DIMMER)) if factors else 0
     return [DIMMER ** (k + 1) * colours[[0, -1]] for k in range(steps)]
 
 
@@ -87,6 +87,7 @@ def _prototype(name: str, tree: Grown) -> Prototype:
     looks = leaf_appearances(tree)
     inner = [_placed(tree.chains(k), row[k], n) for k in range(len(looks) - 1)]
     leaf = [_placed(look, row[k], n) for k, look in enumerate(looks)]
+    overlap = tree.species.tables.overlap or (0.0,) * (len(counts) - 1)
     middles = (tree.leaves.start + tree.leaves.end) / 2
     bases = [level.nodes[:, 0] for level in tree.levels[1:]]
     return assemble(
@@ -98,20 +99,21 @@ def _prototype(name: str, tree: Grown) -> Prototype:
         leaf=joined(tuple(leaf)),
         tints=tree.palette,
         view_dependence=_view_dependence(tree.species, looks),
-        overlap=np.repeat((*tree.species.overlap, 0.0), counts),
+        overlap=np.repeat((*overlap, 0.0), counts),
     )
 
 
 def _view_dependence(species: TreeSpecies, looks: list[StickTable]) -> ViewDependence | None:
     """The shapes of every level but the last: all that follows the wood that is kept."""
-    if not (species.heights or species.sides):
+    tables, shapes = species.tables, species.leaf_appearance
+    if not (tables.elevation or tables.azimuth_tone):
         return None
     rows = [np.full(len(look), -1) for look in looks]
     for level, look in enumerate(looks[:-1]):
-        kept = np.arange(len(look)) - look.first[look.owner] < species.wood[level]
+        kept = np.arange(len(look)) - look.first[look.owner] < shapes.kept_segments[level]
         rows[level][~kept] = level
-    heights = species.heights or (CONSTANT,) * len(species.porous)
-    return ViewDependence.from_tables(np.concatenate(rows), heights, species.sides)
+    elevation = tables.elevation or (CONSTANT,) * len(shapes.blob_count)
+    return ViewDependence.from_tables(np.concatenate(rows), elevation, tables.azimuth_tone)
 
 
 def _wholes(tree: Grown, row: list[int]) -> Ints:

@@ -7,14 +7,16 @@ import pytest
 
 from lod.pruning.parts import BlendWeights
 from scenes.field.part_tables import PartTables
-from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.rigged_prototype import rigid_prototype
 
 
 @pytest.fixture(scope="module")
 def part_tables():
-    return PartTables.of(tuple(map(rigid_prototype, tree_prototypes(3, 2, SPECIES["conifer"]))))
+    return PartTables.of(
+        tuple(map(rigid_prototype, tree_prototypes(3, 2, tree_species("conifer"))))
+    )
 
 
 def looked_at(parts):
@@ -51,7 +53,7 @@ def test_sticks_are_those_of_both_appearances_in_order(part_tables):
 
 
 def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_another():
-    tree = rigid_prototype(tree_prototypes(3, 1, SPECIES["birch"])[0])
+    tree = rigid_prototype(tree_prototypes(3, 1, tree_species("birch"))[0])
     h = tree.hierarchy
     shown = {}
     for overlap in (0.0, 0.5):

@@ -16,6 +16,7 @@ from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import at_rest, people
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 
 
@@ -87,7 +88,7 @@ def test_it_faces_its_heading(heading):
 def test_it_is_as_exact_far_from_the_origin(cell, x, y, eye):
     """No digit is lost between where it is put, of any size, and where it is from the eye."""
     place = GRID_M * cell[0] + x, GRID_M * cell[1] + y
-    tree = Placed("tree", tree_prototypes(0, 1)[0], *place, 10.0, Ground())
+    tree = Placed("tree", tree_prototypes(0, 1, tree_species("tree"))[0], *place, 10.0, Ground())
     view = view_from(*eye, cell=cell)
     found = origin_of(tree, view)
     corner = view.camera.corner

@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
+from scenes.model_files.names import model_names
 from scenes.models.animals.catalogue import ANIMALS
 from scenes.models.catalogue import MODELS, at_rest, model_prototypes
+from scenes.preset.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
@@ -19,11 +21,14 @@ def test_every_model_is_made(model):
 
 
 def test_the_presets_know_every_model():
-    from typing import get_args
+    assert set(model_names()) == set(MODELS)
+    for model in MODELS:
+        assert load_preset("zoo", [f"species.tree.model={model}"]).species["tree"].model == model
 
-    from scenes.preset.object_tables import Model
 
-    assert set(get_args(get_args(Model)[0])) == set(MODELS)
+def test_an_unknown_model_is_refused_with_those_there_are():
+    with pytest.raises(InputError, match=r"species.tree.model: 'willow': one of .*'birch'.*"):
+        load_preset("zoo", ["species.tree.model=willow"])
 
 
 @pytest.mark.parametrize("model", LEGGED)

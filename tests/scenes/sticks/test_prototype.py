@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from lod.errors import InputError
 from scenes.models.people.people import standing_people
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions, largest_area
 from scenes.sticks.prototype import Prototype, assemble
@@ -44,7 +45,7 @@ def pole(**changes):
 
 def rigid_prototypes():
     """What has one pose only; P and R of people hold for every pose (test_rig)."""
-    return tree_prototypes(1, 2)
+    return tree_prototypes(1, 2, tree_species("tree"))
 
 
 def by_themselves(h):
@@ -54,7 +55,7 @@ def by_themselves(h):
 
 
 def all_prototypes():
-    return (*standing_people(1, 2), *tree_prototypes(1, 1))
+    return (*standing_people(1, 2), *tree_prototypes(1, 1, tree_species("tree")))
 
 
 class TestByHand:

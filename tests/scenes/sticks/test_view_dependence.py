@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.calibrate.leaf_light import from_heights
+from bench.calibrate.leaf_light import elevation_table
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
@@ -17,7 +17,7 @@ from lod.pruning.parts import BlendWeights
 from lod.pruning.view import View
 from scenes.far_cover.stand_appearance import full_detail_sticks
 from scenes.field.part_tables import PartTables
-from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.rigged_prototype import rigid_prototype
 from scenes.sticks.outline_area import directions, largest_area, mean_outline_areas
@@ -40,7 +40,7 @@ SLOPE = tuple(np.linspace(0.4, 1.0, len(ELEVATIONS_DEG)).tolist())
 
 @pytest.fixture(scope="module")
 def tree():
-    return tree_prototypes(3, 1, SPECIES["conifer"])[0]
+    return tree_prototypes(3, 1, tree_species("conifer"))[0]
 
 
 def seen_from(prototype, height, row=0):
@@ -98,7 +98,7 @@ def test_from_all_sides_alike_tones_are_their_mean():
 @pytest.mark.parametrize("degrees", [0.0, 90.0, 150.0, None])
 def test_shapes_are_as_bright_as_the_species_says_toward_each_side(degrees):
     """Over what they are where all sides are alike."""
-    shrub = tree_prototypes(3, 1, SPECIES["shrub"])[0]
+    shrub = tree_prototypes(3, 1, tree_species("shrub"))[0]
     part_tables = PartTables.of((rigid_prototype(shrub),))
     limbs = np.flatnonzero(shrub.hierarchy.level == 1)
     one = np.ones(len(limbs))
@@ -108,19 +108,23 @@ def test_shapes_are_as_bright_as_the_species_says_toward_each_side(degrees):
         for each in (turn, np.nan)
     )
     ours, mean = (np.log(part_tables.tints[each.tint].sum(axis=1)).mean() for each in (seen, plain))
-    wanted = 1.0 if degrees is None else np.interp(degrees, AZIMUTHS_DEG, SPECIES["shrub"].sides[1])
+    wanted = (
+        1.0
+        if degrees is None
+        else np.interp(degrees, AZIMUTHS_DEG, tree_species("shrub").tables.azimuth_tone[1])
+    )
     assert np.exp(ours - mean) == pytest.approx(wanted, rel=0.01)
     assert np.array_equal(seen.share, plain.share)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 20.0, 60.0, -60.0])
 def test_shapes_are_thinned_and_darkened_as_the_species_says(tree, degrees):
-    species, height = SPECIES["conifer"], math.sin(math.radians(degrees))
+    species, height = tree_species("conifer"), math.sin(math.radians(degrees))
     found, colours = seen_from(tree, height)
-    (first, last), kept = tree.leaf.first[:2], species.wood[0]
-    share = np.interp(abs(degrees), ELEVATIONS_DEG, species.heights[0].area_share)
-    tone = np.interp(max(degrees, 0), ELEVATIONS_DEG, species.heights[0].albedo_factor)
-    tone /= max(species.sides[0])
+    (first, last), kept = tree.leaf.first[:2], species.leaf_appearance.kept_segments[0]
+    share = np.interp(abs(degrees), ELEVATIONS_DEG, species.tables.elevation[0].area_share)
+    tone = np.interp(max(degrees, 0), ELEVATIONS_DEG, species.tables.elevation[0].albedo_factor)
+    tone /= max(species.tables.azimuth_tone[0])
     assert found.share == pytest.approx([1.0] * kept + [share] * (last - first - kept))
     own = tree.tints[tree.leaf.tint[first:last]]
     assert colours[:kept] == pytest.approx(own[:kept])
@@ -142,13 +146,15 @@ def test_between_two_tones_sticks_share_themselves_out(tree):
             each.tints[sticks.tint].sum(axis=1)
             for each, sticks in zip((part_tables, plain), shown, strict=True)
         )
-        tone = np.interp(degrees, ELEVATIONS_DEG, SPECIES["conifer"].heights[1].albedo_factor)
-        tone /= max(SPECIES["conifer"].sides[1])
+        tone = np.interp(
+            degrees, ELEVATIONS_DEG, tree_species("conifer").tables.elevation[1].albedo_factor
+        )
+        tone /= max(tree_species("conifer").tables.azimuth_tone[1])
         assert np.exp(np.log(ours / own).mean()) == pytest.approx(tone, rel=0.004)
 
 
 def test_what_minds_no_height_looks_the_same_from_all():
-    shrub = tree_prototypes(3, 1, SPECIES["shrub"])[0]
+    shrub = tree_prototypes(3, 1, tree_species("shrub"))[0]
     a, b = (seen_from(shrub, height)[0] for height in (0.0, 1.0))
     for name in a._fields:
         assert np.array_equal(getattr(a, name), getattr(b, name))
@@ -206,8 +212,10 @@ def test_rows_that_do_not_fit_the_sticks_are_refused(tree):
 def test_the_conifer_says_what_is_measured(level):
     """To two decimals: paths of light are drawn from one seed. (Others, and fewer, give tones that
     differ by up to 9 %.)"""
-    species = SPECIES["conifer"]
-    lit, looks = from_heights(species, level)
-    assert lit == pytest.approx(species.lit[level], rel=0.002)
-    assert looks.area_share == pytest.approx(species.heights[level].area_share, abs=0.006)
-    assert looks.albedo_factor == pytest.approx(species.heights[level].albedo_factor, abs=0.006)
+    species = tree_species("conifer")
+    factor, looks = elevation_table(species, level)
+    assert factor == pytest.approx(species.tables.albedo_factor[level], rel=0.002)
+    assert looks.area_share == pytest.approx(species.tables.elevation[level].area_share, abs=0.006)
+    assert looks.albedo_factor == pytest.approx(
+        species.tables.elevation[level].albedo_factor, abs=0.006
+    )

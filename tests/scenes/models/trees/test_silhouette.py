@@ -1,13 +1,12 @@
-"""A tree keeps its silhouette, its gaps and its colour when its parts go (issue 4).
+"""A tree keeps its silhouette, its gaps and its colour when its parts go.
 
 Colour is albedo here, of trees whose shapes are not darker for the shade in what they hide: that
 is another measurement (tests/bench/calibrate/test_leaf_light.py).
 
 Cuts are the pruner's own: a tree on flat ground, seen from farther and farther away; every
 direction sees them as they look from there (``scenes.sticks.view_dependence``). As long as all its
-branches (level
-2) are displayed, and none, some or all of what they bear, the mean cover over 64 directions stays
-within 5 % of the whole tree's, each direction within 15 %, mean albedo 3 %.
+branches (level 2) are displayed, and none, some or all of what they bear, the mean cover over 64
+directions stays within 5 % of the whole tree's, each direction within 15 %, mean albedo 3 %.
 """
 
 from dataclasses import replace
@@ -22,8 +21,9 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
+from scenes.model_files.names import tree_species_names
 from scenes.models.trees.leaf_appearance import upright
-from scenes.models.trees.species_tables import SPECIES
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions
 from scenes.sticks.table import StickTable
@@ -31,8 +31,11 @@ from scenes.sticks.view_dependence import ElevationTable
 from scenes.sticks.view_dependent_area import area_shares_at, with_area_share
 from scenes.sticks.visible_area import first_met, visible_areas
 
-TREES = [(name, "summer") for name in SPECIES] + [("broadleaf", "winter"), ("birch", "winter")]
-TREES += [("shrub", "winter"), ("broadleaf", "autumn")]
+TREES = [(name, "summer") for name in tree_species_names()] + [
+    ("tree", "winter"),
+    ("birch", "winter"),
+]
+TREES += [("shrub", "winter"), ("tree", "autumn")]
 AROUND = directions(64) * np.where(np.arange(64) % 2, -1.0, 1.0)[:, None]
 RAYS = 220
 
@@ -49,9 +52,11 @@ class Plain:
 
 @lru_cache(maxsize=16)
 def one(name, season):
-    heights = tuple(ElevationTable(each.area_share) for each in SPECIES[name].heights)
-    unshaded = replace(SPECIES[name].unshaded(), heights=heights)
-    return tree_prototypes(2, 1, unshaded, season)[0]
+    species = tree_species(name)
+    by_area = tuple(ElevationTable(each.area_share) for each in species.tables.elevation)
+    uncorrected = species.uncorrected()
+    tables = replace(uncorrected.tables, elevation=by_area)
+    return tree_prototypes(2, 1, replace(uncorrected, tables=tables), season)[0]
 
 
 def view_from(away, fade=0.0):
@@ -137,7 +142,7 @@ def test_no_distance_erodes_it(name, season):
         assert there.mean() == pytest.approx(cover.mean(), rel=0.15), away
 
 
-@pytest.mark.parametrize("name", ["conifer", "broadleaf", "birch", "shrub"])
+@pytest.mark.parametrize("name", ["conifer", "tree", "birch", "shrub"])
 def test_the_last_shapes_are_as_upright_as_the_tree(name):
     """What they cover from the side over what they cover from above and below (a conifer's, as
     tall as the tree itself, would be a quarter more)."""
@@ -149,7 +154,7 @@ def test_the_last_shapes_are_as_upright_as_the_tree(name):
     assert ratios[1] == pytest.approx(ratios[0], rel=0.1)
 
 
-@pytest.mark.parametrize("name", SPECIES)
+@pytest.mark.parametrize("name", tree_species_names())
 def test_boughs_are_as_flat_as_what_they_hide(name):
     """Every part of a depth displayed, and none below: cover from each height over the tree's own,
     about their mean (round blobs end to end would give a conifer a fifth more from the side than

@@ -13,8 +13,9 @@ from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.field.species_field import Species, SpeciesField
+from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import model_prototypes
-from scenes.models.trees.species_tables import BROADLEAF, SPECIES
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.sway import swaying_trees
 from scenes.models.trees.tree import tree_prototypes
 from scenes.models.trees.weather import Weather
@@ -22,7 +23,7 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
 from scenes.sticks.prototype import Prototype
 
-KINDS = list(SPECIES)
+KINDS = list(tree_species_names())
 
 
 class Plain:
@@ -38,7 +39,7 @@ class Plain:
 @lru_cache(maxsize=16)
 def pair(name, wind=10.0):
     """The tree that stands still, and the same in the wind."""
-    species = SPECIES[name]
+    species = tree_species(name)
     still = tree_prototypes(3, 1, species)[0]
     return still, swaying_trees(3, 1, species, "summer", wind)[0]
 
@@ -143,7 +144,7 @@ def test_it_grows_with_the_square_of_the_wind():
 
 
 def test_every_tree_has_a_phase_and_a_way_of_its_own():
-    trees = swaying_trees(3, 2, BROADLEAF, "summer", 8.0)
+    trees = swaying_trees(3, 2, tree_species("tree"), "summer", 8.0)
     assert not np.array_equal(trees[0].motion.rotations[:, 0], trees[1].motion.rotations[:, 0])
     field = SpeciesField(Species("tree", trees[:1], 2e-4), 5, Plain())
     camera = camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 1.7)), 0, 0, 60.0, (200, 200))

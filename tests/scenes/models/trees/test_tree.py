@@ -7,27 +7,28 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.models.trees.species_tables import BROADLEAF, CONIFER, DEAD_TREE, SPECIES
+from scenes.model_files.names import tree_species_names
+from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import grown, tree_prototypes
 from scenes.models.trees.weather import SEASONS
 from scenes.sticks.outline_area import mean_area, mean_outline_areas
 
 COLUMNS = ("start", "end", "start_radius", "end_radius", "tint")
 HEIGHTS = {
-    "broadleaf": (7.5, 13),
+    "tree": (7.5, 13),
     "birch": (8.5, 13.5),
     "conifer": (9.5, 16),
     "shrub": (1.0, 3.0),
-    "dead tree": (4.5, 12),
+    "dead_tree": (4.5, 12),
 }
 
 
 @lru_cache(maxsize=8)
 def tree(name):
-    return tree_prototypes(1, 1, SPECIES[name])[0]
+    return tree_prototypes(1, 1, tree_species(name))[0]
 
 
-@pytest.fixture(params=list(SPECIES))
+@pytest.fixture(params=tree_species_names())
 def kind(request):
     return request.param
 
@@ -36,7 +37,8 @@ class TestHierarchy:
     def test_size_and_levels(self, kind):
         p = tree(kind)
         count = np.bincount(p.hierarchy.level)
-        assert len(count) == len(SPECIES[kind].levels) + 1 + (SPECIES[kind].foliage is not None)
+        species = tree_species(kind)
+        assert len(count) == len(species.levels) + 1 + (species.foliage is not None)
         assert (np.diff(count) > 0).all()
         assert 150 < len(p.hierarchy) < 8000
 
@@ -48,7 +50,7 @@ class TestHierarchy:
         """Its base lies on the chain of the branch that owns it."""
         p = tree(kind)
         h = p.hierarchy
-        branches = (h.level >= 1) & (h.level <= len(SPECIES[kind].levels))
+        branches = (h.level >= 1) & (h.level <= len(tree_species(kind).levels))
         for row in np.flatnonzero(branches)[::13]:
             whole = h.parent[row]
             block = slice(p.inner.first[whole], p.inner.first[whole + 1])
@@ -58,18 +60,18 @@ class TestHierarchy:
             assert np.linalg.norm(near - h.position[row], axis=1).min() < 1e-9
 
     def test_branches_are_thinner_than_what_bears_them(self, kind):
-        levels = grown(SPECIES[kind], 1, 0).levels
+        levels = grown(tree_species(kind), 1, 0).levels
         for above, level in pairwise(levels):
             assert (level.radii[:, 0] <= above.radii[level.parent].max(axis=1)).all()
             assert (np.diff(level.radii, axis=1) <= 1e-12).all()
 
     def test_chains_are_joined(self, kind):
-        for level in grown(SPECIES[kind], 1, 0).levels[1:]:
+        for level in grown(tree_species(kind), 1, 0).levels[1:]:
             step = np.linalg.norm(np.diff(level.nodes, axis=1), axis=2).sum(axis=1)
             assert step == pytest.approx(level.length)
 
     def test_a_leaf_is_a_small_part_of_its_own_near_its_twig(self):
-        for name in SPECIES.keys() - {"dead tree"}:
+        for name in set(tree_species_names()) - {"dead_tree"}:
             p = tree(name)
             h, last = p.hierarchy, p.hierarchy.level.max()
             leaves = np.flatnonzero(h.level == last)
@@ -79,26 +81,28 @@ class TestHierarchy:
             assert len(leaves) > 1000
 
     def test_few_sticks_stand_for_many(self, kind):
-        p, species = tree(kind), SPECIES[kind]
+        p, species = tree(kind), tree_species(kind)
         h = p.hierarchy
-        for level, most in enumerate(species.porous[: h.level.max()]):
-            assert p.leaf.count[h.level == level].max() <= most + species.wood[level]
-        assert p.leaf.count[0] <= 6 + 4 * (kind == "dead tree")
+        shapes = species.leaf_appearance
+        most = np.add(shapes.blob_count, shapes.kept_segments)
+        for level in range(h.level.max()):
+            assert p.leaf.count[h.level == level].max() <= most[level]
+        assert p.leaf.count[0] <= 6 + 4 * (kind == "dead_tree")
 
 
 class TestStanding:
     def test_foot_is_below_the_ground(self, kind):
         p = tree(kind)
         trunk = slice(p.inner.first[0], p.inner.first[1])
-        assert p.inner.start[trunk][0, 2] == pytest.approx(-SPECIES[kind].below)
+        assert p.inner.start[trunk][0, 2] == pytest.approx(-tree_species(kind).trunk.root_depth)
         assert p.inner.start[trunk][1] == pytest.approx(0)
 
     def test_trunks_are_flared_and_seen_from_afar(self):
-        for name in SPECIES.keys() - {"shrub"}:
+        for name in set(tree_species_names()) - {"shrub"}:
             p = tree(name)
             radius = p.inner.start_radius[:3]
             assert radius[1] > 1.2 * radius[2]
-            assert p.leaf.start[0, 2] == pytest.approx(-SPECIES[name].below)
+            assert p.leaf.start[0, 2] == pytest.approx(-tree_species(name).trunk.root_depth)
 
     def test_no_leaf_reaches_the_ground(self, kind):
         p = tree(kind)
@@ -121,40 +125,40 @@ class TestStanding:
             return np.quantile(np.hypot(*some[:, :2].T), 0.9)
 
         assert width("conifer", 0.1, 0.3) > 2.5 * width("conifer", 0.75, 0.9)
-        assert width("broadleaf", 0.4, 0.6) < 1.6 * width("broadleaf", 0.75, 0.9)
+        assert width("tree", 0.4, 0.6) < 1.6 * width("tree", 0.75, 0.9)
 
 
 class TestSeasons:
     def test_the_wood_is_the_same_all_year(self):
-        for species in (BROADLEAF, CONIFER):
+        for species in map(tree_species, ("tree", "conifer")):
             every = [grown(species, 1, 0, season) for season in SEASONS]
             for one in every[1:]:
                 for a, b in zip(every[0].levels, one.levels, strict=True):
                     assert np.array_equal(a.nodes, b.nodes)
 
     def test_only_evergreens_have_leaves_in_winter(self):
-        leaves = {n: len(grown(s, 1, 0, "winter").leaves.twig) for n, s in SPECIES.items()}
-        assert {name for name, count in leaves.items() if count} == {"conifer"}
+        trees = {name: grown(tree_species(name), 1, 0, "winter") for name in tree_species_names()}
+        assert [name for name, it in trees.items() if len(it.leaves.twig)] == ["conifer"]
         for season in SEASONS:
-            assert not len(grown(DEAD_TREE, 1, 0, season).leaves.twig)
+            assert not len(grown(tree_species("dead_tree"), 1, 0, season).leaves.twig)
 
     def test_leaves_are_green_in_summer_and_turn_in_autumn(self):
-        for name in SPECIES.keys() - {"dead tree", "conifer"}:
+        for name in set(tree_species_names()) - {"dead_tree", "conifer"}:
             for season, turned in (("spring", False), ("summer", False), ("autumn", True)):
-                it = grown(SPECIES[name], 1, 0, season)
+                it = grown(tree_species(name), 1, 0, season)
                 red, green, blue = it.palette[it.leaf_tint].mean(axis=0)
                 assert (red > green) == turned
                 assert min(red, green) > 2 * blue
 
     def test_spring_leaves_are_lighter_than_summer_leaves(self):
-        for name in ("broadleaf", "birch", "shrub"):
-            greens = (grown(SPECIES[name], 1, 0, season) for season in ("spring", "summer"))
+        for name in ("tree", "birch", "shrub"):
+            greens = (grown(tree_species(name), 1, 0, season) for season in ("spring", "summer"))
             spring, summer = (it.palette[it.leaf_tint].mean() for it in greens)
             assert spring > 1.2 * summer
 
     def test_tints_vary_and_are_few(self, kind):
         for season in SEASONS:
-            it = grown(SPECIES[kind], 1, 0, season)
+            it = grown(tree_species(kind), 1, 0, season)
             assert len(it.palette) <= 15
             if len(it.leaf_tint):
                 share = np.bincount(it.leaf_tint)[2:] / len(it.leaf_tint)
@@ -163,12 +167,12 @@ class TestSeasons:
 
     def test_an_unknown_season(self):
         with pytest.raises(InputError, match=r"monsoon.*spring, summer"):
-            tree_prototypes(1, 1, BROADLEAF, "monsoon")
+            tree_prototypes(1, 1, tree_species("tree"), "monsoon")
 
 
 class TestLeafAppearance:
     def test_each_part_covers_what_it_hides(self):
-        p = tree("broadleaf")
+        p = tree("tree")
         h = p.hierarchy
         for row in [*np.flatnonzero(h.level == 1)[:3], *np.flatnonzero(h.level == 3)[:3]]:
             held = {int(row)}
@@ -184,7 +188,7 @@ class TestLeafAppearance:
 
     def test_is_porous(self):
         """The blobs of a part hide little of one another, and gaps are left between them."""
-        p = tree("broadleaf")
+        p = tree("tree")
         apart = np.bincount(p.leaf.owner, mean_outline_areas(p.leaf))
         limbs = np.flatnonzero(p.hierarchy.level == 1)
         covered = mean_area(p.leaf)[limbs]
@@ -202,17 +206,18 @@ def _union(p, inner, leaf):
 
 class TestChance:
     def test_same_seed_same_tree(self):
-        first = tree_prototypes(5, 1)[0]
+        first = tree_prototypes(5, 1, tree_species("tree"))[0]
         tree_prototypes.cache_clear()
-        second = tree_prototypes(5, 1)[0]
+        second = tree_prototypes(5, 1, tree_species("tree"))[0]
         for name in COLUMNS:
             assert getattr(first.leaf, name).tobytes() == getattr(second.leaf, name).tobytes()
         assert first.hierarchy.P.tobytes() == second.hierarchy.P.tobytes()
 
     def test_trees_of_a_seed_and_of_other_seeds_differ(self):
-        rows = {grown(BROADLEAF, s, k).leaves.start.tobytes() for s, k in ((1, 0), (1, 1), (2, 0))}
+        species, pairs = tree_species("tree"), ((1, 0), (1, 1), (2, 0))
+        rows = {grown(species, s, k).leaves.start.tobytes() for s, k in pairs}
         assert len(rows) == 3
 
     def test_none_at_all(self):
         with pytest.raises(InputError, match="at least one"):
-            tree_prototypes(1, 0)
+            tree_prototypes(1, 0, tree_species("tree"))
