@@ -1,10 +1,12 @@
-"""Sums of noise over octaves (``lattice_noise``), each octave on a lattice of its own.
+"""Sums of octaves of noise at points, each octave on a lattice of its own.
 
-Octaves shorter than what a point can show fade, and still shorter ones are left out.
+At every point octaves shorter than a given wavelength are left out, and those of up to twice that
+wavelength are faded in, so that a sum changes smoothly with the wavelength.
 """
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -20,40 +22,69 @@ from scenes.noise.lattice import (
     fill_twin_corners,
     lattice_bits,
 )
-from scenes.noise.partial_sums import SoFar
 
-_SHORTEST_RUN = 8192
-"""Points for which another thread is worth its start; so that runs of those have none of their
-own."""
+_POINTS_PER_THREAD = 8192
+"""Number of points for which another thread is worth its start. Callers that already work on runs
+of so many points get no further threads."""
 
-Octaves = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""Keys (k,) uint64, lattice squares (k, 2) int64, offsets (k, 2) [m], (side [m], weight) (k, 2)."""
+
+class Octaves(NamedTuple):
+    """The k octaves of a sum, longest first, as a frame at one grid corner sees them.
+
+    key (k,) uint64     key of the hash of each octave's lattice
+    square (k, 2) int64 lattice cell that the corner is in
+    offset (k, 2)       place of the corner in that cell [m]
+    side (k,)           side of a lattice cell, which is the wavelength [m]
+    weight (k,)         factor on unit noise
+    """
+
+    key: np.ndarray
+    square: np.ndarray
+    offset: np.ndarray
+    side: np.ndarray
+    weight: np.ndarray
+
+
+class CellCache(NamedTuple):
+    """The last lattice cell of each octave that was looked up; points side by side share cells.
+
+    corners (k, t, 12)  values and gradients at its corners, of t independent noises
+    cell (k, 2) int64   the cell; filled (k,) whether there is one yet
+    """
+
+    corners: np.ndarray
+    cell: np.ndarray
+    filled: np.ndarray
 
 
 def octaves_at(corner: Corner, key: int, sides: Reals, weights: Reals) -> Octaves:
-    """The octaves of a sum as a frame at ``corner`` sees them: lattices of these sides [m]."""
+    """Octaves with lattices of these sides (k,) [m] and weights (k,), for a frame at ``corner``."""
     lattices = [corner.squares(side) for side in sides.tolist()]
     key64 = np.uint64(key % 2**64)
     keys = [
         lattice_bits(key64, np.int64(lattice_number(side)), np.int64(0)) for side in sides.tolist()
     ]
-    return (
+    return Octaves(
         np.array(keys, np.uint64),
         np.array([lattice[:2] for lattice in lattices], np.int64).reshape(-1, 2),
         np.array([lattice[2:] for lattice in lattices], np.float64).reshape(-1, 2),
-        np.stack((sides, weights), axis=1),
+        np.ascontiguousarray(sides, np.float64),
+        np.ascontiguousarray(weights, np.float64),
     )
 
 
 def lattice_number(side: float) -> int:
-    """A lattice's number: log₂ of its side in metres, or else the side in STEP_M."""
+    """Number of the lattice of a side [m]: its log₂ if whole, or else the side in STEP_M."""
     exponent = round(math.log2(side))
     return exponent if 2.0**exponent == side else round(side / STEP_M)
 
 
 @njit(cache=True)
-def _octave_weight(side: float, shortest: float) -> float:
-    """Share of an octave that is kept: one up to twice too short fades; of shorter ones nothing."""
+def _octave_share(side: float, shortest: float) -> float:
+    """Share of an octave that counts where waves shorter than ``shortest`` are left out.
+
+    It is 1 from ``shortest`` up, 0 at half of it and below, and linear in the octave between.
+    """
     if side >= shortest:
         return 1.0
     return 1.0 + math.log2(side / shortest) if 2.0 * side > shortest else 0.0
@@ -67,133 +98,110 @@ def height_slack(
     highest: np.ndarray,
     steepest: np.ndarray,
 ) -> np.ndarray:
-    """How far, within ``radius`` of each point, the sum can be from what is kept of it there.
+    """Bound on how far the full sum in a circle is from the faded sum at its middle, (n,) [m].
 
-    What is kept of an octave changes by at most its steepest slope × radius; the rest of it is
-    within its bound. (n,), all else in metres, slopes in metres per metre, (k,) of each octave.
+    What counts of an octave changes by at most its steepest slope × radius; the rest of it is
+    within its bound.
+
+    radius, shortest (n,)  of the circles, and of the faded sums [m]
+    sides, highest, steepest (k,)  wavelength, bound [m] and steepest slope of each octave
     """
     most = np.zeros(len(radius))
     for i in range(len(radius)):
         for k in range(len(sides)):
-            kept = _octave_weight(sides[k], shortest[i])
-            most[i] += kept * steepest[k] * radius[i] + (1.0 - kept) * highest[k]
+            share = _octave_share(sides[k], shortest[i])
+            most[i] += share * steepest[k] * radius[i] + (1.0 - share) * highest[k]
     return most
 
 
 @njit(cache=True, inline="always")
-def _on_lattice(square, offset, side, xy):  # type: ignore[no-untyped-def]
-    """The lattice cell that a point is in, and where in it, in [0, 1)²."""
+def _empty_cache(octaves, twins):  # type: ignore[no-untyped-def]
+    k = len(octaves.key)
+    return CellCache(np.empty((k, twins, 12)), np.empty((k, 2), np.int64), np.zeros(k, np.bool_))
+
+
+@njit(cache=True, inline="always")
+def _cell_of(point, k, octaves, cache):  # type: ignore[no-untyped-def]
+    """Place of a point in its cell of octave k, in [0, 1)²; the cell's corners are then cached."""
     # Where the side is a power of two, multiplying by its inverse divides exactly.
-    u, v = (offset[0] + xy[0]) * (1.0 / side), (offset[1] + xy[1]) * (1.0 / side)
+    inverse = 1.0 / octaves.side[k]
+    u = (octaves.offset[k, 0] + point[0]) * inverse
+    v = (octaves.offset[k, 1] + point[1]) * inverse
     fu, fv = math.floor(u), math.floor(v)
-    return square[0] + np.int64(fu), square[1] + np.int64(fv), u - fu, v - fv
+    ix, iy = octaves.square[k, 0] + np.int64(fu), octaves.square[k, 1] + np.int64(fv)
+    if not cache.filled[k] or ix != cache.cell[k, 0] or iy != cache.cell[k, 1]:
+        if cache.corners.shape[1] == 1:
+            fill_corners(octaves.key[k], ix, iy, cache.corners[k, 0])
+        else:
+            fill_twin_corners(octaves.key[k], ix, iy, cache.corners[k])
+        cache.cell[k, 0], cache.cell[k, 1], cache.filled[k] = ix, iy, True
+    return u - fu, v - fv
 
 
 @njit(cache=True, nogil=True)
-def _values(keys, squares, offsets, scales, xy, shortest, crest, out):  # type: ignore[no-untyped-def]
-    """Points that stand together share the cells of long waves: each octave's last is kept."""
-    most = len(keys)
-    cells, names, known = np.empty((most, 12)), np.empty((most, 2), np.int64), np.zeros(most, "?")
-    for i in range(len(xy)):
-        for k in range(most):
-            side = scales[k, 0]
-            kept = _octave_weight(side, shortest[i])
-            if kept == 0.0:
+def _values(octaves, points, shortest, crest, sums):  # type: ignore[no-untyped-def]
+    """Add the weighted octaves at points to ``sums`` (n,)."""
+    cache = _empty_cache(octaves, 1)
+    for i in range(len(points)):
+        for k in range(len(octaves.key)):
+            share = _octave_share(octaves.side[k], shortest[i])
+            if share == 0.0:
                 break
-            ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
-            if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
-                fill_corners(keys[k], ix, iy, cells[k])
-                names[k, 0], names[k, 1], known[k] = ix, iy, True
-            value = cell_value(cells[k], u, v)
+            u, v = _cell_of(points[i], k, octaves, cache)
+            value = cell_value(cache.corners[k, 0], u, v)
             if crest > 0.0:
                 value = crest - abs(value)
-            out[i] += kept * scales[k, 1] * value
+            sums[i] += share * octaves.weight[k] * value
 
 
 @njit(cache=True, nogil=True)
-def _slopes(keys, squares, offsets, scales, xy, shortest, crest, whole, sums, out):  # type: ignore[no-untyped-def]
-    """Slopes of what ``_values`` adds up; a column of ``shortest`` for each two of ``out``.
-
-    whole, sums: as in SoFar; the sums go on from there.
-    """
-    most, columns = len(keys), shortest.shape[1]
-    cells, names, known = np.empty((most, 12)), np.empty((most, 2), np.int64), np.zeros(most, "?")
-    for i in range(len(xy)):
-        least, first = math.inf, most
+def _slopes(octaves, points, shortest, crest, sums):  # type: ignore[no-untyped-def]
+    """Add the slopes of what ``_values`` adds up, two for each column of ``shortest``."""
+    cache = _empty_cache(octaves, 1)
+    columns = shortest.shape[1]
+    for i in range(len(points)):
+        least = math.inf
         for column in range(columns):
             least = min(least, shortest[i, column])
-            _go_on(scales, shortest[i, column], whole[i], sums[i], column, out[i])
-            first = min(first, whole[i, column])
-        for k in range(first, most):
-            side, weight = scales[k, 0], scales[k, 1]
-            if _octave_weight(side, least) == 0.0:
+        for k in range(len(octaves.key)):
+            side, weight = octaves.side[k], octaves.weight[k]
+            if _octave_share(side, least) == 0.0:
                 break
-            looked_up, fall, slope_x, slope_y = False, False, 0.0, 0.0
+            u, v = _cell_of(points[i], k, octaves, cache)
+            slope_x, slope_y = cell_slopes(cache.corners[k, 0], u, v)
+            falls = crest > 0.0 and cell_value(cache.corners[k, 0], u, v) > 0.0
             for column in range(columns):
-                kept = _octave_weight(side, shortest[i, column]) if k >= whole[i, column] else 0.0
-                if kept == 0.0:
-                    continue
-                if not looked_up:
-                    ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
-                    if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
-                        fill_corners(keys[k], ix, iy, cells[k])
-                        names[k, 0], names[k, 1], known[k] = ix, iy, True
-                    slope_x, slope_y = cell_slopes(cells[k], u, v)
-                    fall, looked_up = crest > 0.0 and cell_value(cells[k], u, v) > 0.0, True
-                steep = kept * weight / side * (-1.0 if fall else 1.0)
-                out[i, 2 * column] += steep * slope_x
-                out[i, 2 * column + 1] += steep * slope_y
-                if kept == 1.0:
-                    _keep(k, whole[i], sums[i], column, out[i])
+                share = _octave_share(side, shortest[i, column])
+                if share > 0.0:
+                    steep = share * weight / side * (-1.0 if falls else 1.0)
+                    sums[i, 2 * column] += steep * slope_x
+                    sums[i, 2 * column + 1] += steep * slope_y
 
 
 @njit(cache=True, nogil=True)
-def _twin_values(keys, squares, offsets, scales, xy, shortest, whole, sums, out):  # type: ignore[no-untyped-def]
-    """What ``_values`` adds up of one noise, of two. whole, sums: as in SoFar."""
-    most = len(keys)
-    cells, names = np.empty((most, 2, 12)), np.empty((most, 2), np.int64)
-    known = np.zeros(most, "?")
-    for i in range(len(xy)):
-        _go_on(scales, shortest[i], whole[i], sums[i], 0, out[i])
-        for k in range(whole[i, 0], most):
-            side = scales[k, 0]
-            kept = _octave_weight(side, shortest[i])
-            if kept == 0.0:
+def _twin_values(octaves, points, shortest, _crest, sums):  # type: ignore[no-untyped-def]
+    """Add what ``_values`` adds up of one noise, of two independent ones, to ``sums`` (n, 2)."""
+    cache = _empty_cache(octaves, 2)
+    for i in range(len(points)):
+        for k in range(len(octaves.key)):
+            share = _octave_share(octaves.side[k], shortest[i])
+            if share == 0.0:
                 break
-            ix, iy, u, v = _on_lattice(squares[k], offsets[k], side, xy[i])
-            if not known[k] or ix != names[k, 0] or iy != names[k, 1]:
-                fill_twin_corners(keys[k], ix, iy, cells[k])
-                names[k, 0], names[k, 1], known[k] = ix, iy, True
+            u, v = _cell_of(points[i], k, octaves, cache)
             for twin in range(2):
-                out[i, twin] += kept * scales[k, 1] * cell_value(cells[k, twin], u, v)
-            if kept == 1.0:
-                _keep(k, whole[i], sums[i], 0, out[i])
-
-
-@njit(cache=True, inline="always")
-def _go_on(scales, shortest, whole, sums, column, out):  # type: ignore[no-untyped-def]
-    """Begin a sum with what is known of it: all of that, or else nothing counts whole now."""
-    if whole[column] > 0 and scales[whole[column] - 1, 0] < shortest:
-        whole[column], sums[2 * column], sums[2 * column + 1] = 0, 0.0, 0.0
-    out[2 * column], out[2 * column + 1] = sums[2 * column], sums[2 * column + 1]
-
-
-@njit(cache=True, inline="always")
-def _keep(k, whole, sums, column, out):  # type: ignore[no-untyped-def]
-    """Octave k counts whole, and so do all before it: that much of the sum will hold."""
-    whole[column] = k + 1
-    sums[2 * column], sums[2 * column + 1] = out[2 * column], out[2 * column + 1]
+                noise = cell_value(cache.corners[k, twin], u, v)
+                sums[i, twin] += share * octaves.weight[k] * noise
 
 
 def octave_values(
     octaves: Octaves, xy: Float64[np.ndarray, "n 2"], shortest: Reals, crest: float = 0.0
 ) -> Reals:
-    """Weighted sum of the octaves at each point, (n,); with a ``crest`` of crest − |noise|.
+    """Weighted sum of the octaves at points ``xy`` [m] from the frame's corner, (n,).
 
-    Octaves of half of ``shortest`` [m] and less are left out at each point, and those in between
-    fade. They stand longest first.
+    shortest (n,)  octaves of half of it and less are left out; those in between fade [m]
+    crest          where above 0, ``crest`` − |noise| is summed in place of the noise
     """
-    return _sum_octaves(_values, octaves, xy, shortest, (), crest)
+    return _sum_octaves(_values, octaves, xy, shortest, np.zeros(len(xy)), crest)
 
 
 def octave_slopes(
@@ -201,29 +209,17 @@ def octave_slopes(
     xy: Float64[np.ndarray, "n 2"],
     shortest: Float64[np.ndarray, "n k"],
     crest: float = 0.0,
-    so_far: SoFar | None = None,
 ) -> Float64[np.ndarray, "n _"]:
-    """The two slopes of ``octave_values`` for each column of ``shortest``, (n, 2k).
-
-    so_far: of these very points, k columns; None: nothing is known yet
-    """
-    known = so_far or SoFar.none(*shortest.shape)
-    kept = known.whole, known.sums
-    return _sum_octaves(_slopes, octaves, xy, shortest, (2 * shortest.shape[1],), crest, kept=kept)
+    """Slopes along x and y of ``octave_values`` for each column of ``shortest``, (n, 2k)."""
+    sums = np.zeros((len(xy), 2 * shortest.shape[1]))
+    return _sum_octaves(_slopes, octaves, xy, shortest, sums, crest)
 
 
 def twin_values(
-    octaves: Octaves,
-    xy: Float64[np.ndarray, "n 2"],
-    shortest: Reals,
-    so_far: SoFar | None = None,
+    octaves: Octaves, xy: Float64[np.ndarray, "n 2"], shortest: Reals
 ) -> Float64[np.ndarray, "n 2"]:
-    """Two independent ``octave_values`` of each point, for little more than one of them costs.
-
-    so_far: of these very points, one column; None: nothing is known yet
-    """
-    known = so_far or SoFar.none(len(xy), 1)
-    return _sum_octaves(_twin_values, octaves, xy, shortest, (2,), kept=(known.whole, known.sums))
+    """Two independent ``octave_values`` of each point, for little more than one of them costs."""
+    return _sum_octaves(_twin_values, octaves, xy, shortest, np.zeros((len(xy), 2)), 0.0)
 
 
 def _sum_octaves(
@@ -231,17 +227,15 @@ def _sum_octaves(
     octaves: Octaves,
     xy: Float64[np.ndarray, "n 2"],
     shortest: np.ndarray,
-    columns: tuple[int, ...],
-    *more: float,
-    kept: tuple[np.ndarray, ...] = (),
+    sums: np.ndarray,
+    crest: float,
 ) -> np.ndarray:
-    """What a kernel adds up at each point, (n, *columns); ``kept`` (n, …): what it goes on from."""
+    """Run a kernel on all points, in threads, each of which adds to rows of ``sums`` of its own."""
     points, least = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(shortest)
-    out = np.zeros((len(points), *columns))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
-        kernel(*octaves, points[rows], least[rows], *more, *(k[rows] for k in kept), out[rows])
+        kernel(octaves, points[rows], least[rows], crest, sums[rows])
 
-    map_chunks(run, len(points), _SHORTEST_RUN)
-    return out
+    map_chunks(run, len(points), _POINTS_PER_THREAD)
+    return sums

@@ -16,7 +16,6 @@ from lod.arrays import Points, Reals
 from lod.camera import Corner
 from scenes.noise.lattice import unit_rms
 from scenes.noise.octaves import Octaves, octaves_at, twin_values
-from scenes.noise.partial_sums import SoFar
 
 
 @dataclass(frozen=True)
@@ -72,15 +71,13 @@ def ground_colours(
     slope: Reals,
     shortest: Reals,
     cover: Cover,
-    so_far: SoFar | None = None,
 ) -> Points:
     """Albedo of the ground at ``xy``, (n, 3), from patches no smaller than ``shortest`` [m].
 
     rise   height in units of the relief's RMS: ridges are drier than hollows
     slope  tangent of the steepness: steep ground is drier, and the steepest bare
-    so_far what is known of the patches there from the same corner
     """
-    noise = twin_values(_octaves(seed ^ _PATCHES, corner), xy, shortest, so_far)
+    noise = twin_values(_octaves(seed ^ _PATCHES, corner), xy, shortest)
     snow_line = math.inf if cover.snow_line is None else cover.snow_line
     albedos = np.array((cover.moist, cover.dry, cover.steep, SNOW))
     edges = cover.steep_from, cover.steep_to, snow_line - _SNOW_EDGE / 2

@@ -20,7 +20,6 @@ from lod.camera import STEP_M, Corner
 from lod.errors import InputError
 from scenes.noise.lattice import NOISE_BOUND, NOISE_MAX_SLOPE, RIDGED_MEAN, RIDGED_RMS, unit_rms
 from scenes.noise.octaves import Octaves, height_slack, octave_slopes, octave_values, octaves_at
-from scenes.noise.partial_sums import SoFar
 
 SHORTEST_M = 0.25
 """Wavelength of the last octave: what is smaller is no relief but grass."""
@@ -164,17 +163,15 @@ class Relief:
         corner: Corner,
         xy: Float64[np.ndarray, "n 2"],
         shortest: Float64[np.ndarray, "n ..."],
-        so_far: SoFar | None = None,
     ) -> Float64[np.ndarray, "n _"]:
         """Two slopes without the octaves shorter than ``shortest`` at each point, (n, 2).
 
-        Given several columns of ``shortest``, two for each of them, (n, 2k). ``so_far``: what is
-        known of these points from the same corner.
+        Given several columns of ``shortest``, two for each of them, (n, 2k).
         """
         least = shortest if shortest.ndim == 2 else shortest[:, None]
         if self.amplitude == 0:
             return np.zeros((len(xy), 2 * least.shape[1]))
-        return octave_slopes(_octaves(self, corner), xy, least, self.crest, so_far)
+        return octave_slopes(_octaves(self, corner), xy, least, self.crest)
 
 
 def _shortest_relevant(radius: Reals) -> Reals:

@@ -1,18 +1,17 @@
 """The ground as an ordinary representation: fractal relief, finer where it is nearer.
 
 Parts are the tiles of a quadtree over the plane; refining a tile into its four quarters halves its
-spacing s and adds the relief of wavelength 2s. P and R are said in ``terrain_limits``;
+spacing s and adds the relief of wavelength 2s. ``scenes.terrain.limits`` defines P and R, and
 
     d  to the nearest point of the tile's box
     B  half the box's diagonal on the map + half its height: spheres about its centre that nest
 
-Tiles that nearer ground hides, and those whose box is beside the picture, are as coarse as what is
-out of view (``terrain_horizon``). Root tiles have no limit: the ground itself is never dropped,
-only its refinement. The Earth is flat here.
+Tiles that nearer ground hides, and those whose box is outside the picture, are as coarse as what is
+out of view (``scenes.terrain.horizon``). Root tiles have no limit: the ground itself is never
+dropped, only its refinement. The Earth is flat here.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,30 +23,29 @@ from lod.camera import Corner
 from lod.errors import InputError
 from lod.pruning.parts import BlendWeights, Parts, Triangles
 from lod.pruning.view import View
+from scenes.terrain.aggregate_cover import AggregateCover
 from scenes.terrain.colour import COVERS
+from scenes.terrain.ground_mesh import EMPTY_MESH, ground_mesh
 from scenes.terrain.horizon import Horizon, horizon, outside_picture
 from scenes.terrain.limits import limits, sizes
 from scenes.terrain.mesh import QUADS
-from scenes.terrain.point_cache import Shelf
 from scenes.terrain.quadtree import Squares, quarters, uncovered_quarters
 from scenes.terrain.relief import Relief
-from scenes.terrain.surface import EMPTY_MESH, AggregateCover, Ground, surface
+from scenes.terrain.shading import GroundInView
 
 SAMPLES = 4
-"""Heights are looked up at SAMPLES² points of a tile to bound them."""
+"""Points along each side of a tile at which its heights are sampled to bound them."""
 
 MOST_TILES = 60_000
-"""Tiles examined on one level; beyond it a frame would need tens of millions of triangles."""
+"""Largest number of tiles examined on one level; more would make tens of millions of triangles."""
 
 
 @dataclass(frozen=True)
 class TileGrid:
     """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m].
 
-    limits: limit distances of the tiles of each level, in view, hidden, and out of it [m]
-    horizon: what hides tiles; None: nothing
-    boxes: as ``Terrain.boxes``, whoever works them out
-    shelf: what is known of the ground's points; looks are the same without it
+    limits   limit distances of the tiles of each level, in view, hidden, and out of view [m]
+    horizon  what hides tiles; None: nothing does
     """
 
     view: View
@@ -56,12 +54,6 @@ class TileGrid:
     south: float
     limits: tuple[Reals, Reals, Reals]
     horizon: Horizon | None
-    boxes: "TileBoxes"
-    shelf: Shelf
-
-
-TileBoxes = Callable[[TileGrid, Squares, Reals, Reals], tuple[Points, Points, Reals]]
-"""Boxes of tiles of a grid, the ground of whose wholes is between two heights."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +63,7 @@ class Terrain:
     amplitude, wavelength, hurst, ridged, lacunarity   of the relief (scenes.terrain.relief)
     finest   spacing of the finest mesh [m], a power of two
     cover    what lies on it, one of COVERS
-    aggregate_cover      what is too far to be displayed leaves on it; None: nothing
+    aggregate_cover   what undisplayed objects leave on it; None: nothing
     """
 
     seed: int
@@ -125,14 +117,8 @@ class Terrain:
         finest = min(round(math.log2(self.finest)), coarsest)
         return frozen(2.0 ** np.arange(coarsest, finest - 1, -1), np.float64)
 
-    def roots(
-        self, view: View, boxes: TileBoxes | None = None, shelf: Shelf | None = None
-    ) -> Parts:
-        """The root tiles that the disc of radius ``reach`` about the eye touches.
-
-        boxes: where those of the tiles come from, at all levels; None: ``Terrain.boxes``
-        shelf: what is known of points from the frame before; None: nothing
-        """
+    def roots(self, view: View) -> Parts:
+        """The root tiles that the disc of radius ``reach`` about the eye touches."""
         corner, eye = view.camera.corner, view.camera.eye
         side = 2.0**self.root_exponent
         inset = np.array(corner.lattice(self.root_exponent)[2:])
@@ -145,8 +131,7 @@ class Terrain:
         x, y, zero = x[near], y[near], np.zeros(np.count_nonzero(near), np.int64)
         (west, south), limits = southwest.tolist(), self.limits(view)
         over = horizon(self.relief, view, self.reach)
-        known = boxes or self.boxes, shelf or Shelf()
-        grid = TileGrid(view, side, west, south, limits, over, *known)
+        grid = TileGrid(view, side, west, south, limits, over)
         low, high = (np.full(len(x), bound) for bound in self.bounds())
         hidden, rows = np.zeros(len(x), bool), np.arange(len(x))
         return self._tiles(view, grid, (zero, x, y), rows, zero - 1, low, high, hidden)
@@ -176,12 +161,13 @@ class Terrain:
         highest: Reals,
         hidden: np.ndarray,
     ) -> Parts:
-        """Tiles (level, x, y), the ground of whose wholes is between ``lowest`` and ``highest``.
+        """Tiles (level, x, y) as parts, (n,) each.
 
-        Those of ``hidden`` wholes are hidden, (n,), and more may be.
+        lowest, highest (n,)  heights between which the ground of each tile's whole lies [m]
+        hidden (n,)           whether the whole is hidden; tiles of others may be hidden, too
         """
         level, x, y = tiles
-        low, high, top = grid.boxes(grid, tiles, lowest, highest)
+        low, high, top = self.boxes(grid, tiles, lowest, highest)
         likely = np.column_stack(
             (high[:, :2], top + (self.aggregate_cover.highest if self.aggregate_cover else 0.0))
         )
@@ -207,11 +193,11 @@ class Terrain:
     def boxes(
         self, grid: TileGrid, tiles: Squares, lowest: Reals, highest: Reals
     ) -> tuple[Points, Points, Reals]:
-        """Boxes that hold the tiles, each inside its whole's, (n, 3) each, and the height that
-        their ground rarely exceeds, (n,) [m].
+        """Lowest and highest corners of boxes that hold the tiles, and likely tops of their ground.
 
-        Their heights come from SAMPLES² points and how far the ground can leave those within the
-        squares about them.
+        Boxes (n, 3) each lie within their wholes'; the ground rarely exceeds the tops, (n,) [m].
+        Heights come from SAMPLES² points of a tile and from how far the ground can differ from
+        them within the circles about them.
         """
         level, x, y = tiles
         side = grid.root_side / 2.0**level
@@ -227,24 +213,24 @@ class Terrain:
         return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1), top
 
     def limits(self, view: View) -> tuple[Reals, Reals, Reals]:
-        """Limit distance of the tiles of each level, in view, hidden and out of it [m]."""
+        """Limit distances of the tiles of each level: in view, hidden, outside, (l,) each [m]."""
         return limits(*self.sizes(), view)
 
     def sizes(self) -> tuple[Reals, Reals]:
-        """P and R of the tiles of each level [m]."""
+        """Priorities P and ranges R of the tiles of each level, (l,) each [m]."""
         return sizes(self.relief, self.spacings)
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Triangles:
         """One watertight mesh of all tiles, each at its own spacing.
 
         Where only some quarters of a tile are displayed, the tile itself draws the others. Ground
-        has no leaf appearance to share with: it moves from level to level (``terrain_look``).
+        has no leaf appearance to blend with: it morphs (``scenes.terrain.geomorph``).
         """
         if not len(parts):
             return EMPTY_MESH
         grid: TileGrid = parts.state
         patches = uncovered_quarters(parts.level, *tile_xy(parts.part))
-        ground = Ground(
+        ground = GroundInView(
             grid.view,
             self.relief,
             self.spacings,
@@ -253,18 +239,18 @@ class Terrain:
             self.aggregate_cover,
         )
         unit = grid.root_side / 2.0**patches.deepest / QUADS
-        return surface(ground, patches, (grid.west, grid.south), unit, grid.shelf)
+        return ground_mesh(ground, patches, (grid.west, grid.south), unit)
 
 
 def _flat_bound(grid: TileGrid, level: Ints) -> Reals:
-    """Half the diagonal of tiles, and a millionth more, so that rounding cannot un-nest spheres."""
+    """Half the diagonal of tiles, plus a millionth: spheres nest despite rounding [m]."""
     return grid.root_side / 2.0**level * math.sqrt(0.5) * (1 + 1e-6)
 
 
 def height_samples(
     west: Reals, south: Reals, side: Reals
 ) -> tuple[Float64[np.ndarray, "s 2"], Float64[np.ndarray, " s"]]:
-    """SAMPLES² points of each square, and the radius of the circles about them that cover it."""
+    """SAMPLES² points of each square, and the radii of circles about them that cover it [m]."""
     step = (np.indices((SAMPLES, SAMPLES)).reshape(2, -1) + 0.5) / SAMPLES
     x, y = (v[:, None] + side[:, None] * s for v, s in zip((west, south), step, strict=True))
     radius = np.repeat(side * math.sqrt(0.5) / SAMPLES, SAMPLES**2)
@@ -272,12 +258,12 @@ def height_samples(
 
 
 def tile_xy(part: Ints) -> tuple[Ints, Ints]:
-    """A tile's x and y, counted in its own sides from root (0, 0), from its number."""
+    """Column and row of tiles by their numbers, counted in their own sides from root (0, 0)."""
     return part >> 32, part & 0xFFFFFFFF
 
 
 def _nearest(view: View, low: Points, high: Points) -> Points:
-    """The point of each box nearest to the eye, or least deep where depth is what counts."""
+    """Point of each box that is nearest to the eye, or of least depth for the metric ``depth``."""
     if view.metric.along_axis:
         return np.where(view.camera.forward >= 0, low, high)
     return np.clip(view.camera.eye, low, high)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numba import njit
 
 from scenes.far_cover.stand_rays import intersect_stand, stand_field
 from scenes.noise.lattice import lattice_bits
@@ -28,7 +27,6 @@ def tangle(seed, n=40):
     return StickTable(np.array((0, n)), start, end, *radii, np.zeros(n, np.int64))
 
 
-@njit
 def lines(stand, numbers, origin, v):
     n = len(numbers)
     far, row, normal = np.empty(n), np.empty(n, np.int64), np.empty((n, 3))

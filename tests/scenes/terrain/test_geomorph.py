@@ -12,12 +12,12 @@ from lod.pruning.view import distance
 from scenes.terrain.geomorph import coarser_edge_ends, geomorph_parents, morph, vertex_levels
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import Patches, balance
-from tests.scenes.terrain.test_terrain import (
+from tests.scenes.terrain.grounds import (
     HILLS,
     ROUGH,
     assert_watertight,
+    cut_and_mesh,
     grounds,
-    made,
     probe_count,
     random_patches,
     view_of,
@@ -36,12 +36,12 @@ def probes_about(view, most, count=1500):
 @given(terrain=grounds, view=views)
 def test_a_morphing_mesh_is_watertight(terrain, view):
     view = replace(view_of(terrain, **view), fade=0.3)
-    assert_watertight(terrain, view, *made(terrain, view))
+    assert_watertight(terrain, view, *cut_and_mesh(terrain, view))
 
 
 def test_every_plumb_line_meets_it_once_and_within_a_pixel():
     view = view_of(HILLS, look_around=True, above=30.0, size=(160, 90), fade=0.3)
-    mesh = made(HILLS, view)[1]
+    mesh = cut_and_mesh(HILLS, view)[1]
     probes = probes_about(view, 2900.0)
     hits, z = probe_count(mesh.vertices, mesh.faces, probes)
     assert np.all(hits == 1)

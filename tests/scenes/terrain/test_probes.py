@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from scenes.terrain.terrain import Terrain
-from tests.scenes.terrain.test_terrain import HILLS, LACUNAR, ROUGH, made, sides, view_of
+from tests.scenes.terrain.grounds import HILLS, LACUNAR, ROUGH, cut_and_mesh, sides, view_of
 
 MOUNTAIN = Terrain(2, 260.0, 4096.0, 0.95, reach=20_000.0, finest=0.5, ridged=True)
 GROUNDS = {"hills": HILLS, "rough": ROUGH, "mountain": MOUNTAIN, "lacunar": LACUNAR}
@@ -20,7 +20,7 @@ RAYS = 84_000
 CELLS = 400
 
 
-@njit
+@njit(cache=True)
 def side_of(xy, i, j, x, y):
     """On which side of the line from i to j a point is; of j to i exactly the other."""
     a, b = min(i, j), max(i, j)
@@ -28,7 +28,7 @@ def side_of(xy, i, j, x, y):
     return double if a == i else -double
 
 
-@njit
+@njit(cache=True)
 def listed(xy, faces, low, side):
     """Faces by the cells of a grid that their boxes touch: where each list starts, and them."""
     count = np.zeros(CELLS * CELLS + 1, np.int64)
@@ -53,7 +53,7 @@ def listed(xy, faces, low, side):
     return start, found
 
 
-@njit
+@njit(cache=True)
 def met(xy, faces, probes, low, side):
     """How many faces each probe inside the grid meets."""
     start, found = listed(xy, faces, low, side)
@@ -98,7 +98,7 @@ def rays(terrain, view, parts, slant, count):
 def probed(name, slant, count, size):
     terrain = GROUNDS[name]
     view = replace(view_of(terrain, above=4.0, size=size), fade=0.3)
-    cut, mesh = made(terrain, view)
+    cut, mesh = cut_and_mesh(terrain, view)
     assert len(np.unique(cut.level)) > 2
     away = rays(terrain, view, cut.parts, slant, count)
     assert len(away) > 0.8 * count

@@ -265,7 +265,7 @@ def test_lattices_do_not_show_in_the_variance():
 @pytest.mark.parametrize("lacunarity", [2.0, 1.6])
 def test_ground_stays_within_what_is_said_of_a_circle(lacunarity, x, y, log_radius):
     ground, radius = Relief(3, 30.0, 512.0, 0.8, lacunarity=lacunarity), 10.0**log_radius
-    low, high = ground.within(HOME, np.array([[x, y]]), np.array([radius]))
+    low, high = ground.height_bounds(HOME, np.array([[x, y]]), np.array([radius]))
     turn, away = np.random.default_rng(8).random((2, 2000))
     circle = radius * np.sqrt(away) * np.exp(2j * np.pi * turn)
     height = ground.height(HOME, np.stack((x + circle.real, y + circle.imag), axis=1))

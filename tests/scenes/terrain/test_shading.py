@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.arrays import Points, Reals
-from scenes.terrain import surface as terrain_look
+from scenes.terrain import ground_mesh
 from scenes.terrain.relief import unit_normals
-from scenes.terrain.surface import LEAST_FACING, LEVEL_FACING, SHOWN_PX, bend_toward_eye
+from scenes.terrain.shading import LEAST_FACING, LEVEL_FACING, SHOWN_PX, bend_toward_eye
 from scenes.terrain.terrain import Terrain
-from tests.scenes.terrain.test_terrain import HILLS, made, view_of
+from tests.scenes.terrain.grounds import HILLS, cut_and_mesh, view_of
 
 RIDGES = Terrain(9, 190.0, 4096.0, 0.95, reach=6000.0, ridged=True)
 ways = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 1e-3)
@@ -60,9 +60,9 @@ def facing_on_seen_ground(mesh, view):
 @pytest.mark.parametrize("detail", [2.0, 12.0])
 def test_no_seen_ground_is_shaded_by_a_side_that_turns_away(above, detail, monkeypatch):
     view = view_of(RIDGES, above=above, detail=detail, size=(160, 90), look_around=True)
-    bent = facing_on_seen_ground(made(RIDGES, view)[1], view)
-    monkeypatch.setattr(terrain_look, "bend_toward_eye", lambda normals, *_: normals)
-    plain = facing_on_seen_ground(made(RIDGES, view)[1], view)
+    bent = facing_on_seen_ground(cut_and_mesh(RIDGES, view)[1], view)
+    monkeypatch.setattr(ground_mesh, "bend_toward_eye", lambda normals, *_: normals)
+    plain = facing_on_seen_ground(cut_and_mesh(RIDGES, view)[1], view)
     assert (plain < 0).mean() > 0.01
     assert (bent < 0).mean() < 1e-4  # underfoot, where one face spans many directions
 
@@ -70,7 +70,7 @@ def test_no_seen_ground_is_shaded_by_a_side_that_turns_away(above, detail, monke
 def steepness(terrain, **settings):
     """RMS slope of the normals of ground 200 to 400 m from an eye 300 m up."""
     view = view_of(terrain, above=300.0, size=(320, 180), look_around=True, **settings)
-    mesh = made(terrain, view)[1]
+    mesh = cut_and_mesh(terrain, view)[1]
     d = np.hypot(*(mesh.vertices - view.camera.eye)[:, :2].T)
     near = (d > 200) & (d < 400)
     return np.sqrt(np.mean(np.sum((mesh.normals[near, :2] / mesh.normals[near, 2:]) ** 2, axis=1)))
@@ -83,7 +83,7 @@ def test_a_coarse_mesh_is_as_rough_as_a_fine_one():
 
 def test_normals_are_the_reliefs_down_to_what_the_picture_shows():
     view = view_of(HILLS, above=300.0, size=(320, 180), look_around=True)
-    mesh = made(HILLS, view)[1]
+    mesh = cut_and_mesh(HILLS, view)[1]
     way, xy = view.camera.eye - mesh.vertices, mesh.vertices[:, :2]
     shortest = SHOWN_PX * view.camera.pixel_angle * np.linalg.norm(way, axis=1)
     told, whole = (
@@ -125,5 +125,5 @@ def test_what_covers_the_ground_hides_its_bumps_and_lifts_it():
     assert steepness(none, detail=12.0) == steepness(bare, detail=12.0)
     assert steepness(cloth, detail=12.0) < 0.9 * steepness(bare, detail=12.0)
     view = view_of(HILLS, above=300.0)
-    under, over = (made(each, view)[1] for each in (bare, cloth))
+    under, over = (cut_and_mesh(each, view)[1] for each in (bare, cloth))
     assert np.allclose(over.vertices - under.vertices, (0, 0, 2.0))
