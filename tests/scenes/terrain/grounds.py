@@ -46,7 +46,7 @@ def view_of(
     return View(camera, METRICS[metric], conditions=sight, **settings)
 
 
-def made(terrain: Terrain, view: View) -> tuple[Cut, Triangles]:
+def cut_and_mesh(terrain: Terrain, view: View) -> tuple[Cut, Triangles]:
     cut = prune(terrain, view)
     return cut, terrain.appearance(cut.parts, blend_weights(cut, view))
 

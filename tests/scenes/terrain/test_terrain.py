@@ -24,8 +24,8 @@ from tests.scenes.terrain.grounds import (
     LACUNAR,
     ROUGH,
     assert_watertight,
+    cut_and_mesh,
     grounds,
-    made,
     map_areas,
     probe_count,
     random_patches,
@@ -152,7 +152,7 @@ def test_more_detail_than_memory_holds_is_refused():
 @given(terrain=grounds, view=views)
 def test_the_mesh_is_watertight(terrain, view):
     view = view_of(terrain, **view)
-    cut, mesh = made(terrain, view)
+    cut, mesh = cut_and_mesh(terrain, view)
     assert_watertight(terrain, view, cut, mesh)
     places = mesh.vertices[:, 0] + 1j * mesh.vertices[:, 1]
     assert len(np.unique(places)) == len(places), "two vertices in one place"
@@ -163,7 +163,7 @@ def test_the_mesh_is_watertight(terrain, view):
 @given(terrain=grounds, view=views)
 def test_vertices_lie_on_the_relief_and_look_like_ground(terrain, view):
     view = view_of(terrain, **view)
-    _, mesh = made(terrain, view)
+    _, mesh = cut_and_mesh(terrain, view)
     height = terrain.height(view.camera.corner, mesh.vertices[:, :2])
     np.testing.assert_array_equal(mesh.vertices[:, 2], height)
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, rtol=1e-12)
@@ -178,7 +178,7 @@ def test_vertices_lie_on_the_relief_and_look_like_ground(terrain, view):
 @settings(max_examples=10)
 @given(terrain=grounds, view=views)
 def test_each_tile_draws_ground_of_its_own(terrain, view):
-    cut, mesh = made(terrain, view_of(terrain, **view))
+    cut, mesh = cut_and_mesh(terrain, view_of(terrain, **view))
     southwest, side = sides(terrain, cut.parts)
     middle = mesh.vertices[mesh.faces, :2].mean(axis=1)
     inside = (middle >= southwest[mesh.owner]) & (middle <= (southwest + side[:, None])[mesh.owner])
@@ -197,7 +197,7 @@ def test_where_only_some_quarters_are_displayed_the_tile_draws_the_others():
 
 def test_every_plumb_line_meets_the_ground_once_and_within_a_pixel():
     view = view_of(HILLS, look_around=True, above=30.0, size=(160, 90))
-    _, mesh = made(HILLS, view)
+    _, mesh = cut_and_mesh(HILLS, view)
     rng = np.random.default_rng(3)
     turn, away = 2 * np.pi * rng.random(10_000), 10 ** rng.uniform(0, 3.47, 10_000)
     probes = view.camera.eye[:2] + away[:, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)
@@ -275,7 +275,7 @@ def test_the_frame_does_not_depend_on_where_its_corner_is(home):
         corner=Corner(home.x + steps[0], home.y + steps[1]),
         xy=(3.0 - GRID_M * steps[0], 14.0 - GRID_M * steps[1]),
     )
-    (_, a), (_, b) = made(HILLS, near), made(HILLS, shifted)
+    (_, a), (_, b) = cut_and_mesh(HILLS, near), cut_and_mesh(HILLS, shifted)
     np.testing.assert_array_equal(a.faces, b.faces)
     np.testing.assert_array_equal(a.vertices[:, :2], b.vertices[:, :2] + GRID_M * np.array(steps))
     np.testing.assert_allclose(a.vertices[:, 2], b.vertices[:, 2], rtol=0, atol=1e-9)
@@ -283,13 +283,13 @@ def test_the_frame_does_not_depend_on_where_its_corner_is(home):
 
 
 def test_the_same_view_gives_the_same_bytes():
-    meshes = [made(ROUGH, view_of(ROUGH))[1] for _ in range(2)]
+    meshes = [cut_and_mesh(ROUGH, view_of(ROUGH))[1] for _ in range(2)]
     for name in ("vertices", "normals", "colours", "faces", "owner"):
         assert getattr(meshes[0], name).tobytes() == getattr(meshes[1], name).tobytes()
 
 
 def test_flat_ground_is_few_tiles_exactly_level_and_not_of_one_colour():
-    cut, mesh = made(FLAT, view_of(FLAT))
+    cut, mesh = cut_and_mesh(FLAT, view_of(FLAT))
     assert np.all(cut.parts.level == 0)
     assert np.all(mesh.vertices[:, 2] == 0.0)
     assert np.all(mesh.normals == (0.0, 0.0, 1.0))
