@@ -1,0 +1,65 @@
+"""What the pages tell a reader to type or to open exists, and no page is too long."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+from bench.cli.main import COMMANDS
+from bench.experiments.registry import EXPERIMENTS
+from bench.studies.registry import study_descriptions
+from scenes.preset.load import load_preset, preset_names
+
+ROOT = Path(__file__).parents[1]
+HOW_TO = sorted((ROOT / "docs").glob("*.md"))
+PAGES = [ROOT / "README.md", *HOW_TO, *sorted((ROOT / "results").glob("*.md"))]
+NAMES = {"study": study_descriptions(), "run": {**EXPERIMENTS, "all": None}}
+PRESETS = dict(preset_names())
+
+
+def commands(text: str) -> list[list[str]]:
+    """Words of every command line that begins with ``lodbench``, up to the end of the line."""
+    return [found.split() for found in re.findall(r"\blodbench ([a-z][^\n#|;]*)", text)]
+
+
+def code(text: str) -> str:
+    """What stands between backquotes or in fenced blocks, a line each."""
+    blocks = re.findall(r"```\w*\n(.*?)```", text, re.S)
+    inline = re.findall(r"`([^`]+)`", re.sub(r"```.*?```", "", text, flags=re.S))
+    return "\n".join(blocks + [" ".join(each.split()) for each in inline])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_exist(page: Path) -> None:
+    typed = commands(code(page.read_text(encoding="utf-8")))
+    for command, *words in typed:
+        assert command in COMMANDS, command
+        names = [word for word in words if not word.startswith("-")]
+        if command in NAMES and words and names[0].islower():
+            assert names[0] in NAMES[command], f"{command} {names[0]}"
+        if command in ("render", "count", "usd") and names and names[0].islower():
+            assert names[0].partition("@")[0] in PRESETS, f"{command} {names[0]}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_modules_files_and_links_exist(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for module in re.findall(r"python\s+-m\s+([\w.]+)", text):
+        assert module == "pytest" or importlib.util.find_spec(module), module
+    for link in re.findall(r"\]\((?!http)([^)#]+)\)", text):
+        assert (page.parent / link).exists(), link
+    for path in re.findall(r"`((?:lod|scenes|bench|tests)/[\w/.]+)`", text):
+        assert (ROOT / path).exists(), path
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_settings_exist(page: Path) -> None:
+    for key, value in re.findall(r"-D ([a-z][\w.]+)=(\S+)", code(page.read_text(encoding="utf-8"))):
+        load_preset("forest", [f"{key}={value}"])
+
+
+def test_pages_are_short() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(readme.splitlines()) <= 200 and len(readme.split()) <= 2000
+    assert all(len(page.read_text(encoding="utf-8").splitlines()) <= 60 for page in HOW_TO)
