@@ -11,7 +11,7 @@ from lod.pruning.parts import BlendWeights, Parts, Sticks
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
 from scenes.field.posed_species import InstancesInView, SpeciesPrototypes, species_prototypes
-from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
@@ -62,12 +62,14 @@ class Placed:
         return place_on_ground(
             self.prototypes.pose_tables,
             partial(self.ground.height, corner),
-            xy,
-            cos=np.array([math.cos(facing)]),
-            sin=np.array([math.sin(facing)]),
-            prototype=np.zeros(1, np.int64),
-            phase=np.array([time_s / self.prototypes.rigged[0].motion.period]),
-            stride_factor=np.ones(1),
+            Placements(
+                xy,
+                cos=np.array([math.cos(facing)]),
+                sin=np.array([math.sin(facing)]),
+                prototype=np.zeros(1, np.int64),
+                phase=np.array([time_s / self.prototypes.rigged[0].motion.period]),
+                stride_factor=np.ones(1),
+            ),
         )
 
     def parts_of(self, parts: Parts, view: View) -> Parts:

@@ -22,7 +22,7 @@ from scenes.field.habitat import Habitat
 from scenes.field.poisson_cells import CellSamples, PoissonCells, SearchBounds
 from scenes.field.posed_species import InstancesInView, SpeciesPrototypes, species_prototypes
 from scenes.gait.patrol import PatrolOrbit, stride_factors
-from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.foot_placement import SOLE, Placements, place_on_ground
 from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
@@ -179,10 +179,9 @@ class SpeciesField:
         heights = partial(self.ground.height, corner)
         facing = walkers.cos, walkers.sin
         pose_tables, xy = self.prototypes.pose_tables, home + walkers.offset
-        heed = None if view is None else self.prototypes.heed(view, xy, prototype)
-        return place_on_ground(
-            pose_tables, heights, xy, *facing, prototype, walkers.phase, stride_factor, heed
-        )
+        level = SOLE if view is None else self.prototypes.heed(view, xy, prototype)
+        where = Placements(xy, *facing, prototype, walkers.phase, stride_factor, level)
+        return place_on_ground(pose_tables, heights, where)
 
     def patrol_orbits(self, samples: CellSamples) -> tuple[Ints, Reals, PatrolOrbit]:
         """Prototype of each of these objects, its stride as a share of that one's, and how it goes

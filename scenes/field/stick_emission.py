@@ -47,7 +47,7 @@ def emit(
         rows = slice(first, last)
         which = objects, owner[rows], stick[rows], share[rows]
         out = start[rows], end[rows], radii[:, rows]
-        _emit(pose_tables.tables, pose_tables.max_joints, *columns, *which, ends, sizes, *out)
+        _emit(pose_tables.columns, pose_tables.max_joints, columns, *which, ends, sizes, *out)
 
     map_chunks(run, n, _SHORTEST_RUN)
     return Sticks(start, end, radii[0], radii[1], tint, part_tables.tints, owner)
@@ -57,12 +57,7 @@ def emit(
 def _emit(  # type: ignore[no-untyped-def]
     t,
     most,
-    origin,
-    cos,
-    sin,
-    prototype,
-    phase,
-    feet,
+    instances,
     objects,
     owner,
     stick,
@@ -76,18 +71,18 @@ def _emit(  # type: ignore[no-untyped-def]
     start, end, joint0, joint1 = ends
     radius0, radius1 = sizes
     n = len(stick)
-    frame, state = pose_buffers(most)
+    buffers = pose_buffers(most)
+    frame = buffers.frame
     m = 0
     while m < n:
         o = objects[owner[m]]
-        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = begin_pose(t, frame, state, prototype[o], phase[o], at)
+        stance = begin_pose(t, buffers, instances, o)
         last = m
         while last < n and objects[owner[last]] == o:
-            mark_joint(t.joint, stance, state, joint0[stick[last]] + 1)
-            mark_joint(t.joint, stance, state, joint1[stick[last]] + 1)
+            mark_joint(t, buffers, stance, joint0[stick[last]] + 1)
+            mark_joint(t, buffers, stance, joint1[stick[last]] + 1)
             last += 1
-        pose_marked(t, frame, state, stance, feet, o, 1, stance[2])
+        pose_marked(t, buffers, stance, instances.foot_contacts, o, 1, stance.joints)
         row, turn = 0, rotation_matrix(frame, 0)
         while m < last:
             k = stick[m]

@@ -35,7 +35,7 @@ from scenes.rig.pose import (
     rotation_matrix,
     transform_point,
 )
-from scenes.rig.pose_tables import Instances, PoseTables
+from scenes.rig.pose_tables import InstanceColumns, Instances, PoseTables
 
 _ROOM = 2**20
 """DisplayedRows in one buffer at first; memory is taken only as it fills."""
@@ -66,7 +66,7 @@ def walk(
     view: View,
 ) -> DisplayedRows:
     """Everything displayed of these objects; motion_step (n,): of each."""
-    vantage, columns = compile_view(view), (*instances.columns(), motion_step)
+    vantage, columns = compile_view(view), (instances.columns(), motion_step)
 
     def run(first: int, last: int) -> list[DisplayedRows]:
         return _run(pose_tables, slots, limits, columns, vantage, first, last)
@@ -79,7 +79,7 @@ def _run(
     pose_tables: PoseTables,
     slots: TraversalTables,
     limits: np.ndarray,
-    columns: tuple[np.ndarray, ...],
+    columns: tuple[InstanceColumns, np.ndarray],
     vantage: CompiledView,
     first: int,
     last: int,
@@ -91,7 +91,7 @@ def _run(
         out = np.empty((3, room), np.int32)
         table = (slots.place, limits, slots.links, slots.rest, slots.spread)
         first, filled, examined = _walk(
-            pose_tables.tables,
+            pose_tables.columns,
             pose_tables.max_joints,
             vantage,
             *columns,
@@ -125,12 +125,7 @@ def _walk(  # type: ignore[no-untyped-def]
     t,
     joints,
     vantage,
-    origin,
-    cos,
-    sin,
-    prototype,
-    phase,
-    feet,
+    instances,
     motion_step,
     table,
     most,
@@ -143,13 +138,14 @@ def _walk(  # type: ignore[no-untyped-def]
     Gives the object it stopped before, rows filled, and parts examined.
     """
     place, limits, links, rest, spread = table
-    frame, state = pose_buffers(joints)
+    feet = instances.foot_contacts
+    buffers = pose_buffers(joints)
+    frame, state = buffers.frame, buffers.state
     slot = np.empty(most, np.int32)
     n, examined, o = 0, 0, first
     while o < last and n + most <= out.shape[1]:
-        v = prototype[o]
-        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        middle = _rests(at, rest[v, 0], rest[v, 1], rest[v, 2])
+        v = instances.prototype[o]
+        middle = _rests(instances, o, rest[v, 0], rest[v, 1], rest[v, 2])
         d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
         stance, turn = NO_POSE, IDENTITY
         base, i, whole, k, end = n, n, -1, v, v + 1
@@ -172,7 +168,7 @@ def _walk(  # type: ignore[no-untyped-def]
                         passed, decided = seen == _SEEN, seen != _PARTLY
                 if not decided:
                     if not stands:
-                        stance = begin_pose(t, frame, state, v, phase[o], at)
+                        stance = begin_pose(t, buffers, instances, o)
                         turn, stands = rotation_matrix(frame, 0), True
                     row = links[k, 1]
                     if row == 0:
@@ -181,8 +177,8 @@ def _walk(  # type: ignore[no-untyped-def]
                         )
                     else:
                         if state[row] != POSED:
-                            lowest = mark_joint(t.joint, stance, state, row)
-                            pose_marked(t, frame, state, stance, feet, o, lowest, row)
+                            lowest = mark_joint(t, buffers, stance, row)
+                            pose_marked(t, buffers, stance, feet, o, lowest, row)
                         x, y, z = place[k, 0], place[k, 1], place[k, 2]
                         if x == 0.0 and y == 0.0 and z == 0.0:
                             x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
@@ -206,10 +202,11 @@ def _walk(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _rests(at, x, y, z):  # type: ignore[no-untyped-def]
+def _rests(instances, o, x, y, z):  # type: ignore[no-untyped-def]
     """Where the root of an object would be at rest."""
-    east, north, up, cos, sin = at
-    return east + cos * x - sin * y, north + sin * x + cos * y, up + z
+    origin, cos, sin = instances.origin, instances.cos[o], instances.sin[o]
+    east, north = origin[o, 0] + cos * x - sin * y, origin[o, 1] + sin * x + cos * y
+    return east, north, origin[o, 2] + z
 
 
 @njit(cache=True)

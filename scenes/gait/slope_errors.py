@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from lod.arrays import Points
 from lod.rotations import products
 from scenes.gait.foot_path import heel_and_ball
-from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import Instances, PoseTables
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -59,9 +59,8 @@ class SlopeTrial:
         n = len(self.phase)
         xy = np.outer(stride_factor * self.who.motion.stride * self.phase, (1.0, 0.0))
         same = xy, np.ones(n), np.zeros(n), np.zeros(n, np.int64)
-        return place_on_ground(
-            self.pose_tables, lambda at: at @ plane, *same, self.phase, np.full(n, stride_factor)
-        )
+        where = Placements(*same, self.phase, np.full(n, stride_factor))
+        return place_on_ground(self.pose_tables, lambda at: at @ plane, where)
 
     def riding(self, instances: Instances, joints: list[int], places: Points) -> np.ndarray:
         """Points (m, 3) that ride on joints (m,), at every phase, (phases, m, 3) [m]."""

@@ -17,6 +17,7 @@ sines throughout: no inverse function is called.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -25,27 +26,72 @@ from scenes.rig.keyframes import Motion
 from scenes.rig.rig import Rig
 from scenes.rig.rotations import quaternion_product, rotate_vector, to_euler
 
+STRIKE, DUTY, HOME_X, HOME_Y, STRIDE, REACH, STEEPEST, MAX_RISE, ACROSS = range(9)
+"""Columns of ``LegTables.leg``."""
+
+UPPER, LOWER, BEND, STICKS_OUT, FIXED_COS, FIXED_SIN = range(6)
+"""Columns of ``LegTables.bones``."""
+
 HIP_X, HIP_Y, HIP_Z, KNEE = range(4)
-"""Rows of a leg's arcs: what its angles stay within."""
+"""Rows of a leg's arcs: the angles that stay within them."""
+
+
+class LegTables(NamedTuple):
+    """What bends legs, (l, …) of all legs of all prototypes.
+
+    leg   (l, 9) phase at which the foot lands (STRIKE), share of the cycle that it stands (DUTY),
+        where its print is in mid-stance (HOME_X, HOME_Y) [m], STRIDE [m], how far it stretches
+        (REACH) [m], STEEPEST slope that the sole follows, farthest that its print is up or down
+        (MAX_RISE) [m], and what share of the slope ACROSS its way the foot follows
+    bones (l, 6) lengths (UPPER, LOWER) [m], BEND, whether it STICKS_OUT, cosine and sine of the
+        hip's angle that stays as posed (FIXED_COS, FIXED_SIN)
+    arc   (l, 4, 4) of HIP_X … KNEE: cosine and sine of the middle, and of how far to either side
+    ankle (l, 6) limits: least tan x, sin y, tan z, then greatest
+    """
+
+    leg: np.ndarray
+    bones: np.ndarray
+    arc: np.ndarray
+    ankle: np.ndarray
+
+
+class LegRows(NamedTuple):
+    """Rows of the joint frames of one leg; ``carrier`` is what the hip rides on."""
+
+    hip: int
+    knee: int
+    ankle: int
+    carrier: int
+
+
+class FootContact(NamedTuple):
+    """Where a foot stands, as in ``Instances.foot_contacts``.
+
+    x, y, z of its print [m], how far that is ahead of the prototype's own [m], and x and y of the
+    quaternion that tilts the ground under it
+    """
+
+    x: float
+    y: float
+    z: float
+    ahead: float
+    slope_x: float
+    slope_y: float
 
 
 def bone_lengths(rig: Rig, motion: Motion) -> np.ndarray:
-    """Of each leg: both bones [m], its bend, whether it sticks out, cosine and sine of the hip's
-    angle that stays as posed, (l, 6).
-    """
+    """The rows of ``LegTables.bones``, (l, 6)."""
     feet = motion.feet
     length = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1)
     hips = zip(feet.legs[:, 0].tolist(), feet.sticks_out.tolist(), strict=True)
-    angle = [_posed(rig, motion, hip, sticks_out) for hip, sticks_out in hips]
-    stays = np.radians(angle)
-    columns = (*length.T, feet.bend, feet.sticks_out, np.cos(stays), np.sin(stays))
+    angle = [_fixed_hip_angle(rig, motion, hip, sticks_out) for hip, sticks_out in hips]
+    fixed = np.radians(angle)
+    columns = (*length.T, feet.bend, feet.sticks_out, np.cos(fixed), np.sin(fixed))
     return np.stack(columns, axis=1).astype(np.float64)
 
 
 def joint_limit_arcs(rig: Rig, motion: Motion) -> np.ndarray:
-    """What the angles of HIP_X … KNEE stay within: cosine and sine of the middle, and of how far
-    to either side, (l, 4, 4).
-    """
+    """The rows of ``LegTables.arc``, (l, 4, 4)."""
     legs = motion.feet.legs
     joints, axes = legs[:, (0, 0, 0, 1)], np.array((0, 1, 2, 1))
     low, high = np.radians(rig.low[joints, axes]), np.radians(rig.high[joints, axes])
@@ -53,33 +99,29 @@ def joint_limit_arcs(rig: Rig, motion: Motion) -> np.ndarray:
     return np.stack((np.cos(middle), np.sin(middle), np.cos(half), np.sin(half)), axis=-1)
 
 
-def _posed(rig: Rig, motion: Motion, hip: int, sticks_out: bool) -> float:
+def _fixed_hip_angle(rig: Rig, motion: Motion, hip: int, sticks_out: bool) -> float:
     """The hip's angle about z, or x where the leg sticks out, as its first key poses it [degrees].
 
-    The same turn has a second set of angles: the one within the joint's limits is meant.
+    A rotation has two sets of Euler angles: the one within the joint's limits counts.
     """
     angle = to_euler(motion.rotations[0, hip])
     other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
     middle = (rig.low[hip] + rig.high[hip]) / 2
     sets = [middle + (each - middle + 180.0) % 360.0 - 180.0 for each in (angle, other)]
-    beyond = [np.maximum(rig.low[hip] - s, s - rig.high[hip]).max() for s in sets]
-    return float(sets[int(np.argmin(beyond))][0 if sticks_out else 2])
+    excess = [np.maximum(rig.low[hip] - s, s - rig.high[hip]).max() for s in sets]
+    return float(sets[int(np.argmin(excess))][0 if sticks_out else 2])
 
 
 @njit(cache=True)
-def solve_foot(frame, rows, legs, leg, feet, o, number, cos, sin):  # type: ignore[no-untyped-def]
-    """Bend the leg in rows hip, knee, ankle of ``frame`` (x, y, z and quaternion), changing them.
+def solve_foot(frame, rows, legs, leg, contact, cos, sin):  # type: ignore[no-untyped-def]
+    """Bend the leg in ``rows`` of ``frame`` (x, y, z and quaternion) to its contact, in place.
 
-    rows: hip, knee, ankle, and what the hip rides on
-    legs, leg: tables of ``Tables`` (legs, bones, arc, ankle), and this leg's row in them
-    feet (n, l, 6), o, number: of the object and of its leg; print x, y, z; how far ahead of the
-        prototype's it is; the turn of the ground under it, its x and y; cos, sin: of the heading.
-        Row 0 stands on level ground.
+    rows: LegRows; legs: LegTables; leg: the leg's row in them; contact: FootContact
+    cos, sin: of the object's heading. Row 0 of ``frame`` stands on level ground.
     """
-    reach, bones, arc, limits = legs
-    hip, knee, ankle, _ = rows
-    px, py, pz = feet[o, number, 0], feet[o, number, 1], feet[o, number, 2]
-    ahead, ax, ay = feet[o, number, 3], feet[o, number, 4], feet[o, number, 5]
+    hip, knee, ankle = rows.hip, rows.knee, rows.ankle
+    px, py, pz = contact.x, contact.y, contact.z
+    ahead, ax, ay = contact.ahead, contact.slope_x, contact.slope_y
     slope = ax, ay, 0.0, math.sqrt(1.0 - ax * ax - ay * ay)
     # The ankle from the prototype's own print, turned with the ground, put on the object's.
     ex = frame[ankle, 0] - px + ahead * cos
@@ -88,16 +130,16 @@ def solve_foot(frame, rows, legs, leg, feet, o, number, cos, sin):  # type: igno
     px, py, pz = px - frame[hip, 0], py - frame[hip, 1], pz - frame[hip, 2]
     foot = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
     x, y, z = rotate_vector(*slope, ex, ey, ez)
-    two_bone_ik(frame, rows, bones, arc, leg, reach[leg, 5], x + px, y + py, z + pz)
+    two_bone_ik(frame, rows, legs, leg, x + px, y + py, z + pz)
     set_rotation(frame, ankle, quaternion_product(*slope, *foot))
-    _within(frame, knee, ankle, limits, leg)
+    _clamp_ankle(frame, knee, ankle, legs.ankle, leg)
 
 
 @njit(cache=True)
-def _within(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
-    """Turn the ankle no further in the knee's frame than its limits, angle by angle of Rz·Ry·Rx.
+def _clamp_ankle(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
+    """Clamp the ankle's rotation in the knee's frame to its limits, angle by angle of Rz·Ry·Rx.
 
-    limits: as in ``Tables``, 90° at most.
+    limits: ``LegTables.ankle``, of angles of 90° at most.
     """
     ux, uy, uz, uw = frame[knee, 3], frame[knee, 4], frame[knee, 5], frame[knee, 6]
     f = frame[ankle, 3], frame[ankle, 4], frame[ankle, 5], frame[ankle, 6]
@@ -114,66 +156,71 @@ def _within(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-def]
     if p == a and q == b and r == c:
         return
     a, c = 1.0 / math.sqrt(1.0 + p * p), 1.0 / math.sqrt(1.0 + r * r)
-    sa, ca = half_angle(a, p * a)
-    sb, cb = half_angle(math.sqrt(1.0 - q * q), q)
-    sc, cc = half_angle(c, r * c)
-    turned = quaternion_product(0.0, 0.0, sc, cc, 0.0, sb, 0.0, cb)
-    turned = quaternion_product(*turned, sa, 0.0, 0.0, ca)
-    set_rotation(frame, ankle, quaternion_product(ux, uy, uz, uw, *turned))
+    sa, ca = _half_angle(a, p * a)
+    sb, cb = _half_angle(math.sqrt(1.0 - q * q), q)
+    sc, cc = _half_angle(c, r * c)
+    clamped = quaternion_product(0.0, 0.0, sc, cc, 0.0, sb, 0.0, cb)
+    clamped = quaternion_product(*clamped, sa, 0.0, 0.0, ca)
+    set_rotation(frame, ankle, quaternion_product(ux, uy, uz, uw, *clamped))
 
 
 @njit(cache=True, inline="always")
 def _tangent(sine, cosine, other):  # type: ignore[no-untyped-def]
-    """Of an angle about x or z: as great as can be beyond 90°, unless both are, which y's does."""
+    """Tangent of an angle about x or z, infinite beyond 90°.
+
+    Where both angles are beyond 90°, the rotation is one about y and both are taken the other way.
+    """
     if cosine > 0.0 or (cosine < 0.0 and other <= 0.0):
         return sine / cosine
     return math.copysign(math.inf, sine)
 
 
 @njit(cache=True)
-def two_bone_ik(frame, rows, bones, arc, leg, longest, x, y, z):  # type: ignore[no-untyped-def]
-    """Turn hip and knee for the ankle to be (x, y, z) from the hip, and place what they carry.
+def two_bone_ik(frame, rows, legs, leg, x, y, z):  # type: ignore[no-untyped-def]
+    """Rotate hip and knee for the ankle to be (x, y, z) from the hip, and place what they carry.
 
-    rows: of ``frame``: hip, knee, ankle, and what the hip rides on; bones, arc: as above, of which
-        row ``leg``; longest: how far the leg stretches [m]
+    rows: LegRows of ``frame``; legs: LegTables; leg: the leg's row in them
     """
-    hip, knee, ankle, up = rows
-    upper, lower, sticks_out = bones[leg, 0], bones[leg, 1], bones[leg, 3] > 0
+    hip, knee, ankle, up = rows.hip, rows.knee, rows.ankle, rows.carrier
+    bones, arc, longest = legs.bones, legs.arc, legs.leg[leg, REACH]
+    upper, lower, sticks_out = bones[leg, UPPER], bones[leg, LOWER], bones[leg, STICKS_OUT] > 0
     distance2 = min(x * x + y * y + z * z, longest * longest)
     cosine = (distance2 - upper * upper - lower * lower) / (2 * upper * lower)
     cosine = min(1.0, max(-1.0, cosine))
-    ck, sk = clamp_to_arc(cosine, bones[leg, 2] * math.sqrt(1.0 - cosine * cosine), arc, leg, KNEE)
+    ck, sk = _clamp_to_arc(
+        cosine, bones[leg, BEND] * math.sqrt(1.0 - cosine * cosine), arc, leg, KNEE
+    )
     along, down = -lower * sk, -(upper + lower * ck)
     # Where the ankle should be, in the frame that the hip turns in.
     ux, uy, uz, uw = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
     x, y, z = rotate_vector(-ux, -uy, -uz, uw, x, y, z)
     if sticks_out:
-        cx, sx = bones[leg, 4], bones[leg, 5]
+        cx, sx = bones[leg, FIXED_COS], bones[leg, FIXED_SIN]
         ahead = math.sqrt(x * x + y * y)
         cz, sz = _direction(x, y)
-        cz, sz = clamp_to_arc(cz, sz, arc, leg, HIP_Z)
+        cz, sz = _clamp_to_arc(cz, sz, arc, leg, HIP_Z)
         low = down
     else:
-        cz, sz = bones[leg, 4], bones[leg, 5]
+        cz, sz = bones[leg, FIXED_COS], bones[leg, FIXED_SIN]
         ahead, sx = x * cz + y * sz, min(1.0, max(-1.0, (x * sz - y * cz) / down))
-        cx, sx = clamp_to_arc(math.sqrt(1.0 - sx * sx), sx, arc, leg, HIP_X)
+        cx, sx = _clamp_to_arc(math.sqrt(1.0 - sx * sx), sx, arc, leg, HIP_X)
         low = down * cx
     cy, sy = _direction(along * ahead + low * z, low * ahead - along * z)
-    cy, sy = clamp_to_arc(cy, sy, arc, leg, HIP_Y)
-    hx, hy, hz, hw = quaternion_product(ux, uy, uz, uw, *_turned(cx, sx, cy, sy, cz, sz))
+    cy, sy = _clamp_to_arc(cy, sy, arc, leg, HIP_Y)
+    hx, hy, hz, hw = quaternion_product(ux, uy, uz, uw, *_from_half_angles(cx, sx, cy, sy, cz, sz))
     set_rotation(frame, hip, (hx, hy, hz, hw))
-    set_child_origin(frame, knee, hip, upper)
-    sk, ck = half_angle(ck, sk)
+    _set_child_origin(frame, knee, hip, upper)
+    sk, ck = _half_angle(ck, sk)
     set_rotation(frame, knee, quaternion_product(hx, hy, hz, hw, 0.0, sk, 0.0, ck))
-    set_child_origin(frame, ankle, knee, lower)
+    _set_child_origin(frame, ankle, knee, lower)
 
 
 @njit(cache=True, inline="always")
-def _turned(cx, sx, cy, sy, cz, sz):  # type: ignore[no-untyped-def]
+def _from_half_angles(cx, sx, cy, sy, cz, sz):  # type: ignore[no-untyped-def]
     """Quaternion of Rz·Ry·Rx from cosines and sines of its angles."""
-    sx, cx = half_angle(cx, sx)
-    sy, cy = half_angle(cy, sy)
-    sz, cz = half_angle(cz, sz)
+    sx, cx = _half_angle(cx, sx)
+    sy, cy = _half_angle(cy, sy)
+    sz, cz = _half_angle(cz, sz)
     return (
         sx * cy * cz - cx * sy * sz,
         cx * sy * cz + sx * cy * sz,
@@ -183,8 +230,8 @@ def _turned(cx, sx, cy, sy, cz, sz):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def clamp_to_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
-    """Cosine and sine of an angle, or of the limit that is nearest."""
+def _clamp_to_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
+    """Cosine and sine of an angle, or of the nearest end of its arc."""
     mc, ms, hc, hs = arc[leg, which, 0], arc[leg, which, 1], arc[leg, which, 2], arc[leg, which, 3]
     if c * mc + s * ms >= hc:
         return c, s
@@ -194,14 +241,14 @@ def clamp_to_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def half_angle(c, s):  # type: ignore[no-untyped-def]
+def _half_angle(c, s):  # type: ignore[no-untyped-def]
     """Sine and cosine of half an angle within ±180°."""
     return math.copysign(math.sqrt(max(0.0, (1.0 - c) / 2)), s), math.sqrt(max(0.0, (1.0 + c) / 2))
 
 
 @njit(cache=True, inline="always")
 def set_rotation(frame, row, q):  # type: ignore[no-untyped-def]
-    """Turn a frame."""
+    """Set the quaternion of a frame."""
     frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6] = q
 
 
@@ -213,8 +260,8 @@ def _direction(x, y):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def set_child_origin(frame, row, up, length):  # type: ignore[no-untyped-def]
-    """Place what hangs straight down from a frame."""
+def _set_child_origin(frame, row, up, length):  # type: ignore[no-untyped-def]
+    """Set the origin of a frame that hangs ``length`` m straight down from the frame ``up``."""
     x, y, z, w = frame[up, 3], frame[up, 4], frame[up, 5], frame[up, 6]
     frame[row, 0] = frame[up, 0] - 2 * length * (x * z + w * y)
     frame[row, 1] = frame[up, 1] - 2 * length * (y * z - w * x)

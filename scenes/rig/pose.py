@@ -1,50 +1,89 @@
-"""Where points and sticks of many posed objects are: a compiled walk over their joints.
+"""Where points of many posed objects are: a compiled walk over their joints.
 
 ``PoseTables`` lays the rigs and motions of all prototypes of a species end to end; ``Instances``
 say where each object stands and how far through its cycle it is. The walk takes pairs (object,
-point) or (object, stick), those of one object together. It marks the joints that these ride on,
-then poses them in one loop, parents first: slerp between two keys, product with the parent joint,
-offset. Legs are bent so that feet stand where ``foot_placement`` puts them (``leg_ik``). What is
-called once a joint receives no arrays that it could do without: passing one costs as much as a
-rotation.
+point), those of one object together. It marks the joints that these ride on, then poses them in one
+loop, parents first: slerp between two keys, product with the parent joint, offset. Legs are bent so
+that feet stand where ``foot_placement`` puts them (``leg_ik``).
 
 Same input, same bytes: no arithmetic depends on the number of threads.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from lod.arrays import Ints, Points
+from lod.arrays import Ints, Points, frozen
 from lod.threads import map_chunks
-from scenes.rig.leg_ik import set_rotation, solve_foot
-from scenes.rig.pose_tables import Instances, PoseTables
+from scenes.rig.leg_ik import FootContact, LegRows, set_rotation, solve_foot
+from scenes.rig.pose_tables import (
+    AHEAD,
+    ANGLE,
+    ANKLE_OF_HIP,
+    FIRST_JOINT,
+    FIRST_KEY,
+    FIRST_LEG,
+    FIRST_SHIFT,
+    JOINTS,
+    KEYS,
+    KNEE_OF_HIP,
+    LEG_OF_HIP,
+    MOVES,
+    PARENT,
+    PER_SINE,
+    PRINT_X,
+    PRINT_Y,
+    PRINT_Z,
+    SLOPE_X,
+    SLOPE_Y,
+    Instances,
+    PoseTables,
+)
 from scenes.rig.rotations import Vectors, quaternion_product, rotate_vector, slerp_weights
 
+_SHORTEST_RUN = 16384
+"""Points for which another thread is worth its start."""
 
-def pose_sticks(
-    pose_tables: PoseTables,
-    instances: Instances,
-    rows: Ints,
-    sticks: Ints,
-    start: Vectors,
-    end: Vectors,
-    start_joint: np.ndarray,
-    end_joint: np.ndarray,
-) -> tuple[Points, Points]:
-    """Both ends of sticks, (m, 3) each [m]: row ``sticks`` of the table, of object ``rows``,
-    (m,) each.
+_UNKNOWN, _MARKED, POSED = 0, 1, 2
+"""How far the frame of a joint is."""
 
-    start, end (k, 3), start_joint, end_joint (k,): the table of rigged sticks (joint −1 = the
-        object's frame).
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+"""The rotation matrix that rotates nothing, row by row."""
+
+
+class PoseBuffers(NamedTuple):
+    """Scratch arrays to pose one object at a time.
+
+    frame (j + 2, 7) origin and quaternion of joint frames in the scene: row 0 is the object's own
+        frame, row j + 1 that of joint j; the last row is the object's bob
+    state (j + 1,) int8, how far each frame is: unknown, marked or POSED
     """
-    ends = ((start, start_joint), (end, end_joint))
-    both = np.empty((2, len(rows), 3))
-    _pose_ends(
-        pose_tables.tables, pose_tables.max_joints, *instances.columns(), rows, sticks, ends, both
-    )
-    return both[0], both[1]
+
+    frame: np.ndarray
+    state: np.ndarray
+
+
+class Pose(NamedTuple):
+    """What posing the joints of one object reads: rows of its prototype, and its phase.
+
+    keys: first row of its keys; key: rows from there to the key before its phase; share: of the way
+    from that key to the next; cos, sin: of its heading
+    """
+
+    prototype: int
+    first_joint: int
+    joints: int
+    keys: int
+    key: int
+    share: float
+    cos: float
+    sin: float
+
+
+NO_POSE = Pose(0, 0, 0, 0, 0, 0.0, 0.0, 0.0)
+"""A pose before any object is begun."""
 
 
 def pose_points(
@@ -57,49 +96,37 @@ def pose_points(
 ) -> Points:
     """Points that ride on joints, (m, 3) [m]: row ``points`` of the table, of object ``rows``.
 
-    place (k, 3), joint (k,): the table (joint −1 = the object's frame).
+    place (k, 3), joint (k,): the table (joint −1 = the object's frame). Points of one object stand
+        together.
     """
-    columns, ends, found = instances.columns(), ((place, joint),), np.empty((1, len(rows), 3))
+    # Read-only arrays, whatever arrives: of one kind of array one kernel is compiled.
+    on, at = frozen(joint, np.int64), frozen(place, np.float64)
+    owners, items = frozen(rows, np.int64), frozen(points, np.int64)
+    columns, found = instances.columns(), np.empty((len(rows), 3))
 
     def run(first: int, last: int) -> None:
-        of, out = (rows[first:last], points[first:last]), found[:, first:last]
-        _pose_ends(pose_tables.tables, pose_tables.max_joints, *columns, *of, ends, out)
+        each = owners[first:last], items[first:last]
+        tables, joints = pose_tables.columns, pose_tables.max_joints
+        _pose_points(tables, joints, columns, each, at, on, found[first:last])
 
     map_chunks(run, len(rows), _SHORTEST_RUN)
-    return found[0]
+    return found
 
 
 @njit(cache=True, nogil=True)
-def _pose_ends(t, most, origin, cos, sin, prototype, phase, feet, rows, items, ends, out):  # type: ignore[no-untyped-def]
-    """Every end of the items into ``out`` (ends, m, 3). ``ends``: places and joints of items."""
-    frame, state = pose_buffers(most)
+def _pose_points(tables, max_joints, instances, each, places, joints, out):  # type: ignore[no-untyped-def]
+    """Every point into ``out`` (m, 3); each: object (m,) and row of the table (m,)."""
+    rows, items = each
+    buffers = pose_buffers(max_joints)
     m = 0
     while m < len(rows):
         o, first = rows[m], m
-        at = origin[o, 0], origin[o, 1], origin[o, 2], cos[o], sin[o]
-        stance = begin_pose(t, frame, state, prototype[o], phase[o], at)
+        pose = begin_pose(tables, buffers, instances, o)
         while m < len(rows) and rows[m] == o:
-            for _, on in ends:
-                mark_joint(t.joint, stance, state, on[items[m]] + 1)
+            mark_joint(tables, buffers, pose, joints[items[m]] + 1)
             m += 1
-        pose_marked(t, frame, state, stance, feet, o, 1, stance[2])
-        e = 0
-        for place, on in ends:
-            _place_ends(frame, items, place, on, out[e], first, m)
-            e += 1
-
-
-_SHORTEST_RUN = 16384
-"""Points for which another thread is worth its start."""
-
-_UNKNOWN, _WANTED, POSED = 0, 1, 2
-"""How far the frame of a joint is."""
-
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-"""The matrix that turns nothing."""
-
-NO_POSE = (0, 0, 0, 0, 0, 0.0, 0.0, 0.0)
-"""What ``begin_pose`` gives, before anything stands."""
+        pose_marked(tables, buffers, pose, instances.foot_contacts, o, 1, pose.joints)
+        _place_points(buffers.frame, items[first:m], places, joints, out[first:m])
 
 
 @njit(cache=True)
@@ -114,9 +141,9 @@ def rotation_matrix(frame, row):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def transform_point(frame, row, turn, x, y, z):  # type: ignore[no-untyped-def]
-    """Where (x, y, z) of a frame is, given its rotation matrix."""
-    a, b, c, d, e, f, g, h, i = turn
+def transform_point(frame, row, rotation, x, y, z):  # type: ignore[no-untyped-def]
+    """Where (x, y, z) of a frame is in the scene, given its rotation matrix."""
+    a, b, c, d, e, f, g, h, i = rotation
     return (
         frame[row, 0] + a * x + b * y + c * z,
         frame[row, 1] + d * x + e * y + f * z,
@@ -125,107 +152,115 @@ def transform_point(frame, row, turn, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _place_ends(frame, sticks, points, joints, out, first, last):  # type: ignore[no-untyped-def]
-    """Place one end of sticks first to last."""
-    row, turn = 0, rotation_matrix(frame, 0)
-    for m in range(first, last):
-        k = sticks[m]
+def _place_points(frame, items, places, joints, out):  # type: ignore[no-untyped-def]
+    """Place the points of the items (m,) of one object that is posed into ``out`` (m, 3)."""
+    row, rotation = 0, rotation_matrix(frame, 0)
+    for m in range(len(items)):
+        k = items[m]
         if joints[k] + 1 != row:
             row = joints[k] + 1
-            turn = rotation_matrix(frame, row)
-        place = transform_point(frame, row, turn, points[k, 0], points[k, 1], points[k, 2])
-        out[m, 0], out[m, 1], out[m, 2] = place
+            rotation = rotation_matrix(frame, row)
+        x, y, z = places[k, 0], places[k, 1], places[k, 2]
+        out[m, 0], out[m, 1], out[m, 2] = transform_point(frame, row, rotation, x, y, z)
 
 
 @njit(cache=True)
-def pose_buffers(most):  # type: ignore[no-untyped-def]
-    """Room to pose one object of up to ``most`` joints: frames, and how far each of them is.
-
-    Row 0 of the frames is the object's own, row j + 1 that of joint j; the last is its bob.
-    """
-    return np.zeros((most + 2, 7)), np.zeros(most + 1, np.int8)
+def pose_buffers(max_joints):  # type: ignore[no-untyped-def]
+    """PoseBuffers for objects of up to ``max_joints`` joints."""
+    return PoseBuffers(np.zeros((max_joints + 2, 7)), np.zeros(max_joints + 1, np.int8))
 
 
 @njit(cache=True)
-def begin_pose(t, frame, state, v, p, at):  # type: ignore[no-untyped-def]
-    """Begin an object of prototype v at phase p: its own frame and bob."""
-    x, y, z, cos, sin = at
-    frame[0, 0], frame[0, 1], frame[0, 2], frame[0, 3], frame[0, 4] = x, y, z, 0.0, 0.0
+def begin_pose(tables, buffers, instances, o):  # type: ignore[no-untyped-def]
+    """Begin to pose object ``o`` of the instances: its own frame and bob. Gives its Pose."""
+    frame, state, cos, sin = buffers.frame, buffers.state, instances.cos[o], instances.sin[o]
+    frame[0, 0], frame[0, 1] = instances.origin[o, 0], instances.origin[o, 1]
+    frame[0, 2], frame[0, 3], frame[0, 4] = instances.origin[o, 2], 0.0, 0.0
     frame[0, 5] = math.copysign(math.sqrt(max(0.0, (1.0 - cos) / 2)), sin)
     frame[0, 6] = math.sqrt(max(0.0, (1.0 + cos) / 2))
-    keys, n, first = t.pose_tables[v, 3], t.pose_tables[v, 1], t.pose_tables[v, 0]
+    v = instances.prototype[o]
+    rows, shift = tables.prototypes, tables.shift
+    keys, n, first = rows[v, KEYS], rows[v, JOINTS], rows[v, FIRST_JOINT]
     state[0], state[1 : n + 1] = POSED, _UNKNOWN
-    along = p * keys
+    along = instances.phase[o] * keys
     k = min(int(along), keys - 1)
-    share, bob, s = along - k, len(frame) - 1, t.pose_tables[v, 4] + k
+    share, bob, s = along - k, len(frame) - 1, rows[v, FIRST_SHIFT] + k
     for c in range(3):
-        frame[bob, c] = (1 - share) * t.shift[s, c] + share * t.shift[s + 1, c]
-    return v, first, n, t.pose_tables[v, 2], k * n, share, cos, sin
+        frame[bob, c] = (1 - share) * shift[s, c] + share * shift[s + 1, c]
+    return Pose(v, first, n, rows[v, FIRST_KEY], k * n, share, cos, sin)
 
 
 @njit(cache=True, inline="always")
-def mark_joint(joint, stance, state, row):  # type: ignore[no-untyped-def]
-    """Mark the joint in a row of ``frame``, and all that it rides on, as wanted; gives the first
-    row that is.
+def mark_joint(tables, buffers, pose, row):  # type: ignore[no-untyped-def]
+    """Mark the joint in a row of the frames, and all that it rides on, to be posed; gives the first
+    row that is marked.
     """
     lowest = row
-    while state[row] == _UNKNOWN:
-        state[row], lowest = _WANTED, row
-        row = joint[stance[1] + row - 1, 0] + 1
+    while buffers.state[row] == _UNKNOWN:
+        buffers.state[row], lowest = _MARKED, row
+        row = tables.joint[pose.first_joint + row - 1, PARENT] + 1
     return lowest
 
 
 @njit(cache=True)
-def pose_marked(t, frame, state, stance, feet, o, lowest, highest):  # type: ignore[no-untyped-def]
-    """Pose the joints of object ``o`` that are wanted, from row to row, parents first; with a hip,
-    all of its leg.
+def pose_marked(tables, buffers, pose, contacts, o, lowest, highest):  # type: ignore[no-untyped-def]
+    """Pose the marked joints of object ``o``, from row to row, parents first; with a hip, all of
+    its leg.
 
-    feet (n, legs, 6): as in ``Instances``.
+    contacts (n, legs, 6): ``Instances.foot_contacts``
     """
-    joint, offset, rotations = t.joint, t.offset, t.rotations
-    v, first, _, _, _, _, cos, sin = stance
+    joint, frame, state, first = tables.joint, buffers.frame, buffers.state, pose.first_joint
     row = lowest
     while row <= highest:
-        if state[row] != _WANTED:
+        if state[row] != _MARKED:
             row += 1
             continue
-        leg = joint[first + row - 1, 4]
-        plants = leg >= 0 and not _is_level(feet, o, leg, frame[0, 2])
+        leg = joint[first + row - 1, LEG_OF_HIP]
+        bends = leg >= 0 and not _is_level(contacts, o, leg, frame[0, 2])
         # With a hip that stands on ground of its own its knee and ankle.
         k = row
         while True:
-            _pose_joint(joint, offset, rotations, frame, stance, k)
+            _pose_joint(tables, frame, pose, k)
             state[k] = POSED
-            if not plants or k == joint[first + row - 1, 3] + 1:
+            if not bends or k == joint[first + row - 1, ANKLE_OF_HIP] + 1:
                 break
-            k = joint[first + row - 1, 2 if k == row else 3] + 1
-        if plants:
-            rows = row, joint[first + row - 1, 2] + 1, k, joint[first + row - 1, 0] + 1
-            legs = t.leg, t.bones, t.arc, t.ankle
-            solve_foot(frame, rows, legs, t.pose_tables[v, 5] + leg, feet, o, leg, cos, sin)
+            k = joint[first + row - 1, KNEE_OF_HIP if k == row else ANKLE_OF_HIP] + 1
+        if bends:
+            knee, carrier = joint[first + row - 1, KNEE_OF_HIP], joint[first + row - 1, PARENT]
+            rows = LegRows(row, knee + 1, k, carrier + 1)
+            at = tables.prototypes[pose.prototype, FIRST_LEG] + leg
+            contact = _contact(contacts, o, leg)
+            solve_foot(frame, rows, tables.legs, at, contact, pose.cos, pose.sin)
         row += 1
 
 
 @njit(cache=True, inline="always")
-def _pose_joint(joint, offset, rotations, frame, stance, row):  # type: ignore[no-untyped-def]
-    """The frame of a joint from that of its parent, which is done: slerp, product, offset."""
-    _, first, joints, keys, key, share, _, _ = stance
-    at, a = first + row - 1, keys + row - 1
-    if joint[at, 1]:
-        a += key
-        b = a + joints
-        g, h = slerp_weights(share, rotations[a, 4], rotations[a, 5])
-        qx, qy = (
-            g * rotations[a, 0] + h * rotations[b, 0],
-            g * rotations[a, 1] + h * rotations[b, 1],
-        )
-        qz, qw = (
-            g * rotations[a, 2] + h * rotations[b, 2],
-            g * rotations[a, 3] + h * rotations[b, 3],
-        )
+def _contact(contacts, o, leg):  # type: ignore[no-untyped-def]
+    """The FootContact of one leg of object ``o``."""
+    return FootContact(
+        contacts[o, leg, PRINT_X],
+        contacts[o, leg, PRINT_Y],
+        contacts[o, leg, PRINT_Z],
+        contacts[o, leg, AHEAD],
+        contacts[o, leg, SLOPE_X],
+        contacts[o, leg, SLOPE_Y],
+    )
+
+
+@njit(cache=True, inline="always")
+def _pose_joint(tables, frame, pose, row):  # type: ignore[no-untyped-def]
+    """The frame of a joint from that of its parent, which is posed: slerp, product, offset."""
+    joint, offset, keys = tables.joint, tables.offset, tables.keys
+    at, a = pose.first_joint + row - 1, pose.keys + row - 1
+    if joint[at, MOVES]:
+        a += pose.key
+        b = a + pose.joints
+        g, h = slerp_weights(pose.share, keys[a, ANGLE], keys[a, PER_SINE])
+        qx, qy = g * keys[a, 0] + h * keys[b, 0], g * keys[a, 1] + h * keys[b, 1]
+        qz, qw = g * keys[a, 2] + h * keys[b, 2], g * keys[a, 3] + h * keys[b, 3]
     else:
-        qx, qy, qz, qw = rotations[a, 0], rotations[a, 1], rotations[a, 2], rotations[a, 3]
-    up = joint[at, 0] + 1
+        qx, qy, qz, qw = keys[a, 0], keys[a, 1], keys[a, 2], keys[a, 3]
+    up = joint[at, PARENT] + 1
     x, y, z = offset[at, 0], offset[at, 1], offset[at, 2]
     if up == 0:
         bob = len(frame) - 1
@@ -238,7 +273,7 @@ def _pose_joint(joint, offset, rotations, frame, stance, row):  # type: ignore[n
 
 
 @njit(cache=True, inline="always")
-def _is_level(feet, o, leg, z):  # type: ignore[no-untyped-def]
+def _is_level(contacts, o, leg, z):  # type: ignore[no-untyped-def]
     """Whether a foot stands as its prototype's does: on level ground, at the same stride."""
-    stands = feet[o, leg, 2] == z and feet[o, leg, 3] == 0.0
-    return stands and feet[o, leg, 4] == 0.0 and feet[o, leg, 5] == 0.0
+    stands = contacts[o, leg, PRINT_Z] == z and contacts[o, leg, AHEAD] == 0.0
+    return stands and contacts[o, leg, SLOPE_X] == 0.0 and contacts[o, leg, SLOPE_Y] == 0.0

@@ -1,56 +1,55 @@
-"""What the compiled walks of ``rig_pose`` read: the cast of a species, and the bodies to be
-posed.
-"""
+"""Which arrays posing reads: the rigs and motions of a species, and the instances to be posed."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from lod.arrays import freeze
+from lod.arrays import freeze, frozen
 from lod.errors import InputError
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
-from scenes.rig.leg_ik import bone_lengths, joint_limit_arcs
+from scenes.rig.leg_ik import LegTables, bone_lengths, joint_limit_arcs
 from scenes.rig.rig import Rig
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 STRAIGHTEST = 0.9985
 """How far a leg stretches at most, as a share of its length, where its motion stretches it less."""
 
-_LEAST_ANGLE = 1e-9
-"""Two keys are never taken to be nearer: weights are the shares themselves there [rad]."""
+_MIN_ANGLE = 1e-9
+"""Least angle between two keys: weights are the shares themselves there [rad]."""
+
+FIRST_JOINT, JOINTS, FIRST_KEY, KEYS, FIRST_SHIFT, FIRST_LEG, LEGS, FIRST_HIP = range(8)
+"""Columns of ``PoseColumns.prototypes``: first rows and numbers of a prototype's own rows."""
+
+PARENT, MOVES, KNEE_OF_HIP, ANKLE_OF_HIP, LEG_OF_HIP = range(5)
+"""Columns of ``PoseColumns.joint``."""
+
+ANGLE, PER_SINE = 4, 5
+"""Columns of ``PoseColumns.keys`` after the quaternion."""
 
 
 class PoseColumns(NamedTuple):
-    """What the walks read. Rows of joints and keys are those of all prototypes end to end.
+    """Tables of all prototypes end to end, as compiled kernels read them.
 
-    cast  (v, 8) of each prototype: its first joint, joints, first key row, keys, first row of
-        shift, first leg, legs, first row of hip
-    joint (j, 5) parent within the prototype, whether any key differs; knee, ankle and number of the
-        leg where this is its hip, else −1
-    offset (j, 3) from the parent
-    turns (t, 6) quaternion of each key and joint, the angle to the next key and one over its sine;
+    prototypes (v, 8) rows of each prototype: FIRST_JOINT, JOINTS, …
+    joint  (j, 5) PARENT within the prototype; whether any key differs (MOVES); knee, ankle and
+        number of the leg whose hip this is, else −1
+    offset (j, 3) from the parent [m]
+    keys   (t, 6) quaternion of each key and joint, the angle to the next key and one over its sine;
         prototypes that move alike, of several sizes, share these rows
-    shift (s, 3) of each key
-    leg   (l, 9) when its foot lands, share of the cycle that it stands, home x and y, stride, how
-        far it reaches stretched out, steepest slope, farthest that its print is up or down, and
-        what share of the slope across it the foot follows
-    bones (l, 6), arc (l, 4, 4): as in ``rig_leg``
-    ankle (l, 6) its limits: least tan x, sin y, tan z, then greatest
-    sole (l, 3, 2), plane (l, 3, 3): as in Feet
-    hip   (k, 6) of each key and leg: the hip in the object's frame, and the ankle from its print
+    shift  (s, 3) of each key [m]
+    legs   what bends legs, row by row of all legs
+    sole   (l, 3, 2), plane (l, 3, 3): as in Feet
+    hip    (k, 6) of each key and leg: the hip in the object's frame, and the ankle from its print
     """
 
-    pose_tables: np.ndarray
+    prototypes: np.ndarray
     joint: np.ndarray
     offset: np.ndarray
-    rotations: np.ndarray
+    keys: np.ndarray
     shift: np.ndarray
-    leg: np.ndarray
-    bones: np.ndarray
-    arc: np.ndarray
-    ankle: np.ndarray
+    legs: LegTables
     sole: np.ndarray
     plane: np.ndarray
     hip: np.ndarray
@@ -58,41 +57,53 @@ class PoseColumns(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PoseTables:
-    """The rigs and motions of a species' prototypes, ready for the walks."""
+    """The rigs and motions of a species' prototypes, ready to be posed."""
 
-    tables: PoseColumns
+    columns: PoseColumns
     max_joints: int
     max_legs: int
 
     @staticmethod
     def of(prototypes: tuple[RiggedPrototype, ...]) -> "PoseTables":
-        """Lay them end to end."""
+        """Lay the prototypes end to end."""
         if not prototypes:
             raise InputError("prototypes", 0, "at least one prototype")
         rigs, motions = [p.rig for p in prototypes], [p.motion for p in prototypes]
-        sizes = np.array([len(rig) for rig in rigs])
-        keys = np.array([len(motion.rotations) for motion in motions])
-        legs = np.array([len(motion.feet) for motion in motions])
         pairs = list(zip(rigs, motions, strict=True))
-        counts = (sizes, keys + 1, legs, (keys + 1) * legs)
-        first_joint, first_shift, first_leg, first_hip = map(_starts, counts)
-        first_key, rotations = _shared_keys(motions)
-        columns = first_joint, sizes, first_key, keys, first_shift, first_leg, legs, first_hip
-        tables = PoseColumns(
-            pose_tables=np.stack(columns, axis=1),
-            joint=np.concatenate([_joint_rows(rig, motion) for rig, motion in pairs]),
-            offset=np.concatenate([rig.offset for rig in rigs]),
-            rotations=rotations,
-            shift=np.concatenate([np.vstack((m.shift, m.shift[:1])) for m in motions]),
-            leg=np.concatenate([_leg_rows(rig, motion) for rig, motion in pairs]),
-            bones=np.concatenate([bone_lengths(rig, motion) for rig, motion in pairs]),
-            arc=np.concatenate([joint_limit_arcs(rig, motion) for rig, motion in pairs]),
-            ankle=np.concatenate([_ankle_rows(rig, motion) for rig, motion in pairs]),
-            sole=np.concatenate([motion.feet.sole for motion in motions]),
-            plane=np.concatenate([motion.feet.plane for motion in motions]),
-            hip=np.concatenate([_hip_rows(rig, motion) for rig, motion in pairs]),
+        rows, keys = _prototype_rows(rigs, motions)
+        legs = LegTables(
+            leg=_joined([_leg_rows(rig, motion) for rig, motion in pairs]),
+            bones=_joined([bone_lengths(rig, motion) for rig, motion in pairs]),
+            arc=_joined([joint_limit_arcs(rig, motion) for rig, motion in pairs]),
+            ankle=_joined([_ankle_rows(rig, motion) for rig, motion in pairs]),
         )
-        return PoseTables(tables, int(sizes.max()), int(legs.max()))
+        columns = PoseColumns(
+            prototypes=frozen(rows, np.int64),
+            joint=_joined([_joint_rows(rig, motion) for rig, motion in pairs], np.int64),
+            offset=_joined([rig.offset for rig in rigs]),
+            keys=frozen(keys, np.float64),
+            shift=_joined([np.vstack((m.shift, m.shift[:1])) for m in motions]),
+            legs=legs,
+            sole=_joined([motion.feet.sole for motion in motions]),
+            plane=_joined([motion.feet.plane for motion in motions]),
+            hip=_joined([_hip_rows(rig, motion) for rig, motion in pairs]),
+        )
+        return PoseTables(columns, int(rows[:, JOINTS].max()), int(rows[:, LEGS].max()))
+
+
+class InstanceColumns(NamedTuple):
+    """The arrays of ``Instances``, read-only, as compiled kernels take them."""
+
+    origin: np.ndarray
+    cos: np.ndarray
+    sin: np.ndarray
+    prototype: np.ndarray
+    phase: np.ndarray
+    foot_contacts: np.ndarray
+
+
+PRINT_X, PRINT_Y, PRINT_Z, AHEAD, SLOPE_X, SLOPE_Y = range(6)
+"""Columns of ``Instances.foot_contacts``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +112,11 @@ class Instances:
 
     origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
     prototype (n,) its row in the pose tables; phase (n,) of its motion [cycles]
-    foot_contacts (n, legs, 6) of each foot: its print x, y, z; how far that is ahead of the
-        prototype's own; and the turn of the ground under it, x and y of a quaternion
-        (``foot_placement``)
+    foot_contacts (n, legs, 6) of each foot: where its print is, PRINT_X, PRINT_Y and PRINT_Z [m];
+        how far that is AHEAD of the prototype's own [m]; and the rotation that tilts the ground
+        under it, SLOPE_X and SLOPE_Y of a quaternion whose z is 0
+
+    Raises InputError where shapes do not match or a phase is not finite.
     """
 
     origin: np.ndarray
@@ -119,30 +132,46 @@ class Instances:
         n = len(self.prototype)
         shapes = {"origin": (n, 3), "cos": (n,), "sin": (n,), "phase": (n,)}
         for key, shape in shapes.items():
-            if getattr(self, key).shape != shape:
-                raise InputError(
-                    f"instances.{key}", getattr(self, key).shape, f"its shape is {shape}"
-                )
+            arrived = getattr(self, key).shape
+            if arrived != shape:
+                raise InputError(f"instances.{key}", arrived, f"its shape is {shape}")
         if not np.isfinite(self.phase).all():
-            raise InputError(
-                "instances.phase", "a number that is not finite", "every phase is finite"
-            )
-        if self.foot_contacts.ndim != 3 or self.foot_contacts.shape[::2] != (n, 6):
-            raise InputError(
-                "instances.foot_contacts", self.foot_contacts.shape, f"its shape is ({n}, legs, 6)"
-            )
+            arrived = "a number that is not finite"
+            raise InputError("instances.phase", arrived, "every phase is finite")
+        contacts = self.foot_contacts
+        if contacts.ndim != 3 or contacts.shape[::2] != (n, 6):
+            rule = f"its shape is ({n}, legs, 6)"
+            raise InputError("instances.foot_contacts", contacts.shape, rule)
 
     def __len__(self) -> int:
         return len(self.prototype)
 
-    def columns(self) -> tuple[np.ndarray, ...]:
-        """What the walks read; phases within one cycle."""
-        places = (self.origin, self.cos, self.sin, self.prototype)
-        return *places, self.phase - np.floor(self.phase), self.foot_contacts
+    def columns(self) -> InstanceColumns:
+        """The arrays for compiled kernels; phases within one cycle."""
+        within = frozen(self.phase - np.floor(self.phase), np.float64)
+        facing = self.origin, self.cos, self.sin
+        return InstanceColumns(*facing, self.prototype, within, self.foot_contacts)
+
+
+def _joined(tables: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
+    """The tables one below the other, read-only."""
+    return frozen(np.concatenate(tables), dtype)
+
+
+def _prototype_rows(rigs: list[Rig], motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
+    """The table of prototypes (v, 8), and the keys of all motions (t, 6)."""
+    joints = np.array([len(rig) for rig in rigs])
+    keys = np.array([len(motion.rotations) for motion in motions])
+    legs = np.array([len(motion.feet) for motion in motions])
+    counts = joints, keys + 1, legs, (keys + 1) * legs
+    first_joint, first_shift, first_leg, first_hip = map(_starts, counts)
+    first_key, key_rows = _shared_keys(motions)
+    columns = first_joint, joints, first_key, keys, first_shift, first_leg, legs, first_hip
+    return np.stack(columns, axis=1), key_rows
 
 
 def _starts(counts: np.ndarray) -> np.ndarray:
-    """Where each of so many begins, laid end to end."""
+    """First row of each table, laid end to end, from their numbers of rows."""
     return np.cumsum(counts) - counts
 
 
@@ -223,5 +252,5 @@ def _key_rows(motion: Motion) -> np.ndarray:
     after = np.concatenate((rotations[1:], rotations[-1:]))
     cos = (rotations * after).sum(axis=-1, keepdims=True)
     sine = np.linalg.norm(after - cos * rotations, axis=-1, keepdims=True)
-    angle = np.maximum(np.arctan2(sine, cos), _LEAST_ANGLE)
+    angle = np.maximum(np.arctan2(sine, cos), _MIN_ANGLE)
     return np.concatenate((rotations, angle, 1.0 / np.sin(angle)), axis=-1).reshape(-1, 6)

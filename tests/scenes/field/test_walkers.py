@@ -24,7 +24,7 @@ from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import at_rest, people
 from scenes.noise.philox import hash_name
 from scenes.preset.load import load_preset
-from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, place_on_ground
+from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.world.view import view_at
@@ -142,7 +142,7 @@ def origins(field, view, at, facing, variant, phase, pace):
         first = np.zeros(1, np.int64)
         drawn = first, np.array([phase]), np.array([pace])
         heed = field.prototypes.heed(view, base, np.array([variant]))
-        instances = place_on_ground(cast, heights, base, *ways, *drawn, heed)
+        instances = place_on_ground(cast, heights, Placements(base, *ways, *drawn, heed))
         rows, parts = np.zeros(len(it.joint), np.int64), np.arange(len(it.joint))
         return pose_points(cast, instances, rows, parts, np.zeros((len(parts), 3)), it.joint)
     height = field.ground.height(corner, base)[0]

@@ -11,7 +11,7 @@ from scenes.gait.patrol import MIN_STRIDE_FACTOR, foot_slip, min_radius, patrol,
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import random_gait, walking_gait, walking_people
-from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.keyframes import rest_motion, slerp
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
@@ -134,9 +134,8 @@ def on_the_spot(cast, phase, slope=(0.0, 0.0), stride_factor=1.0):
     """One walker at many phases of its walk, facing x where the plane's height is 0."""
     count = len(phase)
     same = np.zeros((count, 2)), np.ones(count), np.zeros(count), np.zeros(count, np.int64)
-    return place_on_ground(
-        cast, lambda xy: xy @ np.array(slope), *same, phase, np.full(count, stride_factor)
-    )
+    where = Placements(*same, phase, np.full(count, stride_factor))
+    return place_on_ground(cast, lambda xy: xy @ np.array(slope), where)
 
 
 def riding(cast, instances, joint, place=(0.0, 0.0, 0.0)):
@@ -218,7 +217,9 @@ def test_a_walker_on_its_circle_skates_by_less_than_two_centimetres():
         one = (np.zeros(1), np.array([False]), np.zeros(1))
         w = patrol(radius, *one, np.array([motion.stride]), np.array([motion.period]), float(t))
         cast, here = PoseTables.of((who,)), (w.cos, w.sin, np.zeros(1, np.int64), w.phase)
-        instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), w.offset, *here, np.ones(1))
+        instances = place_on_ground(
+            cast, lambda xy: np.zeros(len(xy)), Placements(w.offset, *here, np.ones(1))
+        )
         ankle = who.rig.row("left ankle")
         feet.append(riding(cast, instances, ankle, (ball[0], 0.0, ball[1]))[0, :2])
     feet = np.array(feet)
@@ -247,7 +248,9 @@ def test_no_ground_and_no_stride_exceed_R_or_B(name):
     cast, rng, count, h = PoseTables.of((who,)), np.random.default_rng(4), 60, who.hierarchy
     here = np.zeros((count, 2)), np.ones(count), np.zeros(count), np.zeros(count, np.int64)
     drawn = rng.random(count), rng.uniform(MIN_STRIDE_FACTOR, 1, count)
-    instances = place_on_ground(cast, lambda xy: rng.normal(0, 50, len(xy)), *here, *drawn)
+    instances = place_on_ground(
+        cast, lambda xy: rng.normal(0, 50, len(xy)), Placements(*here, *drawn)
+    )
 
     def everywhere(points, joints):
         rows, items = np.divmod(np.arange(count * len(points)), len(points))

@@ -5,7 +5,7 @@ from lod.errors import InputError
 from scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
 from scenes.models.animals.catalogue import ANIMALS, animal, animal_tables
 from scenes.models.people.people import people_at_rest
-from scenes.rig.foot_placement import place_on_ground
+from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.rotations import matrices, to_euler
@@ -98,7 +98,7 @@ def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
         rows, joints = np.divmod(np.arange(count * n), n)
         cast, same = PoseTables.of(them), (np.zeros((count, 2)), np.ones(count), np.zeros(count))
         drawn = np.full(count, variant), phases, np.ones(count)
-        instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), *same, *drawn)
+        instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), Placements(*same, *drawn))
         corners = [
             pose_points(cast, instances, rows, joints, np.tile(corner, (n, 1)), np.arange(n))
             for corner in np.vstack((np.zeros(3), np.eye(3)))

@@ -8,8 +8,8 @@ from lod.actors.quaternion import Quaternion, rotation
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import people_at_rest
 from scenes.rig.actor import compile_rig, pose_from_actor, to_actor
-from scenes.rig.foot_placement import place_on_ground
-from scenes.rig.pose import pose_sticks
+from scenes.rig.foot_placement import Placements, place_on_ground
+from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 
 RIGHT_FOOT = "pelvis/right hip/right knee/right ankle"
@@ -31,11 +31,14 @@ def posed_by_kernel(prototype):
     """Both ends and radii of every stick displayed when all detail is, by the crowd's walk."""
     cast, rows = PoseTables.of((prototype,)), []
     here = np.zeros((1, 2)), np.ones(1), np.zeros(1), np.zeros(1, np.int64), np.zeros(1)
-    instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), *here, np.ones(1))
+    instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), Placements(*here, np.ones(1)))
     for table in prototype.full_detail_sticks():
         sticks = np.arange(len(table))
         columns = table.start, table.end, table.start_joint, table.end_joint
-        start, end = pose_sticks(cast, instances, 0 * sticks, sticks, *columns)
+        start, end = (
+            pose_points(cast, instances, 0 * sticks, sticks, at, on)
+            for at, on in zip(columns[:2], columns[2:], strict=True)
+        )
         rows.append(np.column_stack((start, end, table.start_radius, table.end_radius)))
     return np.concatenate(rows)
 

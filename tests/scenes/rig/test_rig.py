@@ -13,8 +13,8 @@ from lod.rotations import products, rotated
 from scenes.gait.gait import KEYS
 from scenes.models.people.people import child_sizes, human_anatomy, people_at_rest, standing_people
 from scenes.models.people.walking import walking_people
-from scenes.rig.foot_placement import place_on_ground
-from scenes.rig.pose import pose_points, pose_sticks
+from scenes.rig.foot_placement import Placements, place_on_ground
+from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.reach_bound import reach_bound
 from scenes.rig.rig import Rig, RiggedSticks
@@ -198,7 +198,9 @@ def crowd(count, gradient=0.0, seed=0, on_keys=False):
     places = (rng.normal(0, 10, (count, 2)), np.cos(heading), np.sin(heading))
     variant, phase = rng.integers(0, len(cast), count), rng.uniform(-3, 3, count)
     drawn = variant, np.round(phase * KEYS) / KEYS if on_keys else phase, np.ones(count)
-    return cast, place_on_ground(PoseTables.of(cast), lambda xy: xy @ slope, *places, *drawn)
+    return cast, place_on_ground(
+        PoseTables.of(cast), lambda xy: xy @ slope, Placements(*places, *drawn)
+    )
 
 
 CORNERS = np.vstack((np.zeros(3), np.eye(3)))
@@ -251,7 +253,10 @@ def test_sticks_ride_on_their_joints():
     table = who.leaf
     rows, sticks = np.divmod(np.arange(4 * len(table)), len(table))
     columns = (table.start, table.end, table.start_joint, table.end_joint)
-    start, end = pose_sticks(PoseTables.of(people), instances, rows, sticks, *columns)
+    start, end = (
+        pose_points(PoseTables.of(people), instances, rows, sticks, at, on)
+        for at, on in zip(columns[:2], columns[2:], strict=True)
+    )
     for o in range(4):
         posed = who.at_phase(float(instances.phase[o])).leaf
         c, s = instances.cos[o], instances.sin[o]
