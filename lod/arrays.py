@@ -1,20 +1,20 @@
-"""Array types by shape, and the freezing of arrays in frozen data."""
+"""Array types by shape, and the freezing and checking of the columns of frozen data."""
 
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
+
+from lod.errors import InputError
 
 Points = Float64[np.ndarray, "n 3"]
 Reals = Float64[np.ndarray, " n"]
 Ints = Int64[np.ndarray, " n"]
 Flags = Bool[np.ndarray, " n"]
 
-Data = TypeVar("Data")
-
 
 def frozen(values: Any, dtype: Any) -> np.ndarray:
-    """A read-only, contiguous array of ``values``; a copy only where one is needed."""
+    """Return ``values`` as a read-only, contiguous array; copied only where that is needed."""
     array = np.ascontiguousarray(values, dtype=dtype)
     if array.flags.writeable:
         array = array.view()
@@ -23,6 +23,22 @@ def frozen(values: Any, dtype: Any) -> np.ndarray:
 
 
 def freeze(data: Any, **dtypes: Any) -> None:
-    """In a frozen dataclass's ``__post_init__``: make the named fields read-only arrays."""
+    """Make the named fields read-only arrays; for the ``__post_init__`` of a frozen dataclass."""
     for name, dtype in dtypes.items():
         object.__setattr__(data, name, frozen(getattr(data, name), dtype))
+
+
+def check_columns(where: str, data: Any, **shapes: tuple[int, ...]) -> None:
+    """Check that the named fields of ``data`` are finite arrays of the given shapes.
+
+    ``where`` is what error messages call the data, as in ``where.field``. Raises InputError for the
+    first field that has another shape, and the first row that is not finite.
+    """
+    for name, shape in shapes.items():
+        values = getattr(data, name)
+        if values.shape != shape:
+            raise InputError(f"{where}.{name}", values.shape, f"its shape is {shape}")
+        wrong = np.argwhere(~np.isfinite(values))
+        if len(wrong):
+            row, arrived = int(wrong[0][0]), float(values[tuple(wrong[0])])
+            raise InputError(f"{where}.{name}[{row}]", arrived, "every number is finite")

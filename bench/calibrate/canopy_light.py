@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Flags
+from lod.stick_table import StickTable
 from scenes.far_cover.sky import sky_at
 from scenes.far_cover.stand_paths import GROUND, RANDOMS_PER_PATH, SunAndSky, trace_lines
 from scenes.far_cover.stand_rays import stand_field
@@ -17,7 +18,6 @@ from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.prototype import Prototype
-from scenes.sticks.table import StickTable
 from scenes.sticks.view_dependent_area import with_area_share
 from scenes.terrain.colour import COVERS
 

@@ -28,12 +28,12 @@ from bench.calibrate.canopy_light import (
     outgoing,
 )
 from bench.calibrate.write_species import update_tables
+from lod.stick_table import StickTable
 from scenes.far_cover.stand_appearance import full_detail_sticks, unit_direction
 from scenes.model_files.names import tree_species_names
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.species_files import tree_species
 from scenes.sticks.prototype import Prototype
-from scenes.sticks.table import StickTable
 from scenes.sticks.view_angles import AZIMUTHS_DEG, ELEVATIONS_DEG
 from scenes.sticks.view_dependence import ElevationTable
 from scenes.sticks.view_dependent_area import with_area_share

@@ -23,6 +23,7 @@ from bench.calibrate.leaf_light import COVER_AZIMUTHS_DEG
 from bench.calibrate.write_species import update_tables
 from lod.pruning.crossfade import cross_fade
 from lod.pruning.parts import BlendWeights
+from lod.stick_table import StickTable
 from scenes.far_cover.stand_appearance import unit_direction
 from scenes.field.part_tables import PartTables
 from scenes.model_files.names import animal_names, model_names, tree_species_names
@@ -31,7 +32,6 @@ from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.weather import Weather
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
 from scenes.sticks.prototype import Prototype
-from scenes.sticks.table import StickTable
 from scenes.sticks.view_dependent_area import with_area_share
 from scenes.sticks.visible_area import visible_areas
 

@@ -6,8 +6,10 @@ from dataclasses import fields
 import numpy as np
 
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import BlendWeights, Parts, Representation, Sticks, Triangles
+from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import prune
+from lod.pruning.representation import Representation
+from lod.pruning.shapes import Sticks, Triangles
 from lod.pruning.view import View
 
 _WIDTHS = {"position": 3, "centre": 3, "start": 3, "end": 3, "tints": 3}

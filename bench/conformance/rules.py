@@ -1,8 +1,9 @@
 """Which rules must every representation keep, ours and those of other packages?
 
 The pruner, the renderer and the law ask nothing of a representation but the protocol
-(``lod.pruning.parts.Representation``); whatever keeps these rules can be put in a scene. A rule is
-a generator: it yields one line for each fault that it finds, and nothing where there is none.
+(``lod.pruning.representation.Representation``); whatever keeps these rules can be put in a scene.
+A rule is a generator: it yields one line for each fault that it finds, and nothing where there is
+none.
 """
 
 import gc
@@ -25,9 +26,12 @@ from bench.conformance.rows import (
 from lod.camera import Camera
 from lod.errors import InputError
 from lod.metric.family import METRICS
-from lod.pruning.parts import Moving, Parts, Representation, Triangles
+from lod.pruning.parts import Parts
 from lod.pruning.pruner import displayed, prune, prune_by_level
-from lod.pruning.view import View, in_view
+from lod.pruning.representation import Moving, Representation
+from lod.pruning.shapes import Triangles
+from lod.pruning.view import View
+from lod.pruning.view_geometry import in_view
 from scenes.plugins.entry_points import metric_by_name
 
 TIMES_S = (0.0, 0.37, 41.9)

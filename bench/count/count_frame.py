@@ -14,8 +14,8 @@ import numpy as np
 from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
 from lod.law.uneven_ground import CountMoments, count_moments, max_ground_distance, polar_quadrature
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Triangles
 from lod.pruning.pruner import Cut, prune
+from lod.pruning.shapes import Triangles
 from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.world.world import World

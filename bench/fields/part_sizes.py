@@ -21,7 +21,8 @@ from lod.camera import Camera, Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits, disc_areas
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
-from lod.pruning.view import View, distance
+from lod.pruning.view import View
+from lod.pruning.view_geometry import distance
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.viewer import ViewingConditions
 from scenes.field.species_field import Species, SpeciesField

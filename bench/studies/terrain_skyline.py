@@ -19,8 +19,8 @@ from bench.cli.output import table
 from lod.camera import Camera
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Triangles
 from lod.pruning.pruner import prune
+from lod.pruning.shapes import Triangles
 from lod.pruning.view import View
 from scenes.preset.load import load_preset
 from scenes.terrain.terrain import Terrain

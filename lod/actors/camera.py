@@ -13,7 +13,7 @@ from lod.actors.object_with_parts import ObjectWithParts
 from lod.actors.quaternion import NORTH, UP, rotate
 from lod.camera import GRID_M, split_position
 from lod.camera import Camera as Projection
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 
 
 class CameraActor(PositionableObject):

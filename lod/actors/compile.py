@@ -14,40 +14,12 @@ from jaxtyping import Float64
 from lod.actors.actor import PartDescription, PositionableObject
 from lod.actors.appearance import ConeStick
 from lod.actors.joint import IDENTITY_JOINT
-from lod.actors.message import Route, ask, format_route, parse_route
-from lod.actors.nearest_route import nearest_route
+from lod.actors.message import Route, ask, format_route, nearest_route, parse_route
 from lod.actors.quaternion import IDENTITY, Vector
 from lod.arrays import freeze
 from lod.errors import InputError
 from lod.rotations import products, rotated, units
-
-
-@dataclass(frozen=True, eq=False)
-class StickArrays:
-    """The sticks of every part, in its own frame, part after part.
-
-    first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
-    start, end (k, 3), start_radius, end_radius (k,) [m];  tint (k,) row of the actor's tints
-    """
-
-    first: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    start_radius: np.ndarray
-    end_radius: np.ndarray
-    tint: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, first=np.int64, tint=np.int64, start=np.float64, end=np.float64)
-        freeze(self, start_radius=np.float64, end_radius=np.float64)
-
-    def __len__(self) -> int:
-        return len(self.tint)
-
-    @property
-    def part(self) -> np.ndarray:
-        """Part that each stick belongs to, (k,)."""
-        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+from lod.stick_table import StickTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +43,8 @@ class ActorArrays:
     rest: np.ndarray
     low_deg: np.ndarray
     high_deg: np.ndarray
-    inner: StickArrays
-    leaf: StickArrays
+    inner: StickTable
+    leaf: StickTable
     tints: np.ndarray
 
     def __post_init__(self) -> None:
@@ -114,15 +86,15 @@ def compile_actor(actor: PositionableObject) -> ActorArrays:
         rest=np.array([box.rest if box else IDENTITY for box in boxes]),
         low_deg=np.array([box.low_deg if box else (-np.inf,) * 3 for box in boxes]),
         high_deg=np.array([box.high_deg if box else (np.inf,) * 3 for box in boxes]),
-        inner=_stick_arrays(inner, tint),
-        leaf=_stick_arrays(leaf, tint),
+        inner=_stick_table(inner, tint),
+        leaf=_stick_table(leaf, tint),
         tints=np.array(list(tints), np.float64).reshape(-1, 3),
     )
 
 
-def _stick_arrays(looks: list[tuple[ConeStick, ...]], tint: dict[Vector, int]) -> StickArrays:
+def _stick_table(looks: list[tuple[ConeStick, ...]], tint: dict[Vector, int]) -> StickTable:
     sticks = [stick for look in looks for stick in look]
-    return StickArrays(
+    return StickTable(
         first=np.cumsum([0, *map(len, looks)]),
         start=np.array([stick.start for stick in sticks], np.float64).reshape(-1, 3),
         end=np.array([stick.end for stick in sticks], np.float64).reshape(-1, 3),

@@ -5,8 +5,7 @@ from functools import wraps
 from inspect import Parameter, signature
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
-from lod.actors.message import Action, Message
-from lod.actors.nearest_route import nearest_route
+from lod.actors.message import Action, Message, nearest_route
 
 Self = TypeVar("Self")
 Given = ParamSpec("Given")

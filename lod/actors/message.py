@@ -9,6 +9,7 @@ Refusal of whoever stood in the way.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 from typing import Any
 
 from lod.errors import InputError
@@ -102,3 +103,23 @@ def parse_route(route: str | Sequence[str]) -> Route:
 def format_route(route: Sequence[str]) -> str:
     """A route as text."""
     return SEPARATOR.join(route)
+
+
+def nearest_route(route: Route, known: Sequence[Route]) -> Route:
+    """The known route most like ``route``, by its last name and by the way there.
+
+    >>> nearest_route(("foot",), [("arm", "hand"), ("leg", "foot")])
+    ('leg', 'foot')
+    """
+    return max(known, key=lambda other: _likeness(route, other))
+
+
+def _likeness(route: Route, other: Route) -> tuple[float, float]:
+    whole = _ratio(route, other)
+    # Names on the way are easily left out, the last one is not.
+    end = max(whole, _ratio(route, other[-len(route) :]))
+    return end + _ratio(route[-1:], other[-1:]), whole
+
+
+def _ratio(a: Sequence[str], b: Sequence[str]) -> float:
+    return SequenceMatcher(None, format_route(a), format_route(b), autojunk=False).ratio()

@@ -21,9 +21,9 @@ from lod.actors.message import (
     Reply,
     Route,
     format_route,
+    nearest_route,
     parse_route,
 )
-from lod.actors.nearest_route import nearest_route
 from lod.errors import InputError
 
 Self = TypeVar("Self", bound="ObjectWithParts")

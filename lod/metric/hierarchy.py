@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lod.arrays import freeze
+from lod.arrays import check_columns, freeze
 from lod.errors import InputError
 from lod.vision.contrast import NEVER_LOST
 
@@ -102,11 +102,8 @@ def _check_shapes(h: Hierarchy) -> None:
     n = len(h.parent)
     if n == 0:
         raise InputError("hierarchy", 0, "an object has at least one part, itself")
-    for name in ("level", "P", "R", "B", "separation", "contrast", "overlap"):
-        if getattr(h, name).shape != (n,):
-            raise InputError(f"hierarchy.{name}", getattr(h, name).shape, f"its shape is ({n},)")
-    if h.position.shape != (n, 3):
-        raise InputError("hierarchy.position", h.position.shape, f"its shape is ({n}, 3)")
+    names = ("level", "P", "R", "B", "separation", "contrast", "overlap")
+    check_columns("hierarchy", h, position=(n, 3), **dict.fromkeys(names, (n,)))
 
 
 def _check_tree(h: Hierarchy) -> None:
@@ -133,19 +130,15 @@ def _check_sizes(h: Hierarchy) -> None:
     if h.contrast.min() < 0 or h.contrast.max() > NEVER_LOST:
         wrong = int(h.contrast.max() if h.contrast.min() >= 0 else h.contrast.min())
         raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
-    if not (np.isfinite(h.overlap) & (h.overlap < 1)).all():
-        raise InputError("hierarchy.overlap", float(h.overlap.max()), "finite and below 1")
-    rules = {"position": None, "P": "> 0", "R": ">= 0", "B": ">= 0", "separation": ">= 0"}
-    for name, rule in rules.items():
+    if h.overlap.max() >= 1:
+        raise InputError("hierarchy.overlap", float(h.overlap.max()), "below 1")
+    for name in ("P", "R", "B", "separation"):
         values = getattr(h, name)
-        good = np.isfinite(values)
-        if rule:
-            good &= values > 0 if rule == "> 0" else values >= 0
-        if not good.all():
-            row = int(np.argwhere(~good)[0][0])
-            raise InputError(
-                f"hierarchy.{name}[{row}]", float(values[~good][0]), f"finite {rule or ''}".strip()
-            )
+        rows = np.flatnonzero(values <= 0 if name == "P" else values < 0)
+        if len(rows):
+            rule = "above 0 m" if name == "P" else "at least 0 m"
+            where = f"hierarchy.{name}[{int(rows[0])}]"
+            raise InputError(where, float(values[rows[0]]), rule)
     needed = h.separation[1:] + h.B[1:]
     short = np.flatnonzero(h.B[h.parent[1:]] < needed * (1 - 1e-12) - 1e-12)
     if len(short):

@@ -1,14 +1,11 @@
-"""What representations hand to the pruner and to the renderer: arrays, never one object per
-part.
-"""
+"""What representations hand to the pruner: batches of parts as arrays, and what shows of them."""
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
 from lod.arrays import freeze
-from lod.pruning.view import View
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +19,9 @@ class Parts:
     level     (n,)   detail level
     object    (n,)   which object of this frame the part belongs to
     part      (n,)   which part of its representation it is
-    parent    (n,)   row, in the batch that was asked, of the part that owns it; -1 for roots
+    parent    (n,)   row of the part that owns it, in the batch that was asked; -1 for roots
     share     (n,)   its share of the area of all direct parts of its whole, 0 to 1; 1 for roots
-    state     the representation's own, passed along untouched (poses, seeds, tiles)
+    state     data of the representation itself, passed along untouched (poses, seeds, tiles)
     """
 
     position: np.ndarray
@@ -53,7 +50,7 @@ class Parts:
         return len(self.part)
 
     def take(self, rows: np.ndarray) -> "Parts":
-        """The parts at ``rows`` (indices or flags)."""
+        """Select the parts at ``rows`` (indices or flags)."""
         position = self.position[rows]
         centre = position if self.centre is self.position else self.centre[rows]
         return Parts(
@@ -73,18 +70,19 @@ class Parts:
 
 @dataclass(frozen=True, eq=False)
 class BlendWeights:
-    """How much of each of its two appearances a displayed part shows (§2.4).
+    """Cross-fade weights: how much of each of its two appearances a displayed part shows (§2.4).
 
-    What of a part's own parts is hidden, its leaf appearance stands for; what of them is displayed
-    hangs on its inner one. Both are shares of area, 0 to 1, so that a whole that loses its parts
-    one by one covers as much as before; a share of 0 draws nothing.
+    The inner appearance carries the displayed parts of a part; the leaf appearance stands for the
+    hidden ones. Both weights are shares of area, 0 to 1, so that a whole that loses its parts one
+    by one covers as much as before; a weight of 0 draws nothing.
 
-    inner  (n,) of the inner appearance
-    leaf   (n,) of the leaf appearance
-    rise   (n,) sine of the angle at which the line from the part to the eye rises; by default 0
-    turn   (n,) cosine of the angle between that line and where the sun stands on the map: 1 where
-           it stands behind the eye, 0 from right above; by default NaN, from all sides alike
-    hidden (n,) how much of the area of its own parts is hidden; by default all
+    inner          (n,) weight of the inner appearance
+    leaf           (n,) weight of the leaf appearance
+    sin_elevation  (n,) sine of the elevation of the eye above the part; 0 by default
+    cos_azimuth    (n,) cosine of the angle between the line from the part to the eye and the sun's
+                   azimuth: 1 where the sun is behind the eye, 0 from right above; NaN by default,
+                   which means that the appearance is the same from all sides
+    hidden_area    (n,) share of the area of a part's own parts that is hidden; 1 by default
     """
 
     inner: np.ndarray
@@ -107,91 +105,6 @@ class BlendWeights:
         return len(self.inner)
 
     def take(self, rows: np.ndarray) -> "BlendWeights":
-        """Of the parts at ``rows`` (indices or flags)."""
+        """Select the weights of the parts at ``rows`` (indices or flags)."""
         columns = self.inner, self.leaf, self.sin_elevation, self.cos_azimuth, self.hidden_area
         return BlendWeights(*(each[rows] for each in columns))
-
-
-@dataclass(frozen=True, eq=False)
-class Sticks:
-    """Round cones with round ends: limbs, branches, blobs.
-
-    start, end              (n, 3) ends of the axis, in the frame's coordinates [m]
-    start_radius, end_radius (n,) [m]
-    tint    (n,)   row of ``tints``
-    tints   (k, 3) linear Rec.709 albedo of each tint, 0 to 1
-    owner   (n,)   row of the part that each stick belongs to
-    """
-
-    start: np.ndarray
-    end: np.ndarray
-    start_radius: np.ndarray
-    end_radius: np.ndarray
-    tint: np.ndarray
-    tints: np.ndarray
-    owner: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, start=np.float64, end=np.float64, tints=np.float64)
-        freeze(self, start_radius=np.float64, end_radius=np.float64)
-        freeze(self, tint=np.int64, owner=np.int64)
-
-    def __len__(self) -> int:
-        return len(self.tint)
-
-
-@dataclass(frozen=True, eq=False)
-class Triangles:
-    """A triangle mesh with its own normals and colours: terrain, leaves.
-
-    vertices (v, 3) [m]; normals (v, 3) unit; colours (v, 3) linear Rec.709 albedo, 0 to 1
-    faces (f, 3) rows of ``vertices``, counter-clockwise seen from outside; owner (f,) row of the
-    part; what gives light itself has also
-    glow (f,) row of ``glows``; glows (k, 3) linear Rec.709 radiance outwards, at least 0, in units
-    of the sky
-    """
-
-    vertices: np.ndarray
-    normals: np.ndarray
-    colours: np.ndarray
-    faces: np.ndarray
-    owner: np.ndarray
-    glow: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    glows: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-
-    def __post_init__(self) -> None:
-        freeze(self, vertices=np.float64, normals=np.float64, colours=np.float64)
-        freeze(self, faces=np.int64, owner=np.int64, glow=np.int64, glows=np.float64)
-
-    def __len__(self) -> int:
-        return len(self.faces)
-
-
-@runtime_checkable
-class Representation(Protocol):
-    """Anything with hierarchical levels of detail: it hands out parts, and knows what they look
-    like.
-    """
-
-    @property
-    def name(self) -> str:
-        """What it is called in counts and records."""
-
-    def roots(self, view: View) -> Parts:
-        """Every whole near enough that a part of it could be displayed (``whole`` = -1)."""
-
-    def parts_of(self, parts: Parts, view: View) -> Parts:
-        """The parts that ``parts`` own directly; ``whole`` gives rows of ``parts``."""
-
-    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks | Triangles:
-        """What displayed parts look like: so much of each appearance as they show (§2.4)."""
-
-
-@runtime_checkable
-class Moving(Protocol):
-    """A representation of which something may move from frame to frame."""
-
-    def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts in the same coordinates, to look as they do at another time; ``parts``
-        itself where nothing moves. Positions and limits stay those of the view.
-        """

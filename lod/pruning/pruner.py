@@ -7,8 +7,10 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from lod.pruning.parts import Parts, Representation
-from lod.pruning.view import View, distance, in_view
+from lod.pruning.parts import Parts
+from lod.pruning.representation import Representation
+from lod.pruning.view import View
+from lod.pruning.view_geometry import distance, in_view
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Flags, Ints, Reals, freeze
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 
 WINDOW = 32
 """Frames after which every part is drawn anew, due or not: the state of a frame depends on no more

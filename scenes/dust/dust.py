@@ -26,8 +26,10 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.compiled_test import compile_view
-from lod.pruning.parts import BlendWeights, Parts, Sticks
-from lod.pruning.view import View, search_radius
+from lod.pruning.parts import BlendWeights, Parts
+from lod.pruning.shapes import Sticks
+from lod.pruning.view import View
+from lod.pruning.view_geometry import search_radius
 from scenes.dust import growth
 from scenes.dust.appearance import (
     DustFrame,

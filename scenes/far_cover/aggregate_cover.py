@@ -20,7 +20,8 @@ from lod.canopy.gap_fraction import (
 )
 from lod.metric.hierarchy import Hierarchy
 from lod.motion.image_motion import motion_steps
-from lod.pruning.view import View, distance
+from lod.pruning.view import View
+from lod.pruning.view_geometry import distance
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_appearance import (
     AZIMUTHS_DEG,

@@ -14,13 +14,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals, freeze
+from lod.stick_table import StickTable
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_paths import GROUND, RANDOMS_PER_PATH, SunAndSky, trace_lines
 from scenes.far_cover.stand_rays import StandField, stand_field
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.outline_area import mean_outline_areas
 from scenes.sticks.prototype import Prototype
-from scenes.sticks.table import StickTable
 from scenes.sticks.union_area import areas_of_parts
 
 DEPRESSIONS_DEG = (3.0, 8.0, 20.0, 40.0, 65.0, 90.0)

@@ -13,10 +13,10 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Reals
+from lod.stick_table import StickTable
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit_float
 from scenes.sticks.ray_grid import NOTHING, Grids, grids_of, meet, normal_at
-from scenes.sticks.table import StickTable
 
 _SEED = np.uint64(0x57A4D)
 

@@ -8,7 +8,8 @@ import numpy as np
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.pruning.compiled_test import compile_view
-from lod.pruning.view import View, search_radius
+from lod.pruning.view import View
+from lod.pruning.view_geometry import search_radius
 from scenes.field.poisson_cells import PoissonCells, cells_near
 
 

@@ -7,8 +7,9 @@ from functools import cached_property, partial
 import numpy as np
 
 from lod.camera import GRID_M, Corner
-from lod.pruning.parts import BlendWeights, Parts, Sticks
+from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
+from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
 from scenes.field.posed_species import InstancesInView, SpeciesPrototypes, species_prototypes
 from scenes.rig.foot_placement import Placements, place_on_ground

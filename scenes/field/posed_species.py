@@ -10,8 +10,9 @@ from numba import njit
 
 from lod.arrays import Ints, freeze
 from lod.motion.image_motion import motion_steps
-from lod.pruning.parts import BlendWeights, Parts, Sticks
+from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
+from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
 from scenes.field.ground_contact_detail import foot_parts, heed
 from scenes.field.part_tables import PartTables

@@ -14,9 +14,11 @@ from lod.arrays import Ints, Reals
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.pruning.compiled_test import compile_view
-from lod.pruning.parts import BlendWeights, Parts, Sticks
+from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
-from lod.pruning.view import View, search_radius
+from lod.pruning.shapes import Sticks
+from lod.pruning.view import View
+from lod.pruning.view_geometry import search_radius
 from scenes.field.cell_search import cells_near_view, search
 from scenes.field.habitat import Habitat
 from scenes.field.poisson_cells import CellSamples, PoissonCells, SearchBounds

@@ -11,7 +11,7 @@ from numba import njit
 
 from lod.arrays import Ints
 from lod.pruning.area_scaling import radius_factor
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 from lod.threads import map_chunks
 from scenes.field.part_tables import DisplayedSticks, PartTables
 from scenes.rig.pose import (

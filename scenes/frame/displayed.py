@@ -4,8 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lod.pruning.parts import BlendWeights, Moving, Parts, Representation, Sticks, Triangles
+from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
+from lod.pruning.representation import Moving, Representation
+from lod.pruning.shapes import Sticks, Triangles
 from lod.pruning.update_schedule import (
     DrawnState,
     apply_state,

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 from lod.pruning.update_schedule import (
     DrawnState,
     TruePose,

@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from lod.stick_table import StickTable
 from scenes.sticks.prototype import Prototype, assemble
-from scenes.sticks.table import StickTable
 
 FLUTES, RINGS, LEAVES, CURLS = 20, 12, 16, 3
 HEIGHT_M, RADIUS_M = 6.0, 0.43

@@ -20,9 +20,9 @@ from scipy.ndimage import gaussian_filter
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
+from lod.stick_table import StickTable
 from scenes.sticks.outline_area import directions, mean_area
 from scenes.sticks.prototype import Prototype, assemble
-from scenes.sticks.table import StickTable
 from scenes.sticks.union_area import COARSE
 
 SUNK = 1.7

@@ -26,7 +26,8 @@ from lod.arrays import Ints, Points, Reals
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
-from lod.pruning.parts import BlendWeights, Parts, Sticks, Triangles
+from lod.pruning.parts import BlendWeights, Parts
+from lod.pruning.shapes import Sticks, Triangles
 from lod.pruning.view import View
 from scenes.particles.growth import LARGEST, Growth, Puffs
 from scenes.particles.kinds import PARTICLES_PER_BALL, PlumeKind

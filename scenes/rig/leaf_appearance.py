@@ -3,10 +3,10 @@
 import numpy as np
 
 from lod.arrays import Ints, Reals
+from lod.stick_table import StickTable
 from scenes.rig.anatomy import Colour
 from scenes.rig.rig import Rig, RiggedSticks
 from scenes.sticks.outline_area import mean_area, mean_outline_areas
-from scenes.sticks.table import StickTable
 
 CORE = 0.75
 """Radius of the hidden core, as a share of the leaf appearance's."""

@@ -16,6 +16,7 @@ from numba import njit
 from lod.arrays import Flags, Ints, Points, freeze
 from lod.errors import InputError
 from lod.rotations import rotated
+from lod.stick_table import StickTable
 from scenes.rig.rotations import (
     Quaternions,
     Vectors,
@@ -24,7 +25,6 @@ from scenes.rig.rotations import (
     rotate_vector,
     to_euler,
 )
-from scenes.sticks.table import StickTable
 
 _SLACK_DEG = 1e-6
 

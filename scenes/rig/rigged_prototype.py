@@ -27,6 +27,7 @@ from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
 from lod.metric.tied_levels import max_over_tied, representative
+from lod.stick_table import StickTable
 from scenes.rig.keyframes import Motion, rest_motion
 from scenes.rig.reach_bound import reach_bound
 from scenes.rig.rig import Rig, RiggedSticks, to_object_frame
@@ -34,7 +35,6 @@ from scenes.rig.rotations import Quaternions, from_euler
 from scenes.sticks.contrast import part_contrast
 from scenes.sticks.outline_area import largest_area
 from scenes.sticks.prototype import Prototype
-from scenes.sticks.table import StickTable
 from scenes.sticks.view_dependence import ViewDependence
 
 P_POSES = 6

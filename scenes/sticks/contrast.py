@@ -15,9 +15,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals
+from lod.stick_table import StickTable
 from lod.vision.contrast import contrast_class, inherent_contrast
 from scenes.sticks.outline_area import mean_outline_areas
-from scenes.sticks.table import StickTable
 
 SHADED, LIT = 0.1, 2.3
 """Irradiance of the darkest and of the brightest face, that of level ground being 1. Sky alone is

@@ -25,7 +25,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Flags, Reals
-from scenes.sticks.table import StickTable
+from lod.stick_table import StickTable
 from scenes.sticks.union_area import FINE, areas_of_parts, largest_of_parts
 
 Direction = Float64[np.ndarray, "3"]

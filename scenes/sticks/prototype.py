@@ -27,8 +27,8 @@ from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
 from lod.metric.tied_levels import max_over_tied, representative
+from lod.stick_table import StickTable
 from scenes.sticks.contrast import part_contrast
-from scenes.sticks.table import StickTable as StickTable
 from scenes.sticks.view_dependence import ViewDependence
 from scenes.sticks.view_dependent_area import largest_area_in_view
 

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
-from scenes.sticks.table import StickTable
+from lod.stick_table import StickTable
 
 BOX_M = 0.25
 """Side of a box."""

@@ -8,8 +8,8 @@ from numba import njit
 
 from lod.arrays import Ints, Reals
 from lod.pruning.area_scaling import radius_factor
+from lod.stick_table import StickTable
 from scenes.sticks.outline_area import directions, largest_area, parts_alone
-from scenes.sticks.table import StickTable
 from scenes.sticks.union_area import areas_of_parts
 from scenes.sticks.view_angles import elevation_index, interpolate
 from scenes.sticks.view_dependence import ViewDependence

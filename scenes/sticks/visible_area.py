@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from numba import njit
 
-from scenes.sticks.table import StickTable
+from lod.stick_table import StickTable
 from scenes.sticks.union_area import _along, _frame
 
 

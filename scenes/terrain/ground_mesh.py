@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from lod.pruning.parts import Triangles
-from lod.pruning.view import distance
+from lod.pruning.shapes import Triangles
+from lod.pruning.view_geometry import distance
 from lod.threads import map_chunks
 from scenes.terrain.geomorph import Places, geomorph_parents, morph
 from scenes.terrain.mesh import MOST_COARSER, lattice_mesh

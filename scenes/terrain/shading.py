@@ -13,7 +13,8 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
-from lod.pruning.view import View, distance
+from lod.pruning.view import View
+from lod.pruning.view_geometry import distance
 from scenes.terrain.aggregate_cover import AggregateCover
 from scenes.terrain.colour import Cover, ground_colours
 from scenes.terrain.relief import Relief

@@ -21,7 +21,8 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals, frozen
 from lod.camera import Corner
 from lod.errors import InputError
-from lod.pruning.parts import BlendWeights, Parts, Triangles
+from lod.pruning.parts import BlendWeights, Parts
+from lod.pruning.shapes import Triangles
 from lod.pruning.view import View
 from scenes.terrain.aggregate_cover import AggregateCover
 from scenes.terrain.colour import COVERS

@@ -7,7 +7,8 @@ import numpy as np
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
-from lod.pruning.parts import BlendWeights, Parts, Sticks
+from lod.pruning.parts import BlendWeights, Parts
+from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
 from scenes.plugins.representation import RepresentationPlugin
 from scenes.terrain.ground import Ground

@@ -11,8 +11,9 @@ from scipy.optimize import brentq
 from bench.statistics.estimates import Estimate
 from lod.atmosphere.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, camera_from_heading
-from lod.pruning.parts import Parts, Triangles
+from lod.pruning.parts import Parts
 from lod.pruning.pruner import Cut, cut_from_parts
+from lod.pruning.shapes import Triangles
 from scenes.frame.displayed import Visible
 from scenes.frame.quality import Quality
 from scenes.render.pipeline.render import render_frame

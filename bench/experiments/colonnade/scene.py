@@ -14,8 +14,8 @@ from jaxtyping import Float64
 from lod.atmosphere.air import CLEAR
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Representation
 from lod.pruning.pruner import prune
+from lod.pruning.representation import Representation
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
 from scenes.frame.displayed import Visible, compact_ids

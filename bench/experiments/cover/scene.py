@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Representation
 from lod.pruning.pruner import prune
+from lod.pruning.representation import Representation
 from lod.pruning.view import View
 from scenes.frame.displayed import Shown, Visible, visible_at
 from scenes.preset.load import Preset, load_preset

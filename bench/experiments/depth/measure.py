@@ -23,8 +23,8 @@ from bench.runner.run_cases import make_record, run_cases
 from lod.arrays import Ints
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Sticks
 from lod.pruning.pruner import prune
+from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
 from scenes.field.species_field import Species, SpeciesField
 

@@ -13,9 +13,10 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Representation
 from lod.pruning.pruner import Cut, cut_from_parts, prune
-from lod.pruning.view import View, in_view
+from lod.pruning.representation import Representation
+from lod.pruning.view import View
+from lod.pruning.view_geometry import in_view
 from scenes.frame.displayed import Visible, compact_ids
 from scenes.plugins.entry_points import metric_by_name
 from scenes.preset.load import Preset, load_preset

@@ -20,12 +20,12 @@ from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import make_record, run_cases
 from lod.arrays import Ints
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Sticks
 from lod.pruning.pruner import prune
+from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
+from lod.stick_table import StickTable
 from scenes.field.species_field import Species, SpeciesField
 from scenes.plugins.entry_points import metric_by_name
-from scenes.sticks.table import StickTable
 from scenes.sticks.visible_area import first_met
 
 NAME, VERSION = "pixels", 1

@@ -28,7 +28,8 @@ from lod.camera import Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits
 from lod.metric.family import METRICS
 from lod.pruning.pruner import Cut, prune
-from lod.pruning.view import View, distance
+from lod.pruning.view import View
+from lod.pruning.view_geometry import distance
 from scenes.field.species_field import Species, SpeciesField
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose

@@ -15,7 +15,7 @@ from jaxtyping import Float32
 from lod.atmosphere.air import CLEAR
 from lod.camera import Camera
 from lod.motion.image_motion import eye_relative_to
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 from scenes.frame.displayed import Shown, Visible, visible_at
 from scenes.frame.quality import Quality
 from scenes.render.pipeline.render import build_frame, trace

@@ -17,7 +17,8 @@ from lod.arrays import Points, Reals, freeze
 from lod.camera import GRID_M, Camera
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import Cut, prune
-from lod.pruning.view import View, in_view
+from lod.pruning.view import View
+from lod.pruning.view_geometry import in_view
 from scenes.field.species_field import SpeciesField
 from scenes.frame.displayed import Shown
 from scenes.frame.frame_input import frame_quality, sun_and_sky

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Reals
+from lod.stick_table import StickTable
 from scenes.models.trees.growth import Branches, Leaves
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.simplification import (
@@ -24,7 +25,6 @@ from scenes.models.trees.simplification import (
     radius_step,
 )
 from scenes.sticks.outline_area import directions, mean_outline_areas
-from scenes.sticks.table import StickTable
 from scenes.sticks.view_dependence import ElevationTable
 from scenes.sticks.view_dependent_area import with_area_share
 from scenes.sticks.visible_area import visible_areas

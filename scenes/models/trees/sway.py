@@ -21,6 +21,7 @@ import numpy as np
 
 from lod.arrays import Ints, Points, Reals
 from lod.metric.hierarchy import Hierarchy
+from lod.stick_table import StickTable
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.keyframes import Motion, key_phases
@@ -28,7 +29,6 @@ from scenes.rig.rig import Rig, RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
 from scenes.sticks.prototype import Prototype
-from scenes.sticks.table import StickTable
 
 TRUNK_DEG, LIMB_DEG = 0.6, 2.5
 """Most that a joint of the trunk, and a limb, turns about either level axis at GALE_M_S."""

@@ -15,13 +15,13 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points
 from lod.errors import InputError
+from lod.stick_table import StickTable
 from scenes.models.trees.growth import grow
 from scenes.models.trees.leaf_appearance import Grown, leaf_appearances, owned
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.simplification import joined
 from scenes.models.trees.weather import SEASONS
 from scenes.sticks.prototype import Prototype, assemble
-from scenes.sticks.table import StickTable
 from scenes.sticks.view_dependence import CONSTANT, ViewDependence
 
 _STREAM = 0x7EE

@@ -12,8 +12,8 @@ import numpy as np
 
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
-from lod.pruning.parts import Sticks, Triangles
 from lod.pruning.pruner import Cut
+from lod.pruning.shapes import Sticks, Triangles
 from lod.threads import map_chunks
 from scenes.frame.displayed import Visible
 from scenes.render.description.stick_batches import Batch, batches

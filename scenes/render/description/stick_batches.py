@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 
 MOST_SEGMENTS = 2**23
 """Segments in one shape: the renderer hands back their numbers as float32, exact below 2**24."""

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lod.errors import InputError
-from lod.pruning.parts import Sticks, Triangles
+from lod.pruning.shapes import Sticks, Triangles
 from scenes.frame.types import FrameInput
 from scenes.render.drivers.sample_counts import MOST_SAMPLES
 

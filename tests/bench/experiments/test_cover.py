@@ -15,7 +15,7 @@ from bench.records.provenance import provenance
 from bench.records.records import Point, Record
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
-from lod.pruning.view import in_view
+from lod.pruning.view_geometry import in_view
 from scenes.frame.layers import Layers
 from scenes.world.view import view_at
 from scenes.world.world import build_world

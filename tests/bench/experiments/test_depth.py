@@ -9,7 +9,7 @@ from bench.experiments.depth.claims import QUADRANTS, judge
 from bench.experiments.depth.measure import EXTENTS_M, RAYS, pierced
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 
 NORTH = np.array([[0.0, 1.0, 0.0]])
 EYE = np.zeros(3)

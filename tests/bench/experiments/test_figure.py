@@ -37,8 +37,9 @@ from bench.report.write import write_report
 from bench.statistics.estimates import median
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
-from lod.pruning.parts import Parts, Sticks
+from lod.pruning.parts import Parts
 from lod.pruning.pruner import prune
+from lod.pruning.shapes import Sticks
 
 SMALL = Effort(poses=6, distances=8, repeats=8, posed=3)
 

@@ -7,8 +7,9 @@ from click.testing import CliRunner
 from bench.studies.terrain_skyline import command, skyline, slice_of
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
-from lod.pruning.parts import Triangles
-from lod.pruning.view import View, in_view
+from lod.pruning.shapes import Triangles
+from lod.pruning.view import View
+from lod.pruning.view_geometry import in_view
 
 
 def test_the_skyline_of_a_gable_is_its_outline():

@@ -83,9 +83,9 @@ def test_the_sticks_are_those_that_a_camera_renders(wholes, seed, deepest):
     is_leaf = np.bincount(arrays.parent[1:][shown[1:]], minlength=len(arrays)) == 0
     found = []
     for sticks, wanted in ((arrays.inner, shown & ~is_leaf), (arrays.leaf, shown & is_leaf)):
-        own = sticks.part[wanted[sticks.part]]
-        ends = rotated(turns[0, own], sticks.end[wanted[sticks.part]]) + positions[0, own]
-        tints = arrays.tints[sticks.tint[wanted[sticks.part]]]
+        own = sticks.owner[wanted[sticks.owner]]
+        ends = rotated(turns[0, own], sticks.end[wanted[sticks.owner]]) + positions[0, own]
+        tints = arrays.tints[sticks.tint[wanted[sticks.owner]]]
         found += [(*end, *tint) for end, tint in zip(ends, tints, strict=True)]
     rendered = CameraActor().render([actor], lambda route, _: len(route) <= deepest)
     expected = np.hstack((rendered.end, rendered.tints[rendered.tint].reshape(-1, 3)))

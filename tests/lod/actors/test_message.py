@@ -3,11 +3,10 @@ import importlib
 
 import pytest
 
-from lod.actors.message import Answer, Refusal, Refused, ask, change, parse_route
-from lod.actors.nearest_route import nearest_route
+from lod.actors.message import Answer, Refusal, Refused, ask, change, nearest_route, parse_route
 from lod.errors import InputError
 
-MODULES = ("quaternion", "message", "nearest_route", "object_with_parts", "actor")
+MODULES = ("quaternion", "message", "object_with_parts", "actor")
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from lod.metric.family import METRICS, limit_distances
 from lod.metric.tied_levels import max_over_tied, representative
+from lod.stick_table import StickTable
 from scenes.sticks.prototype import assemble
-from scenes.sticks.table import StickTable
 
 HERE = np.zeros(3)
 

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.pruning.area_scaling import leaf_area_share, radius_factor
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
+from lod.stick_table import StickTable
 from scenes.sticks.outline_area import mean_outline_areas
-from scenes.sticks.table import StickTable
 
 
 def stick(r0: float, r1: float, length: float) -> Sticks:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 from lod.pruning.update_schedule import (
     WINDOW,
     TruePose,

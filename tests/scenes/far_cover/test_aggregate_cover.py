@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lod.stick_table import StickTable
 from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.far_cover.sky import SKY_COLUMNS, SKY_ROWS, Sky, sky_at
 from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, measure_stand
@@ -12,7 +13,6 @@ from scenes.field.habitat import Habitat
 from scenes.field.species_field import Species
 from scenes.preset.load import load_preset
 from scenes.sticks.prototype import assemble
-from scenes.sticks.table import StickTable
 from scenes.terrain.relief import Relief
 from scenes.world.view import view_at
 from scenes.world.world import build_world

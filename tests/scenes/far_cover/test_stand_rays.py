@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from lod.stick_table import StickTable
 from scenes.far_cover.stand_rays import intersect_stand, stand_field
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit_float
 from scenes.sticks.ray_grid import NOTHING, first_met, grids_of
-from scenes.sticks.table import StickTable
 
 SEED = np.uint64(0x57A4D)
 

@@ -12,7 +12,7 @@ from lod.pruning.compiled_test import compile_view, distance_to, is_displayed, s
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import Parts
 from lod.pruning.pruner import displayed, prune, prune_by_level
-from lod.pruning.view import distance, in_view
+from lod.pruning.view_geometry import distance, in_view
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world

@@ -11,7 +11,7 @@ from lod.metric.family import METRICS, limit_distances
 from lod.motion.image_motion import motion_steps
 from lod.motion.shutter import motion_coarsening
 from lod.pruning.pruner import prune, prune_by_level
-from lod.pruning.view import distance
+from lod.pruning.view_geometry import distance
 from scenes.preset.load import load_preset
 from scenes.rig.speed_bound import speed_bound
 from scenes.world.view import view_at

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lod.errors import InputError
+from lod.stick_table import StickTable
 from scenes.models.boulder import SIDE_M, TINTS, boulder, boulder_prototypes
 from scenes.models.octree import Solid, octree_prototype
 from scenes.sticks.outline_area import directions, mean_area
-from scenes.sticks.table import StickTable
 
 DEPTH = 4
 

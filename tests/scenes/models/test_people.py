@@ -5,10 +5,10 @@ import pytest
 
 from lod.errors import InputError
 from lod.metric.family import METRICS, limit_distances
+from lod.stick_table import StickTable
 from scenes.models.people.people import human_anatomy, standing_people
 from scenes.models.people.skeleton import SIDE_JOINTS, TRUNK_JOINTS
 from scenes.sticks.outline_area import mean_area
-from scenes.sticks.table import StickTable
 
 NAMES = list(human_anatomy().part_names)
 ROW = {name: row for row, name in enumerate(NAMES)}

@@ -8,13 +8,14 @@ import pytest
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
-from lod.pruning.parts import BlendWeights, Triangles
+from lod.pruning.parts import BlendWeights
 from lod.pruning.pruner import prune
+from lod.pruning.shapes import Triangles
 from lod.pruning.view import View
+from lod.stick_table import StickTable
 from scenes.particles.kinds import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE
 from scenes.particles.plume import Plume
 from scenes.sticks.outline_area import directions, mean_area
-from scenes.sticks.table import StickTable
 
 HOME = Corner(0, 0)
 

@@ -5,8 +5,9 @@ import pytest
 
 from lod.atmosphere.air import CLEAR
 from lod.camera import Corner, camera_from_heading
-from lod.pruning.parts import Parts, Sticks, Triangles
+from lod.pruning.parts import Parts
 from lod.pruning.pruner import cut_from_parts
+from lod.pruning.shapes import Sticks, Triangles
 from scenes.frame.displayed import Visible
 from scenes.frame.quality import Quality
 from scenes.render.mitsuba import variants

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lod.stick_table import StickTable
 from lod.vision.contrast import CONTRAST_CLASSES, NEVER_LOST
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.weather import CALM_SUMMER
@@ -19,7 +20,6 @@ from scenes.sticks.contrast import (
     greatest_contrast,
     part_contrast,
 )
-from scenes.sticks.table import StickTable
 
 
 def test_a_dark_thing_stands_out_most_against_the_sky_and_a_white_one_against_shade():

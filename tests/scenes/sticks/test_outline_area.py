@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from lod.stick_table import StickTable
 from scenes.sticks.outline_area import (
     directions,
     largest_area,
@@ -16,7 +17,6 @@ from scenes.sticks.outline_area import (
     outline_area,
     outline_areas_along,
 )
-from scenes.sticks.table import StickTable
 from scenes.sticks.union_area import areas_of_parts
 
 Z = np.array((0.0, 0.0, 1.0))

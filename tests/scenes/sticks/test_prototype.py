@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
+from lod.stick_table import StickTable
 from scenes.models.people.people import standing_people
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions, largest_area
 from scenes.sticks.prototype import Prototype, assemble
-from scenes.sticks.table import StickTable
 from scenes.sticks.union_area import areas_of_parts
 
 

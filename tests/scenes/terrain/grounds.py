@@ -8,8 +8,9 @@ from numba import njit
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Parts, Triangles
+from lod.pruning.parts import Parts
 from lod.pruning.pruner import Cut, prune
+from lod.pruning.shapes import Triangles
 from lod.pruning.view import View
 from lod.vision.blur_cascade import BlurWidths
 from lod.vision.viewer import ViewingConditions

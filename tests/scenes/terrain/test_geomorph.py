@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
-from lod.pruning.view import distance
+from lod.pruning.view_geometry import distance
 from scenes.terrain.geomorph import coarser_edge_ends, geomorph_parents, morph, vertex_levels
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import Patches, balance

@@ -11,7 +11,7 @@ from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
-from lod.pruning.view import distance
+from lod.pruning.view_geometry import distance
 from lod.vision.contrast import CONTRAST_CLASSES
 from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh

@@ -20,13 +20,13 @@ from lod.metric.family import METRICS, limit_distances
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
+from lod.stick_table import StickTable
 from scenes.field.placed_object import Placed
 from scenes.model_files.names import tree_species_names
 from scenes.models.trees.leaf_appearance import upright
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions
-from scenes.sticks.table import StickTable
 from scenes.sticks.view_dependence import ElevationTable
 from scenes.sticks.view_dependent_area import area_shares_at, with_area_share
 from scenes.sticks.visible_area import first_met, visible_areas

@@ -197,7 +197,7 @@ class TestLeafAppearance:
 
 
 def _union(p, inner, leaf):
-    from scenes.sticks.table import StickTable
+    from lod.stick_table import StickTable
 
     pairs = [(getattr(p.inner, c)[inner], getattr(p.leaf, c)[leaf]) for c in COLUMNS]
     columns = [np.concatenate(pair) for pair in pairs]

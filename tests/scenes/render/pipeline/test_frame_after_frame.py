@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 from scenes.frame.displayed import Visible
 from scenes.render.mitsuba import variants
 from scenes.render.pipeline.render import build_frame, render_frame, trace

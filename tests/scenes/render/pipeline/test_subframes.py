@@ -8,7 +8,7 @@ import pytest
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.motion.shutter import subframe_offsets
-from lod.pruning.parts import Sticks
+from lod.pruning.shapes import Sticks
 from scenes.frame.displayed import Visible
 from scenes.frame.frame_input import assemble_frame
 from scenes.frame.types import Instant

@@ -1,27 +1,31 @@
-"""The sticks of every part of an object: round cones in the object's own frame."""
+"""The sticks of every part of an object as one table: round cones, part after part."""
 
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
-from lod.arrays import freeze
+from lod.arrays import check_columns, freeze
 from lod.errors import InputError
 
-Sticks = TypeVar("Sticks", bound="StickTable")
+Table = TypeVar("Table", bound="StickTable")
 
 
 @dataclass(frozen=True, eq=False)
 class StickTable:
-    """Sticks laid end to end, part after part: the convex hulls of two spheres each.
+    """The sticks of n parts, part after part: each is the convex hull of two spheres.
 
-    The frame: origin where the object stands on the ground, z up, x the way it faces, y to its
-        left.
+    Whatever holds the table says in which frame it is. Prototypes have their origin where the
+    object stands on the ground, z up, x the way it faces, y to its left; the compiled tables of an
+    actor (``lod.actors.compile``) have the own frame of each part.
 
     first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
     start, end (k, 3) centres of the two spheres [m]
     start_radius, end_radius (k,) above 0 [m]
     tint (k,)  row of the object's tints
+
+    Raises InputError for columns of other shapes, a radius that is not above 0, or a number that
+    is not finite.
     """
 
     first: np.ndarray
@@ -59,7 +63,7 @@ class StickTable:
         end_radius: np.ndarray,
         tint: np.ndarray,
     ) -> "StickTable":
-        """The table of ``parts`` parts from sticks in any order, each with its owner, (k,)."""
+        """Build the table of ``parts`` parts from sticks in any order and their owners, (k,)."""
         owner = np.asarray(owner, np.int64)
         if len(owner) and not (owner.min() >= 0 and owner.max() < parts):
             raise InputError("sticks.owner", int(owner.max()), f"a part, 0 to {parts - 1}")
@@ -70,27 +74,16 @@ class StickTable:
             np.concatenate(([0], np.cumsum(count))), *(np.asarray(c)[order] for c in columns)
         )
 
-    def scaled(self: Sticks, factor: float) -> Sticks:
-        """Every length times ``factor``."""
+    def scaled(self: Table, factor: float) -> Table:
+        """Return the table with every length multiplied by ``factor``."""
         names = ("start", "end", "start_radius", "end_radius")
         return replace(self, **{name: getattr(self, name) * factor for name in names})
 
 
 def _check(table: StickTable) -> None:
     k = len(table.tint)
-    for name, shape in (
-        ("start", (k, 3)),
-        ("end", (k, 3)),
-        ("start_radius", (k,)),
-        ("end_radius", (k,)),
-    ):
-        values = getattr(table, name)
-        if values.shape != shape:
-            raise InputError(f"sticks.{name}", values.shape, f"its shape is {shape}")
-        if not np.isfinite(values).all():
-            raise InputError(
-                f"sticks.{name}", "a number that is not finite", "every length is finite"
-            )
+    points = {"start": (k, 3), "end": (k, 3)}
+    check_columns("sticks", table, **points, start_radius=(k,), end_radius=(k,))
     first = table.first
     if (
         first.ndim != 1
