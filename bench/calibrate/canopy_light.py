@@ -12,7 +12,7 @@ import numpy as np
 from lod.arrays import Flags
 from lod.stick_table import StickTable
 from scenes.far_cover.sky import sky_at
-from scenes.far_cover.stand_paths import GROUND, RANDOMS_PER_PATH, SunAndSky, trace_lines
+from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, SunAndSky, randoms_per_path, trace_lines
 from scenes.far_cover.stand_rays import stand_field
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.models.trees.parameters import TreeSpecies
@@ -119,10 +119,10 @@ def outgoing(
     colour, hides = np.concatenate(colours), np.concatenate(flags)
     luminance = np.zeros((2, len(elevations_deg), len(azimuths_deg)))
     for row, elevation in enumerate(elevations_deg):
-        randoms = rng.random((lines, RANDOMS_PER_PATH))
+        randoms = rng.random((lines, randoms_per_path(MAX_DEPTH)))
         seen = trace_lines(stand, colour, light, elevation, randoms, row * lines)
         met = seen.stick != GROUND
         shapes = met & hides[seen.stick]
-        of_line = seen.sent @ _LUMINANCE + seen.ground_bounce @ (_GROUND_ALBEDO * _LUMINANCE)
+        of_line = seen.radiance @ _LUMINANCE + seen.ground_bounce @ (_GROUND_ALBEDO * _LUMINANCE)
         luminance[:, row] = of_line[shapes].sum(axis=0), of_line[met & ~shapes].sum(axis=0)
     return OutgoingLight(*luminance)

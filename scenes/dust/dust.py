@@ -65,11 +65,13 @@ class Dust:
     """A Representation: the dust that the walkers of a field throw up.
 
     wind_m_s: speed of the wind at the height of crowns [m/s]
+    wind_azimuth_deg: where it blows to, clockwise from north [degrees]
     """
 
     walkers: SpeciesField
     soil: Soil
     wind_m_s: float = 0.0
+    wind_azimuth_deg: float = 60.0
 
     @property
     def name(self) -> str:
@@ -85,7 +87,10 @@ class Dust:
     def air(self) -> Air:
         """What carries it, and what it lies on."""
         chance = np.uint64(self.walkers.seed), hash_name(self.name)
-        return Air(self.walkers.ground, growth.wind_near_ground(self.wind_m_s), *chance)
+        azimuth = np.radians(self.wind_azimuth_deg)
+        downwind = np.array((np.sin(azimuth), np.cos(azimuth)))
+        speed = growth.wind_near_ground(self.wind_m_s)
+        return Air(self.walkers.ground, speed, downwind, *chance)
 
     @cached_property
     def hierarchies(self) -> tuple[Hierarchy, ...]:

@@ -18,16 +18,18 @@ from scenes.dust.part_ids import footfall_number
 from scenes.particles.shapes import points_in_ball
 from scenes.terrain.ground import Ground
 
-_BLOWS_TO = np.array((np.sin(np.radians(60.0)), np.cos(np.radians(60.0))))
-"""Where the wind blows to, as it takes plumes by default: 60° clockwise from north."""
-
 
 @dataclass(frozen=True, eq=False)
 class Air:
-    """What dust is in: the wind [m/s], the ground below it; and the seed and word of chance."""
+    """What carries dust, and what it lies on.
+
+    wind_m_s, downwind (2,)  speed of the wind near the ground [m/s], and unit vector of its way
+    seed, word               key of the random numbers of one species' dust
+    """
 
     ground: Ground
     wind_m_s: float
+    downwind: np.ndarray
     seed: np.uint64
     word: np.uint64
 
@@ -76,7 +78,7 @@ def puffs_at(air: Air, walkers: Walkers, legs: Legs, falls: Footfalls, time_s: f
     u = random_units(key, number, 0 * key, air.seed, air.word)
     turn = 2 * np.pi * u[:, 0]
     stir = growth.STIR_M_S * u[:, 1, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)
-    blown = (stir + air.wind_m_s * _BLOWS_TO) * age[:, None]
+    blown = (stir + air.wind_m_s * air.downwind) * age[:, None]
     xy = fell.xy + dome.wake[:, None] * fell.heading + blown
     height, slope = _ground_below(air.ground, walkers.corner, xy, dome.radius)
     trail = trail_centres(air, walkers, falls.owner, time_s)
@@ -92,7 +94,7 @@ def trail_centres(air: Air, walkers: Walkers, owner: Ints, time_s: float) -> Poi
     far down the wind as the dust of then is.
     """
     body = walkers.rounds.take(owner).at(time_s - LIFE_S / 2)
-    xy = walkers.home[owner] + body.offset + air.wind_m_s * LIFE_S / 2 * _BLOWS_TO
+    xy = walkers.home[owner] + body.offset + air.wind_m_s * LIFE_S / 2 * air.downwind
     return np.column_stack((xy, air.ground.height(walkers.corner, xy)))
 
 

@@ -1,4 +1,7 @@
-"""What lies beyond the limit, left on the land: the ground takes its colour, shade and height."""
+"""Cover of undisplayed objects: the ground takes their colour, shade and height.
+
+It implements ``scenes.terrain.aggregate_cover`` for species that stand all over the ground.
+"""
 
 import math
 from collections.abc import Sequence
@@ -29,46 +32,51 @@ from scenes.far_cover.stand_appearance import (
     StandAppearance,
     measure_stand,
 )
+from scenes.far_cover.stand_paths import MAX_DEPTH
 from scenes.field.species_field import Species
 
 Shares = Float64[np.ndarray, "n k"]
-"""By point and species."""
+"""Shares by point and species."""
 
 LOWEST_DEG = DEPRESSIONS_DEG[0]
-"""No line counts as coming down flatter: there nearly every line meets something in any case."""
+"""Least depression of lines of sight [degrees]: flatter lines nearly all meet something."""
 
 
 @dataclass(frozen=True, eq=False)
 class AggregateCover:
     """Species that stand all over the ground, and the light on them.
 
-    to_sun (3,) unit vector
+    to_sun (3,)  unit vector to the sun
+    max_depth    longest path of light among them, in segments
     """
 
     species: tuple[Species, ...]
     to_sun: np.ndarray
     sky: Sky
+    max_depth: int = MAX_DEPTH
 
     @cached_property
     def stand(self) -> StandAppearance:
-        """Its looks, measured when first something is missing."""
+        """Appearance of the stand, measured when it is first needed."""
         elevation = math.degrees(math.asin(self.to_sun[2]))
         kinds = tuple((each.prototypes, each.density) for each in self.species)
-        return measure_stand(kinds, round(elevation, 3), self.sky)
+        return measure_stand(kinds, round(elevation, 3), self.sky, self.max_depth)
 
     @cached_property
     def highest(self) -> float:
-        """What nothing that stands reaches above the ground [m]."""
+        """Largest height above the ground that anything of the species reaches [m]."""
         prototypes = [p for each in self.species for p in each.prototypes]
         return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
 
     def undisplayed(self, view: View, points: Points) -> Shares:
-        """Share of what each species covers that is not displayed at points of the ground: what is
-        small goes first, and covers less."""
+        """Share of each species' full cover that is undisplayed at points of the ground, (n, k).
+
+        Small objects stop being displayed first, and cover less.
+        """
         return self._undisplayed_where_grown(view, points) * self._habitat_share(view, points)
 
     def _undisplayed_where_grown(self, view: View, points: Points) -> Shares:
-        """The same of what grows there."""
+        """Undisplayed share of the cover of what grows at points of the ground, (n, k)."""
         d, gone = distance(view, points), np.empty((len(points), len(self.species)))
         for k, each in enumerate(self.species):
             trees = [p.hierarchy for p in each.prototypes]
@@ -78,7 +86,7 @@ class AggregateCover:
         return gone
 
     def _habitat_share(self, view: View, points: Points) -> Shares:
-        """Share of its density that each species has at points of the ground."""
+        """Share of its density that each species has at points of the ground, (n, k)."""
         grown = np.ones((len(points), len(self.species)))
         for k, each in enumerate(self.species):
             if each.habitat is not None:
@@ -86,7 +94,7 @@ class AggregateCover:
         return grown
 
     def residual(self, view: View, points: Points) -> "ResidualCover":
-        """What of the species there is at points (n, 3) of the ground, as the eye sees it."""
+        """What the species leave at points (n, 3) of the ground, as the eye sees it."""
         gone, grown = self._undisplayed_where_grown(view, points), self._habitat_share(view, points)
         rows = np.flatnonzero((gone * grown).any(axis=1))
         lift, covered = np.zeros((2, len(points)))
@@ -105,9 +113,10 @@ class AggregateCover:
 
 @dataclass(frozen=True, eq=False)
 class ResidualCover:
-    """What is left at points of the ground (``terrain_look.Left``).
+    """Cover of undisplayed objects at n points of the ground.
 
-    rows, lines  points where anything is missing, and the lines of sight down to them
+    lift, covered (n,)  height by which it raises the ground [m], share of the ground that it hides
+    rows, lines         points where anything is undisplayed, and the lines of sight down to them
     """
 
     cover: AggregateCover
@@ -117,11 +126,11 @@ class ResidualCover:
     lines: "SightLines | None"
 
     def colours(self, normals: Points, bare: Points) -> Points:
-        """Albedo of the ground, ``bare`` where nothing is missing, so that it sends to the eye what
-        the stand and the ground below it would.
+        """Albedo by which the ground sends to the eye what the stand and the ground below would.
 
-        ``normals`` are without the small bumps of the ground: stands are as bright on all sides of
-        those, and an albedo that makes up for one side would shine out beside it.
+        It is ``bare`` where nothing is undisplayed. The normals are without the small bumps of the
+        ground: stands are as bright on all sides of those, and an albedo that makes up for one side
+        would shine out beside it.
         """
         colours, rows, cover = bare.copy(), self.rows, self.cover
         if self.lines is not None:
@@ -130,17 +139,17 @@ class ResidualCover:
         return colours
 
     def _outgoing(self, look: "SightLines", bare: Points, light: Points) -> Points:
-        """Radiance toward the eye over that of white ground in that ``light``, (n, 3)."""
+        """Radiance toward the eye over that of white ground in the same light, (n, 3)."""
         stand, kinds = self.cover.stand, first_hit_shares(look.depths)
         covered = self.covered[self.rows, None]
-        sent, ground_bounce = (
+        radiance, ground_bounce = (
             sum(kinds[:, k, None] * look.at(table[k]) for k in range(len(table)))
-            for table in (stand.sent, stand.ground_bounce)
+            for table in (stand.radiance, stand.ground_bounce)
         )
         # What is displayed shades all that is painted on the ground: of the ground only the rest of
         # the shade is missing, and what stands there is shaded already by all of the stand.
         shade = np.maximum(look.at(stand.ground), LEAST_LIGHT)
-        stands = (sent + bare * ground_bounce) / (light * shade ** look.rest[:, None])
+        stands = (radiance + bare * ground_bounce) / (light * shade ** look.rest[:, None])
         ground = bare * shade ** look.share[:, None]
         found: Points = (1 - covered) * ground + covered * stands
         return found
@@ -149,11 +158,11 @@ class ResidualCover:
 def _limits_at(
     view: View, trees: Sequence[Hierarchy], points: Points, d: Reals
 ) -> Float64[np.ndarray, "#n t"]:
-    """Limit distances of wholes that stand still at points of the ground, d away [m]; one row where
-    they are the same everywhere.
+    """Limit distances of whole objects that stand still at points of the ground, (n or 1, t) [m].
 
-    Motion hides of all of them what it hides of the largest. What it hides is eased only where that
-    can make a difference: it is never more than the frame's own.
+    There is one row where they are the same everywhere. Motion blurs all of them as it does the
+    largest. The blur is smoothed over neighbouring frames only where that can make a difference: it
+    is never more than the frame's own.
     """
     limits = np.array([[float(view.limits(tree)[0][0]) for tree in trees]])
     if view.shutter is None or not view.metric.finite:
@@ -173,7 +182,7 @@ def _limits_at(
 def _limits_at_motion(
     view: View, trees: Sequence[Hierarchy], motion_step: Reals
 ) -> Float64[np.ndarray, "n t"]:
-    """Limit distances of wholes of which motion hides so much [m]."""
+    """Limit distances of whole objects by steps of their image motion, (n, t) [m]."""
     steps = np.arange(int(motion_step.max(initial=0.0)) + 2)
     tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
     return np.stack([np.interp(motion_step, steps, table) for table in tables], axis=1)
@@ -181,11 +190,12 @@ def _limits_at_motion(
 
 @dataclass(frozen=True, eq=False)
 class SightLines:
-    """Lines of sight that come down to points of the ground.
+    """Lines of sight that come down to n points of the ground.
 
-    row, column (n,)  of their depressions and turns in the tables of a stand, with fractions
-    depths (n, k) of each species' cover that is missing; share (n,): of the whole stand's cover,
-        where all species stand everywhere; rest (n,): the share of it that is displayed
+    row, column (n,)  of their depressions and azimuths in the tables of a stand, with fractions
+    depths (n, k)     optical depth of each species' undisplayed cover
+    share (n,)        undisplayed share of the cover that the stand has where all species grow
+    rest (n,)         displayed share of it
     """
 
     row: np.ndarray
@@ -216,21 +226,21 @@ class SightLines:
         return SightLines(row, column, depths, share, rest)
 
     def at_depression(self, table: Float64[np.ndarray, " d"]) -> Reals:
-        """A table (δ,) at each line, (n,)."""
+        """Entries of a table (δ,) at each line, (n,)."""
         found: Reals = interpolate_table(table[:, None, None], self.row, np.zeros(len(self.row)))[
             :, 0
         ]
         return found
 
     def at(self, table: Float64[np.ndarray, "d p 3"]) -> Points:
-        """A table (δ, φ, 3) at each line, (n, 3): linear in both angles."""
+        """Entries of a table (δ, φ, 3) at each line, (n, 3), linear in both angles."""
         found: Points = interpolate_table(table, self.row, self.column)
         return found
 
 
 @njit(cache=True, nogil=True)
 def interpolate_table(table, row, column):  # type: ignore[no-untyped-def]
-    """Entries (n, c) of a table (a, b, c) at rows and columns with fractions, (n,) each."""
+    """Bilinear entries (n, c) of a table (a, b, c) at fractional rows and columns, (n,) each."""
     found = np.empty((len(row), table.shape[2]))
     last_row, last_column = table.shape[0] - 1, table.shape[1] - 1
     for p in range(len(row)):

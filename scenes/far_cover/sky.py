@@ -10,8 +10,10 @@ from scipy.interpolate import interpn
 from lod.arrays import Reals, freeze
 
 SKY_ROWS, SKY_COLUMNS = 8, 6
-"""Cells of the sky: evenly from the horizon to overhead by the sine of their height, and by how far
-their azimuth is from the sun's, on either side, evenly up to 180°."""
+"""Cells of the sky: rows even in the sine of elevation, columns even in azimuth from the sun.
+
+Columns go up to 180° and are the same on either side of the sun.
+"""
 
 ELEVATIONS_DEG = (1.0, 10.0, 20.0, 40.0, 60.0, 85.0)
 TURBIDITIES = (2.0, 3.0, 5.0, 10.0)
@@ -31,23 +33,27 @@ class Sky:
 
     @property
     def share(self) -> Reals:
-        """Of the light on level ground, what comes from the sky, (3,): Σ L·∫ sin h dΩ/π; with
-        rounded figures, 1 at most."""
+        """Share of the light on level ground that comes from the sky, Σ L·∫ sin h dΩ/π, (3,).
+
+        It is at most 1, which rounded figures may exceed.
+        """
         found: Reals = np.minimum(cell_irradiance() @ self.radiance.reshape(-1, 3), 1.0)
         return found
 
 
 def cell_irradiance() -> Reals:
-    """Irradiance of level ground from each cell [cell by cell] where its radiance is 1/π."""
+    """Irradiance of level ground from each cell of the sky where its radiance is 1/π, (cells,)."""
     edges = np.linspace(0.0, 1.0, SKY_ROWS + 1)
     return np.repeat(np.diff(edges**2), SKY_COLUMNS) / SKY_COLUMNS
 
 
 @lru_cache(maxsize=16)
 def sky_at(elevation_deg: float, turbidity: float) -> Sky:
-    """The sky with the sun that high, at the table's edge beyond it: Mitsuba's ``sunsky`` (Hosek &
-    Wilkie, "An analytic model for full spectral sky-dome radiance", SIGGRAPH 2012), as ``python -m
-    bench.calibrate.sky_table`` averages it."""
+    """Sky with the sun at an elevation, clipped to the range of the table.
+
+    It is Mitsuba's ``sunsky`` (Hosek & Wilkie, "An analytic model for full spectral sky-dome
+    radiance", SIGGRAPH 2012), as ``python -m bench.calibrate.sky_table`` averages it.
+    """
     at = np.clip(turbidity, *_ends(TURBIDITIES)), np.clip(elevation_deg, *_ends(ELEVATIONS_DEG))
     return Sky(interpn((TURBIDITIES, ELEVATIONS_DEG), _table(), at)[0])
 
@@ -58,7 +64,7 @@ def _ends(nodes: tuple[float, ...]) -> tuple[float, float]:
 
 @lru_cache(maxsize=1)
 def _table() -> np.ndarray:
-    """Every cell by turbidity and elevation, (t, e, SKY_ROWS, SKY_COLUMNS, 3)."""
+    """Radiance of every cell by turbidity and elevation, (t, e, SKY_ROWS, SKY_COLUMNS, 3)."""
     with (resources.files("scenes.far_cover") / "sky.csv").open(encoding="ascii") as file:
         rows = np.loadtxt(file, delimiter=",", skiprows=1)
     return rows[:, -3:].reshape(len(TURBIDITIES), len(ELEVATIONS_DEG), SKY_ROWS, SKY_COLUMNS, 3)

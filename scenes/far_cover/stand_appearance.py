@@ -1,9 +1,10 @@
-"""How a stand of objects looks from afar: measured once, by lines through it.
+"""Appearance of a stand of objects from afar, measured once by tracing lines through it.
 
-It has no end and holds every species at its density, in full detail (``stand_field``). Lines come
-from above at a few depressions δ and angles φ from the sun's azimuth, and light is followed back
-from where they first meet something (``stand_light``). Outlines of whole objects are not sampled:
-they are measured exactly (``stick_area``).
+The stand has no end and holds every species at its density, in full detail
+(``scenes.far_cover.stand_rays``). Lines come from above at a few depressions δ and angles φ from
+the sun's azimuth, and light is followed back from where they first meet something
+(``scenes.far_cover.stand_paths``). Outlines of whole objects are not sampled: they are measured
+exactly (``scenes.sticks.union_area``).
 """
 
 import math
@@ -16,7 +17,7 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Reals, freeze
 from lod.stick_table import StickTable
 from scenes.far_cover.sky import Sky
-from scenes.far_cover.stand_paths import GROUND, RANDOMS_PER_PATH, SunAndSky, trace_lines
+from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, SunAndSky, randoms_per_path, trace_lines
 from scenes.far_cover.stand_rays import StandField, stand_field
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.outline_area import mean_outline_areas
@@ -25,14 +26,17 @@ from scenes.sticks.union_area import areas_of_parts
 
 DEPRESSIONS_DEG = (3.0, 8.0, 20.0, 40.0, 65.0, 90.0)
 AZIMUTHS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)
-"""Where lines come from: angle of the eye above the ground's horizon, and of its azimuth as seen
-from the ground from the sun's: at 0 the sun is behind the viewer."""
+"""Directions that lines come from, as seen from the ground.
+
+Depressions are angles of the eye above the horizon, azimuths are those of the eye from the sun's:
+at 0 the sun is behind the viewer.
+"""
 
 LINES = 10_000
-"""From each depression, each through a stand of its own."""
+"""Lines of sight from each depression, each through a stand of its own."""
 
 LEVELS = 33
-"""Heights at which it is told how much is above."""
+"""Number of heights at which the share of outlines above is measured."""
 
 SpeciesDensity = tuple[tuple[Prototype | RiggedPrototype, ...], float]
 """Equally likely prototypes, and their density [1/m²]."""
@@ -40,10 +44,10 @@ SpeciesDensity = tuple[tuple[Prototype | RiggedPrototype, ...], float]
 
 @dataclass(frozen=True, eq=False)
 class StandAppearance:
-    """By kind k, depression δ and turn φ, in units of the light on unshadowed level ground.
+    """Tables by species k, depression δ and azimuth φ, in units of the light on open level ground.
 
     area (k, δ)  mean outline of an object [m²]
-    sent (k, δ, φ, 3)  radiance of what is met; ground_bounce: what light from the ground adds to
+    radiance (k, δ, φ, 3)  of what is met; ground_bounce: what light from the ground adds to
         it, over the ground's albedo
     ground (δ, φ, 3)  light on the ground where lines come down to it
     height (δ,)  at which lines first meet anything, the ground included, on average [m]
@@ -51,7 +55,7 @@ class StandAppearance:
     """
 
     area: np.ndarray
-    sent: np.ndarray
+    radiance: np.ndarray
     ground_bounce: np.ndarray
     ground: np.ndarray
     height: np.ndarray
@@ -63,14 +67,22 @@ class StandAppearance:
 
 
 Bare = list[list[tuple[StickTable, np.ndarray]]]
-"""By kind and prototype: its sticks, and its tints."""
+"""Sticks and tints of every prototype of every species."""
 
 
 @lru_cache(maxsize=4)
 def measure_stand(
-    kinds: tuple[SpeciesDensity, ...], sun_elevation_deg: float, sky: Sky
+    kinds: tuple[SpeciesDensity, ...],
+    sun_elevation_deg: float,
+    sky: Sky,
+    max_depth: int = MAX_DEPTH,
+    lines: int = LINES,
 ) -> StandAppearance:
-    """The looks of a stand of these kinds under a sun of that elevation, and its sky."""
+    """Appearance of a stand of these species under a sun of that elevation, and its sky.
+
+    max_depth  longest path of light, in segments
+    lines      lines of sight from each depression
+    """
     bare = [[full_detail_sticks(prototype) for prototype in prototypes] for prototypes, _ in kinds]
     densities = [density for _, density in kinds]
     field, kind, colour = _field(bare, densities)
@@ -81,28 +93,27 @@ def measure_stand(
     bare_seen, ground = np.zeros((1, *shape[:1])), np.zeros((1, *shape, 3))
     heights = np.zeros(shape[:1])
     for row, depression in enumerate(DEPRESSIONS_DEG):
-        seen = trace_lines(
-            field, colour, light, depression, rng.random((LINES, RANDOMS_PER_PATH)), row * LINES
-        )
+        randoms = rng.random((lines, randoms_per_path(max_depth)))
+        seen = trace_lines(field, colour, light, depression, randoms, row * lines)
         heights[row] = seen.height.mean()
         hit, of_kind = seen.stick != GROUND, kind[seen.stick]
         bare_seen[0, row] = (~hit).sum()
-        ground[0, row] = seen.sent[~hit].sum(axis=0)
+        ground[0, row] = seen.radiance[~hit].sum(axis=0)
         for k in range(len(kinds)):
             mine = hit & (of_kind == k)
             met[k, row] = mine.sum()
             sums[0, k, row], sums[1, k, row] = (
-                each[mine].sum(axis=0) for each in (seen.sent, seen.ground_bounce)
+                each[mine].sum(axis=0) for each in (seen.radiance, seen.ground_bounce)
             )
-    sent, ground_bounce = (_means(each, met) for each in sums)
+    radiance, ground_bounce = (_means(each, met) for each in sums)
     lit = _means(ground, bare_seen)[0]
     return StandAppearance(
-        _areas(bare), sent, ground_bounce, lit, heights, *_above(bare, densities)
+        _areas(bare), radiance, ground_bounce, lit, heights, *_above(bare, densities)
     )
 
 
 def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.ndarray]:
-    """The stand, and kind (k,) and albedo (k, 3) of every stick of its prototypes."""
+    """The stand, and species (k,) and albedo (k, 3) of every stick of its prototypes."""
     each = [
         (table, density / len(prototypes), k, tints[table.tint])
         for k, (prototypes, density) in enumerate(zip(bare, densities, strict=True))
@@ -114,7 +125,7 @@ def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.nda
 
 
 def full_detail_sticks(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
-    """All that a prototype is made of at full detail, as one part at rest; and its tints."""
+    """Sticks of a prototype at full detail, as one part at rest, and its tints (t, 3)."""
     one = prototype.posed() if isinstance(prototype, RiggedPrototype) else prototype
     ends = one.hierarchy.part_count == 0
     names = ("start", "end", "start_radius", "end_radius", "tint")
@@ -128,14 +139,16 @@ def full_detail_sticks(prototype: Prototype | RiggedPrototype) -> tuple[StickTab
 
 
 def unit_direction(elevation_deg: float, azimuth_deg: float) -> Reals:
-    """Unit vector to where the eye or the sun stands, (3,)."""
+    """Unit vector of an elevation and an azimuth from the x axis, (3,)."""
     e, a = math.radians(elevation_deg), math.radians(azimuth_deg)
     return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
 
 
 def _above(bare: Bare, densities: list[float]) -> tuple[Reals, Reals]:
-    """Heights up to the top of all [m], and the share of outlines above each; a stick is where its
-    middle is."""
+    """Heights up to the top of the stand [m], and the share of outlines above each, (LEVELS,) each.
+
+    A stick counts where its middle is.
+    """
     middles, outlines = [], []
     for prototypes, density in zip(bare, densities, strict=True):
         for table, _ in prototypes:
@@ -149,7 +162,7 @@ def _above(bare: Bare, densities: list[float]) -> tuple[Reals, Reals]:
 
 
 def _areas(bare: Bare) -> Float64[np.ndarray, "k d"]:
-    """Mean outline of each kind along each depression, over prototypes and two azimuths [m²]."""
+    """Mean outline of each species by depression, over prototypes and two azimuths, (k, d) [m²]."""
     turns = (20.0, 110.0)
     directions = np.array([unit_direction(e, a) for e in DEPRESSIONS_DEG for a in turns])
     rows = []
@@ -162,7 +175,7 @@ def _areas(bare: Bare) -> Float64[np.ndarray, "k d"]:
 def _means(
     sums: Float64[np.ndarray, "k d t 3"], met: Float64[np.ndarray, "k d"]
 ) -> Float64[np.ndarray, "k d t 3"]:
-    """Means over what was met; where of a kind that is little, drawn to its mean of all."""
+    """Means over the lines that met a species, shrunk to its overall mean where those are few."""
     few = 8.0
     everywhere = sums.sum(axis=1) / np.maximum(met.sum(axis=1), 1.0)[:, None, None]
     means: Float64[np.ndarray, "k d t 3"] = (sums + few * everywhere[:, None]) / (

@@ -18,24 +18,26 @@ from lod.threads import map_chunks
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_rays import StandField, intersect_stand
 
-MAX_BOUNCES = 3
-"""That light meets on its way, at most: as ``render.max_depth`` = 4 has it."""
-
-RANDOMS_PER_PATH = 2 * MAX_BOUNCES
-"""Random numbers that a path needs."""
+MAX_DEPTH = 4
+"""Longest path in segments, as presets have it by default (``render.max_depth``)."""
 
 GROUND = -1
+"""Row in place of a stick's where a line of sight meets no stick, but the ground."""
 
-_LIFTED_M = 1e-4
+_OFFSET_M = 1e-4
+"""Distance from a surface at which rays leave it, so that they do not meet it again [m]."""
 
-_LEAST = 64
-"""Lines for which another thread is worth its start."""
+_LINES_PER_THREAD = 64
+"""Number of lines for which another thread is worth its start."""
 
 
 class SunAndSky(NamedTuple):
-    """to_sun (t, 3) unit vectors to the sun for every turn looked at, and its azimuth (t,) [rad];
-    sun (3,) of the light on level ground, what comes from it; sky (r, c, 3) radiance of its cells
-    (``scenes.far_cover.sky``)."""
+    """Light on a stand for t azimuths of the sun at one elevation.
+
+    to_sun (t, 3), azimuth (t,)  unit vectors to the sun, and its azimuths [rad]
+    sun (3,)       what the sun gives of the light on level ground
+    sky (r, c, 3)  radiance of the cells of the sky (``scenes.far_cover.sky``)
+    """
 
     to_sun: np.ndarray
     azimuth: np.ndarray
@@ -43,118 +45,153 @@ class SunAndSky(NamedTuple):
     sky: np.ndarray
 
     @staticmethod
-    def at_azimuths(elevation_deg: float, turns_deg: Sequence[float], sky: Sky) -> "SunAndSky":
-        """That of a sky and the sun that it goes with, at every turn from the azimuth that lines
-        come from: at 0 the sun is behind the viewer."""
-        e, a = math.radians(elevation_deg), np.radians(turns_deg)
+    def at_azimuths(elevation_deg: float, azimuths_deg: Sequence[float], sky: Sky) -> "SunAndSky":
+        """Light of a sky and of its sun at azimuths from that of the lines of sight.
+
+        At azimuth 0 the sun is behind the viewer.
+        """
+        e, a = math.radians(elevation_deg), np.radians(azimuths_deg)
         level = math.cos(e)
         up = np.full(len(a), math.sin(e))
         to_sun = np.column_stack((level * np.cos(a), level * np.sin(a), up))
         return SunAndSky(to_sun, a, 1 - sky.share, sky.radiance)
 
 
-class LineSamples(NamedTuple):
-    """What lines see.
+class LitStand(NamedTuple):
+    """A stand, the albedo (k, 3) of every stick of its prototypes, and the light on it."""
 
-    stick (n,) which they meet first, GROUND where none; height (n,) at which [m]
-    sent (n, t, 3) radiance, by way of sticks alone; ground_bounce (n, t, 3) by way of the ground
-    once, over its albedo. Of lines that meet the ground ``sent`` is over its albedo, and
-    ground_bounce is 0
+    field: StandField
+    albedo: np.ndarray
+    light: SunAndSky
+
+
+class LineSamples(NamedTuple):
+    """What n lines of sight see.
+
+    stick (n,)             row of the stick that each meets first, or GROUND
+    height (n,)            height at which it does [m]
+    radiance (n, t, 3)     light by way of sticks alone
+    ground_bounce (n, t, 3)  light by way of the ground once, over the ground's albedo
+
+    The radiance of lines that meet the ground is over its albedo, and their ground_bounce is 0.
     """
 
     stick: Ints
     height: np.ndarray
-    sent: np.ndarray
+    radiance: np.ndarray
     ground_bounce: np.ndarray
+
+
+class _PathPoint(NamedTuple):
+    """A point on a path of light, the outward normal there, and the albedo so far, (3,) each."""
+
+    point: np.ndarray
+    normal: np.ndarray
+    weight: np.ndarray
+
+
+def randoms_per_path(max_depth: int) -> int:
+    """How many random numbers a path of at most ``max_depth`` segments takes.
+
+    It takes two at every surface that it may be scattered from. The first segment ends at the first
+    surface, and the last one at the light, so that there is one surface less than segments. At
+    least one surface is lit in any case.
+    """
+    return 2 * max(max_depth - 1, 1)
 
 
 def trace_lines(
     stand: StandField,
-    colour: Float64[np.ndarray, "k 3"],
+    albedo: Float64[np.ndarray, "k 3"],
     light: SunAndSky,
     depression_deg: float,
-    draws: Float64[np.ndarray, "n d"],
+    randoms: Float64[np.ndarray, "n d"],
     first: int = 0,
 ) -> LineSamples:
-    """What is seen on lines that come down to the ground at the origin, each of a stand of its own:
-    numbers ``first`` and on. All of one line's light comes by the same ways for every turn of the
-    sun, half of the lines with the sun on one side and half on the other.
+    """What lines see that come down to the ground at the origin, each through a stand of its own.
 
-    colour (k, 3) of each stick of the prototypes; draws (n, RANDOMS_PER_PATH) from 0 to 1
+    All of one line's light comes by the same paths for every azimuth of the sun; half of the lines
+    have the sun on one side and half on the other.
+
+    albedo (k, 3)   of each stick of the prototypes
+    randoms (n, d)  numbers from 0 to 1, with d of ``randoms_per_path``
+    first           number of the first line's stand; the others' follow
     """
     e = math.radians(depression_deg)
     direction = np.array((math.cos(e), 0.0, math.sin(e)))
+    lit = LitStand(stand, albedo, light)
 
     def run(begin: int, end: int) -> tuple[np.ndarray, ...]:
-        there = stand, colour, light, direction
-        found: tuple[np.ndarray, ...] = _trace(*there, draws[begin:end], first + begin)
+        found: tuple[np.ndarray, ...] = _trace(lit, direction, randoms[begin:end], first + begin)
         return found
 
-    found = map_chunks(run, len(draws), _LEAST)
+    found = map_chunks(run, len(randoms), _LINES_PER_THREAD)
     return LineSamples(*(np.concatenate(each) for each in zip(*found, strict=True)))
 
 
 @njit(cache=True, nogil=True)
-def _trace(stand, colour, light, direction, draws, first):  # type: ignore[no-untyped-def]
-    n, turns = len(draws), len(light.azimuth)
+def _trace(lit, direction, randoms, first):  # type: ignore[no-untyped-def]
+    """Columns of LineSamples for the lines of stands ``first`` and on; ``direction`` is upward."""
+    n, turns = len(randoms), len(lit.light.azimuth)
     stick, height = np.full(n, GROUND), np.zeros(n)
-    sent, ground_bounce = np.zeros((n, turns, 3)), np.zeros((n, turns, 3))
-    up, level = np.array((0.0, 0.0, 1.0)), np.ones(3)
-    above = (max(stand.top, 0.0) + 1.0) / direction[2]
+    radiance, bounce = np.zeros((n, turns, 3)), np.zeros((n, turns, 3))
+    up, white = np.array((0.0, 0.0, 1.0)), np.ones(3)
+    above = (max(lit.field.top, 0.0) + 1.0) / direction[2]
     for i in range(n):
-        t, k, normal = intersect_stand(stand, first + i, above * direction, -direction)
-        if k >= 0 and t < above:
+        t, k, normal = intersect_stand(lit.field, first + i, above * direction, -direction)
+        on_stick = k >= 0 and t < above
+        if on_stick:
             p = (above - t) * direction
             stick[i], height[i] = k, p[2]
-            way = p, normal, colour[k].copy()
-            _follow_path(
-                stand, first + i, colour, light, way, True, draws[i], sent[i], ground_bounce[i]
-            )
+            start = _PathPoint(p, normal, lit.albedo[k].copy())
         else:
-            way = np.zeros(3), up, level
-            _follow_path(
-                stand, first + i, colour, light, way, False, draws[i], sent[i], ground_bounce[i]
-            )
-    return stick, height, sent, ground_bounce
+            start = _PathPoint(np.zeros(3), up, white)
+        _follow_path(lit, first + i, start, on_stick, randoms[i], radiance[i], bounce[i])
+    return stick, height, radiance, bounce
 
 
 @njit(cache=True)
-def _follow_path(stand, number, colour, light, way, may_touch, draws, sent, ground_bounce):  # type: ignore[no-untyped-def]
-    """Add up what reaches the eye from a point, by its normal and the colour so far. Of the ground
-    on the way there is one touch at most."""
-    p, normal, weight = way
-    into, side = sent, 1.0 if number % 2 else -1.0
-    for turn in range(MAX_BOUNCES):
-        q = p + _LIFTED_M * normal
-        _add_sun(stand, number, light, side, q, normal, weight, into)
-        v = _cosine_direction(normal, draws[2 * turn], draws[2 * turn + 1])
-        t, k, met = intersect_stand(stand, number, q, v)
+def _follow_path(lit, number, start, may_touch, randoms, radiance, bounce):  # type: ignore[no-untyped-def]
+    """Add light that reaches the eye by way of a point to ``radiance``, (t, 3).
+
+    Where the path ``may_touch`` the ground it does so once, and what comes by way of it is added to
+    ``bounce`` (t, 3) instead.
+    """
+    p, normal, weight = start.point, start.normal, start.weight
+    into, side = radiance, 1.0 if number % 2 else -1.0
+    for turn in range(len(randoms) // 2):
+        q = p + _OFFSET_M * normal
+        _add_sun(lit, number, side, _PathPoint(q, normal, weight), into)
+        v = _cosine_direction(normal, randoms[2 * turn], randoms[2 * turn + 1])
+        t, k, met = intersect_stand(lit.field, number, q, v)
         ground = -q[2] / v[2] if v[2] < 0 else math.inf
         if k >= 0 and t < ground:
             p, normal = q + t * v, met
-            weight = weight * colour[k]
+            weight = weight * lit.albedo[k]
         elif ground < math.inf:
             if not may_touch:
                 return
-            may_touch, into = False, ground_bounce
+            may_touch, into = False, bounce
             p, normal = q + ground * v, np.array((0.0, 0.0, 1.0))
         else:
-            _add_sky(light, side, v, weight, into)
+            _add_sky(lit.light, side, v, weight, into)
             return
 
 
 @njit(cache=True)
-def _add_sun(stand, number, light, side, q, normal, weight, into):  # type: ignore[no-untyped-def]
-    for turn in range(len(light.azimuth)):
-        x, y, z = light.to_sun[turn]
+def _add_sun(lit, number, side, at, into):  # type: ignore[no-untyped-def]
+    """Add the sun's light at a point, where no stick is before the sun, for every azimuth."""
+    for turn in range(len(lit.light.azimuth)):
+        x, y, z = lit.light.to_sun[turn]
         to_sun = np.array((x, side * y, z))
-        facing = (normal * to_sun).sum() / z
-        if facing > 0 and intersect_stand(stand, number, q, to_sun)[1] < 0:
-            into[turn] += weight * light.sun * facing
+        facing = (at.normal * to_sun).sum() / z
+        if facing > 0 and intersect_stand(lit.field, number, at.point, to_sun)[1] < 0:
+            into[turn] += at.weight * lit.light.sun * facing
 
 
 @njit(cache=True)
 def _add_sky(light, side, v, weight, into):  # type: ignore[no-untyped-def]
+    """Add the light of the cell of the sky in direction v, for every azimuth of the sun."""
     rises, turns = light.sky.shape[:2]
     row = min(int(v[2] * rises), rises - 1)
     for turn in range(len(light.azimuth)):
@@ -165,7 +202,7 @@ def _add_sky(light, side, v, weight, into):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _cosine_direction(normal, u0, u1):  # type: ignore[no-untyped-def]
-    """A direction about a normal by its cosine (the frame: Duff et al., JCGT 6(1), 2017)."""
+    """Direction about a normal, drawn by its cosine (frame: Duff et al., JCGT 6(1), 2017)."""
     r, turn = math.sqrt(u0), 2 * math.pi * u1
     x, y, z = normal
     sign = math.copysign(1.0, z)

@@ -1,8 +1,8 @@
-"""Straight lines through an endless stand: objects at random (Poisson), turned at random.
+"""Rays through an endless stand: a Poisson process of objects that are turned at random.
 
-The land is laid out in square cells. Of each cell how many objects stand in it, where, which they
-are and how they are turned is drawn from its place and the number of the stand, so that stands of
-other numbers are others, and nothing of them is ever laid out.
+The land is divided into square cells. The number of objects in a cell, their places, prototypes and
+azimuths are functions of the cell and of the number of the stand, so that nothing is stored and
+stands of different numbers are independent.
 """
 
 import math
@@ -22,11 +22,14 @@ _SEED = np.uint64(0x57A4D)
 
 
 class StandField(NamedTuple):
-    """What stands anywhere.
+    """An endless stand of p prototypes.
 
-    grids   of the prototypes; chance (p,) that an object is this or an earlier one
-    reach, high (p,)  from an object's own axis, and up [m]; low, top of all of them [m]
-    cell    side of a cell [m]; mean number of objects in one, and the share with none
+    grids       grids of the prototypes' sticks
+    chance (p,) probability that an object has this prototype or an earlier one
+    reach, high (p,)  radius about an object's axis, and height, that it stays within [m]
+    low, top    lowest and highest that any object reaches [m]
+    cell        side of a cell [m]
+    mean, none  mean number of objects in a cell, and probability that there is none
     """
 
     grids: Grids
@@ -40,12 +43,21 @@ class StandField(NamedTuple):
     none: float
 
 
+class Ray(NamedTuple):
+    """A ray from a point [m] along a direction, (3,) each."""
+
+    origin: np.ndarray
+    direction: np.ndarray
+
+
 def stand_field(
     tables: Sequence[StickTable], densities: Reals, cell: float | None = None
 ) -> StandField:
-    """A stand of prototypes with densities (p,) [1/m²]; stands of one number are alike in what
-    stands where if their cells and densities are. No ``cell`` may be smaller than what reaches
-    furthest, which is what it is by default, or room for one object."""
+    """A stand of prototypes with densities (p,) [1/m²].
+
+    Stands of one number have the same objects if their cells and densities are the same. A cell may
+    not be smaller than the largest reach; by default it is that, or room for one object.
+    """
     reach, low, high = np.array([_extent(table) for table in tables]).T
     density, furthest = float(densities.sum()), float(reach.max())
     side = max(furthest, 1 / math.sqrt(density)) if cell is None else cell
@@ -64,7 +76,7 @@ def stand_field(
 
 
 def _extent(table: StickTable) -> tuple[float, float, float]:
-    """How far from its axis an object reaches, and its lowest and highest [m]."""
+    """Radius about its axis that an object stays within, and its lowest and highest [m]."""
     radius = np.maximum(table.start_radius, table.end_radius)
     ends = ((each, radius) for each in (table.start, table.end))
     rows = [(np.hypot(p[:, 0], p[:, 1]) + r, p[:, 2] - r, p[:, 2] + r) for p, r in ends]
@@ -74,8 +86,10 @@ def _extent(table: StickTable) -> tuple[float, float, float]:
 
 @njit(cache=True)
 def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
-    """How far a line goes until it meets a stick of a stand of this number, which stick of all of
-    the prototypes', and the outward normal there (3,); NOTHING, −1 and 0 if it meets none."""
+    """First stick of the stand of a number that a ray meets: distance, row, outward normal (3,).
+
+    Rows count the sticks of all prototypes. Without a hit they are NOTHING, −1 and 0.
+    """
     begin, end = 0.0, math.inf
     if v[2] != 0.0:
         one, two = (stand.low - origin[2]) / v[2], (stand.top - origin[2]) / v[2]
@@ -83,6 +97,7 @@ def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
     elif not stand.low <= origin[2] <= stand.top:
         end = -1.0
     nearest, row, normal = NOTHING, -1, np.zeros(3)
+    ray = Ray(origin, v)
     if begin >= end:
         return nearest, row, normal
     cell, step = np.empty(2, np.int64), np.empty(2, np.int64)
@@ -99,7 +114,7 @@ def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
     while True:
         for x in range(low_x, high_x + 1):
             for y in range(low_y, high_y + 1):
-                nearest, row = _intersect_cell(stand, number, x, y, origin, v, nearest, row, normal)
+                nearest, row = _intersect_cell(stand, number, (x, y), ray, nearest, row, normal)
         axis = 0 if next_t[0] < next_t[1] else 1
         if min(nearest, end) <= next_t[axis]:
             return nearest, row, normal
@@ -113,9 +128,13 @@ def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _intersect_cell(stand, number, x, y, origin, v, nearest, row, normal):  # type: ignore[no-untyped-def]
-    """What of the objects in a cell is met before ``nearest``, or else what was; ``normal`` is
-    written to."""
+def _intersect_cell(stand, number, cell, ray, nearest, row, normal):  # type: ignore[no-untyped-def]
+    """Distance and stick that a ray meets first among ``nearest``, ``row`` and a cell's objects.
+
+    The normal there is written to ``normal``.
+    """
+    x, y = cell
+    origin, v = ray.origin, ray.direction
     bits = lattice_bits(lattice_bits(_SEED, number, 0), x, y)
     for each in range(_poisson_count(stand, unit_float(bits))):
         px = (x + unit_float(lattice_bits(bits, each, 0))) * stand.cell
@@ -142,8 +161,10 @@ def _intersect_cell(stand, number, x, y, origin, v, nearest, row, normal):  # ty
 
 @njit(cache=True, inline="always")
 def _cylinder_interval(dx, dy, v, reach):  # type: ignore[no-untyped-def]
-    """Where a line that begins (dx, dy) from an axis is ahead within reach of it; an end before the
-    beginning if nowhere."""
+    """Interval of a ray, begun (dx, dy) from a vertical axis, within reach of it.
+
+    Its end is before its beginning if there is none.
+    """
     across, along = v[0] * v[0] + v[1] * v[1], dx * v[0] + dy * v[1]
     apart = dx * dx + dy * dy - reach * reach
     if across == 0.0:
@@ -157,7 +178,7 @@ def _cylinder_interval(dx, dy, v, reach):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _poisson_count(stand, u):  # type: ignore[no-untyped-def]
-    """How many objects stand in a cell: the first n where u is below Poisson's Σ mᵏ·exp(−m)/k!."""
+    """Number of objects in a cell: the first n with u below the Poisson sum Σ mᵏ·exp(−m)/k!."""
     term, below, n = stand.none, stand.none, 0
     while u >= below and term > 0.0:
         n += 1

@@ -1,4 +1,4 @@
-"""The species of a field as a turbid medium: outlines by height, and their mean colour."""
+"""Species of a field as a turbid medium: outlines by height, and their mean colour."""
 
 from functools import lru_cache
 
@@ -13,13 +13,13 @@ from scenes.field.species_field import Species
 from scenes.sticks.union_area import areas_of_parts
 
 STEPS = 6
-"""Up to the top of what stands, thinner below, where eyes are."""
+"""Number of layers up to the top of what stands, thinner below, where eyes are."""
 
 _SIDES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 def turbid_canopy(species: tuple[Species, ...]) -> Canopy:
-    """What a field of these species is to the light in the air."""
+    """Canopy that these species are to the light in the air."""
     return _canopy(tuple((each.prototypes, each.density) for each in species))
 
 
@@ -46,8 +46,10 @@ def _canopy(kinds: tuple[SpeciesDensity, ...]) -> Canopy:
 def outlines_between(
     table: StickTable, height: Float64[np.ndarray, " n_plus_1"]
 ) -> Float64[np.ndarray, " n"]:
-    """What each layer of height adds to the outline of an object seen from its sides [m²]; they add
-    up to the whole outline. A stick counts where its middle is."""
+    """Area that each layer of height adds to an object's outline seen from its sides, (n,) [m²].
+
+    The layers add up to the whole outline. A stick counts where its middle is.
+    """
     middle = (table.start[:, 2] + table.end[:, 2]) / 2
     below = [0.0]
     for top in height[1:-1]:
@@ -70,7 +72,7 @@ def _tops(table: StickTable) -> Reals:
 
 
 def _mean_tint(table: StickTable, tints: np.ndarray) -> Float64[np.ndarray, " 3"]:
-    """By the area that each stick shows, whatever stands before it."""
+    """Mean colour of the sticks, weighted by the area of each regardless of what is before it."""
     radius = (table.start_radius + table.end_radius) / 2
     area = radius * (np.linalg.norm(table.end - table.start, axis=1) + radius)
     return (tints[table.tint] * area[:, None]).sum(axis=0) / area.sum()

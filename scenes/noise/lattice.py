@@ -1,4 +1,4 @@
-"""Noise without edge: value-gradient noise on an integer lattice.
+"""Value-gradient noise on an endless lattice of integers.
 
 Every lattice point carries a hashed value and a hashed gradient (Peachey's value-gradient noise, in
 Ebert et al. 2003, *Texturing & Modeling*, ch. 2), blended with Perlin's quintic (Perlin 2002,
@@ -57,6 +57,7 @@ def unit_rms() -> float:
 
 @njit(cache=True)
 def _splitmix(z: np.uint64) -> np.uint64:
+    """Output function of SplitMix64."""
     z = (z ^ (z >> np.uint64(30))) * _FIRST
     z = (z ^ (z >> np.uint64(27))) * _SECOND
     return z ^ (z >> np.uint64(31))
@@ -70,8 +71,10 @@ def lattice_bits(key: np.uint64, ix: np.int64, iy: np.int64) -> np.uint64:
 
 @njit(cache=True)
 def fill_corners(key, ix, iy, cell):  # type: ignore[no-untyped-def]
-    """Value, and gradient along x and y, of the corners (0, 0), (1, 0), (0, 1), (1, 1) of a
-    lattice cell, into (12,).
+    """Fill ``cell`` (12,) with the corners of a lattice cell.
+
+    Each corner, in the order (0, 0), (1, 0), (0, 1), (1, 1), has a value and a gradient along x
+    and y.
     """
     column, row = np.uint64(ix) * _GOLDEN, np.uint64(iy) * _GOLDEN
     for x in range(2):
@@ -87,7 +90,7 @@ def fill_corners(key, ix, iy, cell):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _corner_planes(c, u, v):  # type: ignore[no-untyped-def]
-    """What each corner of a lattice cell says of the height at (u, v) in it."""
+    """Heights at (u, v) of the planes through the four corners of a lattice cell."""
     f00, f10 = c[0] + c[1] * u + c[2] * v, c[3] + c[4] * (u - 1.0) + c[5] * v
     f01 = c[6] + c[7] * u + c[8] * (v - 1.0)
     return f00, f10, f01, c[9] + c[10] * (u - 1.0) + c[11] * (v - 1.0)
@@ -100,7 +103,7 @@ def _quintic(u):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def cell_value(cell, u, v):  # type: ignore[no-untyped-def]
-    """Noise at (u, v) in [0, 1)² of a lattice cell."""
+    """Noise at (u, v) in [0, 1)² of a lattice cell with corners as ``fill_corners`` has them."""
     f00, f10, f01, f11 = _corner_planes(cell, u, v)
     su, sv = _quintic(u), _quintic(v)
     return f00 + su * (f10 - f00) + sv * (f01 - f00) + su * sv * (f11 - f10 - f01 + f00)
@@ -108,7 +111,7 @@ def cell_value(cell, u, v):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def cell_slopes(c, u, v):  # type: ignore[no-untyped-def]
-    """Slopes of the noise along u and v there."""
+    """Slopes of the noise along u and v at (u, v) in [0, 1)² of a lattice cell."""
     f00, f10, f01, f11 = _corner_planes(c, u, v)
     su, sv = _quintic(u), _quintic(v)
     ku, kv = 30.0 * (u * (u - 1.0)) ** 2, 30.0 * (v * (v - 1.0)) ** 2
@@ -121,8 +124,9 @@ def cell_slopes(c, u, v):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def fill_twin_corners(key, ix, iy, cells):  # type: ignore[no-untyped-def]
-    """What ``fill_corners`` says of one noise, of two, into (2, 12): of each point's bits either
-    has 24 for the value and 8 for the gradient.
+    """Fill ``cells`` (2, 12) with the corners of a cell of two independent noises.
+
+    Each noise has 32 of a lattice point's bits: 24 for the value and 8 for the gradient.
     """
     column, row = np.uint64(ix) * _GOLDEN, np.uint64(iy) * _GOLDEN
     for x in range(2):

@@ -16,7 +16,7 @@ _W0, _W1 = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B)
 
 @intrinsic
 def _high_product(_typing, a, b):  # type: ignore[no-untyped-def]
-    """Upper 64 of the 128 bits of a·b: one instruction, which four products of halves are not."""
+    """Upper 64 of the 128 bits of a·b, by one instruction of the processor."""
 
     def generate(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
         word = arguments[0].type
@@ -45,5 +45,5 @@ def unit_float(word):  # type: ignore[no-untyped-def]
 
 
 def hash_name(text: str) -> np.uint64:
-    """A fixed 64-bit word for a name."""
+    """64-bit word of a name, from its SHA-256."""
     return np.uint64(int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little"))

@@ -67,8 +67,9 @@ class PlumePreset(Table):
     position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
     size: Annotated[SizeFactor, key("size factor")] = 1.0
     wind: Annotated[
-        float, key("where it blows to, clockwise from north [degrees]", least=-360, most=360)
-    ] = 60.0
+        float | None,
+        key("where it blows to [degrees]; absent: wind.direction", least=-360, most=360),
+    ] = None
 
 
 class RepresentationPreset(Table):

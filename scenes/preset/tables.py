@@ -164,9 +164,12 @@ class WorldPreset(Table):
 
 
 class WindPreset(Table):
-    """The wind in the trees."""
+    """The wind, which bends trees and carries smoke, flames and dust along."""
 
     speed: Annotated[float, key("at the height of crowns [m/s]; 0 = calm", least=0, most=20)] = 0.0
+    direction: Annotated[
+        float, key("where it blows to, clockwise from north [degrees]", least=-360, most=360)
+    ] = 60.0
 
 
 class TerrainPreset(Table):

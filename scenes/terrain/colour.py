@@ -1,7 +1,7 @@
-"""What colour the ground is: patches of every size from moist to dry, rock where steep, and snow.
+"""Albedo of the ground: patches of every size from moist to dry, rock where steep, and snow.
 
-A function of the place alone; a mesh too coarse for the small patches gets the colour without them,
-about their mean. Albedo is linear Rec.709, chosen by eye.
+The albedo is a function of the place alone; a mesh too coarse for the small patches gets the colour
+without them, which is about their mean. Albedo is linear Rec.709, chosen by eye.
 """
 
 import math
@@ -20,7 +20,7 @@ from scenes.noise.octaves import Octaves, octaves_at, twin_values
 
 @dataclass(frozen=True)
 class Cover:
-    """What lies on the ground.
+    """Materials of the ground, and where each of them lies.
 
     moist, dry, steep   albedo in hollows, on ridges, and where it is too steep for either
     steep_from, steep_to   tangents of the slope between which that sets in
@@ -48,19 +48,19 @@ COVERS = {
 
 SNOW = (0.80, 0.83, 0.87)
 _SNOW_EDGE = 0.5
-"""Heights over which snow thins out, in units of the relief's RMS."""
+"""Range of heights over which snow thins out, in units of the relief's RMS."""
 
 _SNOW_FROM, _SNOW_TO = 0.75, 1.15
-"""Tangents of the slope from which snow slides, and on which none stays."""
+"""Tangents of the slopes on which snow begins to slide, and on which none stays."""
 
 _SIDES = 2.0 ** np.arange(10, -4, -1)
-"""Patches from 1024 m to 0.125 m across."""
+"""Sizes of patches, from 1024 m to 0.125 m across."""
 
 _FALL = 0.92
-"""RMS of each octave of patches beside the one twice as large: close to equal, as in vegetation."""
+"""Ratio of the RMS of octaves of patches to that of patches twice as large, as in vegetation."""
 
 _PATCHES = 0x50415443485459
-"""Tells their random numbers from those of anything else with the same seed."""
+"""Word by which the patches' random numbers differ from others of the same seed."""
 
 
 def ground_colours(
@@ -86,7 +86,7 @@ def ground_colours(
 
 @njit(cache=True, nogil=True)
 def _coloured(noise, rise, slope, albedos, edges):  # type: ignore[no-untyped-def]
-    """Albedo (n, 3) from how dry and how bright a patch is beside others, (n, 2).
+    """Albedo (n, 3) from the dryness and brightness of patches, noise of unit RMS (n, 2).
 
     albedos  (4, 3) of moist, dry and steep ground, and of snow
     edges    tangents between which steep ground sets in; height above which snow does
@@ -109,7 +109,7 @@ def _coloured(noise, rise, slope, albedos, edges):  # type: ignore[no-untyped-de
 
 @njit(cache=True)
 def _step(low: float, high: float, x: float) -> float:
-    """0 below ``low``, 1 above ``high``, smoothly between."""
+    """Smooth step from 0 below ``low`` to 1 above ``high``."""
     if not low < x:
         return 0.0
     t = min((x - low) / (high - low), 1.0)

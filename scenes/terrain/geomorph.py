@@ -1,9 +1,9 @@
-"""Ground that never jumps: a vertex arrives on the surface that was there, and moves from it.
+"""Geomorphing of the ground: a new vertex starts on the coarser surface and moves to the relief.
 
-A vertex that refining adds lies on an edge of the coarser mesh, midway between two of its vertices
-(its parents). While it arrives it is a blend of their mean and of itself (geomorphing: Hoppe
-1996, "Progressive meshes"; by distance as Strugar 2009, "Continuous distance-dependent level of
-detail for rendering heightmaps"). Forebears may themselves still be arriving.
+A vertex that refining adds lies on an edge of the coarser mesh, midway between two of its vertices,
+its parents. While it morphs it is a blend of their mean and of itself (geomorphing: Hoppe 1996,
+"Progressive meshes"; by distance as in Strugar 2009, "Continuous distance-dependent level of detail
+for rendering heightmaps"). Its parents may themselves be morphing.
 """
 
 from collections.abc import Callable
@@ -16,16 +16,20 @@ from numba import njit
 from lod.arrays import Ints, Points, Reals, freeze
 
 Places = Int64[np.ndarray, "n 2"]
-"""Places on the lattice of the deepest patches, in its quads."""
+"""Places on the lattice of the deepest patches, counted in its quads."""
 
 
 @dataclass(frozen=True, eq=False)
 class GeomorphParents:
-    """The vertices of a mesh, then those parents that the mesh lacks.
+    """Vertices of a mesh and the parents that they morph from.
 
-    points (n, 3) on the relief [m]; count: how many are the mesh's
-    fraction (n,) 0 = on the coarser surface, 1 = on the relief
-    morphing (k,)   rows of the vertices that need parents, coarsest first; parents (k, 2) theirs
+    The mesh's vertices come first, then those parents that the mesh lacks.
+
+    points (n, 3)   places on the relief [m]
+    count           number of the mesh's own vertices
+    fraction (n,)   0 = on the coarser surface, 1 = on the relief
+    morphing (k,)   rows of the vertices that have not arrived, coarsest first
+    parents (k, 2)  rows of the two parents of each of those
     """
 
     points: np.ndarray
@@ -39,7 +43,10 @@ class GeomorphParents:
 
 
 def vertex_levels(where: Places, deepest: int) -> Ints:
-    """Level of the coarsest tiles that have a vertex there; ``deepest``: depth of the patches."""
+    """Level of the coarsest tiles with a vertex at each place.
+
+    deepest: depth of the finest patches
+    """
     step = _steps(where, deepest)
     return deepest - 1 - np.rint(np.log2(step)).astype(np.int64)
 
@@ -50,7 +57,7 @@ def geomorph_parents(
     point_at: Callable[[Places], Points],
     morph_fraction: Callable[[Points, Ints], Reals],
 ) -> GeomorphParents:
-    """The mesh's vertices, in order of their places, with all parents that blending asks for.
+    """Vertices of a mesh, in order of their places, with all parents that morphing needs.
 
     ``point_at`` is called with places in their order, ``morph_fraction`` with points and their
     levels. A parent is not a vertex of the mesh where a side was simplified to meet a coarser
@@ -81,7 +88,7 @@ def geomorph_parents(
 
 
 def _lacking(names: Ints, pairs: Int64[np.ndarray, "h 2 2"]) -> Int64[np.ndarray, "w 2"]:
-    """Which of those places are not named, each once."""
+    """Ends of edges that are not among the keys of known places, each once."""
     wanted = pairs.reshape(-1, 2)
     name = place_keys(wanted)
     known = np.sort(names, kind="stable")
@@ -91,18 +98,18 @@ def _lacking(names: Ints, pairs: Int64[np.ndarray, "h 2 2"]) -> Int64[np.ndarray
 
 
 def coarser_edge_ends(where: Places, deepest: int) -> Int64[np.ndarray, "n 2 2"]:
-    """The two ends of the coarser edge that each vertex halves."""
+    """Ends of the coarser edge that each vertex halves."""
     step = _steps(where, deepest)
     x, y = (where // step[:, None]).T
     odd_x, odd_y = x & 1, y & 1
-    # In the middle of a coarser quad it is the diagonal, and those take turns (``terrain_mesh``).
+    # In the middle of a coarser quad it is the diagonal, and those alternate (``_faces`` in mesh).
     turn = np.where(odd_x & odd_y & (((x >> 1) + (y >> 1)) & 1), -1, 1)
     along = step[:, None] * np.stack((odd_x, turn * odd_y), axis=1)
     return np.stack((where - along, where + along), axis=1)
 
 
 def morph(lines: GeomorphParents, values: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "m k"]:
-    """Values of the mesh's vertices, as far as these have fraction."""
+    """Values of the mesh's vertices, blended with those of their parents."""
     values = _morph(values.copy(), lines.fraction, lines.morphing, lines.parents)
     return values[: lines.count]
 
@@ -118,7 +125,7 @@ def _morph(values, fraction, morphing, parents):  # type: ignore[no-untyped-def]
 
 
 def _steps(where: Places, deepest: int) -> Ints:
-    """Spacing of the coarsest lattice that has a vertex there, in quads of the finest."""
+    """Spacing of the coarsest lattice with a vertex at each place, in quads of the finest."""
     both = where[:, 0] | where[:, 1]
     coarsest = 1 << (deepest - 1)
     lowest_bit = both & -both
@@ -126,5 +133,5 @@ def _steps(where: Places, deepest: int) -> Ints:
 
 
 def place_keys(where: Places) -> Ints:
-    """A number for each place, in the order of the places."""
+    """Number of each place, ascending in the order of the places."""
     return (where[:, 0] << 32) | where[:, 1]

@@ -1,23 +1,24 @@
-"""What of the ground is hidden behind nearer ground: a floating horizon, column by column.
+"""Occlusion of the ground by nearer ground: a floating horizon, column by column.
 
-Directions in view are parted into columns, and each is followed outward: how high has the ground
+Directions in view are divided into columns, and each is followed outward: how high has the ground
 reached so far, seen from the eye (Wright 1973, "A two-space solution to the hidden line problem for
 plotting functions of two variables"; for tiles of terrain, Stewart 1998, "Hierarchical visibility
 in terrains")? A tile is hidden where it ends below that all along its width. Then nothing of it is
 seen, and it needs no more detail than what is out of view.
 
-Between columns the ground may lie lower: what is too short for them is taken off, by as much as it
-rarely exceeds. What is drawn may differ from the relief by as much as its detail allows, which is
-asked for as a margin.
+Between columns the ground may lie lower: the height that waves too short for the columns rarely
+exceed is subtracted. The mesh may differ from the relief by as much as its detail allows, and a
+margin covers that.
 """
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from lod.arrays import Points, freeze
+from lod.arrays import Points
 from lod.pruning.view import View
 from scenes.terrain.relief import Relief
 
@@ -25,23 +26,23 @@ COLUMN_PX = 12.0
 """Width of a column at the picture's centre [px]."""
 
 GROWTH = 1.08
-"""Times each sample of a column is further from the eye than the one before."""
+"""Ratio of the distances of a column's samples that follow each other."""
 
 _NEAREST_M = 4.0
 _LEAST_AHEAD = 0.1
-"""Cosine between the middle of the picture and its corners, on the map, below which there are no
-columns: the eye looks up or down too steeply."""
+"""Least cosine on the map between the middle of the picture and its corners.
+
+Below it the eye looks up or down too steeply for columns.
+"""
 
 
-@dataclass(frozen=True, eq=False)
-class Horizon:
-    """How high the ground has risen, by direction and distance on the map.
+class Columns(NamedTuple):
+    """Elevation of the ground's horizon by direction and distance on the map.
 
-    axes (2, 2)   unit vectors on the map, ahead and to the right
-    first, step   angle to the right of the first column, and between columns [rad]
-    ranges (k,)   distances on the map, growing [m]
-    rise (c, k)   greatest tangent above the eye's level of the ground no farther than that
-    margin        tangent by which a tile must end below it
+    axes (2, 2)  unit vectors on the map, ahead and to the right
+    first, step  angle to the right of the first column, and between columns [rad]
+    ranges (k,)  distances on the map, ascending [m]
+    rise (c, k)  largest tangent of elevation of the ground no farther than each range
     """
 
     axes: np.ndarray
@@ -49,19 +50,26 @@ class Horizon:
     step: float
     ranges: np.ndarray
     rise: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Horizon:
+    """The horizon of a view; a tile must end below it by a tangent of ``margin`` to be hidden."""
+
+    columns: Columns
     margin: float
 
-    def __post_init__(self) -> None:
-        freeze(self, axes=np.float64, ranges=np.float64, rise=np.float64)
-
     def hides(self, view: View, low: Points, high: Points) -> np.ndarray:
-        """Whether each box, from the corner ``low`` to ``high`` (n, 3), is hidden, (n,)."""
-        columns = self.first, self.step, self.ranges, self.rise, self.margin
-        return _hidden(low, high, view.camera.eye, self.axes, *columns)
+        """Whether the ground hides each box, from its corner ``low`` to ``high`` (n, 3), (n,)."""
+        return _hidden(low, high, view.camera.eye, self.columns, self.margin)
 
 
 def horizon(relief: Relief, view: View, reach: float) -> Horizon | None:
-    """The horizon of a view, out to ``reach`` [m]; None where nothing can be told from it."""
+    """The horizon of a view out to ``reach`` [m], or None where there is none.
+
+    There is none on flat ground, for an eye that looks steeply up or down or all round, and for
+    the metrics that do not cull by it.
+    """
     span = _span(view)
     if relief.amplitude == 0 or span is None:
         return None
@@ -71,7 +79,7 @@ def horizon(relief: Relief, view: View, reach: float) -> Horizon | None:
     ranges = _NEAREST_M * GROWTH ** np.arange(math.ceil(math.log(reach, GROWTH)))
     angle = first + step * np.arange(count)
     direction = np.outer(np.cos(angle), axes[0]) + np.outer(np.sin(angle), axes[1])
-    # Columns side by side, which share what is known of long waves.
+    # Samples side by side follow each other, so that they share the lattice cells of long waves.
     xy = view.camera.eye[:2] + direction * ranges[:, None, None]
     shortest = 4 * step * ranges
     smooth = relief.low_pass_height(
@@ -80,11 +88,11 @@ def horizon(relief: Relief, view: View, reach: float) -> Horizon | None:
     lowest = smooth.reshape(-1, count).T - relief.likely_below(shortest)
     rise = (lowest - view.camera.eye[2]) / ranges
     rise = np.maximum.accumulate(rise, axis=1)
-    return Horizon(axes, first, step, ranges, rise, view.m_offscreen)
+    return Horizon(Columns(axes, first, step, ranges, rise), view.m_offscreen)
 
 
 def _span(view: View) -> tuple[np.ndarray, float, float] | None:
-    """Axes on the map, and the angles to the right between which all in view lies [rad]."""
+    """Axes on the map, and least and largest angle to the right of anything in view [rad]."""
     camera = view.camera
     if view.look_around or view.metric.along_axis or not view.metric.finite:
         return None
@@ -104,9 +112,10 @@ def _span(view: View) -> tuple[np.ndarray, float, float] | None:
 
 
 def outside_picture(view: View, low: Points, high: Points) -> np.ndarray:
-    """Whether each box is beside the picture, by more than what is hidden may be off, (n,).
+    """Whether each box is outside the picture by more than the margin of detail, (n,).
 
-    Plane by plane: closer than a sphere about it tells, which low hills below the eye fill.
+    Boxes are tested against each plane of the frustum, which is closer than their spheres: flat
+    boxes fill little of those.
     """
     camera = view.camera
     if view.look_around or view.metric.along_axis or not view.metric.finite:
@@ -121,6 +130,7 @@ def outside_picture(view: View, low: Points, high: Points) -> np.ndarray:
 
 @njit(cache=True)
 def _outside(low, high, eye, inward, margin):  # type: ignore[no-untyped-def]
+    """Whether boxes lie beyond a plane through the eye, by a margin times their distance, (n,)."""
     outside = np.zeros(len(low), np.bool_)
     for i in range(len(low)):
         square = 0.0
@@ -136,7 +146,9 @@ def _outside(low, high, eye, inward, margin):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _hidden(low, high, eye, axes, first, step, ranges, rise, margin):  # type: ignore[no-untyped-def]
+def _hidden(low, high, eye, columns, margin):  # type: ignore[no-untyped-def]
+    """Whether boxes end below the horizon of all columns that they span, (n,)."""
+    axes, first, step, ranges, rise = columns
     hidden = np.zeros(len(low), np.bool_)
     last = first + step * (len(rise) - 1)
     for i in range(len(low)):

@@ -1,15 +1,16 @@
-"""How near the ground must be for its next finer tiles: P and R of each level, and their limits.
+"""Distances within which the ground is refined: P, R and limit distances of each level of tiles.
 
-For a tile of spacing s (DESIGN §1):
+For a tile of spacing s:
 
     P  √(width × amplitude) of the bumps that this spacing adds: half their wavelength, which is s,
        × their height: RMS, or of ridged relief its crests'
     R  the height that the still shorter octaves, left to the tile's own parts, rarely exceed
 
-R is no hard bound: all crests of all octaves in one place would make one 2 to 3 times as high,
-which steep ground pays for with three times the triangles and no better a skyline
-(``lodbench study terrain_skyline``).
-Both are the bumps' own, not the tile's, so the cut does not depend on how many quads a tile has.
+The priority of ground is the size of what refining would show, not of what it displaces: a wave
+shades and colours the ground as soon as it is wider than a pixel, however low it is. R is no hard
+bound: all crests of all octaves in one place would make one 2 to 3 times as high, which costs steep
+ground three times the triangles for no better a skyline (``lodbench study terrain_skyline``). Both
+are the bumps' own, not the tile's, so the cut does not depend on how many quads a tile has.
 """
 
 import math
@@ -24,12 +25,15 @@ from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.relief import Relief
 
 FULL_DETAIL_PX = 0.5
-"""Metric ``full`` asks for everything, and all the relief out to the reach is more than memory can
-hold: there the ground is cut by ``blake`` at half a pixel, whatever the detail of the view."""
+"""Detail of the ground where the metric is ``full`` [px].
+
+That metric displays everything, and all the relief out to the reach is more than memory can hold:
+the ground is then cut by ``blake`` at half a pixel, whatever the detail of the view.
+"""
 
 
 def sizes(relief: Relief, spacings: Reals) -> tuple[Reals, Reals]:
-    """P and R of the tiles of each level, by the spacing of their mesh [m]."""
+    """Priority P and range R of the tiles of each level, from the spacing of their mesh [m]."""
     wavelength = np.minimum(2 * spacings, relief.wavelength)
     rms = np.array([relief.rms_between(w, 2 * w) for w in wavelength.tolist()])
     R = relief.likely_below(wavelength)
@@ -37,15 +41,18 @@ def sizes(relief: Relief, spacings: Reals) -> tuple[Reals, Reals]:
 
 
 SUN_RAD = math.radians(0.533)
-"""Width of the sun's disc. Ground out of view is seen by its shadow, which that disc blurs by this
-angle from where it falls: nothing finer can be told from there."""
+"""Angular diameter of the sun [rad].
+
+Ground out of view is seen only by its shadow, which the sun's disc blurs by this angle as seen from
+where it falls, so that no finer detail shows.
+"""
 
 
 def limits(P: Reals, R: Reals, view: View) -> tuple[Reals, Reals, Reals]:
-    """Limit distance of the tiles of each level: in view, hidden in it, and out of it [m].
+    """Limit distances of the tiles of each level: in view, hidden in it, and out of it, (l,) [m].
 
-    None grows with the level. Through air and eye as of every part, by the ground's own class of
-    contrast. Those of the first level have none.
+    They do not increase with the level, and are infinite for the first one. Air and eye shorten
+    them as they do every part's, by the ground's own class of contrast.
     """
     if view.metric.finite:
         limit, m, m_hidden = view.metric.limit, view.m, view.m_offscreen

@@ -16,7 +16,7 @@ QUADS = 8
 """Quads along the side of a patch; a tile has twice as many."""
 
 MOST_COARSER = 3
-"""A patch side of QUADS = 2**3 quads can meet one quad of a patch 3 halvings coarser, not more."""
+"""Largest difference of depth of neighbours: a side of 2**3 quads can meet one coarser quad."""
 
 
 def lattice_mesh(
@@ -26,9 +26,12 @@ def lattice_mesh(
     Int64[np.ndarray, "f 3"],
     Int64[np.ndarray, " f"],
 ]:
-    """Vertices, faces, and the owner of each face.
+    """Vertices, faces, and the owner of each face, of one watertight mesh.
 
-    Vertices count quads of the deepest patches. Faces are counter-clockwise from above.
+    Vertices (v, 2) are places counted in quads of the deepest patches, ascending. Faces (f, 3) are
+    counter-clockwise from above.
+
+    coarser (n, 4)  how many halvings coarser the neighbour across each side of a patch is
     """
     fine = patches.deepest - patches.depth
     keys = _vertex_keys(patches.x << fine, patches.y << fine, fine, coarser)
@@ -40,12 +43,13 @@ def lattice_mesh(
 
 @njit(cache=True)
 def _snapped(i: int, halvings: int) -> int:
+    """Nearest multiple of 2**halvings."""
     return ((i + ((1 << halvings) >> 1)) >> halvings) << halvings
 
 
 @njit(cache=True)
 def _vertex_keys(x: np.ndarray, y: np.ndarray, fine: np.ndarray, coarser: np.ndarray) -> np.ndarray:
-    """Where each patch's vertices are after snapping, x and y in one integer."""
+    """Places of each patch's vertices after snapping, x and y in one integer, (n, 9, 9)."""
     keys = np.empty((len(x), QUADS + 1, QUADS + 1), np.int64)
     for p in range(len(x)):
         south, east, north, west = coarser[p]
@@ -61,7 +65,7 @@ def _vertex_keys(x: np.ndarray, y: np.ndarray, fine: np.ndarray, coarser: np.nda
 
 @njit(cache=True)
 def _faces(rows: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two triangles for each quad, diagonals in turns so that no direction is preferred."""
+    """Two triangles for each quad; diagonals alternate so that no direction is preferred."""
     faces = np.empty((len(owner) * QUADS * QUADS * 2, 3), np.int64)
     owners = np.empty(len(faces), np.int64)
     n = 0

@@ -1,4 +1,4 @@
-"""Which squares of ground are drawn, and which of their sides meet coarser ones.
+"""Patches of ground to be drawn, and which of their sides meet coarser patches.
 
 A patch is a quarter of a tile. Patches form a linear quadtree: sorted by Morton code, each covers
 an interval of codes (Gargantini 1982, "An effective way to represent quadtrees"). Where neighbours
@@ -14,10 +14,10 @@ from jaxtyping import Int64
 from lod.arrays import Ints, freeze
 
 SIDES = ((0, -1), (1, 0), (0, 1), (-1, 0))
-"""South, east, north, west."""
+"""Steps to the neighbour across each side: south, east, north, west."""
 
 QUARTERS = np.array(((0, 0), (1, 0), (0, 1), (1, 1)))
-"""Where the quarters of a square are, counted in their own sides."""
+"""Places of the quarters of a square, counted in their own sides."""
 
 
 Squares = tuple[Int64[np.ndarray, " q"], Int64[np.ndarray, " q"], Int64[np.ndarray, " q"]]
@@ -26,10 +26,12 @@ Squares = tuple[Int64[np.ndarray, " q"], Int64[np.ndarray, " q"], Int64[np.ndarr
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """Disjoint squares in order of their Morton codes.
+    """Disjoint squares of a quadtree, in order of their Morton codes.
 
-    depth (n,) halvings from a root tile's side; x, y (n,) in sides of the patch itself
-    owner (n,) row of the tile that draws it; deepest: depth to which codes go
+    depth (n,)  halvings from a root tile's side
+    x, y (n,)   place, in sides of the patch itself
+    owner (n,)  row of the tile that draws the patch
+    deepest     depth of the squares that codes number
     """
 
     depth: np.ndarray
@@ -54,11 +56,12 @@ class Patches:
 
 
 def morton(x: Ints, y: Ints) -> Ints:
-    """The bits of x and y in turns, x lowest (Morton 1966)."""
+    """Morton codes: the bits of x and y in turns, x lowest (Morton 1966)."""
     return _spread(x) | (_spread(y) << 1)
 
 
 def _spread(v: Ints) -> Ints:
+    """Put a zero bit between the bits of each number."""
     for shift, mask in (
         (16, 0x0000FFFF0000FFFF),
         (8, 0x00FF00FF00FF00FF),
@@ -86,13 +89,15 @@ def quarters(level: Ints, x: Ints, y: Ints) -> Squares:
 
 
 def _name(level: Ints, x: Ints, y: Ints) -> Ints:
+    """Number of each square among those of all levels."""
     return (morton(x, y) << 6) | level
 
 
 def balance(patches: Patches, most: int) -> tuple[Patches, Int64[np.ndarray, "n 4"]]:
-    """The same ground with neighbours that differ by at most ``most`` halvings, and by how many.
+    """Patches split until neighbours differ by at most ``most`` halvings, and by how many they do.
 
-    The second says how many halvings coarser the neighbour across each of SIDES is, at least 0.
+    The second result (n, 4) is how many halvings coarser the neighbour across each of SIDES is, at
+    least 0.
     """
     while True:
         neighbour, coarser = _neighbours(patches)
@@ -103,6 +108,7 @@ def balance(patches: Patches, most: int) -> tuple[Patches, Int64[np.ndarray, "n 
 
 
 def _neighbours(patches: Patches) -> tuple[Int64[np.ndarray, "n 4"], Int64[np.ndarray, "n 4"]]:
+    """Row of the neighbour across each of SIDES, and how many halvings coarser it is, (n, 4)."""
     first = patches.code(patches.x, patches.y)
     beyond = first + (np.int64(1) << (2 * (patches.deepest - patches.depth)))
     rows, coarser = (np.zeros((len(patches), 4), np.int64) for _ in range(2))
@@ -118,6 +124,7 @@ def _neighbours(patches: Patches) -> tuple[Int64[np.ndarray, "n 4"], Int64[np.nd
 
 
 def _split(patches: Patches, rows: Ints) -> Patches:
+    """Patches with those of ``rows`` replaced by their quarters."""
     kept = np.ones(len(patches), bool)
     kept[rows] = False
 

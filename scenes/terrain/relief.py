@@ -1,4 +1,4 @@
-"""The relief of an endless plain: fractional Brownian heights, as exact at 10^12 m as at home.
+"""Fractal relief of an endless plain: fractional Brownian heights, exact at 10^12 m from home.
 
 Octave k has wavelength λ_k = wavelength·l^-k and RMS a_k ∝ l^(-H·k), l the lacunarity, so that
 heights r apart differ by about r^H between the shortest wavelength and the longest (Mandelbrot &
@@ -22,18 +22,18 @@ from scenes.noise.lattice import NOISE_BOUND, NOISE_MAX_SLOPE, RIDGED_MEAN, RIDG
 from scenes.noise.octaves import Octaves, height_slack, octave_slopes, octave_values, octaves_at
 
 SHORTEST_M = 0.25
-"""Wavelength of the last octave: what is smaller is no relief but grass."""
+"""Wavelength of the last octave; smaller bumps count as grass [m]."""
 
 LIKELY_RMS = 4.0
-"""Times its RMS a sum of octaves is hardly anywhere further from its mean."""
+"""How many times its RMS a sum of octaves rarely is away from its mean."""
 
 _STREAM = 0x52454C494546
-"""Tells the relief's random numbers from those of anything else with the same seed."""
+"""Word by which the relief's random numbers differ from others of the same seed."""
 
 
 @dataclass(frozen=True)
 class Relief:
-    """Heights above the datum.
+    """Heights of the ground above the datum, a sum of octaves of noise.
 
     amplitude   RMS of the relief [m]; 0 = perfectly flat, z = 0
     wavelength  longest wavelength [m], a power of two from 1 m up
@@ -93,12 +93,15 @@ class Relief:
 
     @property
     def bump(self) -> float:
-        """Height of an octave's bumps beside its RMS: a crest stands by its mean |noise| above it,
-        and is as sharp as a coarser mesh is sure to cut off."""
+        """Height of an octave's bumps over its RMS.
+
+        A crest stands above the mean by its mean |noise|, and is so sharp that a coarser mesh cuts
+        it off.
+        """
         return self.crest / self.unit if self.ridged else 1.0
 
     def bounds(self) -> tuple[float, float]:
-        """Heights that no point of the relief is beyond [m]."""
+        """Lowest and highest that the relief can be anywhere [m]."""
         highest = self.bound_below(math.inf)
         return -highest, highest
 
@@ -112,15 +115,17 @@ class Relief:
         return math.sqrt(float(np.sum(self.rms[of_them] ** 2)))
 
     def likely_below(self, wavelength: Reals) -> Reals:
-        """Height that the octaves shorter than each wavelength rarely exceed, (n,) [m]: 4 RMS, and
-        as they are independent it is their squares that add."""
+        """Height that the octaves shorter than each wavelength rarely exceed, (n,) [m].
+
+        It is LIKELY_RMS times their RMS; octaves are independent, so that their squares add.
+        """
         shorter = self.wavelengths < np.asarray(wavelength)[:, None]
         return LIKELY_RMS * np.sqrt(np.where(shorter, self.rms**2, 0.0).sum(axis=1))
 
     def height_bounds(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], radius: Reals
     ) -> tuple[Reals, Reals]:
-        """Heights that the ground within ``radius`` of each point is not beyond, (n,) each [m].
+        """Lowest and highest that the ground within circles can be, (n,) each [m].
 
         An octave so short that its bound is less than its steepest slope × radius is left out.
         """
@@ -134,8 +139,7 @@ class Relief:
         return height - most, height + most
 
     def likely_rise_within(self, radius: Reals) -> Reals:
-        """How much higher the ground within ``radius`` of a point rarely is than the middle of what
-        ``height_bounds`` says of it, (n,) [m]."""
+        """Height above the middle of its bounds that ground in circles rarely exceeds, (n,) [m]."""
         return self.likely_below(_shortest_relevant(radius))
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
@@ -145,7 +149,7 @@ class Relief:
     def low_pass_height(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals
     ) -> Reals:
-        """Height without the octaves shorter than ``shortest`` at each point, (n,) [m]."""
+        """Height of the octaves that are no shorter than ``shortest`` at each point, (n,) [m]."""
         if self.amplitude == 0:
             return np.zeros(len(xy))
         return octave_values(_octaves(self, corner), xy, shortest, self.crest)
@@ -153,7 +157,7 @@ class Relief:
     def normal(
         self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals | None = None
     ) -> Points:
-        """Unit normals; given ``shortest``, without the octaves shorter than it at each point."""
+        """Unit normals (n, 3), without octaves shorter than ``shortest`` if that is given."""
         return unit_normals(
             self.slopes(corner, xy, np.zeros(len(xy)) if shortest is None else shortest)
         )
@@ -164,7 +168,7 @@ class Relief:
         xy: Float64[np.ndarray, "n 2"],
         shortest: Float64[np.ndarray, "n ..."],
     ) -> Float64[np.ndarray, "n _"]:
-        """Two slopes without the octaves shorter than ``shortest`` at each point, (n, 2).
+        """Slopes along x and y without octaves shorter than ``shortest`` at each point, (n, 2).
 
         Given several columns of ``shortest``, two for each of them, (n, 2k).
         """
@@ -180,7 +184,7 @@ def _shortest_relevant(radius: Reals) -> Reals:
 
 
 def unit_normals(slopes: Float64[np.ndarray, "n 2"]) -> Points:
-    """Upward unit normals of a surface with these slopes, (n, 3)."""
+    """Upward unit normals of a surface with these slopes along x and y, (n, 3)."""
     return np.asarray(_unit_normals(slopes))
 
 

@@ -72,7 +72,7 @@ def build_world(preset: Preset) -> World:
         make_placed(name, table, terrain, weather) for name, table in preset.placed.items()
     )
     plumes = tuple(
-        make_plume(name, table, preset.seed, terrain) for name, table in preset.plumes.items()
+        make_plume(name, table, preset, terrain) for name, table in preset.plumes.items()
     )
     others = tuple(
         make_representation(name, table.kind, preset.seed, terrain, dict(table.options))
@@ -80,7 +80,7 @@ def build_world(preset: Preset) -> World:
     )
     cover = aggregate_cover(preset, fields)
     dust = tuple(
-        Dust(each, Soil(terrain.relief, terrain.cover), preset.wind.speed)
+        Dust(each, Soil(terrain.relief, terrain.cover), preset.wind.speed, preset.wind.direction)
         for each in fields
         if preset.species[each.name].dust
     )
@@ -94,7 +94,8 @@ def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> Aggrega
     light = preset.light
     to_sun = Light(light.sun_azimuth, light.sun_elevation, light.turbidity).to_sun
     sky = sky_at(light.sun_elevation, light.turbidity)
-    return AggregateCover(tuple(each.species for each in fields), to_sun, sky)
+    species = tuple(each.species for each in fields)
+    return AggregateCover(species, to_sun, sky, preset.render.max_depth)
 
 
 def make_species(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:
@@ -121,6 +122,8 @@ def make_placed(name: str, table: PlacedPreset, terrain: Terrain, weather: Weath
     return Placed(name, prototype, *table.position, table.heading, terrain)
 
 
-def make_plume(name: str, table: PlumePreset, seed: int, terrain: Terrain) -> Plume:
+def make_plume(name: str, table: PlumePreset, preset: Preset, terrain: Terrain) -> Plume:
     """Smoke or flames as a preset places them."""
-    return Plume(name, KINDS[table.kind], seed, *table.position, terrain, table.size, table.wind)
+    azimuth = preset.wind.direction if table.wind is None else table.wind
+    kind = KINDS[table.kind]
+    return Plume(name, kind, preset.seed, *table.position, terrain, table.size, azimuth)

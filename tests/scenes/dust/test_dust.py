@@ -23,7 +23,7 @@ from scenes.models.catalogue import people
 from scenes.preset.load import preset_from
 from scenes.terrain.relief import Relief
 from scenes.world.world import build_world
-from tests.scenes.particles.test_plume import drawn, level
+from tests.scenes.particles.levels import drawn, level
 
 HOME = Corner(0, 0)
 SOIL = Soil(Relief(1, 0.0, 64.0, 0.8), "bare")
@@ -227,6 +227,22 @@ def test_the_wind_takes_it_along():
     assert 3.5 < speed < 5
     assert np.linalg.norm(away, axis=1).max() == pytest.approx(speed * LIFE_S, rel=0.1)
     assert np.all(away @ (np.sqrt(3) / 2, 0.5) >= 0)
+
+
+def test_the_preset_says_where_the_wind_blows_to():
+    plume = {"kind": "smoke", "position": (0.0, 0.0)}
+    tables = {
+        "wind": {"speed": 9.0, "direction": 180.0},
+        "plumes": {"with_it": plume, "of_its_own": plume | {"wind": 30.0}},
+        "species": {"figure": {"model": "figure", "density": 0.02, "patrol": 6.0, "dust": True}},
+    }
+    world = build_world(preset_from(tables))
+    assert [each.azimuth_deg for each in world.plumes] == [180.0, 30.0]
+    (south,) = world.dust
+    assert south.air.downwind == pytest.approx((0.0, -1.0))
+    default = replace(dust(wind=9, few=True), wind_azimuth_deg=180.0)
+    calm, blown = (level(it, 1, view(metric="full")) for it in (dust(few=True), default))
+    assert np.all((blown.position - calm.position)[:, 1] <= 0)
 
 
 def test_grains_settle_by_stokes_law():

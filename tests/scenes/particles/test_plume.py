@@ -8,7 +8,6 @@ import pytest
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
-from lod.pruning.parts import BlendWeights
 from lod.pruning.pruner import prune
 from lod.pruning.shapes import Triangles
 from lod.pruning.view import View
@@ -16,6 +15,7 @@ from lod.stick_table import StickTable
 from scenes.particles.kinds import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE
 from scenes.particles.plume import Plume
 from scenes.sticks.outline_area import directions, mean_area
+from tests.scenes.particles.levels import drawn, level
 
 HOME = Corner(0, 0)
 
@@ -36,18 +36,6 @@ def view(time_s=20.0, corner=HOME, detail=1.0):
     eye = np.array((-GRID_M * corner.x, -30.0 - GRID_M * corner.y, 3.0))
     camera = camera_from_heading(corner, eye, 0.0, 0.0, 60.0, (100, 60))
     return View(camera, METRICS["blake"], detail, time_s=time_s)
-
-
-def level(it, wanted, at):
-    """All parts of a level."""
-    parts = it.roots(at)
-    for _ in range(wanted):
-        parts = it.parts_of(parts, at)
-    return parts
-
-
-def drawn(it, parts):
-    return it.appearance(parts, BlendWeights(np.zeros(len(parts)), np.ones(len(parts))))
 
 
 def cover(it, wanted, at):
