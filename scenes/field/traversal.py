@@ -170,7 +170,7 @@ def _walk(  # type: ignore[no-untyped-def]
                     if not stands:
                         stance = begin_pose(t, buffers, instances, o)
                         turn, stands = rotation_matrix(frame, 0), True
-                    row = links[k, 1]
+                    row = np.int64(links[k, 1])
                     if row == 0:
                         x, y, z = transform_point(
                             frame, 0, turn, place[k, 0], place[k, 1], place[k, 2]

@@ -1,1 +1,1 @@
-"""How bodies walk: patrols, paths of feet, errors at the ground."""
+"""How objects walk: gaits, paths of feet, patrols, errors of feet against the ground."""

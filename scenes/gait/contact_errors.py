@@ -1,6 +1,4 @@
-"""What a gait does to the ground: how far feet slide, sink and float, between the key poses as
-well.
-"""
+"""How far feet slide, sink and float on level ground, between the key poses as well."""
 
 from dataclasses import dataclass
 
@@ -27,7 +25,7 @@ class SampledCycle:
 
 
 def sample_cycle(prototype: RiggedPrototype, count: int = 240) -> SampledCycle:
-    """A cycle sampled evenly, off the keys."""
+    """One cycle of the motion at evenly spaced phases that are not those of keys."""
     phase = (np.arange(count) + 0.37) / count
     poses = [prototype.motion.at(float(p)) for p in phase]
     rotations, shift = (np.array(column) for column in zip(*poses, strict=True))
@@ -50,9 +48,7 @@ def lowest_heights(prototype: RiggedPrototype, seen: SampledCycle) -> Reals:
 
 
 def foot_slide(prototype: RiggedPrototype, gait: Gait, seen: SampledCycle) -> float:
-    """Farthest that a contact moves over the ground while the foot rolls over it, of all legs
-    [m].
-    """
+    """Farthest that heel or ball moves over the ground while the foot rolls over it [m]."""
     worst = 0.0
     for leg in gait.legs:
         heel_until, ball_from = _rolls(leg)

@@ -1,4 +1,4 @@
-"""Where a foot goes in one cycle: heel, sole, ball, and the swing to the next print.
+"""Where a foot goes in one cycle: over its heel, sole and ball, and on to the next print.
 
 A foot touches the ground with two round contacts, heel and ball (one and the same for hooves and
 claws). While it stands, the centre of the one it rolls over stays where it is; while it swings,
@@ -26,8 +26,7 @@ _NEAR = 1e-5
 
 @dataclass(frozen=True)
 class Leg:
-    """A pair of legs. Joints without their side; phases and lengths (shares of hip height) of
-    the left.
+    """A pair of legs: joints without their side, phases of the left one, lengths [shares of h].
 
     strike, apart  phase at which the foot lands; how much later the right one does
     pitch    (phase after landing, degrees) of the foot to the ground, toes up above 0
@@ -125,9 +124,7 @@ def _lowest(prototype: RiggedPrototype, ankle: int) -> Spheres:
 
 
 def _spheres(prototype: RiggedPrototype, joint: int) -> Spheres:
-    """Both ends of all sticks on a joint, as they are while everything is displayed: centre in its
-    frame, and radius.
-    """
+    """End spheres (k, 4) of all full-detail sticks on a joint: centre in its frame, radius [m]."""
     return np.concatenate(
         [
             np.column_stack((point, radius))[on == joint]
@@ -143,7 +140,7 @@ def _spheres(prototype: RiggedPrototype, joint: int) -> Spheres:
 def foot_path(
     leg: Leg, contacts: Contacts, own: Reals, stride: float, duty: float, clearance: float
 ) -> FootPath:
-    """The path at phases ``own`` after landing, 0 to 1."""
+    """The path of a foot at phases ``own`` after landing, 0 to 1; lengths in m."""
     pitch = -_pitch(leg, own)  # about y, toes down above 0
     stands = own < duty
     swing = np.clip((own - duty) / (1 - duty), 0, 1)
@@ -187,7 +184,7 @@ def _height(contacts: Contacts, pitch: Reals) -> Reals:
 
 
 def _ends(leg: Leg, contacts: Contacts, duty: float):  # type: ignore[no-untyped-def]
-    """Roll and its rate per swing, as the foot leaves the ground and as it lands."""
+    """Roll [m] and its rate per swing, as the foot leaves the ground and as it lands."""
     phases = np.array((duty - _NEAR, duty, 0.0, _NEAR))
     before, leaves, lands, after = _roll(contacts, -_pitch(leg, phases))
     rate = (1 - duty) / _NEAR

@@ -1,4 +1,4 @@
-"""Walking by tables: where feet go, how the body sways, and the key poses that follow from both.
+"""How a gait given by tables becomes key poses: where feet go, how the body sways, hips and knees.
 
 A foot is prescribed relative to the ground: it lands on its heel, rolls flat, rises about its ball
 and swings to its next print. Hips follow from the body's own waves, and hip and knee from the two
@@ -53,7 +53,7 @@ class Wave:
 
 @dataclass(frozen=True)
 class Gait:
-    """How one kind moves.
+    """How one kind of object moves.
 
     duty    share of the cycle that a foot stands; froude: speed²/(g·h)
     stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude``
@@ -85,7 +85,7 @@ class Gait:
 
 
 def with_gait(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> RiggedPrototype:
-    """The same object, moving. Raises InputError where a stride is too long for a leg."""
+    """The object with the motion of a gait. Raises InputError if a leg is too short for it."""
     return prototype.with_motion(make_motion(prototype, gait, keys))
 
 
@@ -215,7 +215,7 @@ def _spin(angle: float) -> np.ndarray:
 
 
 def rest_feet(prototype: RiggedPrototype) -> Feet:
-    """The feet of a walker at rest: every one stands, where it is, all of the time."""
+    """The feet of a walker that stays at rest: each stands where it is, all of the time."""
     feet = prototype.motion.feet
     origin, turn = prototype.rig.frames()
     ankles = feet.legs[:, 2]

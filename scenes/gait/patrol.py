@@ -1,13 +1,10 @@
-"""Walkers that patrol around their homes: where each is at a time, in closed form, so any frame
-stands alone.
+"""Where walkers that circle their homes are at a time: in closed form, so any frame stands alone.
 
 A walker goes round a circle about its home at an even speed, and the ground it covers drives its
 gait: one cycle of the motion a stride. Where homes are a Poisson process and starts and
 directions are drawn for each home alone, the walkers are at any time a Poisson process of the same
 density (displacement theorem: Kingman, "Poisson Processes", 1993, §5.5), so the law's predictions
-hold
-for
-them unchanged.
+hold for them unchanged.
 
 The motion was made for a straight path. On a circle of radius ρ a print that is x ahead and y
 aside of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``min_radius``
@@ -25,13 +22,13 @@ from lod.errors import InputError
 from scenes.rig.keyframes import Motion
 
 MIN_STRIDE_FACTOR = 0.82
-"""The shortest stride of any one, as a share of its prototype's, which is the longest."""
+"""Stride of the walker with the shortest steps, as a share of its prototype's."""
 
 
 @dataclass(frozen=True, eq=False)
 class Walkers:
-    """Walkers at one time. offset (n, 2) from their homes [m]; cos, sin (n,) of their headings;
-    phase (n,).
+    """Walkers at one time: offset (n, 2) from their homes [m], cos and sin (n,) of their headings,
+    phase (n,) of their motion [cycles].
     """
 
     offset: np.ndarray
@@ -44,7 +41,7 @@ class Walkers:
 
 
 class PatrolOrbit(NamedTuple):
-    """How walkers go round, as ``patrol`` takes it: (n,) each, but for ``radius``."""
+    """Circles on which walkers patrol: the arguments of ``patrol`` but for the time, (n,) each."""
 
     radius: Reals | float
     heading: Reals
@@ -54,11 +51,11 @@ class PatrolOrbit(NamedTuple):
     period: Reals
 
     def at(self, time_s: float | Reals) -> Walkers:
-        """Where they are at a time, or each at a time of its own [s]."""
+        """The walkers at a time, or each at a time of its own, (n,) [s]."""
         return patrol(*self, time_s)
 
     def take(self, rows: np.ndarray) -> "PatrolOrbit":
-        """The walkers at ``rows``."""
+        """The orbits at ``rows``."""
         return PatrolOrbit(self.radius, *(each[rows] for each in self[1:]))
 
 
@@ -105,8 +102,7 @@ def stride_factors(u: Reals) -> tuple[Reals, Reals]:
 
 
 def foot_slip(stance: float, ahead: float, aside: float, radius: float) -> float:
-    """How far a print moves under a foot that stands while the body goes ``stance`` m along a
-    circle [m].
+    """How far a foot slips on its print while the body goes ``stance`` m along a circle [m].
 
     ahead, aside: where the print is, as the body is half-way through, from the body [m].
     """
@@ -124,8 +120,9 @@ def foot_slip(stance: float, ahead: float, aside: float, radius: float) -> float
 
 
 def min_radius(motion: Motion, duty: float, ahead: float, aside: float, most: float) -> float:
-    """The tightest circle on which prints move by at most ``most`` m; 0 for what stays at home
-    [m].
+    """Radius of the tightest circle on which feet slip by at most ``most`` m; 0 = no stride.
+
+    duty: share of the cycle that a foot stands; ahead, aside: of its print from the body [m]
     """
     if motion.stride == 0:
         return 0.0

@@ -1,4 +1,4 @@
-"""Boulders: blocks of broken, weathered stone, half sunk into the ground, as octrees.
+"""How boulders are made: octrees of broken, weathered stone, half sunk into the ground.
 
 The shape is an ellipsoid cut by random planes (the faces along which rock breaks), its edges
 rounded and its surface roughened by noise of every size. Sizes are of the preset's choosing; here
@@ -75,7 +75,7 @@ def _albedo(
 def _rounded_max(
     a: Float64[np.ndarray, "s s s"], b: Float64[np.ndarray, "s s s"], width: float
 ) -> Float64[np.ndarray, "s s s"]:
-    """The greater of two, rounded where they are within ``width`` (a quadratic blend)."""
+    """The greater of two fields, rounded where they are within ``width`` (a quadratic blend)."""
     near = np.maximum(width - np.abs(a - b), 0.0) / width
     return np.maximum(a, b) + near * near * width / 4
 

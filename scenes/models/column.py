@@ -1,4 +1,4 @@
-"""A fluted column: a shaft, a base and a capital, each with finer parts of its own.
+"""How a fluted column is made: base, shaft and capital, each with finer parts of its own.
 
 Level 0 is the whole column, one stick; 1 base, shaft and capital; 2 the rings of the base, the
 flutes, the leaves of the capital; 3 the curls of the leaves. Sizes in metres, for a column of 6 m.
@@ -24,7 +24,7 @@ Row = tuple[int, int, tuple[float, float, float], list[Stick], list[Stick]]
 
 @lru_cache(maxsize=1)
 def column() -> Prototype:
-    """The column, foot at the origin."""
+    """The prototype of the column, its foot at the origin."""
     rows: list[Row] = [(-1, 0, (0, 0, 0), [], [_upright(0.45, 5.55, 0.45, 0)])]
     rows.append((0, 1, (0, 0, 0.25), [], [_upright(0.25, 0.35, 0.5, 0)]))
     shaft, bell = _upright(0.5, 5.2, 0.38, 1), _upright(5.3, 5.6, 0.36, 1)
@@ -48,7 +48,7 @@ def column() -> Prototype:
 
 
 def _upright(low: float, high: float, radius: float, tint: int) -> Stick:
-    """A stick on the axis."""
+    """A stick on the column's axis."""
     return (0.0, 0.0, low, 0.0, 0.0, high, radius, tint)
 
 

@@ -1,4 +1,4 @@
-"""Any solid as an octree: cells, cells of cells, each a blob for the matter in it (§1.3).
+"""How any solid becomes an octree of parts: each cell is a ball for the matter in it (§1.3).
 
 After D. Meagher, "Geometric modeling using octree encoding", Computer Graphics and Image Processing
 19 (1982), p. 129: a cube that holds the solid is halved along each axis again and again, empty
@@ -29,9 +29,8 @@ SUNK = 1.7
 """Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""
 
 OVERLAP = 0.95
-"""Of a cell's ball and those of its own cells (``lod.pruning.area_scaling``): one lies in the
-others. Measured
-(``bench.calibrate.leaf_overlap``)."""
+"""Overlap (``lod.pruning.area_scaling``) of a cell's ball and those of its own cells, which lie in
+it. Measured (``bench.calibrate.leaf_overlap``)."""
 
 _JITTER = 0.3
 """How far the finest balls stand from their places along the surface, in sides of their cells: on
@@ -87,7 +86,7 @@ class _Cells:
 
 
 def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"]) -> Prototype:
-    """The solid as parts, coarse cells before fine; every ball has the nearest of the ``tints``."""
+    """The prototype of a solid, coarse cells before fine; a ball has the nearest tint of those."""
     levels = [_cells(solid, level) for level in range(solid.depth + 1)]
     levels[-1] = _sunk(solid, levels[-1])
     radii = _radii(levels, SUNK * solid.side / 2**solid.depth)
@@ -135,13 +134,13 @@ def _cells(solid: Solid, level: int) -> _Cells:
 
 
 def _sums(values: Float64[np.ndarray, "s s s"], blocks: int) -> Float64[np.ndarray, "b b b"]:
-    """Sums over ``blocks``³ equal cubes."""
+    """Sums of voxel values over blocks³ equal cubes."""
     size = len(values) // blocks
     return values.reshape(blocks, size, blocks, size, blocks, size).sum(axis=(1, 3, 5))
 
 
 def _outermost(full: Bool[np.ndarray, "s s s"], blocks: int) -> Bool[np.ndarray, "b b b"]:
-    """Cells with a cube in them that is not full, or has a neighbour that is not."""
+    """Cells that hold a voxel or finest cell that is not full, or has a neighbour that is not."""
     hidden = full.copy()
     for axis in range(3):
         for way in (-1, 1):

@@ -1,1 +1,1 @@
-"""Jointed bodies: prototypes, poses, inverse kinematics, bounds."""
+"""Jointed objects: anatomy, prototypes, poses, inverse kinematics, bounds."""

@@ -1,4 +1,4 @@
-"""A posable prototype as an actor of figure 3, and back: messages to the one pose the other.
+"""How a posable prototype becomes an actor of figure 3, and an actor's pose a prototype's.
 
 The modelling tree is an actor each joint (§2.3): the figure itself owns its pelvis, the pelvis the
 waist and the hips, and so on to the finger tips. Every actor wears the sticks that ride on its

@@ -1,8 +1,6 @@
-"""From tables of joints, parts and rods to a posable prototype: the same way for people, animals
-and artifacts.
+"""How tables of joints, parts and rods become a posable prototype of a person, animal or artifact.
 
-The tables name each side once, as ``figure_tables`` do: the left is given, the right is its
-mirror image. Leaf appearances stand for what they hide (§2.4): their radii are fitted, in the pose
+Leaf appearances stand for what they hide (§2.4): their radii are fitted, in the pose
 at rest, so that the mean area over directions is that of everything hidden. A part without a body
 of its own keeps, as an inner node, its leaf appearance thinned to a core hidden inside its parts.
 """
@@ -26,13 +24,12 @@ from scenes.rig.rigged_prototype import RiggedPrototype, build_hierarchy
 from scenes.rig.rotations import from_euler
 
 WHOLE_OVERLAP, LIMB_OVERLAP = 0.62, 0.97
-"""Of the leaf appearance and the parts of a body, and of any part of it
-(``lod.pruning.area_scaling``): a limb
-lies right in its own parts. Measured (``bench.calibrate.leaf_overlap``)."""
+"""Overlaps (``lod.pruning.area_scaling``) of the leaf appearance and the parts of a whole body, and
+of one part: a limb lies right in its own parts. Measured (``bench.calibrate.leaf_overlap``)."""
 
 
 def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
-    """A posable prototype at rest, with no motion yet."""
+    """A posable prototype at rest, without a motion."""
     parts = anatomy.both_sides(anatomy.parts, anatomy.side_parts)
     row = {part: i for i, part in enumerate(parts)} | {"": -1}
     whole = np.array([row[part.whole] for part in parts.values()])
@@ -54,8 +51,9 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
 
 
 def _twins(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Ints:
-    """For each part on the right its mirror image on the left; itself where the trunk is
-    lopsided.
+    """For each part on the right, its mirror image on the left, and for all others themselves.
+
+    Where limits of the trunk are not symmetric, no part is the mirror image of another.
     """
     trunk = [j for j, name in enumerate(rig.name) if name.partition(" ")[0] not in SIDES]
     even = rig.low[trunk] == -rig.high[trunk]
@@ -113,7 +111,7 @@ def _sticks(
 def _standing(
     rig: Rig, tables: tuple[RiggedSticks, ...], height: float
 ) -> tuple[Rig, tuple[RiggedSticks, ...]]:
-    """Rig and tables, the lowest point of the first on the ground, the highest at ``height``."""
+    """Rig and tables scaled: the lowest point of the first is at 0, the highest at ``height`` m."""
     posed = tables[0].posed(*rig.frames())
     lows = (posed.start[:, 2] - posed.start_radius, posed.end[:, 2] - posed.end_radius)
     tops = (posed.start[:, 2] + posed.start_radius, posed.end[:, 2] + posed.end_radius)

@@ -1,8 +1,7 @@
-"""The legs of an object that stand on the ground, and where their prints are through a cycle.
+"""Which legs of an object stand on the ground, and where their prints are through a cycle.
 
 A print recedes evenly under the body while the foot stands on it, and the foot swings to the next
-one, a stride ahead. Whoever takes shorter steps moves its prints alike: all of them scale with the
-stride, and nothing of the foot's own rolling does.
+one, a stride ahead. All prints scale with the stride; how the foot rolls does not.
 """
 
 from dataclasses import dataclass, replace
@@ -56,9 +55,7 @@ class Feet:
 
     @property
     def plane(self) -> np.ndarray:
-        """Heights of the ground at the three points → height at the print, slope along x and y,
-        (l, 3, 3).
-        """
+        """Matrices (l, 3, 3) from heights at the three points to height at the print and slopes."""
         points = np.concatenate((np.ones((len(self), 3, 1)), self.sole), axis=2)
         return np.linalg.inv(points)
 
@@ -78,8 +75,10 @@ NO_FEET = Feet(
 
 @njit(cache=True, inline="always")
 def print_and_swing(own, duty):  # type: ignore[no-untyped-def]
-    """Where the last print is ahead of mid-stance [strides], and how far the foot has swung from it
-    to the next, which is one stride on: 0 while it stands. ``own``: phase after landing, 0 to 1.
+    """Where the last print is ahead of mid-stance, and how far the foot has swung on [strides].
+
+    The swing goes from 0, while the foot stands, to 1 at the next print. own: phase after landing,
+    0 to 1; duty: share of the cycle that the foot stands.
     """
     u = (own - duty) / (1.0 - duty) if own > duty else 0.0
     return duty / 2 - own, u * u * (3.0 - 2.0 * u)

@@ -16,7 +16,7 @@ from scenes.rig.rotations import Quaternions
 class Motion:
     """One cycle, K key poses evenly spaced in phase; key K is key 0 again.
 
-    turns   (K, j, 4) turn of every joint in its parent, of one sign from key to key, so that slerp
+    rotations (K, j, 4) of every joint in its parent, of one sign from key to key, so that slerp
             takes the short way
     shift   (K, 3) how far the joints of the object's own frame are from where they rest [m]
     stride  how far the object moves ahead in one cycle; 0 for what stays where it is [m]
@@ -44,7 +44,7 @@ class Motion:
         return self.stride / self.period
 
     def at(self, phase: float) -> tuple[Quaternions, Reals]:
-        """Turns (j, 4) and shift (3,) at a phase in cycles: the readable form of ``rig_pose``."""
+        """Rotations (j, 4) and shift (3,) at a phase [cycles], as ``scenes.rig.pose`` has them."""
         along = (phase % 1.0) * len(self.rotations)
         key = min(int(along), len(self.rotations) - 1)
         after, share = (key + 1) % len(self.rotations), along - key
@@ -65,12 +65,12 @@ class Motion:
 
 
 def rest_motion(rig: Rig) -> Motion:
-    """No motion at all: one key, the pose at rest."""
+    """The motion of an object that stays at rest: one key."""
     return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0)
 
 
 def slerp(a: Quaternions, b: Quaternions, share: float) -> Quaternions:
-    """Spherical interpolation from a (share 0) to b (share 1), the short way [Shoemake, 41]."""
+    """Spherical interpolation from a (share 0) to b (share 1), the short way (Shoemake 1985)."""
     cos = (a * b).sum(axis=-1, keepdims=True)
     b, cos = np.where(cos < 0, -b, b), np.abs(cos)
     sine = np.linalg.norm(b - cos * a, axis=-1, keepdims=True)
@@ -83,7 +83,7 @@ def slerp(a: Quaternions, b: Quaternions, share: float) -> Quaternions:
 
 
 def continuous_signs(rotations: Quaternions) -> Quaternions:
-    """The same turns, each quaternion on the same side as the key before it, (K, j, 4)."""
+    """Equal rotations (K, j, 4), every quaternion of the same sign as the key before it."""
     dots = (rotations[1:] * rotations[:-1]).sum(axis=-1)
     flips = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
     return np.concatenate((rotations[:1], rotations[1:] * flips[..., None]))

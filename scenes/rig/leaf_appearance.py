@@ -1,4 +1,4 @@
-"""Leaf appearances that stand for what they hide, and the cores of parts without a body (§2.4)."""
+"""How leaf appearances are fitted to what they hide, and cores of parts without a body (§2.4)."""
 
 import numpy as np
 
@@ -15,14 +15,14 @@ _COLUMNS = ("start", "end", "start_radius", "end_radius", "tint", "start_joint",
 
 
 def group_by_owner(owner: Ints, columns: list[np.ndarray], n: int) -> RiggedSticks:
-    """Sticks in any order, sorted by owner."""
+    """The table of sticks given in any order, sorted by owner; columns as in RiggedSticks."""
     order = np.argsort(owner, kind="stable")
     first = np.concatenate(([0], np.cumsum(np.bincount(owner, minlength=n))))
     return RiggedSticks(first, *(column[order] for column in columns))
 
 
 def select_sticks(table: RiggedSticks | None, stick: Ints, owner: Ints, n: int) -> RiggedSticks:
-    """The sticks at these rows, with new owners; none of them without a table."""
+    """The sticks at rows ``stick`` with owners ``owner``; an empty table where there is none."""
     if table is None:
         empty = (np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
         return RiggedSticks(np.zeros(n + 1, np.int64), *empty, *(stick,) * 3)
@@ -30,7 +30,7 @@ def select_sticks(table: RiggedSticks | None, stick: Ints, owner: Ints, n: int) 
 
 
 def sticks_below(whole: Ints, body: StickTable) -> StickTable:
-    """For every part, the bodies of itself and of everything below it, at rest."""
+    """The sticks of every part's own body and of all parts below it, at rest."""
     owner, stick = body.owner, np.arange(len(body))
     owners, sticks = [], []
     while len(owner):
@@ -51,8 +51,11 @@ def fit_leaf_appearances(
     full: StickTable,
     materials: dict[str, Colour],
 ) -> tuple[RiggedSticks, np.ndarray]:
-    """Leaf appearances: the blob; those given, fitted to what they hide; the rest look as they
-    are.
+    """Leaf appearances of all parts, and the palette (t, 3) with the mean tint as its last row.
+
+    given: sticks chosen for some parts, whose radii are fitted so that their mean area over
+        directions is that of everything they hide (``full``); other parts look as their bodies do.
+        The whole object without any is one upright stick of the mean tint.
     """
     n = len(full.first) - 1
     palette = np.array(list(materials.values()))
@@ -70,9 +73,7 @@ def fit_leaf_appearances(
 
 
 def _upright_stick(full: StickTable, area: float, tint: int) -> RiggedSticks:
-    """The whole as one upright stick: of even radius r and height h over all, its mean area is
-    π·r·h/2.
-    """
+    """The whole as one upright stick of that mean area: for radius r and height h it is π·r·h/2."""
     own = slice(full.first[0], full.first[1])
     tops = (full.start[own, 2] + full.start_radius[own], full.end[own, 2] + full.end_radius[own])
     height = max(float(top.max()) for top in tops)
@@ -86,7 +87,7 @@ def _upright_stick(full: StickTable, area: float, tint: int) -> RiggedSticks:
 
 
 def concatenate(n: int, tables: tuple[RiggedSticks, ...]) -> RiggedSticks:
-    """Several tables of the same parts as one."""
+    """One table of the sticks of several tables of the same n parts."""
     owner = np.concatenate([table.owner for table in tables])
     return group_by_owner(
         owner, [np.concatenate([getattr(t, name) for t in tables]) for name in _COLUMNS], n
@@ -94,9 +95,7 @@ def concatenate(n: int, tables: tuple[RiggedSticks, ...]) -> RiggedSticks:
 
 
 def _fit_radii(rig: Rig, given: RiggedSticks, target: Reals, rounds: int = 4) -> RiggedSticks:
-    """The same sticks with each part's radii scaled alike, so that its mean area at rest is the
-    target.
-    """
+    """Sticks with radii scaled part by part, so that mean areas at rest are the targets [m²]."""
     rows = np.flatnonzero(np.bincount(given.owner, minlength=len(target)))
     factor = np.ones(len(target))
     frames = rig.frames()
@@ -117,8 +116,10 @@ def _scale_radii(table: RiggedSticks, factor: Reals) -> RiggedSticks:
 def inner_appearances(
     whole: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedSticks
 ) -> RiggedSticks:
-    """Bodies of the parts that own parts; for those that have none the core that is given, or
-    their leaf appearance thinned (the blob's is no core).
+    """Inner appearances: the bodies of parts that own parts, and cores where there is no body.
+
+    given: cores chosen for some parts; elsewhere the core is the leaf appearance, thinned. The
+        whole object has no core unless one is given.
     """
     n = len(whole)
     owns = np.zeros(n, bool)

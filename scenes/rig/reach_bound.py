@@ -1,5 +1,4 @@
-"""How far points can be from a joint over every pose that the limits allow: a bound that is never
-exceeded.
+"""How far points can be from a joint in any pose that the limits allow: an upper bound.
 
 Points x of a jointed chain form a set S; |x| is at most max over directions u of h(u) = max of u·x,
 the set's support function (Rockafellar, "Convex Analysis", 1970, §13). Down the chain it obeys
@@ -16,11 +15,12 @@ axis by 1/cos(δ/2), so that a few angles stand for all between them.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from lod.arrays import Ints, Points, Reals
+from lod.arrays import Ints, Points, Reals, frozen
 from scenes.rig.rig import Rig
 
 CELLS = 24
@@ -31,8 +31,10 @@ STEP_DEG = 7.5
 
 
 def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
-    """Bound on the distance from the origin of ``joint`` to spheres in the frames of ``joints``
-    [m].
+    """Bound on the distance from a joint to the far side of spheres on other joints [m].
+
+    joints (k,), points (k, 3) [m], radii (k,) [m]: the spheres, in the frames of their joints
+        (−1 = the object's frame)
     """
     if not len(joints):
         return 0.0
@@ -45,7 +47,7 @@ def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals
 
 
 def _aside(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
-    """A sphere that does not ride on ``joint``: by way of the nearest joint that both ride on."""
+    """Bound for a sphere that does not ride on ``joint``, through the nearest joint of both [m]."""
     if joint >= 0 and rig.parent[joint] == -1 and joints[0] == -1:
         corners = np.stack(np.meshgrid(*zip(rig.shift_low, rig.shift_high, strict=True)), axis=-1)
         away = points[0] - rig.offset[joint] - corners.reshape(-1, 3)
@@ -67,6 +69,7 @@ def _is_under(rig: Rig, joint: int) -> np.ndarray:
 
 
 def _chain(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
+    """Bound for spheres that ride on ``joint``, or on joints below it [m]."""
     if joint == -1:
         moves = np.maximum(np.abs(rig.shift_low), np.abs(rig.shift_high))
         radii = radii + np.where(joints >= 0, np.linalg.norm(moves), 0.0)
@@ -76,16 +79,37 @@ def _chain(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> 
         joints = np.full_like(joints, rig.parent[joints[0]])
     if (joints == joint).all():
         return float((np.linalg.norm(points, axis=1) + radii).max())
-    tree = (rig.parent, rig.offset, np.radians(rig.low), np.radians(rig.high))
-    spheres = (joints, np.ascontiguousarray(points), np.ascontiguousarray(radii))
-    largest = _support(*tree, joint, *spheres, CELLS, math.radians(STEP_DEG))
+    low, high = (frozen(np.radians(limit), np.float64) for limit in (rig.low, rig.high))
+    tree = _Joints(rig.parent, rig.offset, low, high)
+    places = frozen(points, np.float64), frozen(radii, np.float64)
+    spheres = _Spheres(frozen(joints, np.int64), *places)
+    largest = _support(tree, joint, spheres, CELLS, math.radians(STEP_DEG))
     # The nearest direction that h is known in is at most half a cell's diagonal away.
     return float(largest / math.cos(math.atan(math.sqrt(2) / CELLS)))
 
 
+class _Joints(NamedTuple):
+    """Columns of a rig: parents, offsets [m], least and greatest angles [rad]."""
+
+    parent: np.ndarray
+    offset: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+class _Spheres(NamedTuple):
+    """Spheres in the frames of joints: centres (k, 3) and radii (k,) [m]."""
+
+    joints: np.ndarray
+    points: np.ndarray
+    radii: np.ndarray
+
+
 @njit(cache=True)
-def _support(parent, offset, low, high, root, joints, points, radii, cells, step):  # type: ignore[no-untyped-def]
+def _support(tree, root, spheres, cells, step):  # type: ignore[no-untyped-def]
     """Largest h(u)/|u| over the grid, of all spheres as seen from joint ``root``."""
+    parent, offset, low, high = tree
+    joints, points, radii = spheres
     grid = _directions(cells)
     size = len(grid)
     tables = np.full((len(parent) + 1, size), -np.inf)
@@ -137,8 +161,9 @@ def _swept(h, grid, cells, axis, low, high, step):  # type: ignore[no-untyped-de
 
 @njit(cache=True, inline="always")
 def _interpolated(h, cells, axis, u, v, w):  # type: ignore[no-untyped-def]
-    """h, or a little more, of the direction whose components along ``axis`` and the two that follow
-    are u, v, w: bilinear on the face of the cube that it points through.
+    """Upper bound of h in a direction, bilinear on the face of the cube that it points through.
+
+    u, v, w: components of the direction along ``axis`` and the two axes that follow it
     """
     if abs(v) > abs(u) and abs(v) >= abs(w):
         axis, u, v, w = axis + 1, v, w, u
@@ -158,7 +183,7 @@ def _interpolated(h, cells, axis, u, v, w):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _directions(cells):  # type: ignore[no-untyped-def]
-    """The points (±1, s, t) of the cube's six faces, and so on for its other axes."""
+    """Grid points on the six faces of the cube of half side 1, (6·(cells + 1)², 3)."""
     grid = np.empty((6 * (cells + 1) ** 2, 3))
     at = 0
     for face in range(6):

@@ -1,4 +1,4 @@
-"""A rig: the joints of one object, how far each may turn, and sticks that ride on them.
+"""What a rig is: joints of one object, their limits, and the sticks that ride on them.
 
 The frame of the object: origin where it stands on the ground, z up, x the way it faces, y to its
 left. A joint sits at ``offset`` in the frame of its parent and turns there; joint −1 is the
@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.arrays import Flags, Ints, Points, freeze
+from lod.arrays import Flags, Ints, Points, freeze, frozen
 from lod.errors import InputError
 from lod.rotations import rotated
 from lod.stick_table import StickTable
@@ -36,7 +36,7 @@ class Rig:
     name    of every joint
     parent  (j,) −1 for joints that sit in the object's own frame
     offset  (j, 3) origin in the parent's frame [m]
-    rest    (j, 4) turn of each joint as the object stands, (x, y, z, w)
+    rest    (j, 4) rotation of each joint as the object stands, (x, y, z, w)
     low, high (j, 3) least and greatest angle about x, y, z, in Rz·Ry·Rx [degrees]
     shift_low, shift_high (3,) how far the joints of the object's own frame may move as it walks on
         the spot: bob and sway [m]
@@ -60,7 +60,7 @@ class Rig:
         return len(self.name)
 
     def row(self, name: str) -> int:
-        """The joint of that name."""
+        """Row of the joint of that name. Raises InputError where there is none."""
         if name not in self.name:
             raise InputError("joint", name, f"one of {', '.join(self.name)}")
         return self.name.index(name)
@@ -70,21 +70,21 @@ class Rig:
         rotations: Quaternions | None = None,
         shift: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
     ) -> tuple[Vectors, Quaternions]:
-        """Origin (…, j, 3) [m] and turn (…, j, 4) of every joint in the object's frame.
+        """Origin (…, j, 3) [m] and rotation (…, j, 4) of every joint in the object's frame.
 
-        As posed by turns (…, j, 4), at rest without; shift (…, 3) moves the joints of the object's
-            frame.
+        turns: (…, j, 4) rotation of every joint in its parent, at rest by default
+        shift: (…, 3) added to the origins of joints that sit in the object's frame [m]
         """
         local = self.rest if rotations is None else rotations
         before = local.shape[:-2]
         poses = math.prod(before)
         shifts = np.broadcast_to(np.asarray(shift, np.float64), (*before, 3)).reshape(poses, 3)
-        flat = local.reshape(poses, len(self), 4)
-        origin, turn = _frames(self.parent, self.offset, flat, shifts)
+        flat = frozen(local.reshape(poses, len(self), 4), np.float64)
+        origin, turn = _frames(self.parent, self.offset, flat, frozen(shifts, np.float64))
         return origin.reshape(*before, len(self), 3), turn.reshape(local.shape)
 
     def limit_excess(self, rotations: Quaternions) -> Float64[np.ndarray, "..."]:
-        """How far each joint is beyond its limits, (…, j); 0 within them [degrees]."""
+        """How far each joint is beyond its limits, (…, j) [degrees]; 0 within them."""
         angle = to_euler(rotations)
         # The same turn has a second set of angles, (x ± 180, ±180 − y, z ± 180).
         other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
@@ -96,12 +96,12 @@ class Rig:
         return np.maximum(0, np.maximum(self.low - near, near - self.high)).max(axis=-1)
 
     def random_turns(self, rng: np.random.Generator, count: int) -> Quaternions:
-        """Allowed poses, even over the angles, every limit met now and then, (count, j, 4)."""
+        """Random poses within the limits, (count, j, 4): uniform angles, and limits themselves."""
         share = np.clip(rng.uniform(-0.25, 1.25, (count, len(self), 3)), 0, 1)
         return from_euler(self.low + share * (self.high - self.low))
 
     def scaled(self, factor: float) -> "Rig":
-        """Every length times ``factor``."""
+        """The rig with every length times ``factor``."""
         lengths = (self.offset * factor, self.shift_low * factor, self.shift_high * factor)
         offset, shift_low, shift_high = lengths
         angles = (self.rest, self.low, self.high)
@@ -135,7 +135,7 @@ class RiggedSticks(StickTable):
         return StickTable(self.first, start, end, self.start_radius, self.end_radius, self.tint)
 
     def only(self, parts: Flags) -> "RiggedSticks":
-        """The sticks of the flagged parts (n,) alone."""
+        """The table with the sticks of the flagged parts (n,) alone."""
         keep = parts[self.owner]
         count = np.bincount(self.owner[keep], minlength=len(parts))
         columns = ("start", "end", "start_radius", "end_radius", "tint", "start_joint", "end_joint")
@@ -144,7 +144,7 @@ class RiggedSticks(StickTable):
 
 
 def to_object_frame(origin: Vectors, turn: Quaternions, joint: Ints, point: Points) -> Points:
-    """Points in the frames of joints, as they are in the object's frame, (k, 3) [m]."""
+    """Points (k, 3) [m] given in frames of joints (k,), in the object's frame."""
     row = np.maximum(joint, 0)
     at = origin[row] + rotated(turn[row], point)
     return np.where((joint < 0)[:, None], point, at)

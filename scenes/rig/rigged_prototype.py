@@ -11,11 +11,11 @@
         part
 
 An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its
-origin is that
-of the whole, and the two share the greater P and R.
+origin is that of the whole, and the two share the greater P and R.
 
-"Over all poses" is the bound of ``rig_reach``: never exceeded, and reached within a few per cent.
-It is the rule of ``prototype`` with poses; a rig that cannot move gives the same numbers.
+"Over all poses" is the bound of ``reach_bound``: never exceeded, and reached within a few per cent.
+It is the rule of ``scenes.sticks.prototype`` with poses; a rig that cannot move gives the same
+numbers.
 """
 
 from dataclasses import dataclass, field, replace
@@ -82,9 +82,7 @@ class RiggedPrototype:
         rotations: Quaternions | None = None,
         shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
     ) -> Prototype:
-        """The object standing in one pose, at rest by default; its P, R, B stay those of every
-        pose.
-        """
+        """The object in one pose, at rest by default; its P, R, B stay those of every pose."""
         origin, turn = self.rig.frames(rotations, shift)
         position = to_object_frame(origin, turn, self.joint, self.place)
         hierarchy = replace(self.hierarchy, position=position)
@@ -122,7 +120,7 @@ class RiggedPrototype:
 
 
 def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
-    """What has one pose alone, as a rig without joints: everything rides on the object's frame."""
+    """A prototype of one pose as a rig without joints: everything rides on the object's frame."""
     none, nowhere = np.zeros((0, 3)), np.zeros(3)
     empty = np.zeros(0, np.int64)
     rig = Rig((), empty, none, np.zeros((0, 4)), none, none, nowhere, nowhere)
@@ -155,7 +153,7 @@ def build_hierarchy(
     tints: Float64[np.ndarray, "t 3"],
     twin: Ints,
 ) -> tuple[Hierarchy, Ints]:
-    """The compiled hierarchy by the rule above, and the joint at the origin of each part, (n,).
+    """The compiled hierarchy by the rule of this file, and the joint of each part's origin, (n,).
 
     joint (n,) where each would have its origin by itself; twin (n,) an earlier part that it is the
     mirror image of, or itself

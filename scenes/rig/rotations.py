@@ -1,10 +1,8 @@
-"""Rotations by arrays: unit quaternions (x, y, z, w), and the angles about x, y and z that joints
-are limited in.
+"""Rotations of joints: unit quaternions (x, y, z, w), and angles about x, y and z.
 
-A joint's angles turn it about x first, then y, then z of its parent: R = Rz·Ry·Rx (as
-``figure_tables``). Products combine from the right, as in ``lod.actors.quaternion``: p·q turns by
-q first.
-Compiled scalars are for the walks of ``rig_pose``; arrays for everything else.
+A joint's angles rotate it about x first, then y, then z of its parent: R = Rz·Ry·Rx. Products
+combine from the right, as in ``lod.actors.quaternion``: p·q rotates by q first. Compiled functions
+of scalars are for the kernels of ``scenes.rig.pose``, functions of arrays for everything else.
 """
 
 import math
@@ -45,18 +43,18 @@ def to_euler(rotations: Quaternions) -> Vectors:
 
 
 def inverse(q: Quaternions) -> Quaternions:
-    """The opposite turn of a unit quaternion."""
+    """Inverse rotations of unit quaternions."""
     return q * np.array((-1.0, -1.0, -1.0, 1.0))
 
 
 def matrices(q: Quaternions) -> Matrices:
-    """Rotation matrices of unit quaternions: the turned axes are their columns."""
+    """Rotation matrices of unit quaternions: their columns are the rotated axes."""
     axes = [rotated(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)]
     return np.stack(axes, axis=-1)
 
 
 def shortest_arc(a: Vectors, b: Vectors) -> Quaternions:
-    """The shortest turns that take directions a to b (not opposite ones)."""
+    """The shortest rotations that take directions a to b, (…, 4); a and b are not opposite."""
     length = np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1)
     w = length + (a * b).sum(axis=-1)
     q = np.concatenate((np.cross(a, b), w[..., None]), axis=-1)
@@ -65,7 +63,7 @@ def shortest_arc(a: Vectors, b: Vectors) -> Quaternions:
 
 @njit(cache=True)
 def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyped-def]
-    """a·b of two quaternions, component by component."""
+    """Product a·b of two quaternions, component by component."""
     return (
         aw * bx + ax * bw + ay * bz - az * by,
         aw * by - ax * bz + ay * bw + az * bx,
@@ -76,7 +74,7 @@ def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyp
 
 @njit(cache=True)
 def rotate_vector(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
-    """The vector (x, y, z) turned by a unit quaternion."""
+    """The vector (x, y, z) rotated by a unit quaternion."""
     tx, ty, tz = 2 * (qy * z - qz * y), 2 * (qz * x - qx * z), 2 * (qx * y - qy * x)
     return (
         x + qw * tx + qy * tz - qz * ty,
@@ -87,17 +85,17 @@ def rotate_vector(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def slerp_weights(share, angle, per_sine):  # type: ignore[no-untyped-def]
-    """Weights of two quaternions ``angle`` apart (half the turn between them), Shoemake's slerp
-    [41]; per_sine: 1/sin(angle).
+    """Weights of two quaternions in a spherical interpolation.
+
+    angle: between the quaternions, half the rotation between them [rad]; per_sine: 1/sin(angle).
+    Shoemake, "Animating rotation with quaternion curves", SIGGRAPH 1985.
     """
     return _sine((1.0 - share) * angle) * per_sine, _sine(share * angle) * per_sine
 
 
 @njit(cache=True, inline="always")
 def _sine(x):  # type: ignore[no-untyped-def]
-    """sin x, x at least 0: its series to x¹¹ for the small angles between two keys, where what
-    follows is less than rounding.
-    """
+    """Sine of x ≥ 0, by its series to x¹¹ for small angles, where the rest is below rounding."""
     if x > 0.3:
         return math.sin(x)
     s = x * x

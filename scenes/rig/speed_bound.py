@@ -1,4 +1,4 @@
-"""How fast anything of a posed object moves by its own motion, whatever its phase: a bound.
+"""How fast any point of an object moves by its own motion, at any phase: an upper bound.
 
 A point on a joint moves with its joint's origin and with its turning, and the origin with the
 joint above: from the root down,
@@ -6,8 +6,8 @@ joint above: from the root down,
     speed of an origin ≤ speed of the origin above + rate of the turn above · length of the offset,
     rate of a turn     ≤ rate of the turn above + angle between two keys · keys / period,
 
-and so for the ends of sticks. Legs are planted on the ground (``rig_plant``): on a slope feet
-follow it, which the body's own speed is added for, the steepest ground being no steeper than 45°.
+and so for the ends of sticks. Feet that follow a slope (``leg_ik``) move faster: the body's own
+speed is added for it, which suffices for ground no steeper than 45°.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 
 
 def speed_bound(prototype: RiggedPrototype) -> float:
-    """Greatest speed of anything of it against where the object stands [m/s]."""
+    """Bound on the speed of any point of the object against where it stands [m/s]."""
     motion, rig = prototype.motion, prototype.rig
     if len(motion.rotations) == 1:
         return 0.0
@@ -37,7 +37,7 @@ def speed_bound(prototype: RiggedPrototype) -> float:
 
 
 def _reach(prototype: RiggedPrototype, joints: int) -> np.ndarray:
-    """Farthest that anything on each joint is from it, (joints,) [m]."""
+    """Greatest distance from each joint to what rides on it, (joints,) [m]."""
     reach = np.zeros(joints)
     ends: list[tuple[Ints, Points]] = [(prototype.joint, prototype.place)]
     for table in (prototype.inner, prototype.leaf):

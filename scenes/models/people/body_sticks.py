@@ -1,7 +1,7 @@
-"""The sticks of a figure in tables: bodies of parts and leaf appearances, as shares of stature.
+"""Which sticks a person consists of: bodies of parts and leaf appearances, as shares of stature.
 
-Each stick is given in the frame of a joint of ``figure_tables``, for the left side where there are
-two. Lengths follow that skeleton; girths are our own.
+Each stick is given in the frame of a joint of ``skeleton``, for the left side where there are two.
+Lengths follow that skeleton; girths were chosen by eye.
 """
 
 from scenes.models.people.skeleton import FINGERS, TOES

@@ -1,14 +1,11 @@
-"""People that can be posed: the figure of ``figure_tables`` with joint limits, adults and
-children.
+"""Who stands in a crowd: posable adults and children, with limits of their joints.
 
 Ranges of motion, rounded to the wider of Boone & Azen, "Normal range of motion of joints in male
 subjects", J. Bone Joint Surg. 61-A:756 (1979), and the handbook of the American Academy of
-Orthopaedic Surgeons (1965). Under load and with the knee bent the ankle bends further up, by
-    30° at
+Orthopaedic Surgeons (1965). Under load and with the knee bent the ankle bends further up, by 30° at
 least (weight-bearing lunge: Bennell et al., Aust. J. Physiother. 44:175, 1998). The spine's and
-the neck's are shared out evenly over their two joints. Signs, on the left: about x outwards,
-    about y
-back (the spine forwards), about z to the left.
+the neck's are shared out evenly over their two joints. Signs, on the left: about x outwards, about
+y back (the spine forwards), about z to the left.
 
 Children: the head takes up a larger share of the stature and the legs a smaller one. Head 1/6 at
 six years and 1/7 at twelve against 1/7.7 in the tables (Stratz, "Der Körper des Kindes", 1909;
@@ -76,7 +73,7 @@ _HEAD, _LEG = 0.13, 0.525
 
 @cache
 def human_anatomy() -> Anatomy:
-    """The tables of people."""
+    """The tables of people: skeleton, parts, sticks, rest pose and limits."""
     return Anatomy(
         joints=TRUNK_JOINTS,
         side_joints=SIDE_JOINTS,
@@ -100,9 +97,7 @@ def person_build(who: Person, age: float | None = None) -> Build:
 
 
 def child_sizes(age: float) -> dict[str, float]:
-    """Factors on the lengths of head and legs that give a child's shares of stature; 4 to 16
-    years.
-    """
+    """Factors on lengths in the frames of joints, for a child of 4 to 16 years."""
     head = np.interp(age, (4, 6, 12, 16), (1 / 5.5, 1 / 6, 1 / 7, _HEAD))
     sitting = np.interp(age, (4, 6, 12, 16), (0.565, 0.55, 0.525, 0.52))
     leg = _LEG * (1 - sitting) / (1 - 0.52)
@@ -115,7 +110,7 @@ def child_sizes(age: float) -> dict[str, float]:
 
 
 def person_anatomy(who: Person) -> Anatomy:
-    """The tables of people, with the bust and long hair where this person has them."""
+    """The tables of people, with bust and long hair where this person has them."""
     tables = human_anatomy()
     body = dict(tables.body)
     body["chest"] = body["chest"] + (BUST if who.bust else [])
@@ -125,8 +120,9 @@ def person_anatomy(who: Person) -> Anatomy:
 
 @lru_cache(maxsize=16)
 def people_at_rest(seed: int, count: int, children: float = 0.2) -> tuple[RiggedPrototype, ...]:
-    """``count`` people standing, a share of them children; the k-th depends on the seed and k
-    only.
+    """``count`` people at rest, a share of them children; the k-th depends on the seed and k only.
+
+    Raises InputError for a count below 1 or a share outside 0 to 1.
     """
     if count < 1:
         raise InputError("species.figure.prototypes", count, "at least one prototype")
@@ -155,7 +151,7 @@ def _someone(seed: int, k: int, children: float) -> RiggedPrototype:
 
 
 def _younger(who: Person, age: float, rng: np.random.Generator) -> Person:
-    """A child. Median statures after the CDC growth charts (2000), rounded; spread 4.5 %."""
+    """The person as a child. Median statures: CDC growth charts (2000), rounded; spread 4.5 %."""
     median = np.interp(age, (4, 6, 8, 10, 12), (1.02, 1.15, 1.28, 1.385, 1.50))
     stature = float(median * np.clip(rng.normal(1.0, 0.045), 0.9, 1.1))
     return replace(who, stature=stature, bust=False, shoulders=0.93, hips=0.95)

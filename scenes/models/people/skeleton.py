@@ -1,4 +1,4 @@
-"""The standing figure in tables: joints, parts and sticks, all lengths as shares of stature.
+"""Which joints and parts a person has, and how a person stands; lengths are shares of stature.
 
 Segment lengths and heights follow Drillis & Contini, "Body segment parameters" (1966), as given by
 Winter, "Biomechanics and Motor Control of Human Movement" (4th ed. 2009, fig. 4.1): ankle 0.039,

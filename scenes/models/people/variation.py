@@ -35,7 +35,7 @@ BOTTOMS = (2, 6, 7, 5, 0)
 
 @dataclass(frozen=True)
 class Person:
-    """One person. Lengths are factors on the tables of ``figure_tables``, stature in metres.
+    """One person. Lengths are factors on those of ``skeleton``, stature in metres.
 
     materials: linear albedo of every material that the tables name.
     """

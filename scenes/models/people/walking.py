@@ -1,4 +1,4 @@
-"""How people walk: one style a person.
+"""How people walk, each with a gait of their own.
 
 Joint and foot angles after Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter,
 "Biomechanics and Motor Control of Human Movement" (4th ed. 2009): the foot lands 20° toes up, is
@@ -49,8 +49,9 @@ def walking_gait(
     spread: float = 0.055,
     nod: float = 0.0,
 ) -> Gait:
-    """A person's walk. ``swing``: of the arms to each side; ``elbow``, ``lean``, ``nod``: how
-    bent [degrees].
+    """A person's gait. swing: of the arms to each side; elbow, lean, nod: how bent [degrees].
+
+    froude: speed²/(g·hip height); spread: of the feet from the middle [shares of hip height]
     """
     leg = Leg(**{**vars(_LEG), "spread": spread})
     return Gait(
@@ -88,12 +89,13 @@ def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, .
 
 
 def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
-    """One person's own walk: pace, arms, bearing.
+    """A random gait of one person: speed, arms, bearing.
 
-    This is the longest stride of all who walk in this style; theirs (``patrol.paces``) have 0.74 of
-    its Froude number on average. People out walking are then near Froude 0.21 or 1.35 m/s: adults
-    up to 69 years choose 1.24 (women over 60) to 1.43 m/s (men in their forties; Bohannon &
-    Andrews, "Normal walking speed: a descriptive meta-analysis", Physiotherapy 97:182, 2011).
+    The stride is the longest of all who walk with this gait: theirs (``patrol.stride_factors``)
+    have 0.74 of its Froude number on average. People out walking are then near Froude 0.21 or
+    1.35 m/s: adults up to 69 years choose 1.24 (women over 60) to 1.43 m/s (men in their forties;
+    Bohannon & Andrews, "Normal walking speed: a descriptive meta-analysis", Physiotherapy 97:182,
+    2011).
     """
     return walking_gait(
         froude=float(np.clip(rng.normal(0.28, 0.04), 0.18, 0.36)),
@@ -106,9 +108,7 @@ def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
 
 
 def walking_people(people: tuple[RiggedPrototype, ...], seed: int) -> tuple[RiggedPrototype, ...]:
-    """The same people, each walking in a way of their own; the k-th depends on the seed and k
-    only.
-    """
+    """The people, each with a gait of their own; the k-th depends on the seed and k only."""
     styles = (
         random_gait(
             np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0x3A17, k))))
