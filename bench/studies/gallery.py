@@ -15,11 +15,11 @@ from PIL import Image
 from scenes.preset.load import preset_names
 
 FRAMES = {"campfire": 30, "fly_in": 40}
-"""The frame of each preset that shows most; 1 where it is not said."""
+"""The frame of a preset that shows most; presets that are not named show frame 1."""
 
 
-def rendered(name: str, size: str, spp: int, folder: Path) -> Path:
-    """One frame as EXR."""
+def render_preset(name: str, size: str, spp: int, folder: Path) -> Path:
+    """Render one frame of a preset as EXR, and give its path."""
     frame = FRAMES.get(name, 1)
     flags = f"--frames {frame} --size {size} --spp {spp} --denoise --overwrite".split()
     target = folder / name / f"{name}.####.exr"
@@ -30,8 +30,8 @@ def rendered(name: str, size: str, spp: int, folder: Path) -> Path:
     return target.with_name(f"{name}.{frame:04d}.exr")
 
 
-def pictured(frame: Path, name: str, folder: Path) -> None:
-    """Both pictures of a frame, the denoised one of its light."""
+def save_pictures(frame: Path, name: str, folder: Path) -> None:
+    """Write both pictures of a frame: its light, denoised, and its detail levels."""
     from scenes.render.files.exr import read_exr
     from scenes.render.pictures.contact_sheet import preview
     from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle, to_srgb_8bit
@@ -45,8 +45,8 @@ def pictured(frame: Path, name: str, folder: Path) -> None:
     preview(frame, folder / f"{name}_level.png", PictureStyle(view="level"))
 
 
-def page(presets: Sequence[tuple[str, str]]) -> str:
-    """The gallery as Markdown, from names and what they show."""
+def gallery_page(presets: Sequence[tuple[str, str]]) -> str:
+    """Write the gallery as Markdown, from the names of presets and what they show."""
     head = (
         "# What there is to see\n\nEvery preset, and beside it the same frame by detail level"
         " (`--view level`): dark is coarse, light is fine. Made by"
@@ -72,6 +72,6 @@ def command(names: tuple[str, ...], folder: str, size: str, spp: int) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         for name, _ in preset_names():
             if name in names or not names:
-                pictured(rendered(name, size, spp, Path(scratch)), name, target)
+                save_pictures(render_preset(name, size, spp, Path(scratch)), name, target)
     done = [each for each in preset_names() if (target / f"{each[0]}_level.png").exists()]
-    (target / "README.md").write_text(page(done), "utf-8")
+    (target / "README.md").write_text(gallery_page(done), "utf-8")

@@ -49,14 +49,14 @@ SCENES = (
     Scene("meadow", _LLVM, (_LARGE, "render.spp=2", "view.detail=4", "output.denoise=true")),
     Scene("crowd", _LLVM, (_MIDDLE, "view.shutter=180")),
 )
-"""Sixteen scenes that differ in everything that the model knows, and in what it need not know."""
+"""Scenes that differ in everything that the model knows, and in what it need not know."""
 
 GROWTH = Scene("meadow", _LLVM, ('render.size="16x9"', "render.spp=1", "view.detail=8"))
 FRAMES = 200
 
 
-def rendered(scene: Scene, frames: int = 1) -> Iterator[Record]:
-    """Records of frames that one fresh process renders, each with its peak_rss_bytes."""
+def render_scene(scene: Scene, frames: int = 1) -> Iterator[Record]:
+    """Render frames in one fresh process, and yield their records, with ``peak_rss_bytes``."""
     preset = load_preset(scene.preset, scene.settings)
     settings = frame_settings(preset, scene.variant)
     with tempfile.TemporaryDirectory() as folder, Worker() as worker:
@@ -66,8 +66,8 @@ def rendered(scene: Scene, frames: int = 1) -> Iterator[Record]:
             target.unlink()
 
 
-def foretold(scene: Scene, record: Record) -> int:
-    """What the model says of a frame with these numbers of sticks and triangles."""
+def predicted_memory(scene: Scene, record: Record) -> int:
+    """Predict the memory [bytes] of a frame from the sticks and triangles of its record."""
     preset = load_preset(scene.preset, scene.settings)
     counts = record["statistics"]["sticks"], record["statistics"]["triangles"]
     output, open_shutter = preset.output, preset.view.shutter > 0
@@ -75,9 +75,9 @@ def foretold(scene: Scene, record: Record) -> int:
     return predict_bytes(*counts, preset.render.size, preset.render.spp, scene.variant, beside)
 
 
-def growth(frames: int = FRAMES) -> tuple[int, int]:
-    """The most memory after a tenth of the frames, when all is compiled, and after all."""
-    peaks = [record["peak_rss_bytes"] for record in rendered(GROWTH, frames)]
+def memory_growth(frames: int = FRAMES) -> tuple[int, int]:
+    """Peak memory [bytes] after a tenth of the frames, when all is compiled, and after all."""
+    peaks = [record["peak_rss_bytes"] for record in render_scene(GROWTH, frames)]
     return peaks[frames // 10], peaks[-1]
 
 
@@ -87,14 +87,14 @@ def command(path: str | None) -> None:
     """Measure, print, and write where asked."""
     rows: list[tuple[object, ...]] = []
     for scene in SCENES:
-        (record,) = rendered(scene)
-        said, was = foretold(scene, record), record["peak_rss_bytes"]
+        (record,) = render_scene(scene)
+        said, was = predicted_memory(scene, record), record["peak_rss_bytes"]
         counts = record["statistics"]["sticks"], record["statistics"]["triangles"]
         name = " ".join((scene.preset, *scene.settings))
         rows.append((name, scene.variant, *counts, said / 1e6, was / 1e6, said / was))
         click.echo(table(rows[-1:]))
-    before, after = growth()
-    heads = ("scene", "variant", "sticks", "triangles", "foretold MB", "measured MB", "ratio")
+    before, after = memory_growth()
+    heads = ("scene", "variant", "sticks", "triangles", "predicted MB", "measured MB", "ratio")
     click.echo(table([heads, *rows]))
     click.echo(f"{FRAMES} frames in one process: {before / 1e6:.0f} → {after / 1e6:.0f} MB")
     if path:

@@ -4,9 +4,9 @@ A fast pan, a walk past walkers, a turn that stops, and a flight over trees, eac
 (by motion too, and with parts kept for as long as they are off by less than half a pixel) beside
 the same clip with everything drawn in every frame. In a window of 120 m, where that can be.
 
-The table has of every frame what motion does not explain (``popping_measure``), at a quantile over
-its pixels that the frame before looked at, too: of both, and of a planted clip in which parts pop,
-every other frame as coarse again, and stutter. It is looked for in sharp pictures of what is
+The table has of every frame what motion does not explain (``unexplained_change``), at a quantile
+over its pixels that the frame before looked at, too: of both, and of a planted clip in which parts
+pop, every other frame as coarse again, and stutter. It is looked for in sharp pictures of what is
 displayed, as no open shutter would show it: with samples of its own in every frame, and with the
 same samples, so that whatever switches is seen without noise. Where the planted clip leaves no more
 than the one with everything drawn, nothing is proved, and that is said.
@@ -24,7 +24,7 @@ from PIL import Image
 
 from bench.cli.output import table
 from bench.experiments.popping.unexplained_change import Walk, walk
-from bench.studies.popping_film import MOST
+from bench.studies.popping_film import MOST_RATIO
 from lod.camera import Camera
 from scenes.frame.frame_input import assemble_frame
 from scenes.frame.layers import Layers
@@ -101,7 +101,7 @@ _EVERY, _STILL_PX = 4, 192
 
 
 def frames_of(preset: Preset, world: World, count: int, variant: str) -> Iterator[Layers]:
-    """The frames of a clip."""
+    """Render the frames of a clip."""
     for number in range(1, count + 1):
         made = assemble_frame(world, preset, number, variant)
         lit = made.air, made.light, made.quality
@@ -111,8 +111,8 @@ def frames_of(preset: Preset, world: World, count: int, variant: str) -> Iterato
             yield render_frame(made.camera, made.visible, *lit, number)
 
 
-def film(name: str, settings: tuple[str, ...], count: int, folder: Path) -> None:
-    """Both ways of a clip, side by side on disk: frames, a sheet of them all, and a film."""
+def write_film(name: str, settings: tuple[str, ...], count: int, folder: Path) -> None:
+    """Write a clip, pruned beside everything drawn: frames, a sheet of stills, and a film."""
     variant, paths = choose(), []
     presets = [
         load_preset("meadow", (*WORLD, *CLIPS[name], *way, *settings)) for way in WAYS.values()
@@ -132,9 +132,10 @@ def film(name: str, settings: tuple[str, ...], count: int, folder: Path) -> None
     movie(paths, folder / f"{name}.mp4", presets[0].camera.fps)
 
 
-def measured(name: str, settings: tuple[str, ...], numbers: Sequence[int]) -> dict[str, Walk]:
-    """What motion does not explain of every way of a clip, and of the planted one; nothing where
-    the frame before did not look.
+def measure_clip(name: str, settings: tuple[str, ...], numbers: Sequence[int]) -> dict[str, Walk]:
+    """Measure what motion does not explain of every way of a clip, and of the planted one.
+
+    It is 0 where the frame before did not look.
     """
     made = {}
     ways = {**{way: (pruned,) for way, pruned in WAYS.items()}, "planted": PLANTED}
@@ -143,7 +144,7 @@ def measured(name: str, settings: tuple[str, ...], numbers: Sequence[int]) -> di
         preset, world = presets[0], build_world(presets[0])
         seen = walk(world, presets, numbers, choose())
         cameras = (view_at(world, preset, number).camera for number in numbers)
-        known = np.stack([looked_at(*both) for both in pairwise(cameras)])
+        known = np.stack([pixels_seen_before(*both) for both in pairwise(cameras)])
         unexplained, switched = (
             np.where(known, each, 0) for each in (seen.unexplained, seen.switched)
         )
@@ -151,8 +152,8 @@ def measured(name: str, settings: tuple[str, ...], numbers: Sequence[int]) -> di
     return made
 
 
-def looked_at(before: Camera, now: Camera) -> Bool[np.ndarray, "h w"]:
-    """Pixels whose middles, infinitely far away, another camera has in its picture."""
+def pixels_seen_before(before: Camera, now: Camera) -> Bool[np.ndarray, "h w"]:
+    """Mark pixels of ``now`` whose direction the camera ``before`` has in its picture, too."""
     tan_x, tan_y = now.tan_half
     x = tan_x * (2 * (np.arange(now.width) + 0.5) / now.width - 1)
     y = tan_y * (1 - 2 * (np.arange(now.height) + 0.5) / now.height)
@@ -163,8 +164,8 @@ def looked_at(before: Camera, now: Camera) -> Bool[np.ndarray, "h w"]:
     return (across < tan_x * depth) & (up < tan_y * depth)
 
 
-def rows_of(name: str, found: dict[str, Walk], first: int) -> list[tuple[object, ...]]:
-    """Of frames after ``first``, with samples of their own and with the same, at the quantile."""
+def table_rows(name: str, found: dict[str, Walk], first: int) -> list[tuple[object, ...]]:
+    """Make a row for each frame after ``first``: quantiles with other and with the same samples."""
     columns = [
         np.quantile(each, QUANTILE, axis=(1, 2))
         for way in found.values()
@@ -174,23 +175,24 @@ def rows_of(name: str, found: dict[str, Walk], first: int) -> list[tuple[object,
     return [(name, at, *(f"{value:.4f}" for value in row)) for at, row in frames]
 
 
-def judged(name: str, found: dict[str, Walk]) -> str:
-    """What motion does not explain of the whole clip at the quantile, everything drawn = 1; and
-    how many parts came or went at full size.
+def verdict_line(name: str, found: dict[str, Walk]) -> str:
+    """Write what motion leaves unexplained of a clip, relative to everything drawn.
+
+    Also says how many parts came or went at full size.
     """
     left = {way: float(np.quantile(each.unexplained, QUANTILE)) for way, each in found.items()}
     words = [f"{way} {left[way] / left['everything']:.2f}" for way in ("pruned", "planted")]
-    most = MOST * left["everything"]
+    most = MOST_RATIO * left["everything"]
     within = "within" if left["pruned"] <= most else "beyond"
     if left["planted"] <= most:
         within = "which proves nothing, as the planted one is within"
     popped = ", ".join(f"{way} {each.popped.sum()}" for way, each in found.items())
-    told = f"{', '.join(words)} of what everything drawn has; {within} {MOST}"
+    told = f"{', '.join(words)} of what everything drawn has; {within} {MOST_RATIO}"
     return f"{name}: {told}; parts popped: {popped}"
 
 
 def _beside(one: Layers, two: Layers) -> Layers:
-    """Two frames as one, side by side."""
+    """Join two frames side by side into one."""
 
     def joined(layer: str) -> np.ndarray:
         return np.concatenate((getattr(one, layer), getattr(two, layer)), axis=1)
@@ -226,10 +228,10 @@ def command(
     rows: list[tuple[object, ...]] = []
     for name in names or CLIPS:
         if not table_only:
-            film(name, (f"render.size={size}", f"render.spp={spp}"), count, folder)
+            write_film(name, (f"render.size={size}", f"render.spp={spp}"), count, folder)
         looks = f"render.size={measure_size}", f"render.spp={MEASURED_SPP}"
-        found = measured(name, looks, range(first, last + 1))
-        click.echo(judged(name, found))
-        rows += rows_of(name, found, first)
+        found = measure_clip(name, looks, range(first, last + 1))
+        click.echo(verdict_line(name, found))
+        rows += table_rows(name, found, first)
     heads = [text for way in found for text in (way, f"{way}, same samples")]
     click.echo(table([("clip", "frame", *heads), *rows]))

@@ -4,7 +4,7 @@ The walk is measured unpruned, fading and clipped, in a wood small enough to be 
 coarsely that branches which come and go are several pixels large. DIR keeps what is measured, pair
 by pair; the same command goes on where it was stopped. Then it prints, and writes a sheet of
 stills, how many parts popped and the quantiles of what motion does not explain
-(``popping_measure``): with samples of its own in every frame, where fading is to stay within 1.1
+(``unexplained_change``): with samples of its own in every frame, where fading is to stay within 1.1
 times the unpruned walk and clipping does not; and with the same samples, where the unpruned walk
 has nothing but rounding.
 """
@@ -25,24 +25,24 @@ from scenes.world.world import World, build_world
 
 WOOD = ("world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false")
 QUANTILES = (0.99, 0.999, 0.9999)
-MOST = 1.1
-"""What fading may leave, times what the unpruned walk has."""
+MOST_RATIO = 1.1
+"""Greatest ratio of what a walk leaves unexplained to what the unpruned walk leaves."""
 
 _STILLS = 5
 
 
-def settings_of(way: str, size: str, spp: int, detail: float) -> tuple[str, ...]:
-    """Of the preset ``forest``."""
+def walk_settings(way: str, size: str, spp: int, detail: float) -> tuple[str, ...]:
+    """Give the settings that are laid over the preset ``forest`` for one way of pruning."""
     picture = f"render.size={size}", f"render.spp={spp}", f"view.detail={detail}"
     return (*WOOD, *picture, *WAYS[way])
 
 
-def pair(folder: Path, way: str, first: int, settings: tuple[str, ...]) -> None:
+def measure_pair(folder: Path, way: str, first: int, settings: tuple[str, ...]) -> None:
     """Measure a frame and the next, unless that is done."""
     path = folder / f"{way}.{first:04d}.npz"
     if path.exists():
         return
-    preset, world = _wood(settings)
+    preset, world = _forest(settings)
     found = walk(world, (preset,), (first, first + 1), choose())
     temporary = path.with_suffix(".part")
     with temporary.open("wb") as stream:
@@ -51,20 +51,20 @@ def pair(folder: Path, way: str, first: int, settings: tuple[str, ...]) -> None:
 
 
 @lru_cache(maxsize=len(WAYS))
-def _wood(settings: tuple[str, ...]) -> tuple[Preset, World]:
+def _forest(settings: tuple[str, ...]) -> tuple[Preset, World]:
     preset = load_preset("forest", settings)
     return preset, build_world(preset)
 
 
-def measured(folder: Path, way: str) -> Walk:
-    """All that is there of a way."""
+def load_walk(folder: Path, way: str) -> Walk:
+    """Read all pairs of frames of a way that a folder holds."""
     pieces = [np.load(path) for path in sorted(folder.glob(f"{way}.*.npz"))]
     names = Walk.__dataclass_fields__
     return Walk(**{name: np.concatenate([each[name] for each in pieces]) for name in names})
 
 
-def rows_of(walks: dict[str, Walk]) -> list[tuple[object, ...]]:
-    """The table."""
+def table_rows(walks: dict[str, Walk]) -> list[tuple[object, ...]]:
+    """Make a table row for each way, after the heads."""
     shares = [f"{q:.2%}" for q in QUANTILES]
     rows: list[tuple[object, ...]] = [
         ("way", "pairs", "popped", *shares, "÷ unpruned", "verdict", *(f"same {s}" for s in shares))
@@ -73,15 +73,17 @@ def rows_of(walks: dict[str, Walk]) -> list[tuple[object, ...]]:
     for way, found in walks.items():
         changes, same = (np.quantile(v, QUANTILES) for v in (found.unexplained, found.switched))
         ratio = changes[-1] / whole
-        verdict = "within" if ratio <= MOST else "beyond"
+        verdict = "within" if ratio <= MOST_RATIO else "beyond"
         counts = f"{found.popped.min()} to {found.popped.max()}"
         cells = [f"{v:.4f}" for v in (*changes, ratio)], [f"{v:.4f}" for v in same]
-        rows.append((way, len(found.popped), counts, *cells[0], f"{verdict} {MOST}", *cells[1]))
+        rows.append(
+            (way, len(found.popped), counts, *cells[0], f"{verdict} {MOST_RATIO}", *cells[1])
+        )
     return rows
 
 
-def sheet(walks: dict[str, Walk]) -> Image.Image:
-    """Stills of every way, and under each what switched since the frame before."""
+def stills(walks: dict[str, Walk]) -> Image.Image:
+    """Lay out stills of every way, and under each what switched since the frame before."""
     rows = []
     for found in walks.values():
         chosen = np.linspace(0, len(found.picture) - 1, _STILLS).astype(int)
@@ -102,7 +104,7 @@ def command(folder: Path, frames: int, every: int, size: str, spp: int, detail: 
     folder.mkdir(parents=True, exist_ok=True)
     for first in range(1, frames, every):
         for way in WAYS:
-            pair(folder, way, first, settings_of(way, size, spp, detail))
-    walks = {way: measured(folder, way) for way in WAYS}
-    click.echo(table(rows_of(walks)))
-    sheet(walks).save(folder / "sheet.png")
+            measure_pair(folder, way, first, walk_settings(way, size, spp, detail))
+    walks = {way: load_walk(folder, way) for way in WAYS}
+    click.echo(table(table_rows(walks)))
+    stills(walks).save(folder / "sheet.png")

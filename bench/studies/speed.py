@@ -49,22 +49,22 @@ _FAR = 30.0
 Rows = list[tuple[Any, ...]]
 
 
-def bandwidth(repeats: int) -> float:
-    """Bytes a second that one core moves from memory to memory: a copy reads and writes."""
+def memory_bandwidth(repeats: int) -> float:
+    """Measure the bytes a second that one core moves; a copy both reads and writes."""
     source = np.ones(2**25)
     target = np.zeros_like(source)
     (seconds,) = interleaved_seconds([lambda: np.copyto(target, source)], repeats)
     return 2 * source.nbytes / float(np.median(seconds))
 
 
-def rate(count: int, seconds: Sequence[float]) -> str:
-    """Millions a second, with the interval of the median."""
+def rate_text(count: int, seconds: Sequence[float]) -> str:
+    """Write millions a second, with the interval of the median."""
     found = median(count / np.array(seconds) / 1e6)
     return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f})"
 
 
-def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float) -> Rows:
-    """One species: part tests, objects turned away, sticks emitted."""
+def species_rows(name: str, field: SpeciesField, view: View, repeats: int, speed: float) -> Rows:
+    """Time one species: part tests, objects turned away, sticks emitted."""
     cut = prune(field, view)
     instances, weights = cut.parts.state.instances, blend_weights(cut, view)
     slots, part_tables, pose_tables = (
@@ -93,17 +93,21 @@ def walks(name: str, field: SpeciesField, view: View, repeats: int, speed: float
     floor = (len(cut) * _OUT_BYTES + len(instances) * _BODY_BYTES) / speed
     one, any_way = (median(np.array(away_s) * 1e9 / n) for n in (away, searched))
     return [
-        (f"{name}: part tests", f"{tests:,}", f"{rate(tests, test_s)} M/s"),
+        (f"{name}: part tests", f"{tests:,}", f"{rate_text(tests, test_s)} M/s"),
         (f"{name}: time ÷ floor", "", f"{np.median(test_s) / floor:.1f}"),
-        (f"{name}: turned away one by one ({kept:,} kept)", f"{away:,}", f"{in_ns(one)} each"),
-        (f"{name}: and with their cells", f"{searched:,}", f"{in_ns(any_way)} each"),
-        (f"{name}: sticks posed and emitted", f"{sticks:,}", f"{rate(sticks, emit_s)} M/s"),
-        (f"{name}: parts blended", f"{len(cut):,}", f"{rate(len(cut), look_s)} M/s"),
+        (
+            f"{name}: turned away one by one ({kept:,} kept)",
+            f"{away:,}",
+            f"{nanoseconds_text(one)} each",
+        ),
+        (f"{name}: and with their cells", f"{searched:,}", f"{nanoseconds_text(any_way)} each"),
+        (f"{name}: sticks posed and emitted", f"{sticks:,}", f"{rate_text(sticks, emit_s)} M/s"),
+        (f"{name}: parts blended", f"{len(cut):,}", f"{rate_text(len(cut), look_s)} M/s"),
     ]
 
 
 def objects_searched(field: SpeciesField, view: View) -> int:
-    """Objects of all cells of the square that a search goes through, in the window."""
+    """Count the objects of all cells that a search goes through, inside the window."""
     x0, x1, y0, y1 = field.search(view)[0]
     x, y = (each.ravel() for each in np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)))
     many = 1 << 16
@@ -111,13 +115,13 @@ def objects_searched(field: SpeciesField, view: View) -> int:
     return sum(len(field.cells.draw(*run)) for run in runs)
 
 
-def in_ns(found: Estimate) -> str:
-    """Nanoseconds with their interval."""
+def nanoseconds_text(found: Estimate) -> str:
+    """Write nanoseconds with their interval."""
     return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f}) ns"
 
 
-def threads(name: str, field: SpeciesField, view: View, repeats: int) -> Rows:
-    """A species' walk on one core and on two, in seconds of the clock, taking turns."""
+def thread_rows(name: str, field: SpeciesField, view: View, repeats: int) -> Rows:
+    """Time the traversal of a species on one core and on two, by the clock, taking turns."""
     spent: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(repeats):
         for count, seconds in spent.items():
@@ -131,8 +135,8 @@ def threads(name: str, field: SpeciesField, view: View, repeats: int) -> Rows:
     return [(f"{name}: prune on two cores, times as fast", "", among)]
 
 
-def worlds(name: str, species: str, size: str, repeats: int) -> Rows:
-    """The same eye in ever larger worlds: time, bytes and hash of the plain scene."""
+def world_rows(name: str, species: str, size: str, repeats: int) -> Rows:
+    """Time one frame in ever larger worlds around one eye, with bytes and hash of its scene."""
     cases, made = [], []
     for objects in WORLDS:
         density = load_preset(name).species[species].density
@@ -153,10 +157,11 @@ def worlds(name: str, species: str, size: str, repeats: int) -> Rows:
     return rows
 
 
-def ready(variant: str, size: str, repeats: int) -> Rows:
-    """From a cut to a ready scene, as frames are built: wall seconds and memory for a million
-    sticks, on all cores; a smaller scene before it loads and compiles what there is. Memory is what
-    the first of the repeats takes.
+def ready_scene_rows(variant: str, size: str, repeats: int) -> Rows:
+    """Measure wall seconds and memory from a cut to a ready scene, for a million sticks.
+
+    All cores work. A smaller scene comes first, so that nothing is loaded or compiled while it is
+    timed. Memory is what the first of the repeats takes.
     """
     from scenes.render.mitsuba.variants import choose
     from scenes.render.pipeline.render import build, describe_frame
@@ -191,10 +196,10 @@ def command(quick: bool, variant: str, only_ready: bool, only_worlds: bool) -> N
     """Measure and print."""
     if only_worlds:
         numba.set_num_threads(1)
-        in_worlds(quick)
+        print_worlds(quick)
         return
     size, repeats = ("320x180", 8) if quick else ("1280x720", 11)
-    last: Rows = [("all cores", "sticks", ""), *ready(variant, size, repeats)]
+    last: Rows = [("all cores", "sticks", ""), *ready_scene_rows(variant, size, repeats)]
     if only_ready:
         click.echo(table(last))
         return
@@ -204,21 +209,21 @@ def command(quick: bool, variant: str, only_ready: bool, only_worlds: bool) -> N
     plain_scene(*first_view("meadow", "64x36"))
     plain_scene(*first_view("crowd", "64x36"))
     click.echo(f"worlds made, walks compiled or loaded: {time.perf_counter() - start:.1f} s")
-    speed = bandwidth(repeats)
+    speed = memory_bandwidth(repeats)
     rows: Rows = [("on one core", "how many", "median (95 %)")]
     rows.append(("memory moved by a copy", "", f"{speed / 1e9:.1f} GB/s"))
     for name, (world, _, view), number in (("trees", meadow, 1), ("figures", crowd, 0)):
-        rows += walks(name, world.fields[number], view, repeats, speed)
-        rows += threads(name, world.fields[number], view, repeats)
+        rows += species_rows(name, world.fields[number], view, repeats, speed)
+        rows += thread_rows(name, world.fields[number], view, repeats)
     click.echo(table(rows))
-    in_worlds(quick)
+    print_worlds(quick)
     click.echo("")
     click.echo(table(last))
 
 
-def in_worlds(quick: bool) -> None:
-    """Measure and print one frame in larger and larger worlds."""
+def print_worlds(quick: bool) -> None:
+    """Measure and print one frame in ever larger worlds."""
     size, repeats = ("160x90", 8) if quick else ("320x180", 41)
     for name, species in (("crowd", "figure"), ("forest", "broadleaf")):
         click.echo(f"\nOne frame of {name}, from prune to plain scene")
-        click.echo(table(worlds(name, species, size, repeats)))
+        click.echo(table(world_rows(name, species, size, repeats)))

@@ -37,26 +37,26 @@ SLICE = 20
 _NEAREST_M = 0.1
 
 
-def ground(terrain: Terrain, view: View) -> tuple[int, Triangles]:
-    """Tiles displayed, and their mesh."""
+def ground_mesh(terrain: Terrain, view: View) -> tuple[int, Triangles]:
+    """Prune the ground for a view: number of tiles displayed, and their mesh."""
     cut = prune(terrain, view)
     return len(cut), terrain.appearance(cut.parts, blend_weights(cut, view))
 
 
 def skyline(triangles: Triangles, camera: Camera) -> np.ndarray:
-    """Height of the highest ground over each column's middle, (width,) [px from the axis]."""
+    """Find the highest ground over each column's middle, (width,) [px from the axis]."""
     offset = triangles.vertices - camera.eye
     depth, across, up = (offset @ axis for axis in (camera.forward, camera.right, camera.up))
     scale = camera.width / (2 * camera.tan_half[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         x = camera.width / 2 + scale * across / depth - 0.5
         y = scale * up / depth
-    return _highest(x, y, depth > _NEAREST_M, triangles.faces, camera.width)
+    return _highest_edges(x, y, depth > _NEAREST_M, triangles.faces, camera.width)
 
 
 @njit(cache=True)
-def _highest(x, y, ahead, faces, width):  # type: ignore[no-untyped-def]
-    """The highest edge over each column; edges that reach behind the eye are left out."""
+def _highest_edges(x, y, ahead, faces, width):  # type: ignore[no-untyped-def]
+    """Find the highest edge over each column; edges that reach behind the eye are left out."""
     top = np.full(width, -np.inf)
     for f in range(len(faces)):
         for k in range(3):
@@ -72,23 +72,23 @@ def _highest(x, y, ahead, faces, width):  # type: ignore[no-untyped-def]
     return top
 
 
-def reference(terrain: Terrain, view: View) -> tuple[np.ndarray, int]:
-    """Skyline of the ground at REFERENCE, (width,) [px from the axis], and its triangles in all."""
+def reference_skyline(terrain: Terrain, view: View) -> tuple[np.ndarray, int]:
+    """Build the skyline at REFERENCE, (width,) [px from the axis], and count its triangles."""
     camera, triangles = view.camera, 0
     top = np.full(camera.width, -np.inf)
     for first in range(0, camera.width, SLICE):
         columns = slice(first, min(first + SLICE, camera.width))
-        part = slice_of(camera, columns)
+        part = slice_camera(camera, columns)
         detail = REFERENCE * camera.pixel_angle / part.pixel_angle
         finer = replace(view, camera=part, detail=detail, offscreen_detail=0.01, fade=0.0)
-        _, mesh = ground(terrain, finer)
+        _, mesh = ground_mesh(terrain, finer)
         top[columns] = skyline(mesh, camera)[columns]
         triangles += len(mesh)
     return top, triangles
 
 
-def slice_of(camera: Camera, columns: slice) -> Camera:
-    """A camera at the same place whose pyramid of view holds those columns of the picture."""
+def slice_camera(camera: Camera, columns: slice) -> Camera:
+    """Make a camera at the same place whose pyramid of view holds those columns of the picture."""
     tan_x, tan_y = camera.tan_half
     ends = [math.atan(tan_x * (2 * c / camera.width - 1)) for c in (columns.start, columns.stop)]
     turn, fov = sum(ends) / 2, ends[1] - ends[0]
@@ -98,18 +98,18 @@ def slice_of(camera: Camera, columns: slice) -> Camera:
     return replace(camera, forward=forward, fov_x=fov, width=width, height=height)
 
 
-def measured(name: str, size: str) -> tuple[object, ...]:
-    """One row of the table."""
+def table_row(name: str, size: str) -> tuple[object, ...]:
+    """Measure one preset at one size, as a row of the table."""
     preset = load_preset(name, [f"render.size={size}"])
     terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
     camera = camera_at(preset.camera, preset.render.size, 1, terrain)
     view = View(camera, METRICS["blake"], fade=preset.view.fade)
-    ground(terrain, view)  # compiles
+    ground_mesh(terrain, view)  # compiles
     start = time.process_time()
-    tiles, mesh = ground(terrain, view)
+    tiles, mesh = ground_mesh(terrain, view)
     took = time.process_time() - start
     columns = (name, size, tiles, f"{len(mesh):,}", f"{took:.2f} s")
-    finer, triangles = reference(terrain, view)
+    finer, triangles = reference_skyline(terrain, view)
     apart = abs(skyline(mesh, view.camera) - finer)
     return (*columns, f"{np.mean(apart <= 1):.2%}", f"{apart.max():.2f} px", f"{triangles:,}")
 
@@ -122,5 +122,5 @@ def command(presets: tuple[str, ...], quick: bool) -> None:
     numba.set_num_threads(1)
     names = ("preset", "size", "tiles", "triangles", "took", "within 1 px", "most", "at τ = ¼")
     sizes = SIZES[:1] if quick else SIZES
-    rows = [measured(name, size) for name in presets or PRESETS for size in sizes]
+    rows = [table_row(name, size) for name in presets or PRESETS for size in sizes]
     click.echo(table([names, *rows]))

@@ -5,7 +5,7 @@ they differ by more than the claim of 2 %. Here are others, in the preset's own 
 cover alone: each whole and pruned, band by band, from the experiment's own code. Every field is in
 DIR/fields.csv as soon as it is measured, so a run that was stopped goes on, and more fields are
 added to what is there. With ``--again`` the pruned pictures are measured anew, beside the whole
-ones that DIR holds: of how things are pruned those mind what is out of view alone, whose light is
+ones that DIR holds: pruning changes whole pictures only through what is out of view, whose light is
 less than 0.1 % of a band. Nothing is timed: processes share the cores.
 """
 
@@ -28,7 +28,8 @@ from bench.statistics.estimates import ratio_of_means
 
 DETAIL, FIRST_SEED = 12.0, 1000
 FIELDS = {"aerial": 200, "forest": 500}
-"""They leave intervals of 0.3 to 1 % each way; none is a field of ``lodbench run cover``."""
+"""Number of fields of each look: intervals of 0.3 to 1 % each way, other fields than those of
+``lodbench run cover``."""
 
 TESTED = ("tested", "tested rays")
 SUMS = (*TESTED, "whole", "whole rays")
@@ -36,11 +37,11 @@ COLUMNS = ("look", "seed", "band", *SUMS)
 
 Key = tuple[str, int]
 Bands = list[list[int]]
-"""Of each band, SUMS."""
+"""The columns SUMS of every band of a field, (bands, 4)."""
 
 
-def measured(look: str, seed: int, whole: Bands | None) -> Bands:
-    """One field, pruned and whole; or pruned alone, where ``whole`` pictures are known."""
+def measure_field(look: str, seed: int, whole: Bands | None) -> Bands:
+    """Measure one field, pruned and whole, or pruned alone where ``whole`` is known."""
     case = Case(look, "preset", DETAIL, cover=True)
     if whole is None:
         found = field(look, seed, (case,))[case]
@@ -51,24 +52,24 @@ def measured(look: str, seed: int, whole: Bands | None) -> Bands:
     return [list(row) for row in zip(*(found[name] for name in SUMS), strict=True)]
 
 
-def kept(path: Path) -> dict[Key, Bands]:
-    """Fields that a file holds in full; none where there is no file."""
+def read_fields(path: Path) -> dict[Key, Bands]:
+    """Read the fields that a file holds in full; none where there is no file."""
     found: dict[Key, Bands] = {}
     if path.exists():
         with path.open(newline="") as file:
             for row in csv.DictReader(file):
                 bands = found.setdefault((row["look"], int(row["seed"])), [])
                 bands.append([int(row[name]) for name in SUMS])
-    return {key: bands for key, bands in found.items() if len(bands) == bands_of(key[0])}
+    return {key: bands for key, bands in found.items() if len(bands) == band_count(key[0])}
 
 
-def bands_of(look: str) -> int:
-    """How many bands of distance a look has."""
+def band_count(look: str) -> int:
+    """Number of bands of distance that a look has."""
     return len(LOOKS[look].edges_m) - 1
 
 
-def write(path: Path, fields: dict[Key, Bands]) -> None:
-    """All fields, in their order, in place of what the file held."""
+def write_fields(path: Path, fields: dict[Key, Bands]) -> None:
+    """Write all fields in their order, in place of what the file held."""
     beside = path.with_suffix(".new")
     with beside.open("w", newline="") as file:
         rows = csv.writer(file)
@@ -78,8 +79,8 @@ def write(path: Path, fields: dict[Key, Bands]) -> None:
     beside.replace(path)
 
 
-def judged(fields: dict[Key, Bands], look: str) -> list[Claim]:
-    """The claim of every band of a look, from all its fields."""
+def judge_bands(fields: dict[Key, Bands], look: str) -> list[Claim]:
+    """Judge the claim of every band of a look from all its fields."""
     sums = np.array([bands for key, bands in sorted(fields.items()) if key[0] == look], np.float64)
     edges = LOOKS[look].edges_m
     words = "The land keeps its tone.", "mean luminance ÷ that of everything", "§2.4"
@@ -91,24 +92,26 @@ def judged(fields: dict[Key, Bands], look: str) -> list[Claim]:
             TOLERANCE,
             ratio_of_means(*sums[:, k].T),
         )
-        for k in range(bands_of(look))
+        for k in range(band_count(look))
     ]
 
 
-def _each(
+def _measure_fields(
     missing: list[Key], wholes: dict[Key, Bands], processes: int
 ) -> Iterator[tuple[Key, Bands]]:
-    """Fields as they are measured, by as many processes of one thread each; where ``wholes`` are
-    known those are taken."""
+    """Measure the missing fields in processes of one thread each, and yield them as they finish.
+
+    Whole pictures that ``wholes`` holds are not rendered again.
+    """
     spawned = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, spawned, initializer=_alone) as pool:
-        tasks = {pool.submit(measured, *key, wholes.get(key)): key for key in missing}
+    with ProcessPoolExecutor(processes, spawned, initializer=_use_one_thread) as pool:
+        tasks = {pool.submit(measure_field, *key, wholes.get(key)): key for key in missing}
         for task in as_completed(tasks):
             yield tasks[task], task.result()
 
 
-def _alone() -> None:
-    """One thread for everything in this process."""
+def _use_one_thread() -> None:
+    """Let everything in this process use one thread."""
     import drjit
     import numba
 
@@ -133,24 +136,26 @@ def command(folder: Path, fields: int | None, processes: int, again: bool) -> No
     """Measure what FOLDER does not hold yet, and judge all that it holds."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "fields.csv"
-    wholes = kept(path) if again else {}
+    wholes = read_fields(path) if again else {}
     # What is measured anew takes the place of the old when all of it is there.
     target = folder / "again.csv" if again else path
-    found = kept(target)
+    found = read_fields(target)
     shares = {look: fields or FIELDS[look] for look in LOOKS}
     wanted = [(look, FIRST_SEED + k) for look, count in shares.items() for k in range(count)]
     # Both looks grow together, so that a run that is stopped has some of each.
     wanted.sort(key=lambda key: (key[1] - FIRST_SEED) / shares[key[0]])
     missing = [key for key in sorted(wholes) or wanted if key not in found]
-    with click.progressbar(_each(missing, wholes, processes), len(missing), "fields") as arriving:
+    with click.progressbar(
+        _measure_fields(missing, wholes, processes), len(missing), "fields"
+    ) as arriving:
         for key, bands in arriving:
             found[key] = bands
-            write(target, found)
+            write_fields(target, found)
     target.replace(path)
     rows: list[tuple[object, ...]] = [("band", "fields", "pruned ÷ whole", "within 2 %")]
     for look in LOOKS:
         count = sum(key[0] == look for key in found)
-        for each in judged(found, look):
+        for each in judge_bands(found, look):
             interval = f"{each.measured:.3f} ({each.low:.3f} to {each.high:.3f})"
             rows.append((each.name, count, interval, each.verdict))
     click.echo(table(rows))

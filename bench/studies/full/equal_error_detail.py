@@ -1,7 +1,7 @@
-"""At which detail a pruned frame is so far from the whole one: excess FLIP of 0.01.
+"""At which detail does a pruned frame differ from the whole one by an excess FLIP of 0.01?
 
-As ``lodbench run fidelity`` has it: pairs of seeds, the noise floor taken off, straight lines
-between details; here of whole frames as they are rendered, far cover, fading and all.
+The error is that of ``lodbench run fidelity``: pairs of seeds, the noise floor subtracted, straight
+lines between details. Here it is of whole frames as they are rendered, far cover, fading and all.
 """
 
 import math
@@ -16,7 +16,7 @@ from bench.experiments.fidelity.scene import SPECIES
 from bench.records.records import Point
 from bench.statistics.estimates import Estimate
 from bench.statistics.excess_flip import ExcessFlip, over_noise
-from bench.studies.full.worlds import Kind, Picture, preset_of
+from bench.studies.full.worlds import Kind, Picture, world_preset
 from lod.errors import InputError
 from scenes.frame.frame_input import assemble_frame
 from scenes.frame.layers import Layers
@@ -31,8 +31,14 @@ _METRIC = "blake"
 
 
 @dataclass(frozen=True)
-class Searcher:
-    """Whole pictures of one world, and how pruned ones are measured against them."""
+class DetailSearch:
+    """What is rendered to find the detail of equal error in one world.
+
+    kind, objects   the world
+    picture         size, and samples of each pixel
+    pairs           pairs of sampler seeds
+    variant         of the renderer
+    """
 
     kind: Kind
     objects: float
@@ -41,15 +47,15 @@ class Searcher:
     variant: str
 
     def measure(self) -> Callable[[float], Point]:
-        """Renders the whole pictures, and gives what measures a detail against them."""
+        """Render the whole pictures, and give a function that measures a detail against them."""
         world = build_world(self._preset(1.0))
         seeds = range(2 * self.pairs)
-        whole = pictures(world, self._preset(None), self.variant, seeds)
+        whole = render_pictures(world, self._preset(None), self.variant, seeds)
         reference = reference_of(whole[0::2], whole[1::2])
 
         def at(detail: float) -> Point:
             preset = self._preset(detail)
-            tested = pictures(world, preset, self.variant, seeds[0::2])
+            tested = render_pictures(world, preset, self.variant, seeds[0::2])
             errors = measured([each.rgb.astype(np.float64) for each in tested], reference)
             parts = parts_displayed(world, view_at(world, preset, 1))
             case = {"metric": _METRIC, "detail": detail, "pruned": SPECIES}
@@ -58,36 +64,40 @@ class Searcher:
         return at
 
     def _preset(self, detail: float | None) -> Preset:
-        return preset_of(self.kind, self.objects, self.picture, detail)
+        return world_preset(self.kind, self.objects, self.picture, detail)
 
 
-def pictures(world: World, preset: Preset, variant: str, seeds: Sequence[int]) -> list[Layers]:
-    """The first frame, once with each seed of the sampler."""
+def render_pictures(
+    world: World, preset: Preset, variant: str, seeds: Sequence[int]
+) -> list[Layers]:
+    """Render the first frame of a world, once with each seed of the sampler."""
     made = assemble_frame(world, preset, 1, variant)
     stage = build_frame(made.camera, made.visible, made.air, made.light, made.quality)
     return [trace(stage, replace(made.quality, seed=each)) for each in seeds]
 
 
-def search(at: Callable[[float], Point], start: float, halvings: int) -> list[Point]:
-    """Details about the one of equal error: one is wholly below it, one wholly above, pair by pair,
-    and the gap where it lies is halved so often. Raises InputError where there is none.
+def search_detail(at: Callable[[float], Point], start: float, halvings: int) -> list[Point]:
+    """Measure details around the one of equal error.
+
+    One of them is below the error in every pair of seeds and one above it; the gap between is then
+    halved ``halvings`` times. Raises InputError where no detail has that error.
     """
     points = [at(start)]
-    while (wider := _wider(points)) is not None:
+    while (wider := _next_detail(points)) is not None:
         if not FINEST_PX <= wider <= COARSEST_PX:
             rule = f"an excess FLIP of {EQUAL_ERROR} from {FINEST_PX} to {COARSEST_PX:g} px"
             raise InputError("detail", wider, rule, "more samples, or give --detail")
         points.append(at(wider))
     for _ in range(halvings):
-        value = detail_of(points).value
+        value = detail_at_equal_error(points).value
         details = sorted(point.case["detail"] for point in points)
         above = next(number for number, each in enumerate(details) if each > value)
         points.append(at(math.sqrt(details[above - 1] * details[above])))
     return points
 
 
-def _wider(points: list[Point]) -> float | None:
-    """The detail to try next, until the error lies between what was tried."""
+def _next_detail(points: list[Point]) -> float | None:
+    """Give the detail to try next, until the error lies between two that were tried; then None."""
     ordered = sorted(points, key=lambda point: point.case["detail"])
     if excesses(ordered[0]).max() > EQUAL_ERROR:
         return float(ordered[0].case["detail"] / 2)
@@ -96,11 +106,11 @@ def _wider(points: list[Point]) -> float | None:
     return None
 
 
-def detail_of(points: list[Point]) -> Estimate:
-    """τ [px] of equal error."""
+def detail_at_equal_error(points: list[Point]) -> Estimate:
+    """Interpolate the detail τ [px] of equal error between the details that were measured."""
     return equal_error(points)[_METRIC].detail
 
 
-def excess_of(point: Point) -> ExcessFlip:
-    """What a detail leaves, over the noise, with the floor."""
+def excess_flip(point: Point) -> ExcessFlip:
+    """Give the excess FLIP that a detail leaves, with its interval and noise floor."""
     return over_noise(column(point, "flip"), column(point, "flip_floor"))

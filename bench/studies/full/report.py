@@ -1,8 +1,8 @@
-"""What the full benchmark found, as a table, a few lines and plots. Pure.
+"""What did the study ``full`` find, as a table, a few lines and plots?
 
-Growth is told where the law says something: pruned frames do not grow once the world is larger than
-the limit distance; of whole ones, what they cost beyond the smallest of the last WORLDS grows with
-what they hold beyond it. How the ratio grows is told of those last worlds, too.
+Growth is given where the law says something: pruned frames do not grow once the world is larger
+than the limit distance; of whole ones, what they cost beyond the smallest of the last WORLDS grows
+with what they hold beyond it. How the ratio grows is given for those last worlds, too.
 """
 
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ from bench.statistics.power_law import fit_exponent
 from lod.arrays import Reals
 
 WORLDS = 4
-"""Largest whole worlds of which growth is told: one and a half decades."""
+"""Number of the largest whole worlds from which growth is fitted: one and a half decades."""
 
 LEAST = 3
-"""Worlds of which growth can be told at all; of what is added, one more."""
+"""Fewest worlds from which growth is fitted; what is added needs one more."""
 
 _HEADS = (
     *("objects", "side m", "whole s", "pruned s", "of it trace", "whole ÷ pruned (95 %)"),
@@ -32,33 +32,33 @@ _HEADS = (
 _TIME, _CPU, _MEMORY = "wall_us", "cpu_us", "peak_bytes"
 
 
-def points_of(found: dict[str, Any], metric: str) -> list[Point]:
-    """Those of one metric, from the smallest world to the largest."""
+def points_by_metric(found: dict[str, Any], metric: str) -> list[Point]:
+    """Select the points of one metric, from the smallest world to the largest."""
     points = [Point(**each) for each in found["points"]]
     mine = [each for each in points if each.case["metric"] == metric]
     return sorted(mine, key=lambda each: each.case["objects"])
 
 
 def factor(values: Reals) -> Estimate:
-    """Mean of the logarithms with Student's interval, as a factor."""
+    """Geometric mean, with Student's interval of the mean of the logarithms."""
     found = mean(np.log(values))
     value, low, high = np.exp([found.value, found.low, found.high]).tolist()
     return Estimate(value, low, high, value * found.standard_error, 1.0, len(values))
 
 
 def ratios(found: dict[str, Any], column: str = _TIME) -> dict[float, Reals]:
-    """Whole ÷ pruned in each turn, by the number of objects."""
-    pruned = {each.case["objects"]: each for each in points_of(found, "blake")}
+    """Divide whole by pruned in each turn, by the number of objects."""
+    pruned = {each.case["objects"]: each for each in points_by_metric(found, "blake")}
     return {
         each.case["objects"]: seconds(each, column) / seconds(pruned[each.case["objects"]], column)
-        for each in points_of(found, "full")
+        for each in points_by_metric(found, "full")
     }
 
 
-def table_of(found: dict[str, Any]) -> str:
-    """A row for each world; times are medians."""
-    whole = {each.case["objects"]: each for each in points_of(found, "full")}
-    pruned = points_of(found, "blake")
+def results_table(found: dict[str, Any]) -> str:
+    """Write a table with a row for each world; times are medians."""
+    whole = {each.case["objects"]: each for each in points_by_metric(found, "full")}
+    pruned = points_by_metric(found, "blake")
     return table([_HEADS, *(_row(each, whole.get(each.case["objects"])) for each in pruned)])
 
 
@@ -83,8 +83,8 @@ def _told(found: Estimate) -> str:
     return f"{found.value:.3g} ({found.low:.3g} to {found.high:.3g})"
 
 
-def words_of(found: dict[str, Any]) -> str:
-    """Where it was measured, at which detail, and how both grow."""
+def summary_text(found: dict[str, Any]) -> str:
+    """Write what was rendered, at which detail, and how time and memory grow."""
     picture = found["effort"]["picture"]
     lines = [f"{found['kind']}, {picture['size']}, {picture['spp']} samples, {_detail(found)}"]
     lines += [f"  {what}: {_exponent(estimate)}" for what, estimate in growth(found).items()]
@@ -105,8 +105,8 @@ def _detail(found: dict[str, Any]) -> str:
 
 
 def growth(found: dict[str, Any]) -> dict[str, Estimate | None]:
-    """Exponents by what they are of; None where too few worlds tell."""
-    whole, pruned = points_of(found, "full")[-WORLDS:], points_of(found, "blake")
+    """Fit the exponent of each quantity; None where there are too few worlds."""
+    whole, pruned = points_by_metric(found, "full")[-WORLDS:], points_by_metric(found, "blake")
     beyond = beyond_limit(pruned)
     said = f"{len(beyond)} worlds beyond the limit"
     return {
@@ -143,8 +143,8 @@ def _exponent(found: Estimate | None) -> str:
 
 
 def plots(found: dict[str, Any]) -> tuple[Plot, ...]:
-    """Time and memory of both, and their ratios, against the objects in the world."""
-    both = {"unpruned": points_of(found, "full"), "pruned": points_of(found, "blake")}
+    """Plot time and memory of whole and pruned frames, and their ratios, against the objects."""
+    both = {"unpruned": points_by_metric(found, "full"), "pruned": points_by_metric(found, "blake")}
     time = [_curve(label, points, _TIME) for label, points in both.items()]
     memory = [_curve(label, points, _MEMORY) for label, points in both.items()]
     shares = [

@@ -1,9 +1,9 @@
 """Time and memory of frames of ever larger worlds, pruned and whole, at an equal picture error.
 
 At the detail τ whose excess FLIP over the whole picture is 0.01, frames of ever larger worlds
-(``full_scene``) take turns, whole and pruned: time to a written frame, and the most memory of a
-fresh process (``full_turns``), up to the largest whole world within the memory given; pruned ones
-go on to 10¹² objects. The detail is found in one world (``full_detail``) and used in all; what it
+(``worlds``) take turns, whole and pruned: time to a written frame, and the most memory of a fresh
+process (``timed_frames``), up to the largest whole world within the memory given; pruned ones go on
+to 10¹² objects. The detail is found in one world (``equal_error_detail``) and used in all; what it
 leaves in a larger one is measured, too. Ratios and exponents have 95 % intervals over turns.
 
 More pixels or samples bring the ratio of times nearer to 1: most of a pruned frame is its trace,
@@ -29,14 +29,19 @@ from bench.statistics.excess_flip import LEAST_PAIRS
 from bench.studies.full.equal_error_detail import (
     COARSEST_PX,
     FINEST_PX,
-    Searcher,
-    detail_of,
-    excess_of,
-    search,
+    DetailSearch,
+    detail_at_equal_error,
+    excess_flip,
+    search_detail,
 )
-from bench.studies.full.report import plots, table_of, words_of
-from bench.studies.full.timed_frames import Runner, largest, started, take_turns
-from bench.studies.full.worlds import KINDS, QUICK, Kind, Picture, limit_of, preset_of
+from bench.studies.full.report import plots, results_table, summary_text
+from bench.studies.full.timed_frames import (
+    FrameProcess,
+    interleave_frames,
+    largest_world,
+    start_process,
+)
+from bench.studies.full.worlds import KINDS, QUICK, Kind, Picture, limit_distance, world_preset
 from lod.errors import InputError
 from scenes.render.mitsuba.variants import choose
 
@@ -49,8 +54,10 @@ Say = Callable[[str], object]
 
 @dataclass(frozen=True)
 class Effort:
-    """picture, turns, most_bytes   of what is timed
-    search_spp, halvings            of what finds the detail
+    """How much is measured.
+
+    picture, turns, most_bytes   size of the timed frames, how many, and the memory they may take
+    search_spp, halvings         samples and steps of the search for the detail
     """
 
     picture: Picture
@@ -60,66 +67,70 @@ class Effort:
     halvings: int
 
 
-def found_detail(kind: Kind, effort: Effort, say: Say) -> tuple[float, dict[str, Any]]:
-    """τ [px] of equal error, and how it was found: what every detail tried left, and in a larger
-    world what the one that was found leaves.
+def find_detail(kind: Kind, effort: Effort, say: Say) -> tuple[float, dict[str, Any]]:
+    """Find the detail τ [px] of equal error.
+
+    Also gives, as plain data, the error of every detail that was tried, and the error that the one
+    found leaves in a larger world.
     """
     picture = Picture(effort.picture.size, effort.search_spp)
-    searcher = Searcher(kind, kind.searched, picture, LEAST_PAIRS, choose())
+    searcher = DetailSearch(kind, kind.searched, picture, LEAST_PAIRS, choose())
     say(f"detail, {kind.searched:g} objects")
-    points = search(searcher.measure(), START_PX, effort.halvings)
-    found = detail_of(points)
+    points = search_detail(searcher.measure(), START_PX, effort.halvings)
+    found = detail_at_equal_error(points)
     say(f"detail {found.value:.3f} px, {kind.confirmed:g} objects")
-    other = Searcher(kind, kind.confirmed, picture, LEAST_PAIRS, choose()).measure()(found.value)
-    tried = {f"{p.case['detail']:.4g}": asdict(excess_of(p)) for p in points}
+    other = DetailSearch(kind, kind.confirmed, picture, LEAST_PAIRS, choose()).measure()(
+        found.value
+    )
+    tried = {f"{p.case['detail']:.4g}": asdict(excess_flip(p)) for p in points}
     return found.value, {
         "detail": asdict(found),
         "objects": kind.searched,
         "spp": effort.search_spp,
         "tried": tried,
-        "confirmed": {"objects": kind.confirmed, **asdict(excess_of(other))},
+        "confirmed": {"objects": kind.confirmed, **asdict(excess_flip(other))},
     }
 
 
-def measured(kind: Kind, detail: float, effort: Effort, say: Say) -> list[Point]:
-    """Every world, whole (metric ``full``) and pruned: frames of all of them taking turns."""
-    picture, runners = effort.picture, dict[tuple[float, str], Runner]()
+def measure_worlds(kind: Kind, detail: float, effort: Effort, say: Say) -> list[Point]:
+    """Time every world, whole (metric ``full``) and pruned, frames of all of them taking turns."""
+    picture, runners = effort.picture, dict[tuple[float, str], FrameProcess]()
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
 
-        def start(objects: float, metric: str) -> Runner:
+        def start(objects: float, metric: str) -> FrameProcess:
             say(f"first frame of {objects:.3g} objects, {metric}")
-            preset = preset_of(kind, objects, picture, None if metric == "full" else detail)
-            return started(stack, Path(folder), preset, effort.most_bytes)
+            preset = world_preset(kind, objects, picture, None if metric == "full" else detail)
+            return start_process(stack, Path(folder), preset, effort.most_bytes)
 
         for objects in kind.worlds:
             runners[objects, "full"] = start(objects, "full")
         if kind.to_the_limit:
             peaks = [runners[each, "full"].peak_bytes for each in kind.worlds]
-            last, runner = largest(
+            last, runner = largest_world(
                 kind.worlds, peaks, effort.most_bytes, lambda objects: start(objects, "full")
             )
             runners[last, "full"] = runner
         for objects in (*(each for each, _ in [*runners]), *kind.beyond):
             runners[objects, "blake"] = start(objects, "blake")
-        take_turns([*runners.values()], effort.turns, say)
-    limit = limit_of(kind, picture, detail)
+        interleave_frames([*runners.values()], effort.turns, say)
+    limit = limit_distance(kind, picture, detail)
     return [_point(kind, *key, picture, limit, runner) for key, runner in runners.items()]
 
 
 def _point(
-    kind: Kind, objects: float, metric: str, picture: Picture, limit: float, runner: Runner
+    kind: Kind, objects: float, metric: str, picture: Picture, limit: float, runner: FrameProcess
 ) -> Point:
-    side = preset_of(kind, objects, picture, None).world.extent
+    side = world_preset(kind, objects, picture, None).world.extent
     case = {"metric": metric, "objects": objects, "side_m": side, "limit_m": limit}
     return Point(case, {}, runner.samples())
 
 
 def run(name: str, kind: Kind, detail: float | None, effort: Effort, say: Say) -> dict[str, Any]:
-    """All of one kind, as plain data."""
+    """Measure all worlds of one kind, as plain data."""
     how: dict[str, Any] = {"detail": None, "given": detail}
     if detail is None:
-        detail, how = found_detail(kind, effort, say)
-    points = measured(kind, detail, effort, say)
+        detail, how = find_detail(kind, effort, say)
+    points = measure_worlds(kind, detail, effort, say)
     words = json.dumps([asdict(kind), asdict(effort), detail])
     scene = hashlib.sha256(words.encode()).hexdigest()
     threads = os.cpu_count() or 1
@@ -134,8 +145,8 @@ def run(name: str, kind: Kind, detail: float | None, effort: Effort, say: Say) -
     }
 
 
-def written(folder: Path, found: dict[str, Any]) -> None:
-    """The numbers as JSON and the plots as SVG: each file is whole or not there."""
+def write_results(folder: Path, found: dict[str, Any]) -> None:
+    """Write the numbers as JSON and the plots as SVG; each file is whole or not there."""
     folder.mkdir(parents=True, exist_ok=True)
     name = found["kind"]
     files = {f"{name}.json": json.dumps(found, indent=1, allow_nan=False) + "\n"}
@@ -174,8 +185,8 @@ def command(
         for name in kinds or KINDS:
             kind = (QUICK if quick else KINDS)[name]
             found = run(name, kind, detail, effort, lambda text: click.echo(text, err=True))
-            click.echo(f"\n{words_of(found)}\n{table_of(found)}")
+            click.echo(f"\n{summary_text(found)}\n{results_table(found)}")
             if folder is not None:
-                written(folder, found)
+                write_results(folder, found)
     except InputError as error:
         raise click.UsageError(str(error)) from error

@@ -1,4 +1,4 @@
-"""Frames of several worlds, each in a process of its own, all taking turns; and their memory.
+"""What time and memory do frames take, each world in a fresh process, all taking turns?
 
 The first frame of a fresh process compiles, and says how much memory such a frame takes at most.
 The others are timed, from asking until the file is written, and so are the processor's seconds,
@@ -21,25 +21,26 @@ from scenes.render.sequence.one_frame import Record, frame_settings
 from scenes.render.sequence.worker import Worker
 
 LEFT_BYTES = 1_000_000_000
-"""Of the machine's memory, below which no frame may bring it."""
+"""Share of the machine's memory that must stay free."""
 
 GUARD = 1.2
-"""Times the memory that a first frame may take at most, at which a process is ended."""
+"""A process is ended at this many times the memory that its first frame may take."""
 
 FILLED = 0.95
-"""Share of the memory that the largest world is meant to take: no foretelling is exact."""
+"""Share of the memory that the largest world is meant to take: no prediction is exact."""
 
 SMALLER = 0.85
 
 
 class TooLarge(Exception):
-    """A frame that would have taken more memory than it may."""
+    """A frame would have taken more memory than it may."""
 
 
 @dataclass(frozen=True)
-class Runner:
-    """A process that has rendered one frame, and goes on; each record has seconds of the clock,
-    ``wall``, and of the processor, ``cpu``, too.
+class FrameProcess:
+    """A process that has rendered one frame, and can render more.
+
+    Each record also has the seconds ``wall`` of the clock and ``cpu`` of the processor.
 
     first  the record of the frame that compiled;  later  those of the frames since
     """
@@ -49,16 +50,16 @@ class Runner:
     later: list[Record] = field(default_factory=list)
 
     def turn(self) -> None:
-        """The next frame."""
+        """Render the next frame."""
         self.later.append(self.render(len(self.later) + 2))
 
     @property
     def peak_bytes(self) -> int:
-        """The most memory of the fresh process."""
+        """Peak memory of the fresh process [bytes]."""
         return int(self.first["peak_rss_bytes"])
 
     def samples(self) -> dict[str, list[int]]:
-        """Microseconds of every later frame and of each of its stages, and what it all took."""
+        """Give the microseconds of every later frame and of each stage, and the peak memory."""
         stages = {
             f"{stage}_us": [round(1e6 * each["seconds"][stage]) for each in self.later]
             for stage in self.first["seconds"]
@@ -73,8 +74,8 @@ class Runner:
         }
 
 
-def started(stack: ExitStack, folder: Path, preset: Preset, most_bytes: int) -> Runner:
-    """A fresh process that has rendered the first frame, and lives as long as the stack.
+def start_process(stack: ExitStack, folder: Path, preset: Preset, most_bytes: int) -> FrameProcess:
+    """Start a process that renders the first frame; it lives as long as the stack.
 
     Raises TooLarge where it held more than ``most_bytes``.
     """
@@ -101,14 +102,19 @@ def started(stack: ExitStack, folder: Path, preset: Preset, most_bytes: int) -> 
         if first["peak_rss_bytes"] > most_bytes:
             raise TooLarge
         stack.push(mine.pop_all())
-    return Runner(first, render)
+    return FrameProcess(first, render)
 
 
-def largest(
-    sizes: Sequence[float], peaks: Sequence[int], most_bytes: int, start: Callable[[float], Runner]
-) -> tuple[float, Runner]:
-    """The largest world whose frame fits: foretold by the line through the last two of these worlds
-    with their memory, and made smaller for as long as it does not.
+def largest_world(
+    sizes: Sequence[float],
+    peaks: Sequence[int],
+    most_bytes: int,
+    start: Callable[[float], FrameProcess],
+) -> tuple[float, FrameProcess]:
+    """Find the largest world whose frame fits into the memory, and start its process.
+
+    The size is extrapolated from the memory of the last two worlds, and reduced while it does not
+    fit.
     """
     each = (peaks[-1] - peaks[-2]) / (sizes[-1] - sizes[-2])
     objects = sizes[-1] + (FILLED * most_bytes - peaks[-1]) / each
@@ -119,8 +125,10 @@ def largest(
             objects *= SMALLER
 
 
-def take_turns(runners: Sequence[Runner], turns: int, say: Callable[[str], object]) -> None:
-    """So many more frames of each."""
+def interleave_frames(
+    runners: Sequence[FrameProcess], turns: int, say: Callable[[str], object]
+) -> None:
+    """Render ``turns`` more frames with each process, the processes taking turns."""
     for turn in range(turns):
         say(f"turn {turn + 1} of {turns}")
         for each in runners:
@@ -128,7 +136,7 @@ def take_turns(runners: Sequence[Runner], turns: int, say: Callable[[str], objec
 
 
 def _processor_s(processes: set[int]) -> float:
-    """Seconds of all cores that these have had."""
+    """Sum the processor seconds that these processes have had on all cores."""
     return sum(sum(psutil.Process(each).cpu_times()[:2]) for each in processes)
 
 

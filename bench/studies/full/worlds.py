@@ -1,4 +1,4 @@
-"""The worlds of the full benchmark: everything there is in a window, and the same pruned.
+"""Which worlds does the study ``full`` render, whole and pruned?
 
 The ground is level and ends with the window, so that it is the same few triangles in both frames:
 what differs is what stands on it. ``meadow`` repeats 8 people and 12 trees, nobody moving; of
@@ -18,7 +18,7 @@ from scenes.world.world import build_world
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of world.
+    """A kind of world: a preset whose window grows.
 
     preset, settings   what it is made of
     worlds   objects in those that are rendered whole and pruned, on average
@@ -59,19 +59,22 @@ QUICK = {
     )
     for name, kind in KINDS.items()
 }
-"""The same in seconds: what it prints means nothing."""
+"""Tiny worlds that try the study in seconds; their numbers mean nothing."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """Size in pixels, as ``320x180``, and samples of each."""
+    """Size in pixels, as ``320x180``, and samples of each pixel."""
 
     size: str
     spp: int
 
 
-def preset_of(kind: Kind, objects: float, picture: Picture, detail: float | None) -> Preset:
-    """A window of so many objects about the eye, at a detail [px]; unpruned where that is None."""
+def world_preset(kind: Kind, objects: float, picture: Picture, detail: float | None) -> Preset:
+    """Make a preset with a window of so many objects about the eye.
+
+    ``detail`` is τ [px]; None leaves the world unpruned.
+    """
     plain = load_preset(kind.preset, kind.settings)
     side = math.sqrt(objects / sum(each.density for each in plain.species.values()))
     keys = [f"world.extent={side!r}", f"render.size={picture.size}", f"render.spp={picture.spp}"]
@@ -81,9 +84,9 @@ def preset_of(kind: Kind, objects: float, picture: Picture, detail: float | None
     return load_preset(kind.preset, [*kind.settings, *keys])
 
 
-def limit_of(kind: Kind, picture: Picture, detail: float) -> float:
-    """How far away anything of the kind is displayed at a detail [m]."""
-    preset = preset_of(kind, kind.worlds[0], picture, detail)
+def limit_distance(kind: Kind, picture: Picture, detail: float) -> float:
+    """Greatest distance [m] at which anything of the kind is displayed at a detail [px]."""
+    preset = world_preset(kind, kind.worlds[0], picture, detail)
     world = build_world(preset)
     view = view_at(world, preset, 1)
     return max(

@@ -8,7 +8,7 @@ import pytest
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.silhouettes import LUMINANCE, silhouettes
 from bench.experiments.popping.unexplained_change import Frame, Seen, popped, walk
-from bench.studies.popping_film import MOST, settings_of
+from bench.studies.popping_film import MOST_RATIO, walk_settings
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
@@ -114,7 +114,7 @@ def test_a_walk_in_the_wood_that_fades_is_as_an_unpruned_one_and_one_that_clips_
     """A pair of frames of ``lodbench study popping_film`` in which large branches come and go."""
     walks = {}
     for way in WAYS:
-        preset = load_preset("forest", settings_of(way, "160x90", 36, 6.0))
+        preset = load_preset("forest", walk_settings(way, "160x90", 36, 6.0))
         walks[way] = walk(build_world(preset), (preset,), (73, 74), choose("auto"))
     worst, same = (
         {way: np.quantile(getattr(found, what), 0.9999) for way, found in walks.items()}
@@ -122,5 +122,5 @@ def test_a_walk_in_the_wood_that_fades_is_as_an_unpruned_one_and_one_that_clips_
     )
     assert walks["unpruned"].popped.sum() == walks["fading"].popped.sum() == 0
     assert walks["clipped"].popped.sum() > 2
-    assert worst["fading"] <= MOST * worst["unpruned"] < worst["clipped"]
+    assert worst["fading"] <= MOST_RATIO * worst["unpruned"] < worst["clipped"]
     assert same["unpruned"] < 0.01 and same["fading"] < 0.5 * same["clipped"]

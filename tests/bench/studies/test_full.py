@@ -13,11 +13,17 @@ from bench.experiments.fidelity.scene import SPECIES
 from bench.records.records import Point
 from bench.statistics.excess_flip import over_noise
 from bench.studies.full import study as full_study
-from bench.studies.full.equal_error_detail import detail_of, search
-from bench.studies.full.report import factor, growth, plots, ratios, table_of, words_of
-from bench.studies.full.study import command, written
-from bench.studies.full.timed_frames import FILLED, Runner, TooLarge, largest, started
-from bench.studies.full.worlds import KINDS, QUICK, Picture, limit_of, preset_of
+from bench.studies.full.equal_error_detail import detail_at_equal_error, search_detail
+from bench.studies.full.report import factor, growth, plots, ratios, results_table, summary_text
+from bench.studies.full.study import command, write_results
+from bench.studies.full.timed_frames import (
+    FILLED,
+    FrameProcess,
+    TooLarge,
+    largest_world,
+    start_process,
+)
+from bench.studies.full.worlds import KINDS, QUICK, Picture, limit_distance, world_preset
 from lod.errors import InputError
 
 PAIRS = 8
@@ -41,8 +47,8 @@ def planted(at_px, power=1.5):
 
 @pytest.mark.parametrize("at_px", [0.3, 1.9, 2.1, 11.0])
 def test_the_detail_of_equal_error_is_found(at_px):
-    points = search(planted(at_px), 2.0, 2)
-    found = detail_of(points)
+    points = search_detail(planted(at_px), 2.0, 2)
+    found = detail_at_equal_error(points)
     assert found.low <= found.value <= found.high
     assert found.value == pytest.approx(at_px, rel=0.01)
     nearest = sorted(abs(np.log(p.case["detail"] / at_px)) for p in points)
@@ -52,15 +58,15 @@ def test_the_detail_of_equal_error_is_found(at_px):
 @pytest.mark.parametrize("at_px", [0.01, 100.0])
 def test_an_error_that_is_never_there_is_said_in_one_line(at_px):
     with pytest.raises(InputError, match=r"0\.01 from 0\.0625 to 32 px"):
-        search(planted(at_px), 2.0, 0)
+        search_detail(planted(at_px), 2.0, 0)
 
 
 def runner(peak):
-    return Runner({"peak_rss_bytes": peak}, lambda frame: {})
+    return FrameProcess({"peak_rss_bytes": peak}, lambda frame: {})
 
 
 def test_the_largest_world_fills_the_memory_that_there_is():
-    objects, found = largest((100, 200), (30, 40), 100, lambda n: runner(20 + 0.1 * n))
+    objects, found = largest_world((100, 200), (30, 40), 100, lambda n: runner(20 + 0.1 * n))
     assert objects == pytest.approx(750) and found.peak_bytes == pytest.approx(100 * FILLED, abs=1)
 
 
@@ -74,33 +80,33 @@ def test_a_world_that_takes_more_than_foretold_is_made_smaller_until_it_fits():
             raise TooLarge
         return runner(peak)
 
-    objects, found = largest((100, 200), (30, 40), 100, start)
+    objects, found = largest_world((100, 200), (30, 40), 100, start)
     assert len(tried) > 1 and objects == tried[-1] < tried[0] and found.peak_bytes <= 100
 
 
 def test_a_process_that_holds_too_much_is_ended(tmp_path):
-    preset = preset_of(KINDS["crowd"], 30.0, SMALL, None)
+    preset = world_preset(KINDS["crowd"], 30.0, SMALL, None)
     with ExitStack() as stack, pytest.raises(TooLarge):
-        started(stack, tmp_path, preset, 1)
+        start_process(stack, tmp_path, preset, 1)
     assert not psutil.Process().children()
 
 
 def test_worlds_hold_as_many_objects_as_they_say_and_the_ground_ends_with_them():
     kind = KINDS["meadow"]
-    whole, pruned = (preset_of(kind, 3e3, SMALL, each) for each in (None, 1.7))
+    whole, pruned = (world_preset(kind, 3e3, SMALL, each) for each in (None, 1.7))
     density = sum(each.density for each in whole.species.values())
     assert whole.world.extent**2 * density == pytest.approx(3e3)
     assert whole.terrain.reach == pytest.approx(whole.world.extent / 2**0.5)
     assert (whole.view.metric, pruned.view.metric, pruned.view.detail) == ("full", "blake", 1.7)
     assert whole.model_copy(update={"view": pruned.view}) == pruned
-    crowd = preset_of(KINDS["crowd"], 1e12, SMALL, 1.0)
+    crowd = world_preset(KINDS["crowd"], 1e12, SMALL, 1.0)
     assert crowd.terrain.reach == 40_000 and crowd.species["tree"].density == 0
     assert all(each.patrol for each in crowd.species.values() if each.density)
 
 
 def test_the_limit_grows_as_the_detail_becomes_finer():
     few = replace(KINDS["crowd"], settings=(*KINDS["crowd"].settings, *FEW))
-    coarse, fine = (limit_of(few, SMALL, each) for each in (4.0, 2.0))
+    coarse, fine = (limit_distance(few, SMALL, each) for each in (4.0, 2.0))
     assert fine == pytest.approx(2 * coarse, rel=0.05)
 
 
@@ -118,7 +124,7 @@ def told(power=0.0):
     sizes = (1e3, 1e4, 1e5, 1e6)
     full = [world("full", n, 1 + n / 1e3, 300 + n / 1e2, round(100 * n)) for n in sizes]
     cut = [world("blake", n, 2 * (n / 1e4) ** power, 400, 5000) for n in (*sizes, 1e9)]
-    tau = asdict(detail_of(search(planted(3.0), 2.0, 1)))
+    tau = asdict(detail_at_equal_error(search_detail(planted(3.0), 2.0, 1)))
     again = {"objects": 1e4, **asdict(over_noise(np.full(8, 0.02), np.full(8, 0.01)))}
     return {
         "kind": "crowd",
@@ -146,20 +152,20 @@ def test_ratios_are_of_the_same_turn_and_the_table_says_where_pruning_costs_more
     data = told()
     assert ratios(data)[1e3] == pytest.approx([1.0] * 3)
     assert factor(ratios(data)[1e6]).value == pytest.approx(1001 / 2, rel=1e-5)
-    rows = table_of(data).splitlines()
+    rows = results_table(data).splitlines()
     assert len(rows) == 6 and " – " in rows[-1] and "0.78" in rows[1]
-    assert "excess FLIP 0.01" in words_of(data) and "0.0100" in words_of(data)
+    assert "excess FLIP 0.01" in summary_text(data) and "0.0100" in summary_text(data)
 
 
 def test_few_worlds_tell_no_growth():
     data = told()
     data["points"] = [p for p in data["points"] if p["case"]["objects"] in (1e3, 1e4)]
     assert set(growth(data).values()) == {None}
-    assert "too few worlds" in words_of(data)
+    assert "too few worlds" in summary_text(data)
 
 
 def test_numbers_and_figures_are_kept_whole(tmp_path):
-    written(tmp_path, told())
+    write_results(tmp_path, told())
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"crowd.json", *(f"crowd-{k}.svg" for k in ("time", "memory", "ratio"))}
     assert json.loads((tmp_path / "crowd.json").read_text())["tau_px"] == told()["tau_px"]
@@ -181,14 +187,14 @@ def planted_start(folder):
         }
         if held > most_bytes:
             raise TooLarge
-        return Runner(record, lambda frame: record)
+        return FrameProcess(record, lambda frame: record)
 
     return start
 
 
 def test_the_command_measures_prints_and_keeps(monkeypatch, tmp_path):
-    monkeypatch.setattr(full_study, "started", planted_start(tmp_path))
-    monkeypatch.setattr(full_study, "limit_of", lambda kind, picture, detail: 100.0)
+    monkeypatch.setattr(full_study, "start_process", planted_start(tmp_path))
+    monkeypatch.setattr(full_study, "limit_distance", lambda kind, picture, detail: 100.0)
     words = ["crowd", "--detail", "3", "--turns", "3", "-o", str(tmp_path)]
     said = CliRunner().invoke(command, words)
     assert said.exit_code == 0, said.output

@@ -9,13 +9,13 @@ from bench.studies import gallery
 
 def test_a_page_of_what_was_rendered(tmp_path, monkeypatch):
     asked = []
-    monkeypatch.setattr(gallery, "rendered", lambda name, *how: asked.append(name) or tmp_path)
+    monkeypatch.setattr(gallery, "render_preset", lambda name, *how: asked.append(name) or tmp_path)
 
-    def pictured(frame, name, folder):
+    def save_pictures(frame, name, folder):
         for each in (name, f"{name}_level"):
             Image.new("RGB", (4, 4)).save(folder / f"{each}.png")
 
-    monkeypatch.setattr(gallery, "pictured", pictured)
+    monkeypatch.setattr(gallery, "save_pictures", save_pictures)
     said = CliRunner().invoke(gallery.command, ["zoo", "-o", str(tmp_path / "g")])
     assert said.exit_code == 0, said.output
     assert asked == ["zoo"]

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from bench.experiments.popping import unexplained_change as popping_measure
 from bench.experiments.popping.unexplained_change import Walk, frames_of, popped
 from bench.studies import motion_clips
-from bench.studies.motion_clips import CLIPS, WAYS, judged, looked_at, rows_of
+from bench.studies.motion_clips import CLIPS, WAYS, pixels_seen_before, table_rows, verdict_line
 from lod.camera import Corner, camera_from_heading
 from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import load_preset
@@ -70,10 +70,10 @@ def camera(heading):
 
 def test_what_a_turn_brings_into_view_is_told_from_what_was_seen():
     """30° to the right of 60°: what was right of the middle is now left of it."""
-    known = looked_at(camera(0.0), camera(30.0))
+    known = pixels_seen_before(camera(0.0), camera(30.0))
     assert known[18, :31].all() and not known[18, 33:].any()
-    assert looked_at(camera(0.0), camera(0.0)).all()
-    assert not looked_at(camera(0.0), camera(180.0)).any()
+    assert pixels_seen_before(camera(0.0), camera(0.0)).all()
+    assert not pixels_seen_before(camera(0.0), camera(180.0)).any()
 
 
 def test_a_clip_is_judged_against_everything_and_the_planted_one_beside_it():
@@ -82,14 +82,14 @@ def test_a_clip_is_judged_against_everything_and_the_planted_one_beside_it():
         return Walk(np.ones(2, int), residual, residual / 2, residual)
 
     found = {"pruned": left(0.05), "everything": left(0.1), "planted": left(0.3)}
-    assert judged("pan", found) == (
+    assert verdict_line("pan", found) == (
         "pan: pruned 0.50, planted 3.00 of what everything drawn has; within 1.1; "
         "parts popped: pruned 2, everything 2, planted 2"
     )
-    assert judged("pan", {**found, "pruned": left(0.12)}).count("beyond 1.1") == 1
-    assert "proves nothing" in judged("pan", {**found, "planted": left(0.11)})
-    assert len(rows_of("pan", found, 1)) == 2
-    assert rows_of("pan", found, 1)[0] == (
+    assert verdict_line("pan", {**found, "pruned": left(0.12)}).count("beyond 1.1") == 1
+    assert "proves nothing" in verdict_line("pan", {**found, "planted": left(0.11)})
+    assert len(table_rows("pan", found, 1)) == 2
+    assert table_rows("pan", found, 1)[0] == (
         "pan",
         2,
         "0.0500",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.studies.memory import SCENES, foretold, growth, rendered
+from bench.studies.memory import SCENES, memory_growth, predicted_memory, render_scene
 from bench.studies.sequence_faults.program_run import Place
 from bench.studies.sequence_faults.study import damage, full_disk, interrupts, kills, repeats
 from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, works
@@ -63,12 +63,12 @@ def test_a_disk_that_is_full_or_read_only_is_named_and_harms_nothing(place: Plac
 def test_memory_is_foretold_within_a_quarter(scene: object) -> None:
     if (why := works(scene.variant)) is not True:
         pytest.skip(f"{scene.variant} does not work here: {why}")
-    (record,) = rendered(scene)
-    assert 0.75 < foretold(scene, record) / record["peak_rss_bytes"] < 1.25
+    (record,) = render_scene(scene)
+    assert 0.75 < predicted_memory(scene, record) / record["peak_rss_bytes"] < 1.25
 
 
 def test_frame_after_frame_takes_no_more_memory() -> None:
     if works(JIT_VARIANT) is not True:
         pytest.skip("no LLVM here")
-    early, late = growth(30)
+    early, late = memory_growth(30)
     assert late < 1.05 * early

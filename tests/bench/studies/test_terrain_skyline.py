@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bench.studies.terrain_skyline import command, skyline, slice_of
+from bench.studies.terrain_skyline import command, skyline, slice_camera
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.shapes import Triangles
@@ -39,7 +39,7 @@ def test_slices_hold_what_the_picture_shows(pitch):
     ray = camera.forward + x[:, None] * camera.right + y[:, None] * camera.up
     column = ((x / camera.tan_half[0] + 1) * 24).astype(int)
     for first in range(0, 48, 8):
-        part = slice_of(camera, slice(first, first + 8))
+        part = slice_camera(camera, slice(first, first + 8))
         shown = ray[column // 8 == first // 8]
         inside = in_view(View(part, METRICS["blake"]), shown, np.full(len(shown), 1e-9))
         assert np.all(inside)

@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench.studies import tone as tone_benchmark
-from bench.studies.tone import COLUMNS, bands_of, command, judged, kept, write
+from bench.studies.tone import COLUMNS, band_count, command, judge_bands, read_fields, write_fields
 
 
 def planted(ratio: float, fields: int = 200) -> dict:
@@ -14,7 +14,7 @@ def planted(ratio: float, fields: int = 200) -> dict:
     found = {}
     for seed in range(fields):
         rows = []
-        for band in range(bands_of("forest")):
+        for band in range(band_count("forest")):
             rays, light = rng.integers(800, 1200, 2), 1e6 * rng.normal(1 + band, 0.05, 2)
             rows.append(
                 [int(ratio * light[0] * rays[0]), rays[0], int(light[1] * rays[1]), rays[1]]
@@ -27,27 +27,27 @@ def planted(ratio: float, fields: int = 200) -> dict:
     ("ratio", "verdict"), [(1.0, "holds"), (0.95, "refuted"), (1.05, "refuted")]
 )
 def test_bands_are_judged_by_what_was_planted(ratio, verdict):
-    claims = judged(planted(ratio), "forest")
-    assert [each.verdict for each in claims] == [verdict] * bands_of("forest")
+    claims = judge_bands(planted(ratio), "forest")
+    assert [each.verdict for each in claims] == [verdict] * band_count("forest")
     assert [each.measured for each in claims] == pytest.approx([ratio] * len(claims), abs=0.03)
 
 
 def test_fields_are_kept_whole_or_not_at_all(tmp_path):
     path, found = tmp_path / "fields.csv", planted(1.0, 3)
-    assert kept(path) == {}
-    write(path, found)
-    assert kept(path) == found
+    assert read_fields(path) == {}
+    write_fields(path, found)
+    assert read_fields(path) == found
     text = path.read_text()
     assert text.splitlines()[0] == ",".join(COLUMNS)
     path.write_text(text[: text.rindex("forest")])  # the last band of the last field is missing
-    assert kept(path) == {key: found[key] for key in sorted(found)[:2]}
-    write(path, kept(path) | found)
+    assert read_fields(path) == {key: found[key] for key in sorted(found)[:2]}
+    write_fields(path, read_fields(path) | found)
     assert path.read_text() == text and list(tmp_path.iterdir()) == [path]
 
 
 def test_pruned_pictures_are_measured_anew_beside_whole_ones_that_are_kept(tmp_path, monkeypatch):
     path, old = tmp_path / "fields.csv", planted(0.95, 4)
-    write(path, old)
+    write_fields(path, old)
     text, asked = path.read_text(), []
 
     def stopped_once(missing, wholes, processes):
@@ -58,12 +58,12 @@ def test_pruned_pictures_are_measured_anew_beside_whole_ones_that_are_kept(tmp_p
         if len(asked) == 1:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(tone_benchmark, "_each", stopped_once)
+    monkeypatch.setattr(tone_benchmark, "_measure_fields", stopped_once)
     arguments = [str(tmp_path), "--again"]
     assert CliRunner().invoke(command, arguments).exit_code == 1  # stopped
     assert path.read_text() == text
     CliRunner().invoke(command, arguments)
     assert [len(each) for each in asked] == [4, 3]
-    found = kept(path)
+    found = read_fields(path)
     assert [found[key][0][0] / old[key][0][0] for key in sorted(old)] == [10.0] * 4
     assert not (tmp_path / "again.csv").exists()
