@@ -1,4 +1,4 @@
-"""Which frames, and where they go: checked before anything slow begins."""
+"""Which frames are asked for, and where do they go? Checked before anything slow begins."""
 
 import os
 import re
@@ -17,7 +17,10 @@ _HASHES = "####"
 
 
 def frame_numbers(text: str) -> tuple[int, ...]:
-    """Frame numbers of ``1-24`` or ``1,5,9``, each once, ascending."""
+    """Read the frame numbers of ``1-24`` or ``1,5,9``, each once, ascending.
+
+    Raises InputError for anything else.
+    """
     frames: set[int] = set()
     for span in text.split(","):
         match = _SPAN.fullmatch(span.strip())
@@ -35,7 +38,7 @@ def frame_numbers(text: str) -> tuple[int, ...]:
 
 
 def memory_size(text: str) -> int:
-    """Bytes of ``4GB``, ``500 MB`` or ``2.5GiB``."""
+    """Read the bytes of ``4GB``, ``500 MB`` or ``2.5GiB``; raises InputError for anything else."""
     match = _MEMORY.fullmatch(text.strip())
     if match is None or not float(match[1]):
         raise InputError("--max-memory", text, "above 0, in MB, GB, MiB or GiB", "try 4GB")
@@ -43,7 +46,10 @@ def memory_size(text: str) -> int:
 
 
 def frame_pattern(text: str) -> str:
-    """A path as OUT/name.####.exr, where #### becomes the frame's number."""
+    """Check a path as OUT/name.####.exr, where #### becomes the frame's number, and give it back.
+
+    Raises InputError for another.
+    """
     folder, name = os.path.split(text)
     cure = "write it as out/name.####.exr"
     if not name.endswith(".exr"):
@@ -51,12 +57,6 @@ def frame_pattern(text: str) -> str:
     if name.count("#") != len(_HASHES) or _HASHES not in name or "#" in folder:
         raise InputError("-o", text, "the file's name holds #### once, for the number", cure)
     return text
-
-
-def frame_path(pattern: str, frame: int) -> Path:
-    """The file of one frame."""
-    folder, name = os.path.split(pattern)
-    return Path(folder) / name.replace(_HASHES, f"{frame:04d}")
 
 
 def check_targets(paths: Sequence[Path]) -> None:

@@ -1,4 +1,4 @@
-"""The program: finds the command, and turns whatever goes wrong into one line and an exit code."""
+"""Which command was asked for, and how does it end: one line and an exit code if it goes wrong."""
 
 import atexit
 import importlib
@@ -22,14 +22,14 @@ TRACEBACK = "LODBENCH_TRACEBACK"
 
 
 class Commands(click.Group):
-    """A group that imports a command's module when it is asked for, so that mistakes are fast."""
+    """Group that imports a command only when it is asked for, so that mistakes are fast."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The commands, in the order in which they are first needed."""
+        """Name the commands, in the order in which they are first needed."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of that name, None for an unknown one."""
+        """Import the command of that name; None for an unknown one."""
         if cmd_name not in COMMANDS:
             return None
         command: click.Command = importlib.import_module(f"bench.cli.commands.{cmd_name}").command
@@ -77,9 +77,9 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 
 def _second_interrupt_ends() -> Any:
-    """Have the first Ctrl-C wind the command up, and another end it there and then.
+    """Let the first Ctrl-C wind the command up, and a second one end it at once.
 
-    Gives what Ctrl-C did before.
+    Gives the handler that was installed before.
     """
 
     def first(number: int, frame: object) -> NoReturn:
@@ -90,7 +90,7 @@ def _second_interrupt_ends() -> Any:
 
 
 def _verdict(error: BaseException) -> tuple[int, str]:
-    """Exit code, and the one line that says why."""
+    """Give the exit code of an error, and the one line that says why."""
     match error:
         case click.exceptions.Exit():
             return error.exit_code, ""

@@ -1,4 +1,4 @@
-"""Where results go: with --json, stdout carries JSON lines alone; everything else is on stderr."""
+"""Where do results go? With --json stdout carries JSON lines alone, and the rest is on stderr."""
 
 import contextlib
 import dataclasses
@@ -14,29 +14,29 @@ import numpy as np
 
 @dataclasses.dataclass(frozen=True)
 class Output:
-    """One command's results: ``record`` for programs, ``say`` for people; ``note`` for both."""
+    """Results of one command: ``record`` for programs, ``say`` for people, ``note`` for both."""
 
     stream: TextIO | None
 
     def record(self, data: dict[str, Any]) -> None:
-        """One JSON object on one line, under --json only."""
+        """Print one JSON object on one line, under --json only."""
         if self.stream is not None:
             line = json.dumps(data, allow_nan=False, default=_plain, ensure_ascii=False)
             print(line, file=self.stream, flush=True)
 
     def say(self, text: str) -> None:
-        """A result in words, without --json only."""
+        """Print a result in words, without --json only."""
         if self.stream is None:
             click.echo(text)
 
     def note(self, text: str) -> None:
-        """Progress or advice, on stderr."""
+        """Print progress or advice on stderr."""
         click.echo(text, err=True)
 
 
 @contextlib.contextmanager
 def output(as_json: bool) -> Iterator[Output]:
-    """Results of one command. Under --json even what a library prints goes to stderr."""
+    """Open the results of one command; under --json even what a library prints goes to stderr."""
     if not as_json:
         yield Output(None)
         return
@@ -55,7 +55,7 @@ def output(as_json: bool) -> Iterator[Output]:
 
 
 def table(rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
-    """Rows in columns: text to the left, numbers to the right."""
+    """Lay out rows in columns, text to the left and numbers to the right."""
     cells = [[_cell(value) for value in row] for row in rows]
     if not cells:
         return ""
@@ -68,7 +68,7 @@ def table(rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
 
 
 def _cell(value: object) -> tuple[str, bool]:
-    """(text, is a number)."""
+    """Write one cell: its text, and whether it is a number."""
     if value is None:
         return "–", True
     if isinstance(value, float):

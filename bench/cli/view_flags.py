@@ -1,4 +1,4 @@
-"""The flags that say what is seen: each one sets a key of the preset, and errors name the flag."""
+"""Which flags say what is seen? Each one sets a key of the preset, and errors name the flag."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -41,7 +41,7 @@ _TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compressio
 
 
 def view_flags(command: Command) -> Command:
-    """PRESET and the flags that `render` and `count` share."""
+    """Add PRESET and the flags that `render` and `count` share to a command."""
     flags = (
         click.argument("preset"),
         click.option("--size", metavar="WxH", help="Picture size in pixels."),
@@ -77,7 +77,7 @@ def view_flags(command: Command) -> Command:
 
 
 def file_flags(command: Command) -> Command:
-    """The flags that say how a frame's file is laid out, and what is in it."""
+    """Add the flags that say how a frame's file is laid out, and what is in it, to a command."""
     flags = (
         click.option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
         click.option(
@@ -98,13 +98,15 @@ def file_flags(command: Command) -> Command:
     return command
 
 
-def preset_of(name: str, settings: Sequence[str], density: Sequence[str], **flags: Any) -> Preset:
-    """The preset with -D laid over it, and the flags over that; flags left out are None."""
+def preset_from_flags(
+    name: str, settings: Sequence[str], density: Sequence[str], **flags: Any
+) -> Preset:
+    """Load a preset with -D laid over it, and the flags over that; flags left out are None."""
     keys = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
     laid: list[str | Setting] = list(settings)
     for flag, text in flags.items():
         if text is not None:
-            value = text if flag in _TEXT or isinstance(text, bool) else number(text)
+            value = text if flag in _TEXT or isinstance(text, bool) else parse_number(text)
             laid.append(Setting(f"--{flag.replace('_', '-')}", keys[flag], value))
     laid += [_density(text) for text in density]
     return load_preset(name, laid)
@@ -115,11 +117,11 @@ def _density(text: str) -> Setting:
     if not (name and equals and value):
         rule = "NAME=K: a species and its objects per m²"
         raise InputError("--density", text, rule, "try --density figure=0.002")
-    return Setting(f"--density {name}", f"species.{name}.density", number(value))
+    return Setting(f"--density {name}", f"species.{name}.density", parse_number(value))
 
 
-def number(text: str) -> int | float | str:
-    """The number that a text means; otherwise the text itself, for the preset to refuse."""
+def parse_number(text: str) -> int | float | str:
+    """Read the number that a text means; another text is given back, for the preset to refuse."""
     for read in (int, float):
         try:
             return read(text)

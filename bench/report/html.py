@@ -52,7 +52,7 @@ def to_html(document: Document) -> str:
 
 
 def _scripted(text: str) -> str:
-    """Text that can stand in a script element."""
+    """Escape text so that it can stand in a script element."""
     return text.replace("</", "<\\/")
 
 
@@ -67,7 +67,7 @@ def _summary_row(section: Section, verdicts: Sequence[str]) -> str:
 
 
 def _origin(section: Section) -> str:
-    """The record, by its hash, and where all that is known of it stands."""
+    """Link a record, by its hash, to its provenance."""
     short = section.record.sha256[:8]
     return f'<a class="origin" href="#{section.anchor}-record">record {short}</a>'
 
@@ -82,7 +82,7 @@ def _answer(section: Section) -> str:
 
 
 def _open(section: Section) -> str:
-    """The claims that do not hold, by name."""
+    """List the claims that do not hold, by name."""
     rows = [
         f'<li><span class="{_class(c)}">{verdict_text(c)}</span>: {escape(c.about)} '
         f"{_name(c.name)}</li>"
@@ -129,7 +129,7 @@ def _block(section: Section, block: Block) -> str:
 
 
 def _claims(title: str, heads: Sequence[str], claims: Sequence[Claim], origin: str) -> str:
-    """One row a claim; on a narrow screen the style makes a card of each, labelled cell by cell."""
+    """Write a row for each claim; on a narrow screen the style makes a labelled card of each."""
     rows = "\n".join(_claim(heads, claim) for claim in claims)
     head = _heads(heads).replace("<tr>", '<tr role="row">', 1)
     head = head.replace("<th ", '<th role="columnheader" ')
@@ -152,17 +152,17 @@ def _claim(heads: Sequence[str], claim: Claim) -> str:
 
 
 def _class(claim: Claim) -> str:
-    """The class of a verdict in the page's style: its first word."""
+    """Name the class of a verdict in the page's style: its first word."""
     return claim.verdict.partition(" ")[0]
 
 
 def _name(name: str) -> str:
-    """A claim's name, that may break after a stroke or an underscore."""
+    """Write a claim's name so that it may break after a stroke or an underscore."""
     return f"<code>{escape(name).replace('/', '/<wbr>').replace('_', '_<wbr>')}</code>"
 
 
 def _plot(section: Section, plot: Plot) -> str:
-    """The still picture; the plot that takes its place where scripts run; and the numbers."""
+    """Write a still plot, the interactive one that replaces it with scripts, and its numbers."""
     name, drawn = f"{section.anchor}-{plot.name}", plotly_spec(plot)
     svg = plot.svg.replace("<svg", f'<svg role="img" aria-label="{escape(plot.alt)}"', 1)
     # Several records may show the same plot: ids stay unique on the page.
@@ -186,7 +186,7 @@ def _interactive(plot: Plot, drawn: dict[str, object]) -> str:
 
 
 def _pictures(section: Section, pictures: Pictures) -> str:
-    """Two of the pictures over each other, and a slider between them."""
+    """Lay two of the pictures over each other, with a slider between them."""
     name = f"{section.anchor}-{pictures.name}"
     images = [f"data:image/webp;base64,{data}" for _, data in pictures.layers]
     labels = [label for label, _ in pictures.layers]
@@ -230,7 +230,7 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]], label: str) -> s
 
 
 def _framed(label: str, rows: str, caption: str = "") -> str:
-    """A table that scrolls in its own frame where the screen is narrow, by keyboard too."""
+    """Put a table into a frame that scrolls where the screen is narrow, by keyboard too."""
     caption = f"<caption>{escape(caption)}</caption>" if caption else ""
     return (
         f'<div class="wide" role="region" tabindex="0" aria-label="{escape(label)}">'
@@ -243,6 +243,6 @@ def _heads(heads: Sequence[str]) -> str:
 
 
 def _code(text: str) -> str:
-    """Text with `code` marked up."""
+    """Mark up what stands between backquotes as code."""
     pieces = escape(text).split("`")
     return "".join(f"<code>{p}</code>" if i % 2 else p for i, p in enumerate(pieces))

@@ -1,4 +1,4 @@
-"""Plots as plain data for the page's own plots: what Plotly.js draws, hovers and zooms.
+"""Which plain data does Plotly.js need to draw, hover and zoom a plot?
 
 No two series differ in colour alone: each has a marker of its own, filled or open.
 """
@@ -14,7 +14,7 @@ _SYMBOLS = ("circle", "square", "triangle-up", "diamond", "triangle-down", "cros
 _GRID = {"gridcolor": "#E3E3E3", "zeroline": False, "showline": True, "linecolor": _GREY}
 
 _SMALL = 12
-"""Type of the vertical axes' names where two panels share the height, for phones too."""
+"""Font size of the vertical axes' names where two panels share the height."""
 
 _NARROWEST = 1.03
 """Ratios are drawn on an axis that reaches at least so far to either side of 1."""
@@ -23,7 +23,7 @@ Spec = dict[str, Any]
 
 
 def plotly_spec(plot: Plot) -> Spec | None:
-    """Traces and layout of a plot; None for one that holds no numbers."""
+    """Give traces and layout of a plot; None for one that holds no numbers."""
     if not plot.drawn:
         return None
     if plot.kind == "law":
@@ -39,7 +39,7 @@ def plotly_spec(plot: Plot) -> Spec | None:
 
 
 def numbers(plot: Plot) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """The same points as heads and rows, for those who read rather than look."""
+    """Give the points of a plot as heads and rows of a table."""
     x, y = plot.axis
     heads = ("series", x, y, "from", "to", "predicted")
     return heads, [row for each in plot.drawn for row in _rows(each, plot.kind)]
@@ -67,7 +67,7 @@ def _short(value: Any) -> str:
 
 
 def _law(plot: Plot) -> Spec:
-    """Counts above, measured ÷ predicted below, one horizontal axis."""
+    """Draw counts above and measured ÷ predicted below, on one horizontal axis."""
     data: list[Spec] = []
     for number, each in enumerate(plot.drawn):
         assert isinstance(each, Series)
@@ -100,7 +100,7 @@ def _law(plot: Plot) -> Spec:
 
 
 def _make_room(layout: Spec, below: str) -> None:
-    """A second panel below, with a line at 1."""
+    """Make room for a second panel below, with a line at 1."""
     layout["yaxis"] |= {"domain": [0.34, 1.0]}
     layout["yaxis2"] = {**_GRID, **_title(below), "domain": [0.0, 0.27]}
     for axis in ("yaxis", "yaxis2"):
@@ -110,7 +110,7 @@ def _make_room(layout: Spec, below: str) -> None:
 
 
 def _over_line(number: int, curve: Curve) -> Spec:
-    """What a curve is over its line."""
+    """Divide a curve by its fitted line."""
     mark = {"mode": "markers", "marker": _marker(number, 6), "legendgroup": str(number)}
     return {**_points(curve.label, *curve.residuals), **mark, "yaxis": "y2", "showlegend": False}
 
@@ -186,8 +186,10 @@ def _layout(plot: Plot) -> Spec:
 
 
 def _scale(scale: str, values: Sequence[float]) -> Spec:
-    """On a logarithmic axis of more than a decade and a half, powers of ten alone are named; on a
-    shorter one 1, 2 and 5 as well; and what is all the same stands in the middle.
+    """Choose an axis and its marks.
+
+    A logarithmic axis of more than a decade and a half names powers of ten alone, a shorter one 1,
+    2 and 5 as well. Values that are all the same stand in the middle.
     """
     chosen: Spec = {"type": scale, "exponentformat": "power", "automargin": True}
     low, high = min(values), max(values)
@@ -203,13 +205,13 @@ def _scale(scale: str, values: Sequence[float]) -> Spec:
 
 
 def _about_one(values: Sequence[float]) -> Spec:
-    """A logarithmic range about 1 that holds them, and is never so narrow that noise fills it."""
+    """Give a logarithmic range about 1 that holds the values, and that noise does not fill."""
     reach = max(log10(_NARROWEST), 1.1 * max(abs(log10(v)) for v in values))
     return {"range": [-reach, reach]}
 
 
 def _named(low: float, high: float) -> Spec:
-    """Marks at every digit of the powers of ten about a range, with names at 1, 2 and 5."""
+    """Mark every digit of the powers of ten about a range, with names at 1, 2 and 5."""
     powers = range(floor(log10(low)) - 1, ceil(log10(high)) + 1)
     marks = [(digit, power) for power in powers for digit in range(1, 10)]
     names = [_plain(*mark) if mark[0] in (1, 2, 5) else "" for mark in marks]
@@ -218,7 +220,7 @@ def _named(low: float, high: float) -> Spec:
 
 
 def _plain(digit: int, power: int) -> str:
-    """A digit times a power of ten, written out where that is short."""
+    """Write a digit times a power of ten, in full where that is short."""
     if -4 < power < 5:
         return f"{float(f'{digit}e{power}'):g}"
     return f"{digit}×10<sup>{str(power).replace('-', '−')}</sup>"

@@ -1,4 +1,4 @@
-"""The report's numbers for programs: every claim and every point, each with its record's hash."""
+"""Which numbers does the report give to programs? All claims and points, with record hashes."""
 
 import csv
 import io
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from bench.report.document import Section
 
 TABLES = "tables"
-"""Folder of the points, a file a record."""
+"""Folder of the points, with a file for each record."""
 
 _CLAIM = (
     *("name", "verdict", "predicted", "tolerance", "relation", "measured", "low", "high"),
@@ -17,7 +17,7 @@ _CLAIM = (
 
 
 def claims_csv(sections: Sequence[Section]) -> str:
-    """One row a claim."""
+    """Write a CSV row for each claim."""
     heads = "experiment", "quick", "record_sha256", *_CLAIM
     rows = (
         (s.record.experiment, s.record.quick, s.record.sha256, *(c.as_json()[k] for k in _CLAIM))
@@ -28,7 +28,7 @@ def claims_csv(sections: Sequence[Section]) -> str:
 
 
 def claims_json(sections: Sequence[Section]) -> str:
-    """One object a record."""
+    """Write a JSON object for each record."""
     data = [
         {
             "experiment": s.record.experiment,
@@ -42,7 +42,7 @@ def claims_json(sections: Sequence[Section]) -> str:
 
 
 def points_csv(section: Section) -> str:
-    """The record's table, as it is on the page."""
+    """Write the record's point table as CSV, as it is on the page."""
     heads, rows = section.point_table
     sha256 = section.record.sha256
     return _csv(("record_sha256", *heads), ((sha256, *row) for row in rows))

@@ -1,4 +1,4 @@
-"""The report of a folder of records: one page that opens offline, Markdown, CSV and JSON."""
+"""How does a folder of records become a report: one offline page, Markdown, CSV and JSON?"""
 
 import base64
 import os
@@ -44,7 +44,7 @@ def write_report(folder: Path) -> tuple[Path, Path]:
 
 
 def _beside(sections: list[Section]) -> dict[str, str | bytes]:
-    """What stands beside the page: plots, pictures and numbers, by their names."""
+    """Give the files that stand beside the page: plots, pictures and numbers, by their names."""
     files: dict[str, str | bytes] = {
         "claims.csv": claims_csv(sections),
         "claims.json": claims_json(sections),
@@ -60,15 +60,16 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
 
 
 def _place(record: Record) -> int:
-    """Experiments in the order in which `lodbench list` has them, others after them."""
+    """Order records by experiment, as `lodbench list` has them, and unknown ones after them."""
     names = list(EXPERIMENTS)
     return names.index(record.experiment) if record.experiment in names else len(names)
 
 
 def _sections(records: Sequence[Record]) -> list[Section]:
-    """Of every record, as many at once as there are processors: drawing is what takes the time.
+    """Make the section of every record, as many at once as there are processors.
 
-    Forked where that can be had, so that nothing is imported twice.
+    Drawing is what takes the time. Processes are forked where the system can, so that nothing is
+    imported twice.
     """
     workers = min(len(records), os.cpu_count() or 1)
     if workers == 1 or not hasattr(os, "fork"):
@@ -96,7 +97,7 @@ def _section(record: Record) -> Section:
 
 
 def _judged(experiment: Experiment, record: Record) -> tuple[Claim, ...]:
-    """The claims judged from the samples; those in a record that has none."""
+    """Judge the claims from the samples; a record without samples keeps its own."""
     return experiment.judge(record) if record.points else record.claims
 
 

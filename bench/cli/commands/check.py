@@ -27,7 +27,7 @@ def command(names: tuple[str, ...], as_json: bool) -> None:
 
 
 def _chosen(names: tuple[str, ...]) -> Iterable[tuple[str, str]]:
-    """Kind and name of what is to be checked."""
+    """Give kind and name of everything that is to be checked."""
     from lod.metric.family import METRICS
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, installed
 
@@ -44,7 +44,7 @@ def _chosen(names: tuple[str, ...]) -> Iterable[tuple[str, str]]:
 
 
 def _checked(out: Output, kind: str, name: str) -> bool:
-    """Whether it keeps every rule, and say so."""
+    """Check one metric or representation, print the rules, and say whether it keeps all."""
     try:
         broken = _broken(kind, name)
     except InputError as error:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.cli.output import Output, output, table
-from bench.cli.view_flags import preset_of, view_flags
+from bench.cli.view_flags import preset_from_flags, view_flags
 from lod.errors import InputError
 from scenes.render.pipeline.memory_model import peak_rss_bytes
 
@@ -25,7 +25,7 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
     PRESET may be a workload, as meadow@1: its counts must then be the golden ones.
     """
     workload = _workload(preset)
-    chosen = preset_of(workload.preset if workload else preset, **flags)
+    chosen = preset_from_flags(workload.preset if workload else preset, **flags)
     if workload:
         _check_as_it_is(workload, chosen, frame)
     from bench.count.count_frame import Stopwatch, count
@@ -50,7 +50,7 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
 
 
 def _workload(preset: str) -> "Workload | None":
-    """What a name with a version stands for; what that needs is imported only for one."""
+    """Find the workload that a name with a version stands for; None for a plain preset."""
     if "@" not in preset:
         return None
     from bench.count.workloads import workload_named
@@ -67,7 +67,7 @@ def _check_as_it_is(workload: "Workload", chosen: "Preset", frame: int) -> None:
 
 
 def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
-    """What --json prints, by the names of the contract."""
+    """Give what --json prints, by the names that its readers rely on."""
     return {
         "objects": vars(counts.objects),
         "parts": vars(counts.parts),

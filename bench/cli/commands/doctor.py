@@ -24,7 +24,7 @@ def command(as_json: bool) -> None:
 
 
 def examine() -> dict[str, Any]:
-    """Everything that `doctor` reports."""
+    """Collect everything that `doctor` reports."""
     import psutil
 
     from bench.records.provenance import cpu_name, package_version

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import click
 
 from bench.cli.frame_flags import frame_numbers, frame_pattern, memory_size
-from bench.cli.view_flags import FILE_KEYS, QUALITY_KEYS, VIEW_KEYS, preset_of
+from bench.cli.view_flags import FILE_KEYS, QUALITY_KEYS, VIEW_KEYS, preset_from_flags
 from lod.errors import InputError
 
 _NOT_FOR_ONE = ("cluster", "preview")
@@ -21,7 +21,7 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     They may run at once and anywhere, in this folder: the manifest has one writer at a time.
     """
     from bench.cli.commands.render import command as render
-    from bench.cli.commands.render import fitted
+    from bench.cli.commands.render import fit_to_memory
     from scenes.render.mitsuba.variants import choose
     from scenes.render.sequence.detail_budget import within_budget
 
@@ -33,25 +33,25 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     numbers = frame_numbers(flags["frames"])
     keys = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
     told = {name: value for name, value in flags.items() if name in keys}
-    chosen = preset_of(flags["preset"], flags["settings"], flags["density"], **told)
+    chosen = preset_from_flags(flags["preset"], flags["settings"], flags["density"], **told)
     variant = choose(chosen.render.variant, chosen.render.spectral)
-    kept = [*without(words, "--frames"), "--variant", variant]
+    kept = [*drop_flag(words, "--frames"), "--variant", variant]
     if flags["fit"]:
         most = flags["max_memory"]
-        chosen = fitted(chosen, None if most is None else memory_size(most))
+        chosen = fit_to_memory(chosen, None if most is None else memory_size(most))
     if flags["max_parts"] is not None or flags["fit"]:
         # One detail for all: a frame by itself would choose its own.
         detail = within_budget(chosen, numbers).view.detail
         kept = [word for word in kept if word != "--fit"]
         for flag in ("--max-parts", "--detail"):
-            kept = list(without(kept, flag))
+            kept = list(drop_flag(kept, flag))
         kept += ["--detail", repr(detail)]
     for number in numbers:
         click.echo(shlex.join(["lodbench", "render", *kept, "--frames", str(number)]))
 
 
-def without(words: Sequence[str], flag: str) -> Iterator[str]:
-    """The words of a command line but for a flag and its value."""
+def drop_flag(words: Sequence[str], flag: str) -> Iterator[str]:
+    """Yield the words of a command line without a flag and its value."""
     skip = False
     for word in words:
         if not skip and word != flag and not word.startswith(f"{flag}="):

@@ -1,4 +1,4 @@
-"""`lodbench ids`: who the objects of a frame are."""
+"""`lodbench ids`: species, place and key of the objects of a frame."""
 
 from collections.abc import Iterable
 from dataclasses import asdict

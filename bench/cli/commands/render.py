@@ -10,7 +10,6 @@ import click
 from bench.cli.frame_flags import (
     check_targets,
     frame_numbers,
-    frame_path,
     frame_pattern,
     make_folder,
     memory_size,
@@ -18,7 +17,7 @@ from bench.cli.frame_flags import (
 from bench.cli.output import Output, output
 from bench.cli.progress import frame_progress
 from bench.cli.rendering import Rendering
-from bench.cli.view_flags import file_flags, preset_of, view_flags
+from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
 from lod.errors import InputError
 from scenes.preset.load import Preset
 from scenes.render.pictures.tone_map import PictureStyle
@@ -74,13 +73,15 @@ def command(
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
     most_bytes = None if max_memory is None else memory_size(max_memory)
     look = PictureStyle(tone, exposure, view)
-    chosen = fitted(preset_of(preset, **flags), most_bytes) if fit else preset_of(preset, **flags)
-    check_targets([frame_path(pattern, number) for number in numbers])
+    chosen = preset_from_flags(preset, **flags)
+    if fit:
+        chosen = fit_to_memory(chosen, most_bytes)
     from scenes.render.mitsuba.variants import choose
     from scenes.render.sequence.detail_budget import within_budget
     from scenes.render.sequence.one_frame import frame_settings
-    from scenes.render.sequence.sequence import open_job
+    from scenes.render.sequence.sequence import frame_path, open_job
 
+    check_targets([frame_path(pattern, number) for number in numbers])
     chosen = within_budget(chosen, numbers)
     settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral))
     make_folder(Path(pattern).parent)
@@ -97,7 +98,7 @@ def command(
 
 
 def _render(out: Output, begin: Callable[[], "Job"], render: Rendering) -> list[dict[str, Any]]:
-    """A line for each finished frame; what ends the sequence before its end is counted, too."""
+    """Render, with a line for each finished frame; an early end is counted as a failure."""
     records: list[dict[str, Any]] = []
     try:
         job = begin()
@@ -120,7 +121,7 @@ def _render(out: Output, begin: Callable[[], "Job"], render: Rendering) -> list[
 
 
 def _failures(failed: Sequence[dict[str, Any]], frames: int) -> str:
-    """How many, and which with why of the first three."""
+    """Write how many frames failed, and why the first three did."""
     first = "; ".join(f"frame {each['frame']}: {each['error']}" for each in failed[:3])
     return f"{len(failed)} of {frames} frames failed: {first}"
 
@@ -133,7 +134,7 @@ def _line(record: dict[str, Any]) -> str:
 def _preview(
     out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: PictureStyle
 ) -> list[str]:
-    """One frame as it is; of more, a contact sheet and a film. The paths of what was made."""
+    """Write a picture of one frame, or a contact sheet and a film of more; give their paths."""
     from scenes.render.pictures.contact_sheet import contact_sheet, preview
     from scenes.render.pictures.movie import movie
 
@@ -152,8 +153,8 @@ def _preview(
     return [str(picture) for picture in pictures]
 
 
-def fitted(preset: Preset, most_bytes: int | None) -> Preset:
-    """The preset that asks for the detail with which its frames fill so much memory."""
+def fit_to_memory(preset: Preset, most_bytes: int | None) -> Preset:
+    """Let a preset ask for the detail with which its frames fill so much memory."""
     if most_bytes is None:
         raise InputError("--fit", "alone", "it fills a budget", "add --max-memory 4GB")
     view = preset.view.model_copy(update={"max_memory": most_bytes})
@@ -161,7 +162,7 @@ def fitted(preset: Preset, most_bytes: int | None) -> Preset:
 
 
 def preview_stem(pattern: str) -> Path:
-    """out/name.####.exr → out/name, and out/sheet where the name is all number."""
+    """Turn out/name.####.exr into out/name, and into out/sheet where the name is all number."""
     path = Path(pattern)
     return path.with_name(
         path.name.removesuffix(".exr").replace("####", "").strip("._-") or "sheet"

@@ -65,8 +65,10 @@ def command(
 
 
 def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...]:
-    """Names of experiments, each once. ``all`` is every one, those that are timed first, before
-    others have filled memory; they stay here.
+    """Check the names of experiments, and give each once.
+
+    ``all`` is every one; those that are timed come first, before others have filled memory, and
+    stay on this machine.
     """
     from bench.experiments.registry import EXPERIMENTS
 
@@ -87,7 +89,7 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
 
 
 def _check_metric(metric: str, names: Sequence[str]) -> None:
-    """Raises InputError for a metric that cannot be had, is ours, or that some do not try."""
+    """Raise InputError for a metric that is unknown, built in, or not accepted by an experiment."""
     from bench.experiments.registry import EXPERIMENTS
     from lod.metric.family import METRICS
     from scenes.plugins.entry_points import metric_by_name
@@ -104,7 +106,10 @@ def _check_metric(metric: str, names: Sequence[str]) -> None:
 def _run_all(
     out: Output, kept: "Journal", asked: Sequence["RunRequest"], spread: CaseExecutor
 ) -> list[str]:
-    """Run what is not done; of several, one that fails does not end the others. Who failed."""
+    """Run the experiments that are not done, and give the names of those that failed.
+
+    Of several, one that fails does not end the others.
+    """
     from bench.experiments.registry import EXPERIMENTS
     from bench.records.records import read_record
 
@@ -138,7 +143,7 @@ def _run_all(
 def _run(
     kept: "Journal", asked: "RunRequest", spread: CaseExecutor
 ) -> tuple[Path, tuple["Claim", ...]]:
-    """One experiment, its record written and noted."""
+    """Run one experiment, write its record, and note it in the journal."""
     from bench.experiments.registry import EXPERIMENTS
     from bench.records.records import write_record
     from bench.runner.journal import Elapsed

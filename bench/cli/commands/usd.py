@@ -7,7 +7,7 @@ import click
 
 from bench.cli.frame_flags import LAST_FRAME, make_folder
 from bench.cli.output import output
-from bench.cli.view_flags import preset_of, view_flags
+from bench.cli.view_flags import preset_from_flags, view_flags
 
 
 @click.command("usd")
@@ -24,7 +24,7 @@ def command(preset: str, path: str, frame: int, as_json: bool, **flags: Any) -> 
     from scenes.world.world import build_world
 
     check_usd(path)
-    chosen = within_budget(preset_of(preset, **flags), (frame,))
+    chosen = within_budget(preset_from_flags(preset, **flags), (frame,))
     make_folder(Path(path).parent)
     with output(as_json) as out:
         made = assemble_frame(build_world(chosen), chosen, frame, SCALAR_VARIANT)

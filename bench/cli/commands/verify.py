@@ -43,7 +43,7 @@ def command(folder: str, repair: bool, threads: int, cluster: str | None, as_jso
 
 
 def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
-    """What is wrong, said as it is found."""
+    """Check a folder, print what is wrong as it is found, and give it."""
     from scenes.render.sequence.verify import check_folder
 
     wrong = []
@@ -59,7 +59,7 @@ def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
 def _repair(
     out: Output, manifest: "Manifest", wrong: list["Checked"], render: Rendering
 ) -> list["Checked"]:
-    """What is wrong still."""
+    """Repair what is wrong, and give what is wrong still."""
     from scenes.render.sequence.verify import repairs
 
     left = []

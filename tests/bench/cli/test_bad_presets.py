@@ -15,7 +15,7 @@ import pytest
 
 from bench.cli.frame_flags import frame_numbers, frame_pattern
 from bench.cli.main import main
-from bench.cli.view_flags import preset_of
+from bench.cli.view_flags import preset_from_flags
 from lod.errors import InputError
 from scenes.preset.load import load_preset, preset_from, preset_names
 from scenes.render.files.manifest import load_manifest, settings_hash
@@ -262,8 +262,8 @@ def test_ten_thousand_generated_presets_flags_and_manifests(
     for _ in range(GENERATED // 4):  # flags wrong
         text = an_odd_text(chance)
         flag = chance.choice(["size", "seed", "metric", "detail", "visibility", "spp", "variant"])
-        tells(lambda flag=flag, text=text: preset_of("meadow", (), (), **{flag: text}))
-        tells(lambda text=text: preset_of("meadow", (text,), (text,)))
+        tells(lambda flag=flag, text=text: preset_from_flags("meadow", (), (), **{flag: text}))
+        tells(lambda text=text: preset_from_flags("meadow", (text,), (text,)))
         tells(lambda text=text: frame_numbers(text))
         tells(lambda text=text: frame_pattern(text))
     manifests(chance, GENERATED // 4, presets)

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.frame_flags import frame_numbers, frame_path, frame_pattern, make_folder, memory_size
+from bench.cli.frame_flags import frame_numbers, frame_pattern, make_folder, memory_size
 from lod.errors import InputError
+from scenes.render.sequence.sequence import frame_path
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.commands.frames import without
+from bench.cli.commands.frames import drop_flag
 from bench.cli.main import main
 from scenes.preset.load import load_preset
 from scenes.render.sequence.one_frame import frame_settings, render_one
@@ -70,7 +70,7 @@ def test_what_render_would_refuse_is_refused(run, words, told):
 
 def test_a_flag_goes_with_its_value_in_either_form():
     words = ["a", "--frames", "1-3", "b", "--frames=4", "-D", "--frames"]
-    assert list(without(words, "--frames")) == ["a", "b", "-D"]
+    assert list(drop_flag(words, "--frames")) == ["a", "b", "-D"]
 
 
 def test_usd_counts_what_it_wrote(run):
