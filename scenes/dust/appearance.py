@@ -1,4 +1,4 @@
-"""What stands for parts of dust trails, and what those own: rows of puffs, wisps and grains."""
+"""Parts of dust trails and their leaf appearances: rows of puffs, wisps and grains."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from scenes.dust.puffs import Air, Puffs, grains_at, puffs_at, trail_centres, wi
 
 
 class DustFrame(NamedTuple):
-    """Air, walkers, their prototypes' legs, and the time [s]."""
+    """Dust at one time: air, walkers, their prototypes' legs, and the time [s]."""
 
     air: Air
     walkers: Walkers
@@ -21,12 +21,12 @@ class DustFrame(NamedTuple):
     time_s: float
 
     def puffs(self, falls: Footfalls) -> Puffs:
-        """Those of footfalls."""
+        """Puffs that footfalls have thrown up."""
         return puffs_at(self.air, self.walkers, self.legs, falls, self.time_s)
 
 
 class ChildParts(NamedTuple):
-    """Parts that others own: row of the whole, name, place (n, 3) [m], share of the area."""
+    """Parts of wholes: row of the whole, part number, place (n, 3) [m], share of the area."""
 
     parent: np.ndarray
     part: np.ndarray
@@ -35,8 +35,11 @@ class ChildParts(NamedTuple):
 
 
 class DustBalls(NamedTuple):
-    """Balls: row of the part, place (n, 3) [m], area in full grains, and where the foot struck,
-    (n, 2) [m].
+    """Balls that are drawn for parts.
+
+    owner (n,), place (n, 3)  row of the part, and middle of the ball [m]
+    area (n,)                 area over that of a full grain
+    struck (n, 2)             place where the foot struck [m]
     """
 
     owner: np.ndarray
@@ -46,7 +49,7 @@ class DustBalls(NamedTuple):
 
 
 def live_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
-    """The live puffs of trails."""
+    """Puffs of trails that are in the air."""
     whole, falls = _recent_footfalls(frame, parts, rows)
     live = np.flatnonzero(_is_in_air(frame, falls))
     puffs, whole = frame.puffs(falls.take(live)), whole[live]
@@ -56,7 +59,7 @@ def live_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
 
 
 def wisps_of_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
-    """The wisps of puffs."""
+    """Wisps of puffs."""
     puffs, row, _, _ = _distinct(frame, parts, rows)
     own, wisp = np.divmod(np.arange(len(rows) * WISPS), WISPS)
     place, area = wisps_at(frame.air, puffs, row[own], wisp)
@@ -65,7 +68,7 @@ def wisps_of_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
 
 
 def grains_of_wisps(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
-    """The grains of wisps."""
+    """Grains of wisps."""
     puffs, row, wisp, _ = _distinct(frame, parts, rows)
     own, grain = np.divmod(np.arange(len(rows) * GRAINS), GRAINS)
     place, _ = grains_at(frame.air, puffs, row[own], wisp[own], grain)
@@ -74,7 +77,7 @@ def grains_of_wisps(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
 
 
 def leaf_balls(frame: DustFrame, parts: Parts, shown: np.ndarray) -> DustBalls:
-    """What stands for the parts that are ``shown``, (n,) of them."""
+    """Balls of the leaf appearances of the parts that are ``shown`` (n,)."""
     levels = (_trail_balls, _puff_balls, _wisp_balls, _grain_balls)
     found = [
         each(frame, parts, np.flatnonzero(shown & (parts.level == level)))
@@ -86,7 +89,7 @@ def leaf_balls(frame: DustFrame, parts: Parts, shown: np.ndarray) -> DustBalls:
 
 
 def _trail_balls(frame: DustFrame, parts: Parts, rows: Ints) -> DustBalls:
-    """One ball for each footfall that may still be seen: as many from frame to frame."""
+    """One ball for each recent footfall, as many in every frame."""
     owner, falls = _recent_footfalls(frame, parts, rows)
     puffs, live = frame.puffs(falls), _is_in_air(frame, falls)
     area = np.where(live, puffs.mean_area, LEAST_AREA)
@@ -96,7 +99,7 @@ def _trail_balls(frame: DustFrame, parts: Parts, rows: Ints) -> DustBalls:
 
 
 def _puff_balls(frame: DustFrame, parts: Parts, rows: Ints) -> DustBalls:
-    """One for WISPS_EACH wisps, where one of them is."""
+    """One ball for WISPS_EACH wisps, in the place of one of them."""
     puffs, row, _, _ = _distinct(frame, parts, rows)
     own, wisp = np.divmod(np.arange(len(rows) * WISPS), WISPS)
     place, area = wisps_at(frame.air, puffs, row[own], wisp)
@@ -106,7 +109,7 @@ def _puff_balls(frame: DustFrame, parts: Parts, rows: Ints) -> DustBalls:
 
 
 def _wisp_balls(frame: DustFrame, parts: Parts, rows: Ints) -> DustBalls:
-    """One for GRAINS_EACH grains, where one of them is."""
+    """One ball for GRAINS_EACH grains, in the place of one of them."""
     puffs, row, wisp, _ = _distinct(frame, parts, rows)
     own, some = np.divmod(np.arange(len(rows) * (GRAINS // GRAINS_EACH)), GRAINS // GRAINS_EACH)
     place, area = grains_at(frame.air, puffs, row[own], wisp[own], GRAINS_EACH * some)
@@ -135,9 +138,7 @@ def _is_in_air(frame: DustFrame, falls: Footfalls) -> np.ndarray:
 
 
 def _distinct(frame: DustFrame, parts: Parts, rows: Ints) -> tuple[Puffs, Ints, Ints, Ints]:
-    """The puffs that these parts are or are of, each once; the row of each part's puff, and the
-    numbers of its wisp and its grain.
-    """
+    """Puffs of these parts, each once; row of each part's puff, and its wisp and its grain."""
     of = decode_ids(frame.legs, parts.part[rows])
     first = of.footfall.min(initial=0)
     span = of.footfall.max(initial=0) - first + 1

@@ -1,14 +1,14 @@
-"""Dust behind those who walk, as a particle system: a trail, its puffs, their wisps and grains.
+"""Dust behind walkers as a particle system: a trail, its puffs, their wisps and grains.
 
 After W. T. Reeves, "Particle systems: a technique for modeling a class of fuzzy objects", SIGGRAPH
 '83 Proceedings, p. 359. Each footfall of a field's walkers throws up one puff, where and when the
-foot strikes (``dust_steps``); it stays in the world while the walker goes on, and does what
-``dust_growth`` says. Walkers have always walked, so that every frame follows from seed and time
-alone.
+foot strikes (``scenes.dust.footfalls``); it stays in the world while the walker goes on, and lives
+as ``scenes.dust.growth`` has it. Walkers have always walked, so that every frame follows from seed
+and time alone.
 
-Level 0 is the trail of one walker, level 1 its puffs, level 2 their wisps, level 3 grains. What
-stands for n hidden grains is one or a few larger ones, as many times larger in area as they are
-fewer: as porous, and the same cover. Inner appearances are nothing. Sizes are the largest that a
+Level 0 is the trail of one walker, level 1 its puffs, level 2 their wisps, level 3 grains. The leaf
+appearance of n hidden grains is one or a few larger ones, as many times larger in area as they are
+fewer: as porous, and with the same cover. Inner appearances are empty. Sizes are the largest that a
 puff ever has at the walker's longest stride:
 
     P  √ of the largest cross-sections of the leaf appearance, added up
@@ -51,8 +51,10 @@ from scenes.particles.shapes import ball_sticks
 
 @dataclass(frozen=True, eq=False)
 class DustState:
-    """What a frame's parts are parts of: walkers, when they are looked at, and the limit distances
-    of each prototype's levels in view and out of it, (2, v, 4) [m].
+    """State that the parts of one frame share.
+
+    walkers, time_s   walkers whose dust it is, and the time [s]
+    limits (2, v, 4)  limit distances of each prototype's levels, in view and out of it [m]
     """
 
     walkers: Walkers
@@ -75,17 +77,17 @@ class Dust:
 
     @property
     def name(self) -> str:
-        """That of the species, and .dust: no species is called so."""
+        """Name of the species with ``.dust`` behind it, which no species has."""
         return f"{self.walkers.name}.dust"
 
     @cached_property
     def legs(self) -> Legs:
-        """Those of all prototypes."""
+        """Legs of all prototypes."""
         return Legs.of([prototype.motion for prototype in self.walkers.prototypes.rigged])
 
     @cached_property
     def air(self) -> Air:
-        """What carries it, and what it lies on."""
+        """Wind and ground, and the key of the random numbers."""
         chance = np.uint64(self.walkers.seed), hash_name(self.name)
         azimuth = np.radians(self.wind_azimuth_deg)
         downwind = np.array((np.sin(azimuth), np.cos(azimuth)))
@@ -94,7 +96,7 @@ class Dust:
 
     @cached_property
     def hierarchies(self) -> tuple[Hierarchy, ...]:
-        """Of each prototype one row for each level: what all its parts have in common."""
+        """Sizes that all parts of a level have in common, for each prototype."""
         far = (fastest(self.legs) + self.air.wind_m_s) * LIFE_S / 2 + self.legs.reach
         far += growth.WAKE * self.legs.stride + growth.STIR_M_S * LIFE_S
         puffs = self.legs.walks.sum(axis=1) * self.legs.slots(LIFE_S)
@@ -103,12 +105,12 @@ class Dust:
 
     @property
     def top_m(self) -> float:
-        """Height above the ground under it that nothing of it is above [m]."""
+        """Bound on its height above the ground under it [m]."""
         tilted = growth.STEEPEST * growth.OLD * (1 + growth.WISP)
         return float(self.legs.stride.max()) * (2 * growth.HIGH + tilted + growth.GRAIN)
 
     def roots(self, view: View) -> Parts:
-        """The trails of walkers of which something could be displayed."""
+        """Trails of walkers of which something could be displayed."""
         corner, field = view.camera.corner, self.walkers
         limits = self._limits(view)
         near = self._near(view, limits)
@@ -153,22 +155,20 @@ class Dust:
         return ball_sticks(place, radius, tint, self.soil.tints, owner)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts as they look at another time; what is gone by then is but a spark."""
+        """The same parts at another time; what is gone by then has the least area."""
         return replace(parts, state=replace(parts.state, time_s=time_s))
 
     def _scene(self, moment: DustState) -> DustFrame:
         return DustFrame(self.air, moment.walkers, self.legs, moment.time_s)
 
     def _limits(self, view: View) -> Float64[np.ndarray, "2 v 4"]:
-        """Limit distances of the levels of each prototype, in view and out of it; 0 of those that
-        do not walk.
-        """
+        """Limit distances of each prototype's levels, in view and out of it [m]; 0 without legs."""
         limits = np.stack([np.stack(view.limits(each)) for each in self.hierarchies], axis=1)
         limits[:, ~self.legs.walks.any(axis=1)] = 0.0
         return limits
 
     def _near(self, view: View, limits: Float64[np.ndarray, "2 v 4"]) -> SearchBounds:
-        """Where trails can be displayed at all, prototype by prototype."""
+        """Bounds of the search for trails that can be displayed, prototype by prototype."""
         field, bound = self.walkers, np.array([each.B[0] for each in self.hierarchies])
         pairs = zip(limits[0, :, 0].tolist(), bound.tolist(), strict=True)
         farthest = np.array([search_radius(view, limit, radius) for limit, radius in pairs])
@@ -206,8 +206,10 @@ class Dust:
 
 
 def _hierarchy(stride: float, far: float, puffs: int) -> Hierarchy:
-    """The levels of a trail whose puffs are at most so ``far`` from its middle, in plan [m], and of
-    which at most so many are alive; of what has no stride, any.
+    """Sizes of the levels of a trail, of a prototype with this stride [m].
+
+    far    largest horizontal distance of puffs from the trail's middle [m]
+    puffs  largest number of puffs that are alive
     """
     stride = stride or 1.0
     radius, height, wisp = growth.OLD, growth.HIGH, growth.WISP

@@ -1,8 +1,8 @@
-"""Where and when feet strike the ground: the footfalls of walkers, before now and after.
+"""Footfalls of walkers: where and when feet strike the ground, before now and after.
 
 Footfall k of a leg is when its walker's phase, counted on through all cycles, comes to k + strike.
-The walker was then where its round had it (``patrol``), and the foot over the print that
-``rig_feet`` gives it as it lands.
+The walker was then at that point of its patrol (``scenes.gait.patrol``), and the foot over the
+footprint that ``scenes.rig.footprints`` has for it as it lands.
 """
 
 import math
@@ -23,7 +23,7 @@ from scenes.rig.keyframes import Motion
 
 @dataclass(frozen=True, eq=False)
 class Legs:
-    """The legs of prototypes, (v, l) each; those that a prototype lacks do not ``walk``.
+    """Legs of prototypes, (v, l) each; legs that a prototype lacks do not ``walk``.
 
     walks   whether feet strike the ground on a way; strike: phase at which each does
     ahead, aside   where the middle of its sole is by then, from the body; of ``ahead`` what grows
@@ -41,7 +41,7 @@ class Legs:
 
     @staticmethod
     def of(motions: Sequence[Motion]) -> "Legs":
-        """Those of the prototypes that move so."""
+        """Legs of prototypes that move by these key frames."""
         most = max(len(motion.feet) for motion in motions)
         columns = np.zeros((5, len(motions), max(most, 1)))
         for row, motion in enumerate(motions):
@@ -62,14 +62,14 @@ class Legs:
         return np.where(self.walks, np.hypot(longest, self.aside), 0.0).max(axis=1)
 
     def slots(self, life_s: float) -> int:
-        """So many footfalls of a leg in a row that one at least has been longer than a life ago."""
+        """Number of footfalls of a leg of which one at least is older than a puff's life."""
         walking = self.period[self.walks.any(axis=1)]
         return 1 if not len(walking) else math.ceil(life_s / float(walking.min())) + 1
 
 
 @dataclass(frozen=True, eq=False)
 class Walkers:
-    """Walkers on their rounds, (n,) each, in a frame that counts from a corner.
+    """Walkers on their patrols, (n,) each, in a frame at a grid corner.
 
     home (n, 2) [m]; pace: stride as a share of the prototype's; key: whatever tells walkers apart
     """
@@ -86,20 +86,23 @@ class Walkers:
 
 
 class Footfalls(NamedTuple):
-    """Footfalls of walkers: owner, leg, and number of the cycle, (m,) each."""
+    """Footfalls by walker, leg, and number of the gait cycle, (m,) each."""
 
     owner: np.ndarray
     leg: np.ndarray
     number: np.ndarray
 
     def take(self, rows: np.ndarray) -> "Footfalls":
-        """Those at ``rows``."""
+        """Footfalls at these rows."""
         return Footfalls(*(each[rows] for each in self))
 
 
 class Landing(NamedTuple):
-    """When each footfall was (m,) [s], where the middle of its sole (m, 2) [m], and the heading of
-    the walker, (m, 2).
+    """Times, places and headings of footfalls.
+
+    time_s (m,)     time of each [s]
+    xy (m, 2)       middle of its sole [m]
+    heading (m, 2)  unit vector of the walker's way
     """
 
     time_s: np.ndarray
@@ -108,8 +111,10 @@ class Landing(NamedTuple):
 
 
 def footfalls(walkers: Walkers, legs: Legs, owner: Ints, slots: int, time_s: float) -> Footfalls:
-    """The last ``slots`` footfalls of every leg of these walkers; those of a walker in an order in
-    which each keeps its place until it is the oldest and the next one takes it.
+    """The last ``slots`` footfalls of every leg of these walkers.
+
+    Those of a walker are in an order in which each keeps its place until it is the oldest, and the
+    next one takes it.
     """
     most = legs.strike.shape[1]
     who = np.repeat(owner, most * slots)
@@ -121,7 +126,7 @@ def footfalls(walkers: Walkers, legs: Legs, owner: Ints, slots: int, time_s: flo
 
 
 def landing(walkers: Walkers, legs: Legs, of: Footfalls) -> Landing:
-    """When and where these footfalls are."""
+    """Times and places of footfalls."""
     prototype, rounds = walkers.prototype[of.owner], walkers.rounds.take(of.owner)
     where = prototype, of.leg
     time_s = (of.number + legs.strike[where] - rounds.phase) * rounds.period
@@ -135,15 +140,13 @@ def landing(walkers: Walkers, legs: Legs, of: Footfalls) -> Landing:
 
 
 def fastest(legs: Legs) -> Reals:
-    """Speed of each prototype at its longest stride, (v,) [m/s]: who takes shorter ones is slower,
-    as ``patrol.paces`` has it.
-    """
+    """Speed of each prototype at its longest stride, which no walker exceeds, (v,) [m/s]."""
     return legs.stride / legs.period
 
 
 @njit(cache=True)
 def object_keys(cell_x, cell_y, index, seed, word):  # type: ignore[no-untyped-def]
-    """A number for each object of a field, (n,) int64."""
+    """Number of each object of a field by its cell and index, (n,) int64."""
     found = np.empty(len(index), np.int64)
     for i in range(len(index)):
         x, y, block = np.uint64(cell_x[i]), np.uint64(cell_y[i]), np.uint64(index[i])
@@ -153,7 +156,7 @@ def object_keys(cell_x, cell_y, index, seed, word):  # type: ignore[no-untyped-d
 
 @njit(cache=True)
 def random_units(key, footfall, number, seed, word):  # type: ignore[no-untyped-def]
-    """Four numbers in [0, 1) for each number of a walker's footfall, (m,) int64 each, (m, 4)."""
+    """Four random numbers in [0, 1) for each (key, footfall, number), (m,) int64 each, (m, 4)."""
     u = np.empty((len(key), 4))
     for i in range(len(key)):
         who, which, block = np.uint64(key[i]), np.uint64(footfall[i]), np.uint64(number[i])

@@ -1,5 +1,4 @@
-"""What a puff of dust does from its footfall on: it is thrown up, spreads, drifts, settles and
-thins.
+"""Life of a puff of dust from its footfall on: it is thrown up, spreads, drifts, settles, thins.
 
 A puff is a low dome of wisps, each of grains of one size. All of it is a function of its age.
 
@@ -13,7 +12,7 @@ A puff is a low dome of wisps, each of grains of one size. All of it is a functi
     thins     air mixes in until nothing is seen of it, at LIFE_S
 
 How much is thrown up, how far and how high is chosen by eye, as Reeves chose (SIGGRAPH '83);
-lengths are shares of the stride, 1.4 m for a person. What drawn grains stand for is finer by far.
+lengths are shares of the stride, 1.4 m for a person. A drawn grain stands for many finer ones.
 """
 
 from typing import NamedTuple
@@ -32,16 +31,16 @@ YOUNG, OLD = 0.06, 0.34
 """Radius of a puff as the foot strikes and at the end."""
 
 LOW, HIGH = 0.02, 0.24
-"""Its height."""
+"""Height of a puff as the foot strikes and at the end."""
 
 WAKE = 0.12
-"""How far it follows the walker."""
+"""Distance that a puff follows the walker."""
 
 STIR_M_S = 0.1
-"""Greatest speed of the air where it is calm, any way [m/s]."""
+"""Largest speed of the air where there is no wind, in any direction [m/s]."""
 
 WISP = 0.1
-"""Size of a wisp beside its puff's."""
+"""Size of a wisp over its puff's."""
 
 GRAIN = 6.6e-4
 """Radius of a grain."""
@@ -50,21 +49,20 @@ WISPS, GRAINS = 256, 128
 """Wisps of a puff, and grains of a wisp."""
 
 WISPS_EACH, GRAINS_EACH = 16, 4
-"""Wisps, and grains, for which one larger grain stands in the leaf look of puffs, and of wisps."""
+"""Wisps and grains that one larger grain replaces in the leaf appearance of puffs and of wisps."""
 
 FAINTEST = 0.35
-"""Area of the faintest puff beside the thickest: no two footfalls are alike."""
+"""Area of the faintest puff over that of the thickest."""
 
 STEEPEST = 0.7
-"""Slope beyond which a trail does not follow the ground, and a puff does not tilt: loose ground is
-no steeper than its angle of repose, 35°."""
+"""Largest slope of a trail and of a puff on the ground: loose ground's angle of repose, 35°."""
 
 LEAST_AREA = 1e-6
-"""Least area of what is not there yet, or no longer, beside its full one."""
+"""Least area, over the full one, of what is not there yet or no longer."""
 
 _FINEST_M, _COARSEST_M = 12e-6, 70e-6
 _DENSITY, _VISCOSITY = 2650.0, 1.81e-5
-"""Grains [m]; quartz [kg/m³], air of 15 °C [Pa·s]."""
+"""Density of quartz [kg/m³], and viscosity of air of 15 °C [Pa·s]."""
 
 _ROUGHNESS_M, _CROWNS_M, _ANKLES_M = 0.01, 10.0, 0.3
 _WAKING_S, _WAKE_S, _GROWTH = 0.25, 0.6, 0.6
@@ -72,9 +70,7 @@ _STRATA = 5
 
 
 class PuffShape(NamedTuple):
-    """Puffs at some age: radius, height, way after the walker, (m,) each [m]; and area beside the
-    full one, (m,).
-    """
+    """Shapes of m puffs: radius, height, way after the walker [m], and area over the full one."""
 
     radius: np.ndarray
     height: np.ndarray
@@ -83,7 +79,7 @@ class PuffShape(NamedTuple):
 
 
 def puff_shapes(age_s: Reals, stride: Reals) -> PuffShape:
-    """Puffs so old, from 0 to LIFE_S, (m,) each."""
+    """Shapes of puffs by age, from 0 to LIFE_S [s], and by their walkers' stride [m], (m,) each."""
     s = age_s / LIFE_S
     radius = YOUNG + (OLD - YOUNG) * s**_GROWTH
     height = LOW + (HIGH - LOW) * -np.expm1(-age_s / RISE_S)
@@ -93,22 +89,30 @@ def puff_shapes(age_s: Reals, stride: Reals) -> PuffShape:
 
 
 def settling_speed(u: Reals) -> Reals:
-    """Speeds of settling of grains from uniform numbers, by Stokes' law; sizes log-uniform."""
+    """Speeds at which grains settle by Stokes' law, from uniform numbers, (m,) [m/s].
+
+    Their sizes are log-uniform.
+    """
     diameter = _FINEST_M * (_COARSEST_M / _FINEST_M) ** u
     return _DENSITY * GRAVITY * diameter**2 / (18 * _VISCOSITY)
 
 
 def wind_near_ground(wind_m_s: float) -> float:
-    """Speed of the wind where dust is, from that at the height of crowns: the logarithmic profile
-    over bare ground (Oke, "Boundary Layer Climates", 2nd ed. 1987, ch. 2) [m/s].
+    """Speed of the wind where dust is, from that at the height of crowns [m/s].
+
+    It follows the logarithmic profile over bare ground (Oke, "Boundary Layer Climates", 2nd ed.
+    1987, ch. 2).
     """
     above = np.log(np.array((_ANKLES_M, _CROWNS_M)) / _ROUGHNESS_M)
     return float(wind_m_s * above[0] / above[1])
 
 
 class WispState(NamedTuple):
-    """Wisps above the ground (m,) [m], how high beside round ones (m,), and their areas beside the
-    full one, (m,).
+    """State of m wisps.
+
+    up      height above the ground [m]
+    squash  height over that of a round wisp
+    area    area over the full one
     """
 
     up: np.ndarray
@@ -117,7 +121,7 @@ class WispState(NamedTuple):
 
 
 def wisp_states(height: Reals, age_s: Reals, area: Reals, u: Reals, v: Reals) -> WispState:
-    """Wisps of puffs so high and thick, row by row, from two uniform numbers each."""
+    """Wisps of puffs by height [m], age [s] and area, from two uniform numbers each, (m,) each."""
     start = WISP + (1 - WISP) * u**2  # more of it lower down
     up = np.maximum(start * height - settling_speed(v) * age_s, 0.0)
     squash = np.minimum(up / (WISP * height), 1.0)
@@ -125,7 +129,7 @@ def wisp_states(height: Reals, age_s: Reals, area: Reals, u: Reals, v: Reals) ->
 
 
 def mean_area(height: Reals, age_s: Reals, area: Reals) -> Reals:
-    """Mean area of the wisps of puffs so high and thick beside full ones, (m,)."""
+    """Expected area of the wisps of puffs over full ones, by height, age and area, (m,)."""
     middles = (np.arange(_STRATA) + 0.5) / _STRATA
     total = np.zeros(len(height))
     for u in middles:
@@ -137,6 +141,6 @@ def mean_area(height: Reals, age_s: Reals, area: Reals) -> Reals:
 
 
 def random_offset(radius: Reals, u: Reals, v: Reals) -> Float64[np.ndarray, "m 2"]:
-    """How far wisps of puffs so wide are from the middle, (m, 2) [m], from two uniform numbers."""
+    """Offsets of wisps from the middle of puffs of these radii, (m, 2) [m]."""
     turn, out = 2 * np.pi * u, radius * np.sqrt(v)
     return out[:, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)

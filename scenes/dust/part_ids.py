@@ -1,4 +1,4 @@
-"""What parts of a trail are called: each by one whole number, the trail by 0."""
+"""Numbers of the parts of a trail of dust: one whole number for each, 0 for the trail."""
 
 import math
 from typing import NamedTuple
@@ -10,13 +10,13 @@ from scenes.dust.footfalls import Footfalls, Legs
 from scenes.dust.growth import GRAINS, WISPS
 
 _BEFORE_S = 1e4
-"""Footfalls no longer before time 0 have numbers above 0."""
+"""Time before 0 from which on footfalls have numbers above 0 [s]."""
 
 _PUFF, _WISP = 1 + WISPS * (1 + GRAINS), 1 + GRAINS
 
 
 class PartIds(NamedTuple):
-    """Footfalls by the number of ``footfall``, wisps and grains; −1 where it is none. (n,) each."""
+    """Footfall, wisp and grain of each part, (n,) each; −1 where it is none."""
 
     footfall: np.ndarray
     wisp: np.ndarray
@@ -24,33 +24,33 @@ class PartIds(NamedTuple):
 
 
 def footfall_number(legs: Legs, falls: Footfalls) -> Ints:
-    """A number for each of a walker's footfalls, (n,)."""
+    """Number of each footfall among those of its walker, (n,)."""
     return falls.number * legs.strike.shape[1] + falls.leg
 
 
 def decode(legs: Legs, owner: Ints, number: Ints) -> Footfalls:
-    """The footfalls of these numbers."""
+    """Footfalls of walkers by their numbers; the inverse of ``footfall_number``."""
     cycle, leg = np.divmod(number, legs.strike.shape[1])
     return Footfalls(owner, leg, cycle)
 
 
 def puff_id(legs: Legs, footfall: Ints) -> Ints:
-    """What puffs are called."""
+    """Part numbers of the puffs of footfalls, (n,)."""
     return 1 + (footfall + _earliest(legs)) * _PUFF
 
 
 def wisp_id(puff: Ints, wisp: Ints) -> Ints:
-    """What wisps are called."""
+    """Part numbers of wisps of puffs, (n,)."""
     return puff + 1 + wisp * _WISP
 
 
 def grain_id(wisp: Ints, grain: Ints) -> Ints:
-    """What grains are called."""
+    """Part numbers of grains of wisps, (n,)."""
     return wisp + 1 + grain
 
 
 def decode_ids(legs: Legs, part: Ints) -> PartIds:
-    """Whose these names of puffs, wisps and grains are."""
+    """Footfall, wisp and grain of parts by their numbers."""
     footfall, rest = np.divmod(part - 1, _PUFF)
     wisp, grain = np.divmod(rest - 1, _WISP)
     return PartIds(footfall - _earliest(legs), np.where(rest == 0, -1, wisp), grain - 1)

@@ -1,4 +1,4 @@
-"""Puffs of dust where they are at a time, their wisps and grains: places and areas.
+"""Places and areas of puffs of dust at a time, and of their wisps and grains.
 
 Footfalls, wisps and grains are rows of arrays; ``row`` says which puff a wisp or grain is of.
 """
@@ -35,13 +35,13 @@ class Air:
 
 
 class Puffs(NamedTuple):
-    """Puffs at some time, (m,) each.
+    """State of m puffs at one time, (m,) each.
 
     base (m, 3) middle, on the ground; slope (m, 2) of that; radius, height [m]
-    age     time from the footfall, of those that are not yet 0 [s]
-    area    of its wisps beside the full one, but for what has settled
+    age     time since the footfall, 0 before it [s]
+    area    of its wisps over the full one, but for what has settled
     struck  (m, 2) where the foot struck [m]
-    key, footfall   what tells its walker from all others, and it from all of that one's
+    key, footfall   number of its walker, and of its footfall among that walker's
     """
 
     base: np.ndarray
@@ -56,21 +56,19 @@ class Puffs(NamedTuple):
 
     @property
     def mean_area(self) -> Reals:
-        """Mean area of their wisps beside full ones, by law and not by chance, (m,)."""
+        """Expected area of their wisps over full ones, (m,)."""
         return growth.mean_area(self.height, self.age, self.area)
 
     @property
     def origin(self) -> Points:
-        """What d is measured to: half-way up, (m, 3) [m]."""
+        """Points that distances are measured to: half-way up, (m, 3) [m]."""
         up = np.zeros((len(self.base), 3))
         up[:, 2] = self.height / 2
         return self.base + up
 
 
 def puffs_at(air: Air, walkers: Walkers, legs: Legs, falls: Footfalls, time_s: float) -> Puffs:
-    """The puffs of these footfalls at a time, before they are thrown up and after they are gone,
-    too.
-    """
+    """Puffs of footfalls at a time, even before they are thrown up and after they are gone."""
     fell = landing(walkers, legs, falls)
     age = np.clip(time_s - fell.time_s, 0.0, LIFE_S)
     dome = growth.puff_shapes(age, legs.stride[walkers.prototype[falls.owner]])
@@ -90,8 +88,10 @@ def puffs_at(air: Air, walkers: Walkers, legs: Legs, falls: Footfalls, time_s: f
 
 
 def trail_centres(air: Air, walkers: Walkers, owner: Ints, time_s: float) -> Points:
-    """Ground in the middle of walkers' trails, (m, 3) [m]: where each was half a life ago, and as
-    far down the wind as the dust of then is.
+    """Points of the ground in the middle of walkers' trails, (m, 3) [m].
+
+    They are where each walker was half a puff's life ago, and as far downwind as the dust of then
+    has drifted.
     """
     body = walkers.rounds.take(owner).at(time_s - LIFE_S / 2)
     xy = walkers.home[owner] + body.offset + air.wind_m_s * LIFE_S / 2 * air.downwind
@@ -101,7 +101,7 @@ def trail_centres(air: Air, walkers: Walkers, owner: Ints, time_s: float) -> Poi
 def _ground_below(
     ground: Ground, corner: Corner, xy: Float64[np.ndarray, "m 2"], radius: Reals
 ) -> tuple[Reals, Float64[np.ndarray, "m 2"]]:
-    """Height and slopes of the ground below puffs, by four points of its edge."""
+    """Height and slopes of the ground below puffs, from four points of their edges."""
     sides = np.array(((1, 0), (-1, 0), (0, 1), (0, -1)), np.float64)
     edge = (xy + sides[:, None] * radius[:, None]).reshape(-1, 2)
     east, west, north, south = ground.height(corner, edge).reshape(4, -1)
@@ -112,13 +112,13 @@ def _ground_below(
 
 
 def wisps_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints) -> tuple[Points, Reals]:
-    """Where wisps are, (m, 3) [m], and the area of each beside the full one."""
+    """Places of wisps (m, 3) [m], and the area of each over the full one, (m,)."""
     lift, flat = _wisp_states(air, puffs, row, wisp)
     return _places_above_ground(puffs, row, flat, lift.up), lift.area
 
 
 def grains_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints, grain: Ints) -> tuple[Points, Reals]:
-    """Where grains are, (m, 3) [m], and the area of each beside a full one."""
+    """Places of grains (m, 3) [m], and the area of each over a full one, (m,)."""
     lift, flat = _wisp_states(air, puffs, row, wisp)
     at = points_in_ball(_random_units(air, puffs, row, 1 + WISPS + wisp * growth.GRAINS + grain))
     flat += WISP * puffs.radius[row, None] * at[:, :2]
@@ -129,7 +129,7 @@ def grains_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints, grain: Ints) -> tup
 def _wisp_states(
     air: Air, puffs: Puffs, row: Ints, wisp: Ints
 ) -> tuple[WispState, Float64[np.ndarray, "m 2"]]:
-    """Wisps above the ground, and aside of the middle of their puffs."""
+    """Height and area of wisps, and their offsets (m, 2) from the middle of their puffs [m]."""
     u = _random_units(air, puffs, row, 1 + wisp)
     lift = growth.wisp_states(puffs.height[row], puffs.age[row], puffs.area[row], u[:, 2], u[:, 3])
     return lift, growth.random_offset(puffs.radius[row], u[:, 0], u[:, 1])
@@ -138,7 +138,7 @@ def _wisp_states(
 def _places_above_ground(
     puffs: Puffs, row: Ints, flat: Float64[np.ndarray, "m 2"], up: Reals
 ) -> Points:
-    """Places so far aside of the middle of puffs, and so high above the ground there."""
+    """Places at offsets ``flat`` from the middle of puffs and heights ``up`` above the ground."""
     at = puffs.base[row].copy()
     at[:, :2] += flat
     at[:, 2] += (puffs.slope[row] * flat).sum(axis=1) + up

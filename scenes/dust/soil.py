@@ -1,4 +1,4 @@
-"""What dust looks like: the ground that it comes from, raised and thin.
+"""Colour of dust, from that of the ground that it comes from.
 
 A layer of grains that scatter a share w of what they meet, evenly to all sides, sends back
 ρ = (1 − γ)/(1 + γ) of the light, γ = √(1 − w): the diffusive reflectance of B. Hapke,
@@ -20,22 +20,22 @@ from scenes.terrain.colour import COVERS, SNOW, ground_colours
 from scenes.terrain.relief import Relief
 
 SHADES = 8
-"""Colours of dust between that of hollows and that of ridges."""
+"""Number of colours of dust from that of hollows to that of ridges."""
 
 _ACROSS_M = 0.25
-"""Patches of the ground's colour that are smaller do not tell in a puff [m]."""
+"""Size of the smallest patches of the ground's colour that show in a puff [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Soil:
-    """The ground's own shape and what lies on it."""
+    """Ground that dust comes from: its relief, and the name of its cover."""
 
     relief: Relief
     cover: str
 
     @cached_property
     def ground(self) -> Float64[np.ndarray, "t 3"]:
-        """Colours of the ground that are told apart: moist to dry, steep, and snow."""
+        """Colours of the ground that are distinguished: moist to dry, steep, and snow, (t, 3)."""
         cover = COVERS[self.cover]
         share = np.linspace(0, 1, SHADES)[:, None]
         between = np.array(cover.moist) * (1 - share) + np.array(cover.dry) * share
@@ -44,16 +44,16 @@ class Soil:
 
     @property
     def tints(self) -> Float64[np.ndarray, "t 3"]:
-        """Colours of the dust of each of them."""
+        """Colours of the dust of each colour of the ground, (t, 3)."""
         return np.sqrt(self.ground * self.grain)
 
     @property
     def grain(self) -> Float64[np.ndarray, "t 3"]:
-        """What single grains of each of them scatter of the light that they meet."""
+        """Single-scattering albedo of a grain of each colour of the ground, (t, 3)."""
         return 1 - ((1 - self.ground) / (1 + self.ground)) ** 2
 
     def tint(self, corner: Corner, xy: Float64[np.ndarray, "m 2"]) -> Ints:
-        """Which of them lies at points [m] from a corner, (m,)."""
+        """Row of the nearest colour of the ground at points [m] from a corner, (m,)."""
         relief, size = self.relief, np.full(len(xy), _ACROSS_M)
         rise = relief.height(corner, xy) / (relief.amplitude or 1.0)
         slope = np.hypot(*relief.slopes(corner, xy, 2 * size).T)

@@ -1,4 +1,4 @@
-"""How puffs of particles are born, wander, spread and die: functions of (seed, birth, time) alone.
+"""Life of the puffs of a plume: birth, drift, growth and death as functions of seed and time.
 
 No frame needs another, and time may run any way.
 """
@@ -16,21 +16,24 @@ from scenes.particles.kinds import SHORTEST_LIFE, PlumeKind
 from scenes.particles.shapes import points_in_ball, random_units, smoothstep
 
 SMALLEST, LARGEST = 0.7, 1.3
-"""Sizes of particles beside each other."""
+"""Range of the particles' sizes, over the mean."""
 
 _WAKING, _DYING = 0.12, 0.4
-"""Shares of life over which particles come to size, and dwindle."""
+"""Shares of life over which particles grow to full size, and shrink to nothing."""
 
 _GROWTH, _BENT, _SLOWING = 0.7, 1.6, 0.85
-"""Powers of age: how a puff spreads, drifts ever faster, and rises ever slower."""
+"""Exponents of age by which a puff spreads, drifts ever faster, and rises ever slower."""
 
 _LEAST_SIZE = 1e-3
-"""Least size of what is just born, or has just died, as a share of its full size."""
+"""Least size of a particle at birth and death, as a share of its full size."""
 
 
 class Puffs(NamedTuple):
-    """Puffs at some time: share of life gone (n,), middle (n, 3) [m], radius (n,) [m], and size
-    (n,) of their particles beside the largest they get to, above 0.
+    """State of n puffs at one time.
+
+    age (n,)        share of life that is over
+    middle (n, 3), radius (n,)  of each puff [m]
+    size (n,)       factor on the size of its particles, above 0 and at most 1
     """
 
     age: np.ndarray
@@ -41,8 +44,10 @@ class Puffs(NamedTuple):
 
 @dataclass(frozen=True)
 class Growth:
-    """The puffs of one plume: its kind, its name and seed, its size, and where the wind blows to,
-    clockwise from north [degrees].
+    """Law by which the puffs of one plume live.
+
+    size         factor on every length
+    azimuth_deg  where the wind blows to, clockwise from north [degrees]
     """
 
     kind: PlumeKind
@@ -52,21 +57,22 @@ class Growth:
     azimuth_deg: float
 
     def live(self, time_s: float) -> Ints:
-        """Birth numbers of the puffs that live at a time, in a row."""
+        """Birth numbers of the puffs that live at a time, ascending."""
         rate, life = self.kind.rate, self.kind.life_s
         births = np.arange(math.floor((time_s - life) * rate) - 1, math.floor(time_s * rate) + 2)
         born, lives = self.lifetimes(births)
         return births[(born <= time_s) & (time_s < born + lives)]
 
     def lifetimes(self, births: Ints) -> tuple[Reals, Reals]:
-        """When puffs are born and how long each lives, (n,) each [s]."""
+        """Times of birth and lengths of life of puffs, (n,) each [s]."""
         u = random_units(births, 0 * births, self.seed, hash_name(self.name))
         lives = self.kind.life_s * (SHORTEST_LIFE + (1 - SHORTEST_LIFE) * u[:, 1])
         return (births + u[:, 0]) / self.kind.rate, lives
 
     def puffs(self, time_s: float, births: Ints, base: Float64[np.ndarray, "3"]) -> Puffs:
-        """Puffs as they are at a time, alive or not, of a plume that rises from ``base`` (3,); in
-        metres.
+        """Puffs of these births at a time, alive or not.
+
+        base (3,)  point that the plume rises from [m]
         """
         kind, u = self.kind, random_units(births, 0 * births, self.seed, hash_name(self.name))
         born, lives = self.lifetimes(births)
@@ -83,12 +89,15 @@ class Growth:
         return Puffs(age, at, self.size * np.maximum(radius, _LEAST_SIZE), size)
 
     def members(self, birth: Ints, number: Ints) -> tuple[Points, Reals]:
-        """Where particles are in puffs of radius 1, (n, 3), and their sizes, (n,)."""
+        """Places of particles in puffs of radius 1, (n, 3), and their sizes over the mean, (n,)."""
         u = random_units(birth, number + 1, self.seed, hash_name(self.name))
         return points_in_ball(u), SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
 
     def areas(self, births: Ints) -> tuple[Float64[np.ndarray, "u k"], Ints]:
-        """Areas of all particles of each puff, those of size 1 being 1; and its row for each."""
+        """Areas (u, k) of all particles of distinct puffs, and the row of each birth's puff, (n,).
+
+        A particle of size 1 has area 1.
+        """
         distinct, row = np.unique(births, return_inverse=True)
         n = self.kind.particles
         every = np.tile(np.arange(n), len(distinct))
@@ -96,7 +105,7 @@ class Growth:
         return (sizes**2).reshape(len(distinct), n), row
 
     def axis(self, age: Reals) -> Points:
-        """The way of a puff without its own wandering, from the ground, in sizes, (n, 3)."""
+        """Path of a puff by age in a plume of size 1, without its own winding, (n, 3) [m]."""
         wind = math.radians(self.azimuth_deg)
         away = self.kind.lean * age**_BENT
         up = self.kind.height * age**_SLOWING

@@ -1,19 +1,19 @@
-"""What plumes of particles are made of: smoke and flames in numbers."""
+"""Kinds of plumes: the numbers that make smoke and flames."""
 
 from dataclasses import dataclass
 
 from lod.errors import InputError
 
 PARTICLES_PER_BALL = 8
-"""Particles for which one larger stands in a puff's leaf appearance."""
+"""Particles that one larger ball replaces in a puff's leaf appearance."""
 
 SHORTEST_LIFE = 0.75
-"""The shortest life of a puff, as a share of the longest."""
+"""Shortest life of a puff, as a share of the longest."""
 
 
 @dataclass(frozen=True)
 class PlumeKind:
-    """What a plume is made of; lengths at size 1.
+    """Numbers of one kind of plume; lengths are of a plume of size 1.
 
     rate       puffs born in a second; life_s: longest life of one [s]
     particles  in a puff, a multiple of PARTICLES_PER_BALL
@@ -69,7 +69,7 @@ SMOKE = PlumeKind(
     stretch=1.0,
     colours=((0.16, 0.15, 0.14), (0.30, 0.30, 0.30), (0.42, 0.42, 0.43)),
 )
-"""Of a wood fire in light wind; chosen by eye."""
+"""Smoke of a wood fire in light wind; chosen by eye."""
 
 FLAMES = PlumeKind(
     rate=26.0,
@@ -86,6 +86,6 @@ FLAMES = PlumeKind(
     colours=((0.9, 0.22, 0.02), (0.7, 0.12, 0.008), (0.45, 0.05, 0.002), (0.2, 0.012, 0.0005)),
     glows=True,
 )
-"""Of a campfire; hotter below. Radiance in the units of the sky at dusk, chosen by eye."""
+"""Flames of a campfire, hotter below. Radiance in the units of the sky at dusk, chosen by eye."""
 
 KINDS = {"smoke": SMOKE, "flames": FLAMES}

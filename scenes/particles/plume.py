@@ -1,13 +1,14 @@
-"""Smoke and flames as particle systems: a plume, its puffs, and the particles in them (§1.3).
+"""Smoke and flames as particle systems: a plume, its puffs, and their particles (Blake 1987 §1.3).
 
 After W. T. Reeves, "Particle systems: a technique for modeling a class of fuzzy objects", SIGGRAPH
 '83 Proceedings, p. 359: particles are born at random, move, change size and colour, and die. Here
 they are born in clusters, and everything about puff k is a function of (seed, k, time): no frame
 needs another, and time may run any way.
 
-Level 0 is the plume, level 1 its puffs, level 2 their particles. What stands for n hidden particles
-is a few larger ones, as many times larger in area as they are fewer: as porous, and about the same
-cover. Inner appearances are nothing. Sizes are the largest that a puff or particle ever has:
+Level 0 is the plume, level 1 its puffs, level 2 their particles. The leaf appearance of n hidden
+particles is a few larger ones, as many times larger in area as they are fewer: as porous, and with
+about the same cover. Inner appearances are empty. Sizes are the largest that a puff or particle
+ever has:
 
     P  √ of the largest cross-sections of the leaf appearance, added up
     R  of a particle its half length; of a puff how far its particles reach from its middle; of the
@@ -35,23 +36,26 @@ from scenes.particles.shapes import ball_sticks, flame_octahedra
 from scenes.terrain.ground import Ground
 
 CLUMPS = 4
-"""Those that stand for each puff in a plume's leaf appearance."""
+"""Balls for each puff in a plume's leaf appearance."""
 
 SHADES = 8
-"""Colours between birth and death."""
+"""Number of colours between birth and death."""
 
 
 @dataclass(frozen=True)
 class PlumeState:
-    """What a frame's parts are parts of: where it counts from, and when."""
+    """State that the parts of one frame share: its grid corner and its time [s]."""
 
     corner: Corner
     time_s: float
 
 
 class DrawnParticles(NamedTuple):
-    """What is drawn: owner (n,), birth number of its puff (n,), area beside that of one particle
-    of size 1 (n,), and place in a puff of radius 1 (n, 3).
+    """Particles that are drawn for parts.
+
+    owner, birth (n,)  row of the part, and birth number of its puff
+    area (n,)          area over that of one particle of size 1
+    offset (n, 3)      place in a puff of radius 1
     """
 
     owner: np.ndarray
@@ -83,12 +87,12 @@ class Plume:
 
     @cached_property
     def growth(self) -> Growth:
-        """What its puffs do."""
+        """Law by which its puffs live."""
         return Growth(self.kind, self.name, self.seed, self.size, self.azimuth_deg)
 
     @cached_property
     def hierarchy(self) -> Hierarchy:
-        """One row for each level: what all its parts have in common."""
+        """Sizes that all parts of a level have in common, one row for each level."""
         kind, n = self.kind, self.kind.particles
         half = LARGEST * kind.grain * kind.stretch
         reach = kind.widest * (1 + half * math.sqrt(max(PARTICLES_PER_BALL, n / CLUMPS)))
@@ -115,7 +119,7 @@ class Plume:
 
     @property
     def top_m(self) -> float:
-        """Height above the ground under it that nothing of it is above [m]."""
+        """Bound on its height above the ground under it [m]."""
         return float(self.size * self.growth.axis(np.array([0.5]))[0, 2] + self.hierarchy.B[0])
 
     def roots(self, view: View) -> Parts:
@@ -150,7 +154,7 @@ class Plume:
         return ball_sticks(centre, radius, shade, colours, grains.owner)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts as they look at another time; what has died by then is but a spark."""
+        """The same parts at another time; those that have died by then have the least size."""
         return replace(parts, state=replace(parts.state, time_s=time_s))
 
     def _parts(
@@ -174,7 +178,7 @@ class Plume:
         )
 
     def _places(self, time: PlumeState, part: Ints) -> Points:
-        """Where the origins of parts are, (n, 3) [m]."""
+        """Origins of parts, (n, 3) [m]."""
         birth, number = self._birth_and_number(part)
         puffs = self._puffs(time, birth)
         at = puffs.middle.copy()
@@ -210,7 +214,7 @@ class Plume:
         part: Ints,
         number: Ints,
     ) -> Reals:
-        """Share of each part in the area of its whole's, (n,)."""
+        """Share of each part in the area of its whole, (n,)."""
         puffs = self._puffs(time, births)
         of_puff = (puffs.radius * puffs.size) ** 2
         share = np.ones(len(part))
@@ -227,12 +231,12 @@ class Plume:
         return self.growth.puffs(time.time_s, births, self._base(time.corner))
 
     def _base(self, corner: Corner) -> Float64[np.ndarray, "3"]:
-        """Where it rises from, (3,) [m]."""
+        """Point of the ground that it rises from, (3,) [m]."""
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         return np.append(xy[0], self.ground.height(corner, xy))
 
     def _puff_id(self, birth: Ints) -> Ints:
-        """Numbers of puffs as parts: those before time 0 too are above 0."""
+        """Part numbers of puffs; those of puffs born before time 0 are above 0, too."""
         earliest = math.ceil(self.kind.rate * self.kind.life_s) + 2
         return 1 + (birth + earliest) * (self.kind.particles + 1)
 
@@ -247,7 +251,7 @@ class Plume:
 
 
 def _colour_steps(colours: tuple[tuple[float, float, float], ...]) -> Float64[np.ndarray, "s 3"]:
-    """SHADES colours evenly from the first to the last."""
+    """SHADES colours at even steps from the first to the last, (SHADES, 3)."""
     at = np.linspace(0, len(colours) - 1, SHADES)
     columns = np.array(colours).T
     return np.stack([np.interp(at, np.arange(len(colours)), column) for column in columns], axis=1)

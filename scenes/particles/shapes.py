@@ -1,4 +1,4 @@
-"""What particles are drawn as, and where their chance comes from."""
+"""Shapes that particles are drawn as, and the random numbers of their births."""
 
 import numpy as np
 from jaxtyping import Float64
@@ -13,13 +13,13 @@ _FACES = np.array(
     ((0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (1, 0, 5), (2, 1, 5), (3, 2, 5), (0, 3, 5))
 )
 _SOOT = 0.04
-"""Albedo of what glows."""
+"""Albedo of flames."""
 
 
 def ball_sticks(
     centre: Points, radius: Reals, tint: Ints, tints: Float64[np.ndarray, "t 3"], owner: Ints
 ) -> Sticks:
-    """Sticks of no length."""
+    """Balls, as sticks of no length."""
     return Sticks(centre, centre, radius, radius, tint, tints, owner)
 
 
@@ -31,7 +31,7 @@ def flame_octahedra(
     glows: Float64[np.ndarray, "t 3"],
     owner: Ints,
 ) -> Triangles:
-    """Upright octahedra, ``stretch`` times as high as wide, that give light; eight faces each."""
+    """Upright octahedra that give light, ``stretch`` times as high as wide, eight faces each."""
     scale = radius[:, None] * np.array((1.0, 1.0, stretch))
     vertices = (centre[:, None] + scale[:, None] * _CORNERS).reshape(-1, 3)
     faces = (len(_CORNERS) * np.arange(len(centre))[:, None, None] + _FACES).reshape(-1, 3)
@@ -47,7 +47,7 @@ def flame_octahedra(
 
 
 def points_in_ball(u: Float64[np.ndarray, "n k"]) -> Points:
-    """Places spread evenly in the unit ball, from three uniform numbers each, (n, 3)."""
+    """Points spread evenly in the unit ball, from three uniform numbers each, (n, 3)."""
     z, turn = 2 * u[:, 1] - 1, 2 * np.pi * u[:, 2]
     flat = np.sqrt(1 - z * z)
     place = np.stack((flat * np.cos(turn), flat * np.sin(turn), z), axis=1)
@@ -55,7 +55,7 @@ def points_in_ball(u: Float64[np.ndarray, "n k"]) -> Points:
 
 
 def smoothstep(x: Reals) -> Reals:
-    """From 0 to 1 while x does, level at both ends."""
+    """Smooth step: from 0 to 1 as x does, level at both ends, (n,)."""
     t = np.clip(x, 0.0, 1.0)
     return t * t * (3 - 2 * t)
 
