@@ -1,5 +1,6 @@
 """The sticks of every part of an object as one table: round cones, part after part."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -9,6 +10,8 @@ from lod.arrays import check_columns, freeze
 from lod.errors import InputError
 
 Table = TypeVar("Table", bound="StickTable")
+
+_COLUMNS = ("owner", "start", "end", "start_radius", "end_radius", "tint")
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +76,16 @@ class StickTable:
         return StickTable(
             np.concatenate(([0], np.cumsum(count))), *(np.asarray(c)[order] for c in columns)
         )
+
+    @staticmethod
+    def merge(tables: Sequence["StickTable"]) -> "StickTable":
+        """Build the table of parts whose sticks stand in several tables of the same parts."""
+        columns = [np.concatenate([getattr(t, name) for t in tables]) for name in _COLUMNS]
+        return StickTable.of(len(tables[0].count), *columns)
+
+    def with_owner(self, parts: int, owner: np.ndarray) -> "StickTable":
+        """Return the table of ``parts`` parts with these sticks, each with its owner, (k,)."""
+        return StickTable.of(parts, owner, *(getattr(self, name) for name in _COLUMNS[1:]))
 
     def scaled(self: Table, factor: float) -> Table:
         """Return the table with every length multiplied by ``factor``."""

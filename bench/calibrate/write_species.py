@@ -32,4 +32,4 @@ def _round(value: Any, decimals: int) -> Any:
         return ElevationTable(*(_round(each, decimals) for each in columns))
     if isinstance(value, Iterable):
         return tuple(_round(each, decimals) for each in value)
-    return round(float(value), decimals)
+    return round(float(value), decimals) + 0.0  # no −0

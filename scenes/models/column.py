@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from lod.stick_table import StickTable
-from scenes.sticks.prototype import Prototype, assemble
+from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 
 FLUTES, RINGS, LEAVES, CURLS = 20, 12, 16, 3
 HEIGHT_M, RADIUS_M = 6.0, 0.43
@@ -60,15 +60,9 @@ def _round(k: float, count: int, radius: float, z: float) -> tuple[float, float,
 
 def _assembled(rows: list[Row]) -> Prototype:
     whole, level, origin, inner, leaf = zip(*rows, strict=True)
-    return assemble(
-        "column",
-        np.array(whole, np.int64),
-        np.array(level, np.int64),
-        np.array(origin, np.float64),
-        _table(inner),
-        _table(leaf),
-        _TINTS,
-    )
+    columns = np.array(whole, np.int64), np.array(level, np.int64), np.array(origin, np.float64)
+    places = PartPlaces(*columns)
+    return assemble_prototype("column", places, _table(inner), _table(leaf), _TINTS)
 
 
 def _table(looks: tuple[list[Stick], ...]) -> StickTable:

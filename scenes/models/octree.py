@@ -22,7 +22,7 @@ from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
 from lod.stick_table import StickTable
 from scenes.sticks.outline_area import directions, mean_area
-from scenes.sticks.prototype import Prototype, assemble
+from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 from scenes.sticks.union_area import COARSE
 
 SUNK = 1.7
@@ -98,15 +98,13 @@ def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"])
     n, centre = int(first[-1]), np.concatenate([cells.centre for cells in levels])
     albedo = np.concatenate([cells.albedo for cells in levels])
     tint = ((albedo[:, None, :] - tints) ** 2).sum(axis=2).argmin(axis=1)
-    return assemble(
+    detail = np.repeat(np.arange(len(levels)), count)
+    return assemble_prototype(
         name=name,
-        whole=np.concatenate(whole),
-        level=np.repeat(np.arange(len(levels)), count),
-        origin=centre,
+        places=PartPlaces(np.concatenate(whole), detail, centre, np.full(n, OVERLAP)),
         inner=_balls(np.empty(0, np.int64), centre[:0], np.empty(0), tint[:0], n),
         leaf=_balls(np.arange(n), centre, np.concatenate(radii), tint, n),
         tints=tints,
-        overlap=np.full(n, OVERLAP),
     )
 
 

@@ -7,15 +7,14 @@ rigid object (one that is only placed, turned about the vertical and scaled):
     extent      farthest that a part's own sticks, of either appearance and radius included, are
         from a point
     P           √ of the largest area over directions that the leaf appearance covers, as it looks
-        from each (``stick_area``, ``heights``)
+        from each (``union_area``, ``view_dependent_area``)
     R           the greater of the extent of the part and the extents of its direct parts, from its
         origin
     B           the greater of the extent of the part and, over its parts, separation + B of the
         part
 
 An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its
-origin is that
-of the whole, and the two share the greater P and R.
+origin is that of the whole, and the two share the greater P and R.
 """
 
 from dataclasses import dataclass, field, replace
@@ -55,52 +54,76 @@ class Prototype:
         _check(self)
 
     def scaled(self, factor: float) -> "Prototype":
-        """The same object ``factor`` times as large."""
+        """The object made ``factor`` times as large."""
         hierarchy = self.hierarchy.scaled(factor)  # refuses a bad factor
         inner, leaf = self.inner.scaled(factor), self.leaf.scaled(factor)
         return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.view_dependence)
 
 
-def assemble(
+@dataclass(frozen=True, eq=False)
+class PartPlaces:
+    """Where the parts of an object stand in its hierarchy and in its frame, wholes before parts.
+
+    parent (n,)     row of the part that owns each part, −1 for the whole object
+    level (n,)      level of detail
+    origin (n, 3)   origin in the object's frame [m]
+    overlap (n,)    as in Hierarchy; by default 0
+    """
+
+    parent: np.ndarray
+    level: np.ndarray
+    origin: np.ndarray
+    overlap: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return len(self.parent)
+
+
+def assemble_prototype(
     name: str,
-    whole: Ints,
-    level: Ints,
-    origin: Points,
+    places: PartPlaces,
     inner: StickTable,
     leaf: StickTable,
     tints: Float64[np.ndarray, "t 3"],
     view_dependence: ViewDependence | None = None,
-    overlap: Reals | None = None,
 ) -> Prototype:
-    """A prototype from its parts' places and sticks: P, R, B and separation by the rule above."""
-    sizes = {"inner": len(inner.first) - 1, "leaf": len(leaf.first) - 1, "origin": len(origin)}
+    """A prototype from the places and the sticks of its parts: P, R, B and separation follow by the
+    rule above."""
+    sizes = {"inner": len(inner.count), "leaf": len(leaf.count), "origin": len(places.origin)}
     for key, size in sizes.items():
-        if size != len(whole):
-            raise InputError(f"{name}.{key}", size, f"one entry for each of {len(whole)} parts")
+        if size != len(places):
+            raise InputError(f"{name}.{key}", size, f"one entry for each of {len(places)} parts")
     view_dependence = view_dependence or ViewDependence()
     P = np.sqrt(largest_area_in_view(leaf, view_dependence))
-    one = representative(whole, P)
-    origin = origin[one]
-    part = np.flatnonzero(whole >= 0)
-    owner = whole[part]
-    separation = np.zeros(len(whole))
+    tied = representative(places.parent, P)
+    hierarchy = _hierarchy(places, tied, P, inner, leaf)
+    # Prototype refuses what is bad.
+    prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence)
+    contrast = part_contrast(places.parent, leaf, tints)[tied]
+    return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
+
+
+def _hierarchy(
+    places: PartPlaces, tied: Ints, P: Reals, inner: StickTable, leaf: StickTable
+) -> Hierarchy:
+    """The hierarchy of parts with these P, tied (n,) to their representatives: R, B and separation
+    by the rule above."""
+    parent, origin = places.parent, places.origin[tied]
+    part = np.flatnonzero(parent >= 0)
+    owner = parent[part]
+    separation = np.zeros(len(parent))
     separation[part] = _distance(origin[part], origin[owner])
-    rows = np.arange(len(whole))
-    own = _extent(inner, leaf, rows, origin)
+    own = _extent(inner, leaf, np.arange(len(parent)), origin)
     R = own.copy()
     np.maximum.at(R, owner, _extent(inner, leaf, part, origin[owner]))
     B = own.copy()
     for row in part[::-1]:
-        B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
-    hierarchy = Hierarchy(
-        whole, level, origin, max_over_tied(P, one), max_over_tied(R, one), B, separation
-    )
-    if overlap is not None:
-        hierarchy = replace(hierarchy, overlap=overlap)
-    # Prototype refuses what is bad.
-    prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence)
-    contrast = part_contrast(whole, leaf, tints)[one]
-    return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
+        B[parent[row]] = max(B[parent[row]], separation[row] + B[row])
+    lengths = max_over_tied(P, tied), max_over_tied(R, tied), B, separation
+    hierarchy = Hierarchy(parent, places.level, origin, *lengths)
+    if places.overlap is None:
+        return hierarchy
+    return replace(hierarchy, overlap=places.overlap)
 
 
 def _extent(inner: StickTable, leaf: StickTable, rows: Ints, centre: Points) -> Reals:

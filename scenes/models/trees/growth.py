@@ -1,4 +1,4 @@
-"""How a tree grows: trunk, limbs, branches, twigs and leaves, level by level.
+"""Growth of a tree: trunk, limbs, branches, twigs and leaves, level by level.
 
 After Weber & Penn (SIGGRAPH 1995): equations for lengths, radii, flare and placement are theirs,
 cited by section; tropism and random bending are simplified to a turn per segment. All branches of
@@ -35,8 +35,10 @@ class Branches:
 
 @dataclass(frozen=True, eq=False)
 class Leaves:
-    """Leaves of all twigs: each one's twig (k,), which rises, its two ends (k, 3) and radii (k,)
-    [m].
+    """Leaves of all twigs.
+
+    twig (k,)      row of the twig that bears each leaf, in rising order
+    start, end (k, 3)   its two ends [m]; start_radius, end_radius (k,) [m]
     """
 
     twig: np.ndarray
@@ -47,7 +49,7 @@ class Leaves:
 
 
 def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches], Leaves]:
-    """A tree standing at the origin: trunk and levels of branches, and its leaves, if any."""
+    """Grow a tree at the origin: its levels of branches from the trunk on, and its leaves."""
     levels = [_trunk(species, rng)]
     for number, level in enumerate(species.levels):
         shape = species.shape if number == 0 else None

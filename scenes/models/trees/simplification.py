@@ -1,12 +1,12 @@
-"""What branches look like from further off: a few larger shapes that cover as much.
+"""Stochastic simplification: a few larger shapes in the place of many hidden sticks.
 
-Stochastic simplification after R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic
-simplification of aggregate detail", SIGGRAPH 2007: of many like elements keep few, enlarged so
-that the area they cover is kept. Here the few are drawn evenly: what is hidden is halved by area
-again and again along its longest extent (a k-d tree), and each group becomes one stick along its
-longest spread, as thick as it must be. They stay apart, so that the crown keeps its gaps. A flat
-spray, as a conifer's boughs are, is halved across its width: sticks are round, and only several
-side by side cover much from above and little from the side.
+After R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic simplification of aggregate detail",
+SIGGRAPH 2007: of many like elements few are kept, enlarged so that they cover the same area. Here
+the few are drawn evenly: what is hidden is halved by area again and again along its longest extent
+(a k-d tree), and each group becomes one stick along its longest spread, as thick as it must be.
+They stay apart, so that the crown keeps its gaps. A flat spray, as a conifer's boughs are, is
+halved across its width: sticks are round, and only several side by side cover much from above and
+little from the side.
 """
 
 from dataclasses import dataclass, replace
@@ -35,10 +35,11 @@ _STEP = 0.7
 
 @dataclass(frozen=True, eq=False)
 class Blobs:
-    """Sticks by their middle.
+    """Sticks that stand for groups of hidden sticks, by their middles.
 
-    part (g,); centre (g, 3); axis (g, 3) unit; reach (g,) of the group along it, radius (g,) across
-    it [m]
+    part (g,)       part that owns each blob
+    centre (g, 3)   its middle [m]; axis (g, 3): unit vector along it
+    reach (g,)      half the length of the group along the axis; radius (g,): of it across [m]
     """
 
     part: np.ndarray
@@ -48,7 +49,7 @@ class Blobs:
     radius: np.ndarray
 
     def flattened(self, share: float) -> "Blobs":
-        """The same, heights above their mean times ``share``: as broad, lower or taller."""
+        """The blobs with their heights above the mean multiplied by ``share``."""
         middle = np.average(self.centre[:, 2], weights=self.radius * self.reach)
         scale = np.array((1.0, 1.0, share))
         centre = (self.centre - (0.0, 0.0, middle)) * scale + (0.0, 0.0, middle)
@@ -57,7 +58,8 @@ class Blobs:
         return replace(self, centre=centre, axis=axis / length[:, None], reach=self.reach * length)
 
     def table(self, parts: int, factor: Reals, tint: np.ndarray | None = None) -> StickTable:
-        """As sticks, each part's radii times its factor (n,); as long over all as the group is."""
+        """The blobs as sticks of ``parts`` parts, as long over all as their groups are; radii are
+        multiplied by the factor of their part (n,)."""
         radius = self.radius * factor[self.part]
         half = np.maximum(self.reach - radius, 0.25 * radius)[:, None] * self.axis
         # One end plumper than the other, as a bough of leaves is.
@@ -66,18 +68,19 @@ class Blobs:
         return StickTable.of(parts, self.part, self.centre - half, self.centre + half, *radii, tint)
 
 
-def gather(hidden: StickTable, most: int) -> tuple[Blobs, Ints]:
-    """At most ``most`` blobs for what is hidden of each part, and the blob of each stick (k,)."""
+def cluster(hidden: StickTable, max_blobs: int) -> tuple[Blobs, Ints]:
+    """At most ``max_blobs`` blobs for the hidden sticks of each part, and the blob of each stick,
+    (k,)."""
     weight = mean_outline_areas(hidden)
-    group, part = _strata(hidden.first, _halved_along(hidden, weight), weight, most)
+    group, part = _stratify(hidden.first, _split_points(hidden, weight), weight, max_blobs)
     centre, axes, extent = _ellipsoids(hidden, weight, group, len(part))
     radius = np.sqrt(extent[:, 0] * extent[:, 1])
     return Blobs(part, centre, axes[:, :, 2], extent[:, 2], radius), group
 
 
-def _halved_along(hidden: StickTable, weight: Reals) -> Points:
-    """Where each stick is for its part to be halved, (k, 3) [m]: its middle, or of a flat spray how
-    far that is aside."""
+def _split_points(hidden: StickTable, weight: Reals) -> Points:
+    """The points (k, 3) along which the sticks of each part are split into groups [m]: their
+    middles, or of a flat spray how far those are aside."""
     owner, middle = hidden.owner, (hidden.start + hidden.end) / 2
     centre, axes, extent = _ellipsoids(hidden, weight, owner, len(hidden.first) - 1)
     flat = extent[:, 1] ** 2 > FLAT * extent[:, 0] * extent[:, 2]
@@ -89,49 +92,41 @@ def _halved_along(hidden: StickTable, weight: Reals) -> Points:
 def _ellipsoids(
     hidden: StickTable, weight: Reals, group: Ints, groups: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Even ellipsoids that spread as groups of sticks do: their centres (g, 3), axes as columns
-    (g, 3, 3), the longest last, and half their lengths (g, 3) [m]."""
+    """Ellipsoids of even density with the covariance of groups of sticks: their centres (g, 3) [m],
+    axes as columns (g, 3, 3), the longest last, and half their lengths (g, 3) [m]."""
     points = np.concatenate((hidden.start, hidden.end))
     of, weights = np.concatenate((group, group)), np.concatenate((weight, weight))
     total = np.bincount(of, weights, groups)
-    centre = _sums(of, points * weights[:, None], groups) / total[:, None]
+    centre = _grouped_sums(of, points * weights[:, None], groups) / total[:, None]
     offset = points - centre[of]
     products = (offset[:, :, None] * offset[:, None, :]).reshape(-1, 9) * weights[:, None]
-    spread = _sums(of, products, groups).reshape(-1, 3, 3) / total[:, None, None]
+    spread = _grouped_sums(of, products, groups).reshape(-1, 3, 3) / total[:, None, None]
     values, axes = np.linalg.eigh(spread)
     return centre, axes, _FULLEST * np.sqrt(np.maximum(values, 1e-8))
 
 
-def fitted(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 6) -> Reals:
-    """Factor on each part's radii so that its blobs and its own wood cover the target on average
-    (n,).
-    """
+def fit_radii(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 6) -> Reals:
+    """Factor on the radii of each part's blobs with which they and its own wood cover the target
+    area (n,) on average over directions, (n,)."""
     factor = np.full(len(target), 0.7)
     bare = fitting_area(wood)
     for _ in range(rounds):
-        covered = fitting_area(joined((wood, blobs.table(len(target), factor))))
+        covered = fitting_area(StickTable.merge((wood, blobs.table(len(target), factor))))
         factor *= radius_step(target - bare, covered - bare)
     return factor
 
 
 def radius_step(target: Reals, covered: Reals) -> Reals:
-    """How much radii must grow for what they cover to come nearer to the target, (n,)."""
+    """Factor on radii for the covered area to come nearer to the target, (n,)."""
     return np.clip(target / np.maximum(covered, 1e-12), 0.1, 4.0) ** _STEP
 
 
 def fitting_area(table: StickTable) -> Reals:
-    """Mean area of each part, (n,) [m²], as blobs are fitted: few directions, coarse rows."""
+    """Mean area over a few directions that each part covers, in coarse rows, (n,) [m²]."""
     return mean_area(table, directions(FITTING_DIRECTIONS), COARSE)
 
 
-def joined(tables: tuple[StickTable, ...]) -> StickTable:
-    """Several tables of the same parts as one."""
-    names = ("owner", "start", "end", "start_radius", "end_radius", "tint")
-    columns = [np.concatenate([getattr(table, name) for table in tables]) for name in names]
-    return StickTable.of(len(tables[0].first) - 1, *columns)
-
-
-def blended_tints(
+def error_diffusion(
     weight: Reals,
     wanted: Points,
     palette: Float64[np.ndarray, "t 3"],
@@ -141,26 +136,31 @@ def blended_tints(
 
     Error diffusion from blob to blob (after Floyd & Steinberg 1976).
     """
-    return allowed[_diffuse(weight, wanted, palette[allowed])]
+    return allowed[_diffuse_error(weight, wanted, palette[allowed])]
 
 
-def _sums(group: Ints, values: np.ndarray, groups: int) -> np.ndarray:
+def _grouped_sums(group: Ints, values: np.ndarray, groups: int) -> np.ndarray:
     columns = [np.bincount(group, values[:, k], groups) for k in range(values.shape[1])]
     return np.stack(columns, axis=1)
 
 
 @njit(cache=True)
-def _strata(first, centre, weight, most):  # type: ignore[no-untyped-def]
-    """Group of each stick, part of each group: the heaviest group is halved until ``most``."""
+def _stratify(first, centre, weight, max_blobs):  # type: ignore[no-untyped-def]
+    """Group of each stick, and part of each group: the heaviest group of a part is halved until it
+    has ``max_blobs``."""
     group = np.empty(len(centre), np.int64)
-    part = np.empty((len(first) - 1) * most, np.int64)
+    part = np.empty((len(first) - 1) * max_blobs, np.int64)
     order = np.arange(len(centre))
     groups = 0
-    low, high, heavy = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most)
+    low, high, heavy = (
+        np.empty(max_blobs, np.int64),
+        np.empty(max_blobs, np.int64),
+        np.empty(max_blobs),
+    )
     for i in range(len(first) - 1):
         low[0], high[0], n = first[i], first[i + 1], 1
         heavy[0] = weight[first[i] : first[i + 1]].sum()
-        while n < most:
+        while n < max_blobs:
             widest = np.argmax(heavy[:n])
             a, b = low[widest], high[widest]
             if b - a < 2:
@@ -202,7 +202,7 @@ def _sort_along_longest(order, centre, a, b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _diffuse(weight, wanted, palette):  # type: ignore[no-untyped-def]
+def _diffuse_error(weight, wanted, palette):  # type: ignore[no-untyped-def]
     chosen = np.empty(len(weight), np.int64)
     owed = np.zeros(3)
     least = 0.1 * weight.mean()  # what is hardly seen cannot make up for the rest

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from lod.metric.family import METRICS, limit_distances
 from lod.metric.tied_levels import max_over_tied, representative
 from lod.stick_table import StickTable
-from scenes.sticks.prototype import assemble
+from scenes.sticks.prototype import PartPlaces, assemble_prototype
 
 HERE = np.zeros(3)
 
@@ -22,7 +22,8 @@ def chain(radii, owners=None):
     balls = StickTable.of(n, np.arange(n), origin, origin, r, r, np.zeros(n, np.int64))
     none = StickTable.of(n, np.zeros(0), *(np.zeros((0, 3)),) * 2, *(np.zeros(0),) * 3)
     level = np.minimum(np.arange(n), 1)
-    return assemble("chain", whole, level, origin, none, balls, np.full((1, 3), 0.5)).hierarchy
+    places = PartPlaces(whole, level, origin)
+    return assemble_prototype("chain", places, none, balls, np.full((1, 3), 0.5)).hierarchy
 
 
 @pytest.mark.parametrize("name", sorted(METRICS))

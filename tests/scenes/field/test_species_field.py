@@ -17,6 +17,7 @@ from lod.metric.hierarchy import Hierarchy
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
+from lod.stick_table import StickTable
 from lod.vision.blur_cascade import BlurWidths
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.eye import Display, Eye
@@ -24,7 +25,7 @@ from lod.vision.viewer import ViewingConditions
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species_field import Species, SpeciesField
 from scenes.noise.philox import hash_name
-from scenes.sticks.prototype import Prototype, StickTable
+from scenes.sticks.prototype import Prototype
 
 
 @dataclass(frozen=True)

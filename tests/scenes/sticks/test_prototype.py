@@ -11,7 +11,7 @@ from scenes.models.people.people import standing_people
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions, largest_area
-from scenes.sticks.prototype import Prototype, assemble
+from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 from scenes.sticks.union_area import areas_of_parts
 
 
@@ -26,7 +26,7 @@ def pole(**changes):
     """A whole 4 m tall with a branch at 3 m that owns a twig: every length is known by hand."""
     fields = {
         "name": "pole",
-        "whole": np.array([-1, 0, 1]),
+        "parent": np.array([-1, 0, 1]),
         "level": np.array([0, 1, 2]),
         "origin": np.array([(0, 0, 0), (0, 0, 3), (2, 0, 3)], float),
         "inner": sticks(3, [(0, (0, 0, 0), (0, 0, 3.9), 0.1), (1, (0, 0, 3), (2, 0, 3), 0.1)]),
@@ -40,7 +40,9 @@ def pole(**changes):
         ),
         "tints": np.array([(0.5, 0.5, 0.5)]),
     }
-    return assemble(**(fields | changes))
+    fields |= changes
+    places = PartPlaces(*(fields.pop(key) for key in ("parent", "level", "origin")))
+    return assemble_prototype(places=places, **fields)
 
 
 def rigid_prototypes():

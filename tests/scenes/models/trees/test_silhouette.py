@@ -23,7 +23,7 @@ from lod.pruning.view import View
 from lod.stick_table import StickTable
 from scenes.field.placed_object import Placed
 from scenes.model_files.names import tree_species_names
-from scenes.models.trees.leaf_appearance import upright
+from scenes.models.trees.leaf_appearance import uprightness
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions
@@ -148,7 +148,7 @@ def test_the_last_shapes_are_as_upright_as_the_tree(name):
     tall as the tree itself, would be a quarter more)."""
     p = one(name, "summer")
     ratios = [
-        upright(AROUND, measured(p, view_from(away))[0])
+        uprightness(AROUND, measured(p, view_from(away))[0])
         for away in (0.1, 0.99 * limits(p, 0).max())
     ]
     assert ratios[1] == pytest.approx(ratios[0], rel=0.1)

@@ -9,7 +9,7 @@ import pytest
 from lod.errors import InputError
 from scenes.model_files.names import tree_species_names
 from scenes.models.trees.species_files import tree_species
-from scenes.models.trees.tree import grown, tree_prototypes
+from scenes.models.trees.tree import grow_tree, tree_prototypes
 from scenes.models.trees.weather import SEASONS
 from scenes.sticks.outline_area import mean_area, mean_outline_areas
 
@@ -60,13 +60,13 @@ class TestHierarchy:
             assert np.linalg.norm(near - h.position[row], axis=1).min() < 1e-9
 
     def test_branches_are_thinner_than_what_bears_them(self, kind):
-        levels = grown(tree_species(kind), 1, 0).levels
+        levels = grow_tree(tree_species(kind), 1, 0).levels
         for above, level in pairwise(levels):
             assert (level.radii[:, 0] <= above.radii[level.parent].max(axis=1)).all()
             assert (np.diff(level.radii, axis=1) <= 1e-12).all()
 
     def test_chains_are_joined(self, kind):
-        for level in grown(tree_species(kind), 1, 0).levels[1:]:
+        for level in grow_tree(tree_species(kind), 1, 0).levels[1:]:
             step = np.linalg.norm(np.diff(level.nodes, axis=1), axis=2).sum(axis=1)
             assert step == pytest.approx(level.length)
 
@@ -131,34 +131,38 @@ class TestStanding:
 class TestSeasons:
     def test_the_wood_is_the_same_all_year(self):
         for species in map(tree_species, ("tree", "conifer")):
-            every = [grown(species, 1, 0, season) for season in SEASONS]
+            every = [grow_tree(species, 1, 0, season) for season in SEASONS]
             for one in every[1:]:
                 for a, b in zip(every[0].levels, one.levels, strict=True):
                     assert np.array_equal(a.nodes, b.nodes)
 
     def test_only_evergreens_have_leaves_in_winter(self):
-        trees = {name: grown(tree_species(name), 1, 0, "winter") for name in tree_species_names()}
+        trees = {
+            name: grow_tree(tree_species(name), 1, 0, "winter") for name in tree_species_names()
+        }
         assert [name for name, it in trees.items() if len(it.leaves.twig)] == ["conifer"]
         for season in SEASONS:
-            assert not len(grown(tree_species("dead_tree"), 1, 0, season).leaves.twig)
+            assert not len(grow_tree(tree_species("dead_tree"), 1, 0, season).leaves.twig)
 
     def test_leaves_are_green_in_summer_and_turn_in_autumn(self):
         for name in set(tree_species_names()) - {"dead_tree", "conifer"}:
             for season, turned in (("spring", False), ("summer", False), ("autumn", True)):
-                it = grown(tree_species(name), 1, 0, season)
+                it = grow_tree(tree_species(name), 1, 0, season)
                 red, green, blue = it.palette[it.leaf_tint].mean(axis=0)
                 assert (red > green) == turned
                 assert min(red, green) > 2 * blue
 
     def test_spring_leaves_are_lighter_than_summer_leaves(self):
         for name in ("tree", "birch", "shrub"):
-            greens = (grown(tree_species(name), 1, 0, season) for season in ("spring", "summer"))
+            greens = (
+                grow_tree(tree_species(name), 1, 0, season) for season in ("spring", "summer")
+            )
             spring, summer = (it.palette[it.leaf_tint].mean() for it in greens)
             assert spring > 1.2 * summer
 
     def test_tints_vary_and_are_few(self, kind):
         for season in SEASONS:
-            it = grown(tree_species(kind), 1, 0, season)
+            it = grow_tree(tree_species(kind), 1, 0, season)
             assert len(it.palette) <= 15
             if len(it.leaf_tint):
                 share = np.bincount(it.leaf_tint)[2:] / len(it.leaf_tint)
@@ -215,7 +219,7 @@ class TestChance:
 
     def test_trees_of_a_seed_and_of_other_seeds_differ(self):
         species, pairs = tree_species("tree"), ((1, 0), (1, 1), (2, 0))
-        rows = {grown(species, s, k).leaves.start.tobytes() for s, k in pairs}
+        rows = {grow_tree(species, s, k).leaves.start.tobytes() for s, k in pairs}
         assert len(rows) == 3
 
     def test_none_at_all(self):
