@@ -19,7 +19,7 @@ from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.view_dependent_area import with_area_share
-from scenes.terrain.colour import COVERS
+from scenes.terrain.colour import GROUND_MATERIALS
 
 SUN_DEG, TURBIDITY = 40.0, 3.0
 """Elevation of the sun and turbidity of the air."""
@@ -43,7 +43,9 @@ SPACING = 1.0
 LINES = 12000
 """Lines of sight from each elevation."""
 
-_GROUND_ALBEDO = np.array((COVERS["grassy"].moist, COVERS["grassy"].dry)).mean(axis=0)
+_GROUND_ALBEDO = np.array((GROUND_MATERIALS["grassy"].moist, GROUND_MATERIALS["grassy"].dry)).mean(
+    axis=0
+)
 
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 """Weights of linear Rec.709 red, green and blue (ITU-R BT.709)."""

@@ -16,7 +16,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints
 from lod.camera import Corner
-from scenes.terrain.colour import COVERS, SNOW, ground_colours
+from scenes.terrain.colour import GROUND_MATERIALS, SNOW, ground_colours
 from scenes.terrain.relief import Relief
 
 SHADES = 8
@@ -36,10 +36,10 @@ class Soil:
     @cached_property
     def ground(self) -> Float64[np.ndarray, "t 3"]:
         """Colours of the ground that are distinguished: moist to dry, steep, and snow, (t, 3)."""
-        cover = COVERS[self.cover]
+        materials = GROUND_MATERIALS[self.cover]
         share = np.linspace(0, 1, SHADES)[:, None]
-        between = np.array(cover.moist) * (1 - share) + np.array(cover.dry) * share
-        others = [cover.steep] + [SNOW] * (cover.snow_line is not None)
+        between = np.array(materials.moist) * (1 - share) + np.array(materials.dry) * share
+        others = [materials.steep] + [SNOW] * (materials.snow_line is not None)
         return np.concatenate((between, others))
 
     @property
@@ -57,7 +57,7 @@ class Soil:
         relief, size = self.relief, np.full(len(xy), _ACROSS_M)
         rise = relief.height(corner, xy) / (relief.amplitude or 1.0)
         slope = np.hypot(*relief.slopes(corner, xy, 2 * size).T)
-        cover = COVERS[self.cover]
-        colour = ground_colours(relief.seed, corner, xy, rise, slope, size, cover)
+        materials = GROUND_MATERIALS[self.cover]
+        colour = ground_colours(relief.seed, corner, xy, rise, slope, size, materials)
         away = colour[:, None] - self.ground
         return np.asarray((away**2).sum(axis=2).argmin(axis=1))

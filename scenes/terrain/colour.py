@@ -19,7 +19,7 @@ from scenes.noise.octaves import Octaves, octaves_at, twin_values
 
 
 @dataclass(frozen=True)
-class Cover:
+class GroundMaterials:
     """Materials of the ground, and where each of them lies.
 
     moist, dry, steep   albedo in hollows, on ridges, and where it is too steep for either
@@ -35,12 +35,14 @@ class Cover:
     snow_line: float | None = None
 
 
-COVERS = {
-    "grassy": Cover(
+GROUND_MATERIALS = {
+    "grassy": GroundMaterials(
         (0.072, 0.135, 0.031), (0.165, 0.178, 0.066), (0.150, 0.112, 0.072), 0.45, 0.85
     ),
-    "bare": Cover((0.150, 0.118, 0.085), (0.260, 0.225, 0.175), (0.200, 0.190, 0.178), 0.35, 0.75),
-    "snowy": Cover(
+    "bare": GroundMaterials(
+        (0.150, 0.118, 0.085), (0.260, 0.225, 0.175), (0.200, 0.190, 0.178), 0.35, 0.75
+    ),
+    "snowy": GroundMaterials(
         (0.060, 0.098, 0.030), (0.140, 0.135, 0.070), (0.155, 0.147, 0.138), 0.40, 0.80, -0.1
     ),
 }
@@ -70,7 +72,7 @@ def ground_colours(
     rise: Reals,
     slope: Reals,
     shortest: Reals,
-    cover: Cover,
+    materials: GroundMaterials,
 ) -> Points:
     """Albedo of the ground at ``xy``, (n, 3), from patches no smaller than ``shortest`` [m].
 
@@ -78,9 +80,9 @@ def ground_colours(
     slope  tangent of the steepness: steep ground is drier, and the steepest bare
     """
     noise = twin_values(_octaves(seed ^ _PATCHES, corner), xy, shortest)
-    snow_line = math.inf if cover.snow_line is None else cover.snow_line
-    albedos = np.array((cover.moist, cover.dry, cover.steep, SNOW))
-    edges = cover.steep_from, cover.steep_to, snow_line - _SNOW_EDGE / 2
+    snow_line = math.inf if materials.snow_line is None else materials.snow_line
+    albedos = np.array((materials.moist, materials.dry, materials.steep, SNOW))
+    edges = materials.steep_from, materials.steep_to, snow_line - _SNOW_EDGE / 2
     return np.asarray(_coloured(noise, rise, slope, albedos, edges))
 
 

@@ -16,7 +16,7 @@ from lod.arrays import Ints, Points, Reals
 from lod.pruning.view import View
 from lod.pruning.view_geometry import distance
 from scenes.terrain.aggregate_cover import AggregateCover
-from scenes.terrain.colour import Cover, ground_colours
+from scenes.terrain.colour import GroundMaterials, ground_colours
 from scenes.terrain.relief import Relief
 
 GRASS_WAVE_M = 8.0
@@ -46,14 +46,14 @@ class GroundInView:
     """What the looks of the ground in one frame depend on.
 
     spacings, limit (l,)  of each level: spacing of the mesh, and limit distance in view [m]
-    cover, aggregate_cover  materials of the ground, and what undisplayed objects leave on it
+    materials, aggregate_cover  materials of the ground, and what undisplayed objects leave on it
     """
 
     view: View
     relief: Relief
     spacings: Reals
     limit: Reals
-    cover: Cover
+    materials: GroundMaterials
     aggregate_cover: AggregateCover | None
 
 
@@ -86,7 +86,7 @@ def bare_shading(ground: GroundInView, points: Points) -> Shading:
     shortest = np.maximum(2 * spacing, GRASS_WAVE_M), SHOWN_PX * view.camera.pixel_angle * d
     steep = relief.slopes(corner, xy, np.column_stack(shortest))
     rise, slope = points[:, 2] / (relief.amplitude or 1.0), np.hypot(steep[:, 0], steep[:, 1])
-    albedo = ground_colours(relief.seed, corner, xy, rise, slope, spacing, ground.cover)
+    albedo = ground_colours(relief.seed, corner, xy, rise, slope, spacing, ground.materials)
     return np.concatenate((steep, albedo), axis=1)
 
 

@@ -25,7 +25,7 @@ from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.shapes import Triangles
 from lod.pruning.view import View
 from scenes.terrain.aggregate_cover import AggregateCover
-from scenes.terrain.colour import COVERS
+from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.terrain.ground_mesh import EMPTY_MESH, ground_mesh
 from scenes.terrain.horizon import Horizon, horizon, outside_picture
 from scenes.terrain.limits import limits, sizes
@@ -63,7 +63,7 @@ class Terrain:
 
     amplitude, wavelength, hurst, ridged, lacunarity   of the relief (scenes.terrain.relief)
     finest   spacing of the finest mesh [m], a power of two
-    cover    what lies on it, one of COVERS
+    cover    what lies on it, one of GROUND_MATERIALS
     aggregate_cover   what undisplayed objects leave on it; None: nothing
     """
 
@@ -84,8 +84,8 @@ class Terrain:
             raise InputError("terrain.reach", self.reach, "16 m to 1e7 m", "try 40000")
         if not (2**-5 <= self.finest <= 1 and math.log2(self.finest).is_integer()):
             raise InputError("terrain.finest", self.finest, "a power of two, 1/32 m to 1 m")
-        if self.cover not in COVERS:
-            raise InputError("terrain.cover", self.cover, f"one of {', '.join(COVERS)}")
+        if self.cover not in GROUND_MATERIALS:
+            raise InputError("terrain.cover", self.cover, f"one of {', '.join(GROUND_MATERIALS)}")
         _ = self.relief
 
     @cached_property
@@ -236,7 +236,7 @@ class Terrain:
             self.relief,
             self.spacings,
             grid.limits[0],
-            COVERS[self.cover],
+            GROUND_MATERIALS[self.cover],
             self.aggregate_cover,
         )
         unit = grid.root_side / 2.0**patches.deepest / QUADS
