@@ -1,15 +1,18 @@
-"""Rotations by the array: the quaternions of many poses at once (§3.3).
+"""Products of quaternions, and vectors turned by them, for many poses at once (§3.3).
 
-Components stand last, in the order x, y, z, w of lod.actors.quaternion; everything before them
-broadcasts.
+The components are the last axis, in the order x, y, z, w of ``lod.actors.quaternion``; the axes
+before it broadcast. They are written out instead of ``scipy.spatial.transform.Rotation``, which
+normalizes its quaternions: that changes the last bits of poses, and so of pictures.
 """
 
 import numpy as np
 from jaxtyping import Float64
 
 
-def products(a: Float64[np.ndarray, "... 4"], b: Float64[np.ndarray, "... 4"]) -> np.ndarray:
-    """a·b, each: turn by b first, then by a (Hamilton [39])."""
+def multiply_quaternions(
+    a: Float64[np.ndarray, "... 4"], b: Float64[np.ndarray, "... 4"]
+) -> np.ndarray:
+    """Return the products a·b: the rotation by b first, then by a (Hamilton [39])."""
     ax, ay, az, aw = np.moveaxis(a, -1, 0)
     bx, by, bz, bw = np.moveaxis(b, -1, 0)
     return np.stack(
@@ -23,8 +26,8 @@ def products(a: Float64[np.ndarray, "... 4"], b: Float64[np.ndarray, "... 4"]) -
     )
 
 
-def rotated(q: Float64[np.ndarray, "... 4"], v: Float64[np.ndarray, "... 3"]) -> np.ndarray:
-    """Vectors turned by unit quaternions (u, w): v + 2w(u×v) + 2u×(u×v), which is q·v·q⁻¹."""
+def rotate_vectors(q: Float64[np.ndarray, "... 4"], v: Float64[np.ndarray, "... 3"]) -> np.ndarray:
+    """Turn vectors by unit quaternions (u, w): v + 2w(u×v) + 2u×(u×v), which is q·v·q⁻¹."""
     # Written out: for few vectors np.cross costs several times as much.
     x, y, z, w = np.moveaxis(q, -1, 0)
     a, b, c = np.moveaxis(v, -1, 0)
@@ -37,37 +40,3 @@ def rotated(q: Float64[np.ndarray, "... 4"], v: Float64[np.ndarray, "... 3"]) ->
         ),
         axis=-1,
     )
-
-
-def units(q: Float64[np.ndarray, "... 4"]) -> np.ndarray:
-    """Each at length 1."""
-    return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
-
-
-def from_rotation_vectors(angles_deg: Float64[np.ndarray, "... 3"]) -> np.ndarray:
-    """The turn about each vector by its length [degrees] (the exponential)."""
-    half = np.radians(angles_deg) / 2
-    angle = np.sqrt(np.sum(half * half, axis=-1, keepdims=True))
-    # np.sinc(x) is sin(πx)/(πx), and 1 at 0.
-    return np.concatenate((half * np.sinc(angle / np.pi), np.cos(angle)), axis=-1)
-
-
-def slerps(
-    a: Float64[np.ndarray, "... 4"],
-    b: Float64[np.ndarray, "... 4"],
-    share: Float64[np.ndarray, "..."],
-) -> np.ndarray:
-    """From a at share 0 to b at share 1 at an even pace, the shorter way (Shoemake [41])."""
-    cosine = np.sum(a * b, axis=-1, keepdims=True)
-    near = np.where(cosine < 0, -b, b)
-    angle = 2 * np.arctan2(_length(near - a), _length(near + a))
-    share = np.asarray(share)[..., None]
-    # Where the two coincide the sines vanish; np.sinc keeps their ratio.
-    whole = np.sinc(angle / np.pi)
-    before = (1 - share) * np.sinc((1 - share) * angle / np.pi) / whole
-    after = share * np.sinc(share * angle / np.pi) / whole
-    return units(before * a + after * near)
-
-
-def _length(q: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.sum(q * q, axis=-1, keepdims=True))

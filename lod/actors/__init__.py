@@ -1,1 +1,1 @@
-"""Part-whole actors, compound messages and quaternions, as the paper has them."""
+"""The paper's part-whole actors, messages and quaternions (§3): its subject; no frame uses them."""

@@ -1,4 +1,4 @@
-"""Actors: objects with a place, a look and parts; the classes of figure 3 (§3.1.1).
+"""Actors: objects with a place, an appearance and parts; the classes of figure 3 (§3.1.1).
 
     ObjectWithParts ── PositionableObject ─┬─ Camera (lod/actors/camera.py)
                                            └─ Actor ─┬─ SimpleActor    a part that has none
@@ -49,15 +49,16 @@ def always(route: Route, position: Vector) -> bool:
 
 @dataclass(frozen=True)
 class PartDescription:
-    """What an assembled actor says of one of its parts: values only, never the part.
+    """One part of an assembled actor as plain values, never the part itself.
 
-    joint  in the frame of its whole;  look, leaf_look  inner and leaf appearance, in its own frame
+    joint  where the part is in the frame of its whole
+    inner, leaf  inner and leaf appearance, in the part's own frame
     """
 
     route: Route
     joint: RevoluteJoint
-    look: Appearance = NO_STICKS
-    leaf_look: Appearance = NO_STICKS
+    inner: Appearance = NO_STICKS
+    leaf: Appearance = NO_STICKS
 
 
 class PositionableObject(ObjectWithParts, abstract=True):
@@ -92,22 +93,24 @@ class PositionableObject(ObjectWithParts, abstract=True):
     @mutator
     def place(self, position: VectorLike) -> None:
         """Move the origin there, in the frame of its whole [m]; turned as before."""
-        self._joint = self._joint.placed(position)
+        self._joint = self._joint.with_position(position)
 
     @mutator
     def orient(self, orientation: Quaternion) -> None:
         """Replace the orientation (figure 4). Refused beyond the joint's limits."""
-        self._joint = self._joint.oriented(orientation)
+        self._joint = self._joint.with_orientation(orientation)
 
     @mutator
     def turn(self, axis: VectorLike, angle_deg: float) -> None:
         """Turn in place about an axis of the frame of its whole. Refused beyond the limits."""
-        self._joint = self._joint.oriented(rotation(axis, angle_deg) * self._joint.orientation)
+        self._joint = self._joint.with_orientation(
+            rotation(axis, angle_deg) * self._joint.orientation
+        )
 
     @mutator
     def bend(self, angles_deg: VectorLike) -> None:
         """Set the turn from rest to a rotation vector [degrees]. Refused beyond the limits."""
-        self._joint = self._joint.bent(angles_deg)
+        self._joint = self._joint.with_angles(angles_deg)
 
     @query
     def frames(self) -> tuple[tuple[Route, RevoluteJoint], ...]:
@@ -115,10 +118,10 @@ class PositionableObject(ObjectWithParts, abstract=True):
 
         Every part answers for those below it, and its whole carries the answers into its own frame.
         """
-        found = [((), IDENTITY_JOINT.carry(self._joint))]
+        found = [((), IDENTITY_JOINT.compose(self._joint))]
         for name in self.part_names():
-            below = self._tell(ask((name,), "frames"))
-            found += [((name, *route), self._joint.carry(frame)) for route, frame in below]
+            below = self._ask_part(ask((name,), "frames"))
+            found += [((name, *route), self._joint.compose(frame)) for route, frame in below]
         return tuple(found)
 
     @query
@@ -129,13 +132,13 @@ class PositionableObject(ObjectWithParts, abstract=True):
 
     def _descriptions_below(self) -> tuple[PartDescription, ...]:
         return tuple(
-            PartDescription((name, *part.route), part.joint, part.look, part.leaf_look)
+            PartDescription((name, *part.route), part.joint, part.inner, part.leaf)
             for name in self.part_names()
-            for part in self._tell(ask((name,), "description"))
+            for part in self._ask_part(ask((name,), "description"))
         )
 
     @query
-    def shown(
+    def displayed_sticks(
         self, whole: RevoluteJoint = IDENTITY_JOINT, displayed: Test = always
     ) -> tuple[tuple[Route, ConeStick], ...] | None:
         """The sticks of every displayed part from here down, each with its route from the root.
@@ -144,23 +147,26 @@ class PositionableObject(ObjectWithParts, abstract=True):
         displayed  test of a part's route and origin; below one that fails, nothing is asked (§2.4)
         None where this object fails that test itself.
         """
-        frame = whole.carry(self._joint)
+        frame = whole.compose(self._joint)
         if not displayed(self._route, frame.position):
             return None
-        below = [self._tell(ask((name,), "shown", frame, displayed)) for name in self.part_names()]
+        below = [
+            self._ask_part(ask((name,), "displayed_sticks", frame, displayed))
+            for name in self.part_names()
+        ]
         there = [sticks for sticks in below if sticks is not None]
-        own = self._look_as(is_leaf=not there).sticks_in(frame)
+        own = self._current_appearance(is_leaf=not there).sticks_in(frame)
         return tuple((self._route, stick) for stick in own) + sum(there, ())
 
-    def _look_as(self, is_leaf: bool) -> Appearance:
-        """Nothing is to be seen of an object that is only somewhere."""
+    def _current_appearance(self, is_leaf: bool) -> Appearance:
+        """An object that is only somewhere shows no sticks."""
         return NO_STICKS
 
 
 class Actor(PositionableObject, abstract=True):
     """A positionable object that can be seen: it has an appearance slot; abstract (§3.1.1).
 
-    Its two guises are its look as an inner node and its leaf look, which stands for parts too small
+    Its two appearances are the inner one and the leaf appearance, which stands for parts too small
     to be displayed; by default they are the same (§2.4).
     """
 
@@ -168,37 +174,37 @@ class Actor(PositionableObject, abstract=True):
         self,
         parts: Mapping[str, ObjectWithParts] | None = None,
         joint: RevoluteJoint = IDENTITY_JOINT,
-        look: Appearance = NO_STICKS,
-        leaf_look: Appearance | None = None,
+        inner: Appearance = NO_STICKS,
+        leaf: Appearance | None = None,
         part_types: Mapping[str, type[ObjectWithParts]] | None = None,
         name: str | None = None,
     ) -> None:
         super().__init__(parts, joint, part_types, name)
-        self._look, self._leaf_look = look, look if leaf_look is None else leaf_look
+        self._inner, self._leaf = inner, inner if leaf is None else leaf
 
     @query
     def appearance(self) -> Appearance:
-        """What fills the slot: its look as an inner node, in its own frame."""
-        return self._look
+        """The appearance as an inner node, in the actor's own frame."""
+        return self._inner
 
     @query
     def leaf_appearance(self) -> Appearance:
-        """Its look while none of its parts is displayed (§2.4)."""
-        return self._leaf_look
+        """The appearance while none of the actor's parts is displayed (§2.4)."""
+        return self._leaf
 
     @mutator
-    def wear(self, look: Appearance, leaf_look: Appearance | None = None) -> None:
-        """Fill the appearance slot anew, the leaf look with the same unless another is given."""
-        self._look, self._leaf_look = look, look if leaf_look is None else leaf_look
+    def set_appearance(self, inner: Appearance, leaf: Appearance | None = None) -> None:
+        """Replace both appearances; the leaf appearance is the inner one if none is given."""
+        self._inner, self._leaf = inner, inner if leaf is None else leaf
 
     @query
     def description(self) -> tuple[PartDescription, ...]:
         """This actor and every part below it, wholes before their parts."""
-        own = PartDescription((), self._joint, self._look, self._leaf_look)
+        own = PartDescription((), self._joint, self._inner, self._leaf)
         return (own, *self._descriptions_below())
 
-    def _look_as(self, is_leaf: bool) -> Appearance:
-        return self._leaf_look if is_leaf else self._look
+    def _current_appearance(self, is_leaf: bool) -> Appearance:
+        return self._leaf if is_leaf else self._inner
 
 
 class SimpleActor(Actor):
@@ -212,10 +218,10 @@ class SimpleActor(Actor):
     def __init__(
         self,
         joint: RevoluteJoint = IDENTITY_JOINT,
-        look: Appearance = NO_STICKS,
+        inner: Appearance = NO_STICKS,
         name: str | None = None,
     ) -> None:
-        super().__init__(joint=joint, look=look, name=name)
+        super().__init__(joint=joint, inner=inner, name=name)
 
 
 _NO_PARTS = "a SimpleActor has no parts"
@@ -229,9 +235,9 @@ class CompoundActor(Actor):
         self,
         parts: Mapping[str, ObjectWithParts],
         joint: RevoluteJoint = IDENTITY_JOINT,
-        look: Appearance = NO_STICKS,
-        leaf_look: Appearance | None = None,
+        inner: Appearance = NO_STICKS,
+        leaf: Appearance | None = None,
         name: str | None = None,
     ) -> None:
         types = {part_name: type(part) for part_name, part in parts.items()}
-        super().__init__(parts, joint, look, leaf_look, types, name)
+        super().__init__(parts, joint, inner, leaf, types, name)

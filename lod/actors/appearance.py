@@ -55,7 +55,9 @@ class StickBundle:
 
     def sticks_in(self, frame: RevoluteJoint) -> tuple[ConeStick, ...]:
         """All of them, in the order given."""
-        return tuple(placed for stick in self.sticks for placed in stick.sticks_in(frame))
+        return tuple(
+            with_position for stick in self.sticks for with_position in stick.sticks_in(frame)
+        )
 
 
 @runtime_checkable

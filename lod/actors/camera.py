@@ -42,7 +42,7 @@ class CameraActor(PositionableObject):
 
         whole  frame of the whole that carries it;  cell  the grid square that positions count from
         """
-        frame = whole.carry(self._joint)
+        frame = whole.compose(self._joint)
         corner, x, y = split_position(frame.position[0], frame.position[1], *cell)
         eye = np.array((x, y, frame.position[2]))
         forward, up = (np.array(rotate(frame.orientation, axis)) for axis in (NORTH, UP))
@@ -64,7 +64,7 @@ class CameraActor(PositionableObject):
         frame = RevoluteJoint((-corner.x * GRID_M, -corner.y * GRID_M, 0.0))
         found: list[tuple[int, Route, ConeStick]] = []
         for number, actor in enumerate(actors):
-            sticks = actor.receive(ask("", "shown", frame, displayed)).value or ()
+            sticks = actor.receive(ask("", "displayed_sticks", frame, displayed)).value or ()
             found += [(number, route, stick) for route, stick in sticks]
         return _batched(found)
 

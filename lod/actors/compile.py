@@ -1,4 +1,4 @@
-"""An assembled actor as frozen arrays, wholes before their parts, and its poses by the array.
+"""An assembled actor as frozen arrays, and the forward kinematics of many poses at once.
 
 A crowd is posed by these, never by one Python object per part; the actors' own recursive answers
 (``PositionableObject.frames``) are the reference that they are tested against.
@@ -18,7 +18,7 @@ from lod.actors.message import Route, ask, format_route, nearest_route, parse_ro
 from lod.actors.quaternion import IDENTITY, Vector
 from lod.arrays import freeze
 from lod.errors import InputError
-from lod.rotations import products, rotated, units
+from lod.rotations import multiply_quaternions, rotate_vectors
 from lod.stick_table import StickTable
 
 
@@ -60,7 +60,7 @@ class ActorArrays:
         return np.array([len(route) for route in self.routes])
 
     def row(self, route: str | Sequence[str]) -> int:
-        """Row of the part at a route. Raises InputError that names the nearest known one."""
+        """Row of the part at a route. Raises InputError, which names the nearest known route."""
         names = parse_route(route)
         if names not in self.routes:
             cure = f"did you mean {format_route(nearest_route(names, self.routes))!r}?"
@@ -69,13 +69,13 @@ class ActorArrays:
 
 
 def compile_actor(actor: PositionableObject) -> ActorArrays:
-    """The arrays of an actor as it stands, by its own answers; Refused where a whole refuses."""
+    """Compile an actor as it stands, by its own answers. Raises Refused where a whole refuses."""
     parts: tuple[PartDescription, ...] = actor.receive(ask("", "description")).value
     row = {part.route: i for i, part in enumerate(parts)}
     joints = [part.joint for part in parts]
     boxes = [joint.limits for joint in joints]
-    inner = [part.look.sticks_in(IDENTITY_JOINT) for part in parts]
-    leaf = [part.leaf_look.sticks_in(IDENTITY_JOINT) for part in parts]
+    inner = [part.inner.sticks_in(IDENTITY_JOINT) for part in parts]
+    leaf = [part.leaf.sticks_in(IDENTITY_JOINT) for part in parts]
     tints = {stick.albedo: None for sticks in (*inner, *leaf) for stick in sticks}
     tint = {albedo: i for i, albedo in enumerate(tints)}
     return ActorArrays(
@@ -104,24 +104,30 @@ def _stick_table(looks: list[tuple[ConeStick, ...]], tint: dict[Vector, int]) ->
     )
 
 
-def posed(
+def forward_kinematics(
     actor: ActorArrays,
     orientation: Float64[np.ndarray, "poses n 4"],
     position: Float64[np.ndarray, "poses n 3"] | None = None,
 ) -> tuple[Float64[np.ndarray, "poses n 3"], Float64[np.ndarray, "poses n 4"]]:
-    """Where all parts are, and how turned, in many poses at once: forward kinematics (§3.3).
+    """Compute where all parts are, and how they are turned, in many poses at once (§3.3).
 
     orientation  of each part in the frame of its whole: unit quaternions x, y, z, w
     position     of each part's origin in the frame of its whole [m]; None = as assembled
-    Row 0 is the actor's own. Gives positions [m] and orientations in the frame in which it stands.
+    Row 0 is the actor's own. Returns positions [m] and orientations in the frame in which the actor
+    stands.
     """
     origins, turns = np.empty((*orientation.shape[:2], 3)), np.empty(orientation.shape)
     local = np.broadcast_to(actor.position if position is None else position, origins.shape)
-    origins[:, 0], turns[:, 0] = local[:, 0], units(orientation[:, 0])
+    origins[:, 0], turns[:, 0] = local[:, 0], _normalized(orientation[:, 0])
     for depth in range(1, int(actor.depth.max()) + 1):
         part = np.flatnonzero(actor.depth == depth)
         whole = actor.parent[part]
-        # A part's origin is carried by its whole: turned with it, then moved.
-        origins[:, part] = origins[:, whole] + rotated(turns[:, whole], local[:, part])
-        turns[:, part] = units(products(turns[:, whole], orientation[:, part]))
+        # A part's origin turns with its whole, and then moves with it.
+        origins[:, part] = origins[:, whole] + rotate_vectors(turns[:, whole], local[:, part])
+        turns[:, part] = _normalized(multiply_quaternions(turns[:, whole], orientation[:, part]))
     return origins, turns
+
+
+def _normalized(quaternions: np.ndarray) -> np.ndarray:
+    """The quaternions at length 1."""
+    return quaternions / np.sqrt(np.sum(quaternions * quaternions, axis=-1, keepdims=True))

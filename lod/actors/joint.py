@@ -46,11 +46,11 @@ class JointLimits:
         object.__setattr__(self, "high_deg", high)
         object.__setattr__(self, "rest", _rotation_components(rest, "limits.rest"))
 
-    def oriented(self, angles_deg: VectorLike) -> Quaternion:
+    def orientation(self, angles_deg: VectorLike) -> Quaternion:
         """Orientation after the turn ``angles_deg`` from rest."""
         return unit(Quaternion(*self.rest) * from_rotation_vector(angles_deg))
 
-    def admit(self, orientation: Quaternion) -> bool:
+    def contains(self, orientation: Quaternion) -> bool:
         """Whether the turn from rest lies in the box, taken the short or the long way round."""
         short = rotation_vector(1 / Quaternion(*self.rest) * orientation)
         return self._holds(short) or self._holds(_long_way(short))
@@ -84,7 +84,7 @@ class RevoluteJoint:
         object.__setattr__(self, "position", vector(position, "position"))
         object.__setattr__(self, "turn", _rotation_components(turn, "orientation"))
         object.__setattr__(self, "limits", limits)
-        if limits and not limits.admit(self.orientation):
+        if limits and not limits.contains(self.orientation):
             angles = tuple(round(angle, 2) for angle in self.angles_deg)
             rule = f"turned from {limits.low_deg} to {limits.high_deg} degrees from rest"
             raise InputError("orientation", angles, rule)
@@ -100,26 +100,26 @@ class RevoluteJoint:
         rest = Quaternion(*self.limits.rest) if self.limits else Quaternion(*IDENTITY)
         return rotation_vector(1 / rest * self.orientation)
 
-    def placed(self, position: VectorLike) -> "RevoluteJoint":
+    def with_position(self, position: VectorLike) -> "RevoluteJoint":
         """The same orientation elsewhere."""
         return RevoluteJoint(position, self.turn, self.limits)
 
-    def oriented(self, orientation: Quaternion) -> "RevoluteJoint":
+    def with_orientation(self, orientation: Quaternion) -> "RevoluteJoint":
         """The same place, turned another way. Raises InputError beyond the limits."""
         return RevoluteJoint(self.position, orientation, self.limits)
 
-    def bent(self, angles_deg: VectorLike) -> "RevoluteJoint":
+    def with_angles(self, angles_deg: VectorLike) -> "RevoluteJoint":
         """Turned by a rotation vector from rest [degrees]. Raises InputError beyond the limits."""
         if self.limits is None:
-            return self.oriented(from_rotation_vector(angles_deg))
-        return self.oriented(self.limits.oriented(angles_deg))
+            return self.with_orientation(from_rotation_vector(angles_deg))
+        return self.with_orientation(self.limits.orientation(angles_deg))
 
     def to_whole(self, point: VectorLike) -> Vector:
         """A point of the part in the frame of its whole [m]: turned, then moved."""
         x, y, z = rotate(self.orientation, point)
         return self.position[0] + x, self.position[1] + y, self.position[2] + z
 
-    def carry(self, part: "RevoluteJoint") -> "RevoluteJoint":
+    def compose(self, part: "RevoluteJoint") -> "RevoluteJoint":
         """A part's joint on this part, as seen from the frame of this joint; without limits."""
         turned = unit(self.orientation * part.orientation)
         return RevoluteJoint(self.to_whole(part.position), turned)

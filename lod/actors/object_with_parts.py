@@ -124,7 +124,7 @@ class ObjectWithParts:
             found += [(name,), *((name, *route) for route in part.__all_routes())]
         return found
 
-    def _tell(self, message: Message) -> Any:
+    def _ask_part(self, message: Message) -> Any:
         """For a whole's own methods: the answer of a part of its own. Raises Refused.
 
         Wholes on the way intercept it, this one does not.

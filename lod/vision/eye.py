@@ -136,17 +136,6 @@ def envelope(value: Reals) -> Reals:
     return np.maximum.accumulate(value[::-1])[::-1]
 
 
-def sensitivity_at(table: Sensitivity, frequency_cpd: Reals) -> Reals:
-    """The decreasing envelope at any frequencies above 0 [cycles/degree], (n,); 0 past the table.
-
-    Straight between knots on log-log axes, so it never rises.
-    """
-    at = np.log(frequency_cpd)
-    log_value = np.log(envelope(table.value))
-    inside = np.exp(np.interp(at, np.log(table.frequency), log_value))
-    return np.where(frequency_cpd > table.frequency[-1], 0.0, inside)
-
-
 def _positive(where: str, value: float, cure: str) -> None:
     if not (math.isfinite(value) and value > 0):
         raise InputError(where, value, "finite and above 0", cure)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Reals
-from lod.rotations import rotated
+from lod.rotations import rotate_vectors
 from scenes.gait.foot_path import Leg, heel_and_ball
 from scenes.gait.gait import Gait
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -74,4 +74,4 @@ def _rolls(leg: Leg) -> tuple[float, float]:
 
 
 def _placed(origin: Vectors, facing: Quaternions, point: Vectors) -> Vectors:
-    return origin + rotated(facing, np.broadcast_to(point, origin.shape))
+    return origin + rotate_vectors(facing, np.broadcast_to(point, origin.shape))

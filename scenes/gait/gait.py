@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.errors import InputError
-from lod.rotations import products, rotated
+from lod.rotations import multiply_quaternions, rotate_vectors
 from scenes.gait.foot_path import Contacts, Leg, foot_path, heel_and_ball, sole_points
 from scenes.rig.anatomy import side_of
 from scenes.rig.footprints import Feet
@@ -219,7 +219,7 @@ def rest_feet(prototype: RiggedPrototype) -> Feet:
     feet = prototype.motion.feet
     origin, turn = prototype.rig.frames()
     ankles = feet.legs[:, 2]
-    ahead = rotated(turn[ankles], np.broadcast_to((1.0, 0.0, 0.0), (len(feet), 3)))
+    ahead = rotate_vectors(turn[ankles], np.broadcast_to((1.0, 0.0, 0.0), (len(feet), 3)))
     yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
     soles = [
         sole_points(prototype, int(row)) @ _spin(angle).T
@@ -256,12 +256,12 @@ def _bend_leg(rig: Rig, p: _Placed, rotations: Quaternions, shift: Vectors) -> N
         if rig.parent[hip] >= 0
         else from_euler(np.zeros((len(rotations), 3)))
     )
-    reach = rotated(inverse(above), p.ankle - origin[:, hip])
+    reach = rotate_vectors(inverse(above), p.ankle - origin[:, hip])
     upper, lower = (float(np.linalg.norm(rig.offset[row])) for row in (knee, ankle))
     hip_degrees, knee_degrees = hip_and_knee_angles(reach, upper, lower, p.leg, p.turnout)
     rotations[:, hip], rotations[:, knee] = from_euler(hip_degrees), from_euler(knee_degrees)
-    shank = products(products(above, rotations[:, hip]), rotations[:, knee])
-    rotations[:, ankle] = products(inverse(shank), p.foot)
+    shank = multiply_quaternions(multiply_quaternions(above, rotations[:, hip]), rotations[:, knee])
+    rotations[:, ankle] = multiply_quaternions(inverse(shank), p.foot)
     for toe in p.toes:
         rotations[:, toe] = from_euler(np.stack((0 * p.curl, p.curl, 0 * p.curl), axis=1))
 

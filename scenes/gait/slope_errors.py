@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from lod.arrays import Points
-from lod.rotations import products
+from lod.rotations import multiply_quaternions
 from scenes.gait.foot_path import heel_and_ball
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
@@ -78,7 +78,7 @@ class SlopeTrial:
         rig = self.who.rig
         rotations = np.tile(rig.rest, (len(self.phase), 1, 1))
         for row in self.who.motion.feet.legs.ravel().tolist():
-            rotations[:, row] = products(
+            rotations[:, row] = multiply_quaternions(
                 inverse(self.facing(int(rig.parent[row]))), self.facing(row)
             )
         return rotations

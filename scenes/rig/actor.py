@@ -29,11 +29,11 @@ class AngleLimits(JointLimits):
     [degrees].
     """
 
-    def oriented(self, angles_deg: VectorLike) -> Quaternion:
+    def orientation(self, angles_deg: VectorLike) -> Quaternion:
         """Orientation by those angles."""
         return Quaternion(*from_euler(np.array(vector(angles_deg))).tolist())
 
-    def admit(self, orientation: Quaternion) -> bool:
+    def contains(self, orientation: Quaternion) -> bool:
         """Whether its angles lie in the box; the same turn has a second set of them."""
         angles = to_euler(np.array([float(orientation[k]) for k in range(4)]))
         other = angles * np.array((1.0, -1.0, 1.0)) + 180.0

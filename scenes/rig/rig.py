@@ -15,7 +15,7 @@ from numba import njit
 
 from lod.arrays import Flags, Ints, Points, freeze, frozen
 from lod.errors import InputError
-from lod.rotations import rotated
+from lod.rotations import rotate_vectors
 from lod.stick_table import StickTable
 from scenes.rig.rotations import (
     Quaternions,
@@ -146,7 +146,7 @@ class RiggedSticks(StickTable):
 def to_object_frame(origin: Vectors, turn: Quaternions, joint: Ints, point: Points) -> Points:
     """Points (k, 3) [m] given in frames of joints (k,), in the object's frame."""
     row = np.maximum(joint, 0)
-    at = origin[row] + rotated(turn[row], point)
+    at = origin[row] + rotate_vectors(turn[row], point)
     return np.where((joint < 0)[:, None], point, at)
 
 

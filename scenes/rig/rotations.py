@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.rotations import rotated
+from lod.rotations import rotate_vectors
 
 Quaternions = Float64[np.ndarray, "... 4"]
 Vectors = Float64[np.ndarray, "... 3"]
@@ -49,7 +49,7 @@ def inverse(q: Quaternions) -> Quaternions:
 
 def matrices(q: Quaternions) -> Matrices:
     """Rotation matrices of unit quaternions: their columns are the rotated axes."""
-    axes = [rotated(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)]
+    axes = [rotate_vectors(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)]
     return np.stack(axes, axis=-1)
 
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from lod.rotations import rotated
+from lod.rotations import rotate_vectors
 from scenes.render.description.describe import NEAR_M, Description
 from scenes.render.drivers.camera_rays import pixel_directions
 from scenes.render.mitsuba.build import BuiltScene
@@ -71,4 +71,4 @@ def carry_with_stick(
     offset = point - start - along * axis
     has_axis = ((axis * moved).sum(axis=1, keepdims=True) > 0) & (squared[:, None] > 1e-20)
     turns = shortest_arc(np.where(has_axis, axis, 1.0), np.where(has_axis, moved, 1.0))
-    return start + moves[:, 0] + along * moved + rotated(turns, offset)
+    return start + moves[:, 0] + along * moved + rotate_vectors(turns, offset)

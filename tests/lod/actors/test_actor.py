@@ -32,7 +32,7 @@ class Leg(Actor):
     part_types: ClassVar = {"foot": Foot}
 
     def __init__(self, joint=IDENTITY_JOINT):
-        super().__init__(joint=joint, look=SHIN, leaf_look=STUMP)
+        super().__init__(joint=joint, inner=SHIN, leaf=STUMP)
 
 
 class Person(Actor):
@@ -221,7 +221,7 @@ def test_a_message_names_a_question_or_a_change_and_not_the_other():
     )
     assert "nearest is 'orient'" in joe.receive(change("left leg", "orientt")).why
     assert "takes" in joe.receive(change("left leg", "turn", UP)).why
-    for name in ("__class__", "_joint", "receive", "part_types", "_tell"):
+    for name in ("__class__", "_joint", "receive", "part_types", "_ask_part"):
         assert isinstance(joe.receive(ask("", name)), Refusal)
 
 
@@ -237,8 +237,8 @@ def test_calls_on_an_independent_object_are_messages_to_itself():
 
 def test_a_turn_beyond_the_joints_limits_is_refused_by_the_part():
     joe = Person()
-    bent = joe.receive(change("left leg", "bend", (0, 100, 0)))
-    assert isinstance(bent, Answer)
+    with_angles = joe.receive(change("left leg", "bend", (0, 100, 0)))
+    assert isinstance(with_angles, Answer)
     before = joe.receive(ask("left leg", "joint")).value
     reply = joe.receive(change("left leg", "turn", NORTH, 40))
     assert reply.who == "joe/left leg"
@@ -268,8 +268,8 @@ def test_a_whole_changes_its_parts_all_or_none():
     class Walker(Person):
         @mutator
         def step(self, angle):
-            self._tell(change("left leg", "bend", (0, angle, 0)))
-            self._tell(change("right leg", "bend", (0, 10 * angle, 0)))
+            self._ask_part(change("left leg", "bend", (0, angle, 0)))
+            self._ask_part(change("right leg", "bend", (0, 10 * angle, 0)))
 
     joe = Walker()
     joe.step(5)
@@ -294,7 +294,7 @@ def test_the_person_turns_with_all_its_parts():
 def test_the_appearance_slot():
     foot = Foot()
     assert foot.appearance() == foot.leaf_appearance() == FOOT
-    foot.wear(SHIN, STUMP)
+    foot.set_appearance(SHIN, STUMP)
     assert (foot.appearance(), foot.leaf_appearance()) == (SHIN, STUMP)
 
 

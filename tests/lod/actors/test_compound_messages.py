@@ -78,10 +78,10 @@ class Meddler(CompoundActor):
     def intercept(self, message):
         if not message.action.changes:
             return message
-        self._joint = self._joint.placed((7, 7, 7))
+        self._joint = self._joint.with_position((7, 7, 7))
         self.fresh = True
         for name in self.part_names():
-            self._tell(change((name,), "turn", (1, 1, 1), 33))
+            self._ask_part(change((name,), "turn", (1, 1, 1), 33))
         return self.refuse("no")
 
 
@@ -92,7 +92,7 @@ class Thrower(CompoundActor):
     def trip(self):
         self.place((8, 8, 8))
         for name in self.part_names():
-            self._tell(change((name,), "place", (8, 8, 8)))
+            self._ask_part(change((name,), "place", (8, 8, 8)))
         raise ZeroDivisionError
 
 

@@ -114,16 +114,11 @@ def test_slerp_keeps_an_even_pace_the_shorter_way(a, b, share):
     assert same_rotation(slerp(a, b, 1.0), b)
 
 
-@given(turns, turns, st.floats(0, 1), vectors)
-def test_arrays_agree_with_numbers(a, b, share, v):
+@given(turns, turns, vectors)
+def test_arrays_agree_with_numbers(a, b, v):
     rows_a, rows_b = np.array([components(a)] * 2), np.array([components(b)] * 2)
-    assert close(quaternion_arrays.products(rows_a, rows_b), components(a * b))
-    assert close(quaternion_arrays.rotated(rows_a, np.array([v] * 2, float)), rotate(a, v))
-    turned = quaternion_arrays.from_rotation_vectors(np.array([v], float))
-    assert close(turned, components(from_rotation_vector(v)))
-    assume(abs(np.dot(components(a), components(b))) > 1e-3)
-    between = quaternion_arrays.slerps(rows_a, rows_b, np.array([share, share]))
-    assert same_rotation(Quaternion(*between[1]), slerp(a, b, share), 1e-9)
+    assert close(quaternion_arrays.multiply_quaternions(rows_a, rows_b), components(a * b))
+    assert close(quaternion_arrays.rotate_vectors(rows_a, np.array([v] * 2, float)), rotate(a, v))
 
 
 def test_unit_quaternions_stay_unit_over_a_million_products():

@@ -53,7 +53,7 @@ def species(model, count, walks, weather):
     raise AssertionError("no seed with so many objects")
 
 
-def placed(prototype, detail=0.3):
+def with_position(prototype, detail=0.3):
     reach = float(prototype.hierarchy.B[0])
     make = partial(Placed, "it", prototype, 0.0, 0.0, 70.0, GROUND)
     return Subject(make, camera(6 * reach, reach), detail)
@@ -65,7 +65,7 @@ def bowing():
     actor = to_actor(who)
     bow = Quaternion(0.0, np.sin(0.2), 0.0, np.cos(0.2))
     assert actor.receive(change("pelvis/waist", "orient", bow)).value is None
-    return placed(pose_from_actor(who, actor))
+    return with_position(pose_from_actor(who, actor))
 
 
 def terrain(**changes):
@@ -95,8 +95,8 @@ SUBJECTS = {
     **{model: partial(species, model, 3, False, Weather("summer", 0.0)) for model in MODELS},
     **{f"walking {model}": partial(species, model, 4, True, WINDY) for model in LEGGED},
     **{f"swaying {model}": partial(species, model, 2, False, WINDY) for model in TREES},
-    "placed boulder": lambda: placed(boulder_prototypes(0, 1)[0]),
-    "placed windmill": lambda: placed(animal("windmill")),
+    "placed boulder": lambda: with_position(boulder_prototypes(0, 1)[0]),
+    "placed windmill": lambda: with_position(animal("windmill")),
     "actor": bowing,
     "terrain": terrain,
     "flat terrain": partial(terrain, amplitude=0.0),

@@ -45,7 +45,7 @@ def posed_by_kernel(prototype):
 
 def posed_by_actor(actor):
     """The same by the actors' own recursive answers."""
-    shown = actor.receive(ask("", "shown")).value
+    shown = actor.receive(ask("", "displayed_sticks")).value
     return np.array([(*s.start, *s.end, s.start_radius, s.end_radius) for _, s in shown])
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
 from lod.errors import InputError
-from lod.rotations import products, rotated
+from lod.rotations import multiply_quaternions, rotate_vectors
 from scenes.gait.gait import KEYS
 from scenes.models.people.people import child_sizes, human_anatomy, people_at_rest, standing_people
 from scenes.models.people.walking import walking_people
@@ -30,11 +30,13 @@ def test_turns_are_those_of_scipy():
     turns, v = from_euler(degrees), rng.normal(size=(50, 3))
     theirs = Rotation.from_euler("xyz", degrees, degrees=True)
     assert np.allclose(np.abs((turns * theirs.as_quat()).sum(axis=1)), 1, atol=1e-12)
-    assert np.allclose(rotated(turns, v), theirs.apply(v), atol=1e-12)
+    assert np.allclose(rotate_vectors(turns, v), theirs.apply(v), atol=1e-12)
     assert np.allclose(matrices(turns), theirs.as_matrix(), atol=1e-12)
     assert np.allclose(to_euler(turns), degrees, atol=1e-9)
-    assert np.allclose(matrices(products(turns, turns[::-1])), (theirs * theirs[::-1]).as_matrix())
-    assert np.allclose(products(turns, inverse(turns)), (0, 0, 0, 1), atol=1e-12)
+    assert np.allclose(
+        matrices(multiply_quaternions(turns, turns[::-1])), (theirs * theirs[::-1]).as_matrix()
+    )
+    assert np.allclose(multiply_quaternions(turns, inverse(turns)), (0, 0, 0, 1), atol=1e-12)
 
 
 def chain(rng, joints):
@@ -54,7 +56,7 @@ def test_reach_is_never_exceeded(seed, joints):
     rig, point = chain(rng, joints), rng.normal(0, 0.3, (1, 3))
     bound = reach_bound(rig, 0, np.array([joints - 1]), point, np.array([0.05]))
     origin, turn = rig.frames(rig.random_turns(rng, 500))
-    at = origin[:, -1] + rotated(turn[:, -1], np.broadcast_to(point, (500, 3)))
+    at = origin[:, -1] + rotate_vectors(turn[:, -1], np.broadcast_to(point, (500, 3)))
     assert np.linalg.norm(at - origin[:, 0], axis=1).max() + 0.05 <= bound
 
 
@@ -69,7 +71,7 @@ def test_reach_is_reached_within_a_few_per_cent(joints):
         for offset, turn in zip(
             rig.offset[:0:-1], from_euler(angles.reshape(-1, 3))[:0:-1], strict=True
         ):
-            x = offset + rotated(turn, x)
+            x = offset + rotate_vectors(turn, x)
         return -np.linalg.norm(x)
 
     box = list(zip(rig.low.ravel(), rig.high.ravel(), strict=True))
@@ -105,7 +107,7 @@ def reaches(who, poses):
             (table.end_joint, table.end, table.end_radius),
         ):
             row = np.maximum(joint, 0)
-            at = origin[:, row] + rotated(
+            at = origin[:, row] + rotate_vectors(
                 turn[:, row], np.broadcast_to(point, (len(poses), *point.shape))
             )
             at = np.where((joint < 0)[:, None], point, at)
@@ -229,7 +231,7 @@ def test_the_walk_poses_as_the_rig_does():
             ]
         )
         for k, corner in enumerate(CORNERS):
-            theirs = at[:40] + rotated(facing[:40], np.broadcast_to(corner, (40, 3)))
+            theirs = at[:40] + rotate_vectors(facing[:40], np.broadcast_to(corner, (40, 3)))
             mine = seen[rows == o, k] - instances.origin[o]
             assert np.allclose(mine, heading.apply(theirs), atol=1e-12)
 
@@ -314,7 +316,7 @@ def test_quaternions_and_matrices_place_alike():
     origin, facing = who.rig.frames(turns)
     assert np.abs(a - b).max() < 1e-12
     assert np.allclose(
-        a[:, :, 0], origin + rotated(facing, np.broadcast_to(points[:, 0], origin.shape))
+        a[:, :, 0], origin + rotate_vectors(facing, np.broadcast_to(points[:, 0], origin.shape))
     )
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
 from lod.pruning.crossfade import blend_weights
-from lod.rotations import rotated
+from lod.rotations import rotate_vectors
 from scenes.frame.frame_input import assemble_frame
 from scenes.frame.layers import SKY_Z
 from scenes.frame.types import Extras
@@ -45,7 +45,7 @@ def test_a_stick_that_turns_and_goes_takes_its_points_along(axis, to, shift, off
     offset = offset - (offset @ axis) * axis
     turns, point = shortest_arc(axis[None], to[None]), start + along * axis + offset
     moves = np.stack((shift, shift + to - axis))[None]
-    expected = start + shift + rotated(turns, (point - start)[None])
+    expected = start + shift + rotate_vectors(turns, (point - start)[None])
     moved = carry_with_stick(point[None], start[None], start[None] + axis, moves)
     assert np.allclose(moved, expected, atol=1e-12)
 
