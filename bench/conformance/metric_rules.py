@@ -13,7 +13,8 @@ from bench.conformance.rules import Rule, Subject, agrees_with_brute_force, limi
 from bench.conformance.rules import same_seed_same_bytes as same_bytes
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import Metric
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.models.catalogue import model_prototypes
 from scenes.plugins.entry_points import metric_by_name
 from scenes.terrain.terrain import Terrain

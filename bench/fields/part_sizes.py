@@ -25,7 +25,8 @@ from lod.pruning.view import View
 from lod.pruning.view_geometry import distance
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.viewer import ViewingConditions
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.sticks.prototype import Prototype
 
 BOUNDS_M = (0.1, 0.3, 1.0, 3.0)

@@ -24,13 +24,13 @@ from bench.cli.output import table
 from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
 from bench.runner.timing import interleaved_seconds
 from bench.statistics.estimates import Estimate, median
-from lod.pruning.compiled_test import compile_view
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
+from scenes.field.cell_search import cells_in_reach, search_spans
 from scenes.field.species_field import SpeciesField
-from scenes.field.traversal import walk
-from scenes.field.traversal_tables import limit_table
+from scenes.field.traversal import traverse
+from scenes.field.traversal_tables import node_limits
 from scenes.frame.displayed import Visible
 from scenes.frame.frame_input import sun_and_sky
 from scenes.frame.quality import Quality
@@ -67,24 +67,21 @@ def species_rows(name: str, field: SpeciesField, view: View, repeats: int, speed
     """Time one species: part tests, objects turned away, sticks emitted."""
     cut = prune(field, view)
     instances, weights = cut.parts.state.instances, blend_weights(cut, view)
-    slots, part_tables, pose_tables = (
-        field.prototypes.traversal_tables,
-        field.prototypes.part_tables,
-        field.prototypes.pose_tables,
-    )
-    limits = limit_table(slots, part_tables, view, 0.0)
+    nodes, pose_tables = field.prototypes.traversal_tables, field.prototypes.pose_tables
+    limits = node_limits(nodes, field.prototypes.part_tables, view, 0.0)
     still = np.zeros(len(instances))
     coarse = View(view.camera, view.metric, view.detail * _FAR, view.offscreen_detail)
-    beyond, vantage, corner = field.search_bounds(coarse), compile_view(view), view.camera.corner
+    bounds, beyond = field.search_bounds(view), field.search_bounds(coarse)
 
     def turn_away() -> tuple[Any, int]:
-        return field.cells.candidates(*field.cells_in_range(view), corner, vantage, beyond)
+        cells = cells_in_reach(field.cells, view, bounds)
+        return field.cells.candidates(*cells, view, beyond)
 
     kept, away, searched = len(turn_away()[0]), turn_away()[1], objects_searched(field, view)
-    tests = walk(pose_tables, slots, limits, instances, still, view).examined
+    tests = traverse(pose_tables, nodes, limits, instances, still, view).examined
     sticks = len(field.appearance(cut.parts, weights))
     tasks: list[Callable[[], Any]] = [
-        lambda: walk(pose_tables, slots, limits, instances, still, view),
+        lambda: traverse(pose_tables, nodes, limits, instances, still, view),
         turn_away,
         lambda: field.appearance(cut.parts, weights),
         lambda: blend_weights(cut, view),
@@ -108,11 +105,11 @@ def species_rows(name: str, field: SpeciesField, view: View, repeats: int, speed
 
 def objects_searched(field: SpeciesField, view: View) -> int:
     """Count the objects of all cells that a search goes through, inside the window."""
-    x0, x1, y0, y1 = field.search(view)[0]
+    x0, x1, y0, y1 = search_spans(field.cells, view, field.search_bounds(view))
     x, y = (each.ravel() for each in np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)))
     many = 1 << 16
     runs = ((x[at : at + many], y[at : at + many]) for at in range(0, len(x), many))
-    return sum(len(field.cells.draw(*run)) for run in runs)
+    return sum(len(field.cells.sample(*run)) for run in runs)
 
 
 def nanoseconds_text(found: Estimate) -> str:

@@ -25,11 +25,9 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
 from lod.metric.hierarchy import Hierarchy
-from lod.pruning.compiled_test import compile_view
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
-from lod.pruning.view_geometry import search_radius
 from scenes.dust import growth
 from scenes.dust.appearance import (
     DustFrame,
@@ -42,8 +40,9 @@ from scenes.dust.footfalls import Legs, Walkers, fastest, object_keys
 from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, WISPS, WISPS_EACH
 from scenes.dust.puffs import Air, trail_centres
 from scenes.dust.soil import Soil
-from scenes.field.cell_search import cells_near_view, search
-from scenes.field.poisson_cells import SearchBounds
+from scenes.field.cell_search import candidates
+from scenes.field.placement import patrol_orbits
+from scenes.field.search_bounds import SearchBounds, search_bounds
 from scenes.field.species_field import SpeciesField
 from scenes.noise.philox import hash_name
 from scenes.particles.shapes import ball_sticks
@@ -113,13 +112,10 @@ class Dust:
         """Trails of walkers of which something could be displayed."""
         corner, field = view.camera.corner, self.walkers
         limits = self._limits(view)
-        near = self._near(view, limits)
-        inside, outside, bound = (float(a.max()) for a in (*limits[:, :, 0], near.bound))
-        sizes = inside, outside, bound, near.lean, near.low, near.high
-        cells = cells_near_view(view, search(field.cells, field.extent, view, *sizes))
-        samples, _ = field.cells.candidates(*cells, corner, compile_view(view), near)
-        samples = samples.take(field.habitat_mask(corner, samples))
-        prototype, stride_factor, rounds = field.patrol_orbits(samples)
+        samples, _ = candidates(field.cells, view, self._search_bounds(view, limits))
+        samples = field.in_habitat(corner, samples)
+        orbits = patrol_orbits(field.species, field.prototypes, samples)
+        prototype, stride_factor, rounds = orbits
         key = object_keys(
             samples.cell_x, samples.cell_y, samples.index, self.air.seed, self.air.word
         )
@@ -167,16 +163,14 @@ class Dust:
         limits[:, ~self.legs.walks.any(axis=1)] = 0.0
         return limits
 
-    def _near(self, view: View, limits: Float64[np.ndarray, "2 v 4"]) -> SearchBounds:
+    def _search_bounds(self, view: View, limits: Float64[np.ndarray, "2 v 4"]) -> SearchBounds:
         """Bounds of the search for trails that can be displayed, prototype by prototype."""
         field, bound = self.walkers, np.array([each.B[0] for each in self.hierarchies])
-        pairs = zip(limits[0, :, 0].tolist(), bound.tolist(), strict=True)
-        farthest = np.array([search_radius(view, limit, radius) for limit, radius in pairs])
-        lean = field.species.patrol_m + self.air.wind_m_s * LIFE_S / 2
+        inside, outside = limits[:, :, 0]
+        offset = field.species.patrol_m + self.air.wind_m_s * LIFE_S / 2
         low, high = field.ground.bounds()
         high += growth.HIGH / 2 * float(self.legs.stride.max())
-        window = math.inf if field.extent is None else field.extent / 2
-        return SearchBounds(farthest, limits[1, :, 0], bound, lean, low, high, window)
+        return search_bounds(view, (inside, outside), bound, offset, (low, high), field.extent)
 
     def _parts(
         self,

@@ -33,7 +33,7 @@ from scenes.far_cover.stand_appearance import (
     measure_stand,
 )
 from scenes.far_cover.stand_paths import MAX_DEPTH
-from scenes.field.species_field import Species
+from scenes.field.species import Species
 
 Shares = Float64[np.ndarray, "n k"]
 """Shares by point and species."""

@@ -1,61 +1,43 @@
-"""Which cells of a field a frame must visit: those from which a whole could pass its test."""
+"""Which cells of a field a frame visits: those from which a whole could pass its test."""
 
 import math
-from typing import Any
 
 import numpy as np
+from numba import njit
 
-from lod.camera import Corner
 from lod.errors import InputError
 from lod.pruning.compiled_test import compile_view
 from lod.pruning.view import View
-from lod.pruning.view_geometry import search_radius
-from scenes.field.poisson_cells import PoissonCells, cells_near
+from scenes.field.poisson_cells import CellSamples, PoissonCells
+from scenes.field.search_bounds import SearchBounds, cell_in_reach, cell_reach
 
 
-def search(
-    cells: PoissonCells,
-    extent: float | None,
-    view: View,
-    inside: float,
-    outside: float,
-    bound: float,
-    lean: float,
-    low: float,
-    high: float,
-) -> tuple[Any, Any, Any]:
-    """What ``cells_near`` is asked with: spans, lattice and rules; all lengths in metres.
-
-    extent            side of the window on the field; None = no edge
-    inside, outside   greatest limit of a whole, in view and out of it; bound: greatest B of one
-    lean              how far in plan the origin of a whole can be from its home
-    low, high         heights that it cannot be beyond
-    """
-    inside, eye = search_radius(view, inside, bound), view.camera.eye
-    above = max(0.0, eye[2] - high, low - eye[2])
-    in_plan = math.sqrt(max(inside**2 - above**2, 0.0)) + lean
-    spans = _spans(cells, extent, view.camera.corner, eye, in_plan)
-    radius = cells.side_m / math.sqrt(2) + (high - low) / 2 + lean + bound
-    rules = (in_plan, inside, outside, lean, above, (low + high) / 2, radius)
-    lattice = (*view.camera.corner.lattice(cells.exponent), cells.side_m)
-    return spans, lattice, rules
+def candidates(cells: PoissonCells, view: View, bounds: SearchBounds) -> tuple[CellSamples, int]:
+    """The objects of a field that could be displayed, and how many were examined."""
+    return cells.candidates(*cells_in_reach(cells, view, bounds), view, bounds)
 
 
-def cells_near_view(view: View, asked: tuple[Any, Any, Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Cells near enough, in view or out of it, to hold a displayed whole; asked: of ``search``."""
-    spans, lattice, rules = asked
-    return cells_near(spans, lattice, compile_view(view), rules)
+def cells_in_reach(
+    cells: PoissonCells, view: View, bounds: SearchBounds
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cells that may hold a displayed whole, in view or out of it, row by row: x, y (n,)."""
+    reach = cell_reach(view, bounds, cells.side_m)
+    spans, lattice = search_spans(cells, view, bounds), cells.lattice(view.camera.corner)
+    return _cells_in_reach(spans, lattice, compile_view(view), reach)
 
 
-def _spans(
-    cells: PoissonCells, extent: float | None, corner: Corner, eye: np.ndarray, reach: float
+def search_spans(
+    cells: PoissonCells, view: View, bounds: SearchBounds
 ) -> tuple[int, int, int, int]:
-    """Ranges of cell numbers in x and y that hold ``reach`` about the eye, in the window."""
-    ix, iy, rest_x, rest_y = corner.lattice(cells.exponent)
-    side = cells.side_m
-    window = math.inf if extent is None else extent / 2 / side
-    x_range = _span(ix, (eye[0] + rest_x) / side, reach / side, window)
-    return *x_range, *_span(iy, (eye[1] + rest_y) / side, reach / side, window)
+    """Ranges of cell numbers that hold all cells in reach: first x, the one after the last, then y.
+
+    Raises InputError where nothing bounds the search.
+    """
+    side, lattice = cells.side_m, cells.lattice(view.camera.corner)
+    reach, window = cell_reach(view, bounds, side).horizontal / side, bounds.half_window / side
+    east, north = view.camera.eye[:2].tolist()
+    x_range = _span(lattice.cell_x, (east + lattice.rest_x) / side, reach, window)
+    return *x_range, *_span(lattice.cell_y, (north + lattice.rest_y) / side, reach, window)
 
 
 def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int, int]:
@@ -73,3 +55,20 @@ def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int
         highs.append(first + math.floor(eye + reach))
     low, high = max(lows), min(highs)
     return (low, high + 1) if low <= high else (0, 0)
+
+
+@njit(cache=True)
+def _cells_in_reach(spans, lattice, view, reach):  # type: ignore[no-untyped-def]
+    """Those of the cells in ``spans`` that are in reach, row by row: x, y (n,)."""
+    x0, x1, y0, y1 = spans
+    side = lattice.side
+    room = max(x1 - x0, 0) * max(y1 - y0, 0)
+    cell_x, cell_y, n = np.empty(room, np.int64), np.empty(room, np.int64), 0
+    for y in range(y0, y1):
+        north = (y - lattice.cell_y + 0.5) * side - lattice.rest_y
+        for x in range(x0, x1):
+            east = (x - lattice.cell_x + 0.5) * side - lattice.rest_x
+            if cell_in_reach(view, east, north, side, reach):
+                cell_x[n], cell_y[n] = x, y
+                n += 1
+    return cell_x[:n], cell_y[:n]

@@ -92,16 +92,20 @@ class PartTables:
         )
 
     def limits(self, view: View, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Clamped limit distances of every row, in view and out of it [m]."""
+        """Clamped limit distances of every row, in view and out of it, (m,) each [m].
+
+        motion_step: how much motion hides, a whole step on the scale of lod.motion.shutter
+        """
         return _limits(self, view, motion_step)
 
-    def limits_by_motion(self, view: View, most: float) -> np.ndarray:
-        """The same at every whole motion step up to the next after ``most``, (steps, m, 2) [m].
+    def limits_by_motion(self, view: View, max_step: float) -> np.ndarray:
+        """Limits of every row, in view and out of it, at every whole step of motion up to the next
+        after ``max_step``, (steps, m, 2) [m].
 
         Between two steps limits lie on the straight line: still clamped, and in clear air never
         below their own, for D is convex in m.
         """
-        steps = range(1 if most == 0 else int(most) + 2)
+        steps = range(1 if max_step == 0 else int(max_step) + 2)
         return np.stack([np.stack(self.limits(view, step), axis=1) for step in steps])
 
     def parts_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +114,7 @@ class PartTables:
         return whole, self.order[self.first_part[rows][whole] + offset]
 
     def sticks_of(self, rows: np.ndarray, weights: BlendWeights) -> "DisplayedSticks":
-        """The displayed sticks of these rows."""
+        """The displayed sticks of the parts in these rows, in their order."""
         views, table = self.view_dependence, self.sticks
         steps = views.elevation_steps, views.azimuth_steps
         tables = views.table_row, views.area_share, *steps
@@ -123,28 +127,29 @@ class PartTables:
             weights.hidden_area,
         )
 
-        def counted(first: int, last: int) -> tuple[int, int]:
+        def count(first: int, last: int) -> tuple[int, int]:
             return first, _count(table.first, *(each[first:last] for each in asked[:3]))
 
-        starts, counts = zip(*map_chunks(counted, len(rows), _SHORTEST_RUN), strict=True)
+        starts, counts = zip(*map_chunks(count, len(rows), _SHORTEST_RUN), strict=True)
         *begins, total = np.cumsum((0, *counts)).tolist()
         begin = dict(zip(starts, begins, strict=True))
         kinds = np.int64, np.int64, np.float64, np.int64
         found = DisplayedSticks(*(np.empty(total, kind) for kind in kinds))
 
-        def told(first: int, last: int) -> None:
+        def fill(first: int, last: int) -> None:
             own, out = [each[first:last] for each in asked], [c[begin[first] :] for c in found]
             known = table.first, table.tint, tables, self.overlap
             _sticks_of(*known, first, own[0], tuple(own[1:]), tuple(out))
 
-        map_chunks(told, len(rows), _SHORTEST_RUN)
+        map_chunks(fill, len(rows), _SHORTEST_RUN)
         return found
 
 
 class DisplayedSticks(NamedTuple):
-    """Displayed sticks (k,).
+    """Displayed sticks of some parts, (k,).
 
-    owner  of the rows that were asked for; stick: its own row; share of its area, and its tint
+    owner  number of the part among those that were asked for; stick: its row in the stick table
+    share  of its area that is displayed; tint: row of ``PartTables.tints``
     """
 
     owner: np.ndarray
@@ -155,7 +160,7 @@ class DisplayedSticks(NamedTuple):
 
 @lru_cache(maxsize=16)
 def _limits(part_tables: PartTables, view: View, motion_step: int) -> tuple[np.ndarray, np.ndarray]:
-    """Asked for again and again in one frame, worked out once."""
+    """Limits of every row; cached, as one frame asks for the same several times."""
     pairs = [view.limits(tree, motion_step) for tree in part_tables.hierarchies]
     inside, outside = (np.concatenate(side) for side in zip(*pairs, strict=True))
     for each in (inside, outside):
@@ -164,14 +169,14 @@ def _limits(part_tables: PartTables, view: View, motion_step: int) -> tuple[np.n
 
 
 def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For counts (n,): the owner of each of count.sum() items, and its number under that owner."""
+    """Owner of each of ``count.sum()`` items, where owner i has count[i], and its number there."""
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
 
 
 @njit(cache=True, nogil=True)
 def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
-    """How many sticks there are in the blocks that ``_sticks_of`` tells of."""
+    """Number of sticks in the blocks that ``_sticks_of`` goes through."""
     count = 0
     for i in range(len(rows)):
         for side, share in enumerate((inner[i], leaf[i])):
@@ -215,8 +220,8 @@ def _sticks_of(first, tints, views, overlap, begin, rows, weights, found):  # ty
 def _appearances(
     prototypes: tuple[RiggedPrototype, ...],
 ) -> tuple[RiggedSticks, np.ndarray, ViewDependence]:
-    """Inner and leaf tables of all prototypes, interleaved part by part, on one palette; and
-    their view dependence."""
+    """Inner and leaf sticks of all prototypes, interleaved part by part, their palette, and their
+    view dependence."""
     palettes = np.concatenate([p.tints for p in prototypes])
     tints, tint_row = np.unique(palettes, axis=0, return_inverse=True)
     tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])[:-1]

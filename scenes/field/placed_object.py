@@ -11,7 +11,13 @@ from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
-from scenes.field.posed_species import InstancesInView, SpeciesPrototypes, species_prototypes
+from scenes.field.posed_species import (
+    InstancesInView,
+    SpeciesPrototypes,
+    instances_in_view,
+    shutter_times,
+    species_prototypes,
+)
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -35,29 +41,38 @@ class Placed:
 
     @cached_property
     def prototypes(self) -> SpeciesPrototypes:
-        """Its parts and looks."""
+        """Its prototype with its tables."""
         return species_prototypes((self.prototype,))
 
     def roots(self, view: View) -> Parts:
         """The object itself, whether near or far."""
-        return self.prototypes.wholes(self._objects(view), view)
+        return self.prototypes.wholes(self._instances_in_view(view), view)
 
     def cut(self, view: View) -> Cut:
-        """What of it is displayed, by a compiled walk."""
-        return self.prototypes.cut(self._objects(view), view, 1)
+        """What of it is displayed, by the compiled traversal."""
+        return self.prototypes.cut(self._instances_in_view(view), view, 1)
 
-    def _objects(self, view: View) -> InstancesInView:
-        return self.prototypes.seen(None, view, partial(self._bodies, view.camera.corner))
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """The parts that ``parts`` own directly."""
+        return self.prototypes.parts_of(parts, view)
+
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
+        """Sticks of the displayed parts."""
+        return self.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts as they look at another time."""
+        """The same parts as they weights at another time [s]."""
         if not self.prototypes.moves:
             return parts
-        instances = self._bodies(view.camera.corner, time_s)
+        instances = self._place(view.camera.corner, time_s)
         return replace(parts, state=replace(parts.state, instances=instances))
 
-    def _bodies(self, corner: Corner, time_s: float) -> Instances:
-        """The object as it stands at a time."""
+    def _instances_in_view(self, view: View) -> InstancesInView:
+        placed = [self._place(view.camera.corner, time_s) for time_s in shutter_times(view)]
+        return instances_in_view(self.prototypes, None, view, placed)
+
+    def _place(self, corner: Corner, time_s: float) -> Instances:
+        """The object as it stands at a time [s]."""
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         facing = math.radians(90.0 - self.heading_deg)
         return place_on_ground(
@@ -72,11 +87,3 @@ class Placed:
                 stride_factor=np.ones(1),
             ),
         )
-
-    def parts_of(self, parts: Parts, view: View) -> Parts:
-        """The parts that ``parts`` own directly."""
-        return self.prototypes.parts_of(parts, view)
-
-    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Sticks of the displayed parts."""
-        return self.prototypes.appearance(parts, weights)

@@ -9,9 +9,11 @@ import numpy as np
 from numba import njit
 from scipy.stats import poisson
 
-from lod.arrays import freeze
+from lod.arrays import Points, freeze
 from lod.camera import Corner
-from lod.pruning.compiled_test import CompiledView, sphere_in_frustum
+from lod.pruning.compiled_test import compile_view, sphere_in_frustum
+from lod.pruning.view import View
+from scenes.field.search_bounds import SearchBounds, min_distance
 from scenes.noise.philox import hash_name, philox, unit_float
 
 _MEAN_PER_CELL = 2.0
@@ -25,7 +27,7 @@ class CellSamples:
     cell_x, cell_y, index  (n,) the object's identity: its cell in the species' lattice, and which
             of the cell's objects it is
     u       (n, 8) uniform numbers in [0, 1): place in the cell (x, y), heading, prototype; then
-            phase of motion, which way round, stride, and one to spare
+            phase of motion, which way round, stride, and the one that habitats compare
     """
 
     cell_x: np.ndarray
@@ -40,27 +42,29 @@ class CellSamples:
         return len(self.index)
 
     def take(self, rows: np.ndarray) -> "CellSamples":
-        """The objects at ``rows``."""
+        """The objects at ``rows`` (indices or flags)."""
         return CellSamples(self.cell_x[rows], self.cell_y[rows], self.index[rows], self.u[rows])
 
 
-class SearchBounds(NamedTuple):
-    """Where objects can be displayed at all.
+class CellLattice(NamedTuple):
+    """A lattice of square cells as seen from a frame's corner.
 
-    farthest, farthest_offscreen  (v,) limit of the distance from the eye to the origin of each
-            prototype's whole, in view and out of it [m]; bound (v,) its B [m]
-    lean    how far in plan that origin can be from the object's place in its cell [m]
-    low, high   heights that it cannot be beyond [m]
-    window  half the side of the world; inf = no edge [m]
+    cell_x, cell_y  cell that the corner is in; rest_x, rest_y: how far it is into that cell [m]
+    side            of a cell [m]
     """
 
-    farthest: np.ndarray
-    farthest_offscreen: np.ndarray
-    bound: np.ndarray
-    lean: float
-    low: float
-    high: float
-    window: float
+    cell_x: int
+    cell_y: int
+    rest_x: float
+    rest_y: float
+    side: float
+
+
+class ProcessKey(NamedTuple):
+    """The two words by which a species' process keys the hash."""
+
+    seed: np.uint64
+    species: np.uint64
 
 
 @dataclass(frozen=True)
@@ -82,34 +86,52 @@ class PoissonCells:
         """Side of a cell [m], a power of two."""
         return 2.0**self.exponent
 
-    def draw(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
+    @property
+    def key(self) -> ProcessKey:
+        """Key of the hash."""
+        return ProcessKey(np.uint64(self.seed), hash_name(self.name))
+
+    def lattice(self, corner: Corner) -> CellLattice:
+        """The lattice of cells as seen from a frame's corner."""
+        return CellLattice(*corner.lattice(self.exponent), self.side_m)
+
+    def sample(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
         """Every object of the given cells: the same cell always holds the same objects."""
-        key = np.uint64(self.seed), hash_name(self.name)
-        count = _counts(cell_x, cell_y, *key, self._cumulative)
+        count = _counts(cell_x, cell_y, self.key, self._cumulative)
         row = np.repeat(np.arange(len(count)), count)
         index = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
         x, y = cell_x[row], cell_y[row]
-        return CellSamples(x, y, index, _uniforms(x, y, index, *key))
+        return CellSamples(x, y, index, _uniforms(x, y, index, self.key))
 
     def candidates(
-        self,
-        cell_x: np.ndarray,
-        cell_y: np.ndarray,
-        corner: Corner,
-        vantage: CompiledView,
-        near: SearchBounds,
+        self, cell_x: np.ndarray, cell_y: np.ndarray, view: View, bounds: SearchBounds
     ) -> tuple[CellSamples, int]:
         """The objects of the given cells that could be displayed, and how many are in the window.
 
-        What is beyond every limit is turned away by its place and prototype alone.
+        An object beyond every limit is rejected by its place and prototype alone.
         """
-        key = np.uint64(self.seed), hash_name(self.name)
-        count = _counts(cell_x, cell_y, *key, self._cumulative)
-        lattice = (*corner.lattice(self.exponent), self.side_m)
+        count = _counts(cell_x, cell_y, self.key, self._cumulative)
+        cells, lattice = (cell_x, cell_y, count), self.lattice(view.camera.corner)
         room = int(count.sum())
         name, u = np.empty((3, room), np.int64), np.empty((room, 8))
-        kept, examined = _near(cell_x, cell_y, count, *key, lattice, vantage, near, name, u)
+        compiled = compile_view(view)
+        kept, examined = _candidates(cells, self.key, lattice, compiled, bounds, name, u)
         return CellSamples(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
+
+    def positions(self, corner: Corner, samples: CellSamples) -> Points:
+        """Places of objects in their cells, (n, 2) [m] from the corner: where they are at home."""
+        lattice = self.lattice(corner)
+        side = lattice.side
+        x = (samples.cell_x - lattice.cell_x) * side + samples.u[:, 0] * side - lattice.rest_x
+        y = (samples.cell_y - lattice.cell_y) * side + samples.u[:, 1] * side - lattice.rest_y
+        return np.stack((x, y), axis=1)
+
+    def in_window(self, samples: CellSamples, half_window: float) -> np.ndarray:
+        """Whether each object's place is in the square window of that half side about the origin
+        [m], (n,): it depends on the object alone, never on the eye."""
+        side = self.side_m
+        x, y = (samples.cell_x + samples.u[:, 0]) * side, (samples.cell_y + samples.u[:, 1]) * side
+        return (np.abs(x) <= half_window) & (np.abs(y) <= half_window)
 
     @cached_property
     def _cumulative(self) -> np.ndarray:
@@ -119,69 +141,13 @@ class PoissonCells:
 
 
 @njit(cache=True)
-def cells_near(spans, lattice, vantage, rules):  # type: ignore[no-untyped-def]
-    """Cells near enough, in view or out of it, to hold a displayed whole, row by row: x, y (n,).
-
-    spans    first x and the one after the last, then y: cells that may be near enough
-    lattice  the frame's corner in cells, how far into its cell it is [m], and their side [m]
-    rules    limits in plan, in view and out of it; lean, height of the eye above all wholes;
-             middle of their heights, and radius of all that a cell holds [m]
-    """
-    x0, x1, y0, y1 = spans
-    ix, iy, rest_x, rest_y, side = lattice
-    room = max(x1 - x0, 0) * max(y1 - y0, 0)
-    cell_x, cell_y, n = np.empty(room, np.int64), np.empty(room, np.int64), 0
-    for y in range(y0, y1):
-        north = (y - iy + 0.5) * side - rest_y
-        for x in range(x0, x1):
-            east = (x - ix + 0.5) * side - rest_x
-            if near_enough(vantage, east, north, side, rules):
-                cell_x[n], cell_y[n] = x, y
-                n += 1
-    return cell_x[:n], cell_y[:n]
-
-
-@njit(cache=True)
-def near_enough(vantage, east, north, side, rules):  # type: ignore[no-untyped-def]
-    """Whether the cell about that middle is one of ``cells_near``."""
-    in_plan, inside, outside, lean, above, middle, radius = rules
-    near = away_in_plan(vantage, east, north, side)
-    if near > in_plan:
-        return False
-    if vantage.look_around:
-        return True
-    far = away_at_least(near, lean, above)
-    return not far > inside and (
-        not far > outside or sphere_in_frustum(vantage, east, north, middle, radius)
-    )
-
-
-@njit(cache=True)
-def away_in_plan(vantage, east, north, side):  # type: ignore[no-untyped-def]
-    """How far the cell about that middle is from the eye, in plan [m]."""
-    aside_x = max(abs(east - vantage.eye_x) - side / 2, 0.0)
-    aside_y = max(abs(north - vantage.eye_y) - side / 2, 0.0)
-    return math.sqrt(aside_x * aside_x + aside_y * aside_y)
-
-
-@njit(cache=True, inline="always")
-def away_at_least(in_plan, lean, above):  # type: ignore[no-untyped-def]
-    """How far from the eye anything is that may be ``lean`` nearer in plan, and is ``above`` higher
-    or lower at least [m].
-    """
-    nearer = max(in_plan - lean, 0.0)
-    return math.sqrt(nearer * nearer + above * above)
-
-
-@njit(cache=True)
-def _counts(cell_x, cell_y, seed, species, cumulative):  # type: ignore[no-untyped-def]
+def _counts(cell_x, cell_y, key, cumulative):  # type: ignore[no-untyped-def]
     """Objects in each cell, by inversion of the Poisson distribution function."""
     count = np.empty(len(cell_x), np.int64)
     zero = np.uint64(0)
     for i in range(len(cell_x)):
-        word, _, _, _ = philox(
-            np.uint64(cell_x[i]), np.uint64(cell_y[i]), zero, zero, seed, species
-        )
+        x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
+        word, _, _, _ = philox(x, y, zero, zero, key.seed, key.species)
         u, number = unit_float(word), 0
         while number < len(cumulative) and cumulative[number] <= u:
             number += 1  # about two steps: cells are that small
@@ -190,56 +156,67 @@ def _counts(cell_x, cell_y, seed, species, cumulative):  # type: ignore[no-untyp
 
 
 @njit(cache=True)
-def _uniforms(cell_x, cell_y, index, seed, species):  # type: ignore[no-untyped-def]
+def _uniforms(cell_x, cell_y, index, key):  # type: ignore[no-untyped-def]
     """Eight uniforms for each object; block 0 of a cell is spent on its count."""
     u = np.empty((len(index), 8))
     for i in range(len(index)):
         block = np.uint64(index[i] + 1)
         for half in range(2):
             x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
-            words = philox(x, y, block, np.uint64(half), seed, species)
+            words = philox(x, y, block, np.uint64(half), key.seed, key.species)
             for k in range(4):
                 u[i, 4 * half + k] = unit_float(words[k])
     return u
 
 
 @njit(cache=True)
-def _near(cell_x, cell_y, count, seed, species, lattice, vantage, near, name, u):  # type: ignore[no-untyped-def]
-    """Names and uniforms of objects that pass in plan; how many, and how many are in the window."""
-    ix, iy, rest_x, rest_y, side = lattice
-    above = max(0.0, vantage.eye_z - near.high, near.low - vantage.eye_z)
-    middle, spread = (near.low + near.high) / 2, (near.high - near.low) / 2 + near.lean
-    kinds, kept, examined, one = len(near.bound), 0, 0, np.uint64(1)
+def _candidates(cells, key, lattice, view, bounds, name, u):  # type: ignore[no-untyped-def]
+    """Identities (3, n) and uniforms (n, 8) of objects that could be displayed, into ``name`` and
+    ``u``; how many there are, and how many objects are in the window.
+
+    cells: x, y and number of objects of each, (c,)
+    """
+    cell_x, cell_y, count = cells
+    side, half_window = lattice.side, bounds.half_window
+    kinds, kept, examined, one = len(bounds.bound), 0, 0, np.uint64(1)
     for i in range(len(cell_x)):
         x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
-        west, south = (cell_x[i] - ix) * side - rest_x, (cell_y[i] - iy) * side - rest_y
+        west = (cell_x[i] - lattice.cell_x) * side - lattice.rest_x
+        south = (cell_y[i] - lattice.cell_y) * side - lattice.rest_y
         for index in range(count[i]):
             block = np.uint64(index + 1)
-            words = philox(x, y, block, np.uint64(0), seed, species)
+            words = philox(x, y, block, np.uint64(0), key.seed, key.species)
             u0, u1 = unit_float(words[0]), unit_float(words[1])
-            if abs((cell_x[i] + u0) * side) > near.window:
+            if abs((cell_x[i] + u0) * side) > half_window:
                 continue
-            if abs((cell_y[i] + u1) * side) > near.window:
+            if abs((cell_y[i] + u1) * side) > half_window:
                 continue
             examined += 1
-            kind, east, north = (
-                int(unit_float(words[3]) * kinds),
-                west + u0 * side,
-                south + u1 * side,
-            )
-            away = math.sqrt((east - vantage.eye_x) ** 2 + (north - vantage.eye_y) ** 2)
-            # A billionth for rounding: what is kept in vain is turned away by the walk.
-            away = away_at_least(away, near.lean, above) * (1 - 1e-9)
-            inside, outside = near.farthest[kind], near.farthest_offscreen[kind]
-            reach = (near.bound[kind] + spread) * (1 + 1e-9)
-            passed = away < inside
-            if passed and not away < outside:
-                passed = sphere_in_frustum(vantage, east, north, middle, reach)
-            if not passed:
+            kind = int(unit_float(words[3]) * kinds)
+            if not _could_pass(view, bounds, kind, west + u0 * side, south + u1 * side):
                 continue
             name[0, kept], name[1, kept], name[2, kept] = cell_x[i], cell_y[i], index
-            rest = philox(x, y, block, one, seed, species)
+            rest = philox(x, y, block, one, key.seed, key.species)
             for k in range(4):
                 u[kept, k], u[kept, 4 + k] = unit_float(words[k]), unit_float(rest[k])
             kept += 1
     return kept, examined
+
+
+@njit(cache=True, inline="always")
+def _could_pass(view, bounds, kind, east, north):  # type: ignore[no-untyped-def]
+    """Whether a whole of a prototype at that place could pass its test, whatever its height.
+
+    Distances and radii have a billionth of room for rounding: what is kept in vain is rejected by
+    the traversal.
+    """
+    gap = max(0.0, view.eye_z - bounds.high, bounds.low - view.eye_z)
+    away = math.sqrt((east - view.eye_x) ** 2 + (north - view.eye_y) ** 2)
+    away = min_distance(away, bounds.max_offset, gap) * (1 - 1e-9)
+    passed = away < bounds.limit[kind]
+    if passed and not away < bounds.limit_offscreen[kind]:
+        spread = (bounds.high - bounds.low) / 2 + bounds.max_offset
+        radius = (bounds.bound[kind] + spread) * (1 + 1e-9)
+        middle = (bounds.low + bounds.high) / 2
+        passed = sphere_in_frustum(view, east, north, middle, radius)
+    return passed

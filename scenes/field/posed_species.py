@@ -1,6 +1,6 @@
-"""Objects of one species, wherever they stand: their parts and looks, posed by compiled walks."""
+"""Prototypes of a species compiled into tables, and the parts and sticks of its posed instances."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -8,17 +8,16 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from lod.arrays import Ints, freeze
+from lod.arrays import Ints, Points, freeze
 from lod.motion.image_motion import motion_steps
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
-from scenes.field.ground_contact_detail import foot_parts, heed
 from scenes.field.part_tables import PartTables
 from scenes.field.stick_emission import emit
-from scenes.field.traversal import DisplayedRows, walk
-from scenes.field.traversal_tables import TraversalTables, limit_table, slots_of
+from scenes.field.traversal import DisplayedRows, traverse
+from scenes.field.traversal_tables import TraversalTables, node_limits
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import Instances, PoseTables
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
@@ -28,11 +27,11 @@ from scenes.sticks.prototype import Prototype
 
 @dataclass(frozen=True, eq=False)
 class InstancesInView:
-    """The objects of one frame that were examined: as they stand, and what they are elsewhere.
+    """Instances examined in a frame: pose, identity and image motion.
 
-    instances   place, heading, prototype and phase of each
-    samples     whatever identifies them, n rows
-    motion_step (n,) how much motion hides of each, on the scale of lod.motion.shutter
+    instances    place, heading, prototype and phase of each, n rows
+    samples      whatever identifies them, n rows
+    motion_step  (n,) how much motion hides of each, on the scale of lod.motion.shutter
     """
 
     instances: Instances
@@ -45,10 +44,15 @@ class InstancesInView:
     def __len__(self) -> int:
         return len(self.instances)
 
+    @property
+    def max_step(self) -> float:
+        """Greatest motion step of any of them."""
+        return float(self.motion_step.max(initial=0.0))
+
 
 @dataclass(frozen=True, eq=False)
 class SpeciesPrototypes:
-    """The prototypes of a species, ready to be handed out part by part."""
+    """The prototypes of a species, with all tables that pruning and posing read."""
 
     prototypes: tuple[Prototype | RiggedPrototype, ...]
 
@@ -71,13 +75,13 @@ class SpeciesPrototypes:
 
     @cached_property
     def traversal_tables(self) -> TraversalTables:
-        """All parts, as the compiled walk reads them."""
-        return slots_of(self.part_tables, np.array([_sway(p) for p in self.rigged]))
+        """All parts in the order of the compiled traversal."""
+        return TraversalTables.of(self.part_tables, np.array([_max_sway(p) for p in self.rigged]))
 
     @cached_property
-    def feet(self) -> np.ndarray:
-        """Which parts of the part tables ride on a foot, (m,)."""
-        return foot_parts(self.rigged)
+    def foot_parts(self) -> np.ndarray:
+        """Whether each part of the part tables rides on an ankle, or below it, (m,)."""
+        return np.concatenate([_foot_parts(prototype) for prototype in self.rigged])
 
     @cached_property
     def max_offset_m(self) -> float:
@@ -88,7 +92,13 @@ class SpeciesPrototypes:
     @cached_property
     def max_sway_m(self) -> float:
         """More than the origin of any whole moves from where it rests [m]."""
-        return max(_sway(prototype) for prototype in self.rigged)
+        return max(_max_sway(prototype) for prototype in self.rigged)
+
+    @cached_property
+    def root_heights(self) -> tuple[float, float]:
+        """Lowest and highest of the origins of wholes above the ground, as they rest [m]."""
+        z = self.part_tables.rest[self.part_tables.root, 2]
+        return float(z.min()), float(z.max())
 
     @cached_property
     def moves(self) -> bool:
@@ -97,82 +107,60 @@ class SpeciesPrototypes:
 
     @cached_property
     def max_speed(self) -> np.ndarray:
-        """How fast anything of each prototype moves by its own motion, (v,) [m/s]."""
+        """Bound on the speed of anything of each prototype by its own motion, (v,) [m/s]."""
         return np.array([speed_bound(prototype) for prototype in self.rigged])
 
-    def heed(self, view: View, xy: np.ndarray, prototype: Ints) -> Ints:
-        """How closely bodies at xy (n, 2) [m] mind the ground."""
-        return heed(self.part_tables, self.traversal_tables, self.feet, view, xy, prototype)
-
-    def seen(
-        self, samples: Any, view: View, bodies_at: Callable[[float], Instances]
-    ) -> InstancesInView:
-        """Objects as they are in a view, and how much motion hides of each.
-
-        ``bodies_at`` gives them as they are at a time [s]; the same where none of them moves.
-        """
-        instances = bodies_at(view.time_s)
-        shutter, still = view.shutter, np.zeros(len(instances))
-        if shutter is None or not view.metric.finite:
-            return InstancesInView(instances, samples, still)
-        opens, closes = (bodies_at(t) for t in (shutter.open_s, shutter.close_s))
-        start, end = self._origins(opens), self._origins(closes)
-        bound = self.part_tables.bound[self.part_tables.root][instances.prototype]
-        turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
-        # The origin of the whole may swing one way and something of it the other.
-        own = 2 * self.max_speed[instances.prototype] * shutter.duration_s + turn * bound
-        motion_step = motion_steps(shutter, view.camera.corner, view.theta, start, end, bound, own)
-        return InstancesInView(instances, samples, motion_step)
-
-    def _origins(self, instances: Instances) -> np.ndarray:
-        """Origins of the wholes, (n, 3) [m]."""
-        part_tables, rows = self.part_tables, np.arange(len(instances))
-        part = part_tables.root[instances.prototype]
-        return pose_points(
-            self.pose_tables, instances, rows, part, part_tables.origin, part_tables.joint
-        )
-
     def cut(self, objects: InstancesInView, view: View, examined: int) -> Cut:
-        """What is displayed of these objects, by the compiled walk.
+        """What is displayed of these objects, by the compiled traversal.
 
         examined: objects that were tested, of which these are left.
         """
-        limits = limit_table(self.traversal_tables, self.part_tables, view, _most(objects))
-        rows = walk(
-            self.pose_tables,
-            self.traversal_tables,
-            limits,
-            objects.instances,
-            objects.motion_step,
-            view,
-        )
-        rejected = examined - len(objects)
-        level = self.part_tables.level.astype(np.int16)[rows.part]
-        counted = examined, rejected + rows.examined
+        nodes, tables = self.traversal_tables, self.part_tables
+        limits = node_limits(nodes, tables, view, objects.max_step)
+        steps = objects.motion_step
+        rows = traverse(self.pose_tables, nodes, limits, objects.instances, steps, view)
         return Cut(
             rows.object,
             rows.part,
-            level,
+            tables.level.astype(np.int16)[rows.part],
             rows.parent,
-            *counted,
-            lambda: self.parts_shown(objects, rows, view),
+            examined,
+            examined - len(objects) + rows.examined,
+            lambda: self._displayed_parts(objects, rows, view),
         )
-
-    def parts_shown(self, objects: InstancesInView, rows: DisplayedRows, view: View) -> Parts:
-        """All that is known of displayed parts."""
-        owner, part, whole = (a.astype(np.int64) for a in (rows.object, rows.part, rows.parent))
-        return self._parts(objects, owner, part, whole, view)
 
     def wholes(self, objects: InstancesInView, view: View) -> Parts:
         """The wholes of these objects."""
         rows = np.arange(len(objects))
         part = self.part_tables.root[objects.instances.prototype]
-        return self._parts(objects, rows, part, np.full(len(rows), -1), view)
+        return self.parts(objects, rows, part, np.full(len(rows), -1), view)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """The parts that ``parts`` own directly."""
-        whole, part = self.part_tables.parts_of(parts.part)
-        return self._parts(parts.state, parts.object[whole], part, whole, view)
+        parent, part = self.part_tables.parts_of(parts.part)
+        return self.parts(parts.state, parts.object[parent], part, parent, view)
+
+    def parts(
+        self, objects: InstancesInView, rows: Ints, part: Ints, parent: Ints, view: View
+    ) -> Parts:
+        """A batch of parts: rows of their objects, of the part tables and of parents, (k,)."""
+        tables = self.part_tables
+        position = self._positions(objects.instances, rows, part)
+        limits = tables.limits_by_motion(view, objects.max_step)
+        inside, outside = _limits_at(limits, part, objects.motion_step[rows])
+        return Parts(
+            position=position,
+            centre=position,
+            bound=tables.bound[part],
+            limit=inside,
+            limit_offscreen=outside,
+            level=tables.level[part],
+            object=rows,
+            part=part,
+            parent=parent,
+            share=tables.share[part],
+            state=objects,
+        )
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
         """Sticks of displayed parts, as much of both appearances as they show.
@@ -180,54 +168,69 @@ class SpeciesPrototypes:
         Parts of one object stand together, so that every joint is posed once.
         """
         displayed = self.part_tables.sticks_of(parts.part, weights)
-        return emit(
-            self.pose_tables, self.part_tables, parts.state.instances, parts.object, displayed
-        )
+        instances = parts.state.instances
+        return emit(self.pose_tables, self.part_tables, instances, parts.object, displayed)
 
-    def _parts(
-        self,
-        objects: InstancesInView,
-        rows: np.ndarray,
-        part: np.ndarray,
-        whole: np.ndarray,
-        view: View,
-    ) -> Parts:
-        part_tables = self.part_tables
-        position = pose_points(
-            self.pose_tables, objects.instances, rows, part, part_tables.origin, part_tables.joint
-        )
-        limits = _between(
-            part_tables.limits_by_motion(view, _most(objects)), part, rows, objects.motion_step
-        )
-        return Parts(
-            position=position,
-            centre=position,
-            bound=part_tables.bound[part],
-            limit=limits[0],
-            limit_offscreen=limits[1],
-            level=part_tables.level[part],
-            object=rows,
-            part=part,
-            parent=whole,
-            share=part_tables.share[part],
-            state=objects,
-        )
+    def root_positions(self, instances: Instances) -> Points:
+        """Origins of the wholes, (n, 3) [m]."""
+        rows = np.arange(len(instances))
+        return self._positions(instances, rows, self.part_tables.root[instances.prototype])
+
+    def _positions(self, instances: Instances, rows: Ints, part: Ints) -> Points:
+        origin, joint = self.part_tables.origin, self.part_tables.joint
+        return pose_points(self.pose_tables, instances, rows, part, origin, joint)
+
+    def _displayed_parts(self, objects: InstancesInView, rows: DisplayedRows, view: View) -> Parts:
+        object_, part, parent = (a.astype(np.int64) for a in rows[:3])
+        return self.parts(objects, object_, part, parent, view)
 
 
-def _most(objects: InstancesInView) -> float:
-    return float(objects.motion_step.max(initial=0.0))
+@lru_cache(maxsize=64)
+def species_prototypes(prototypes: tuple[Prototype | RiggedPrototype, ...]) -> SpeciesPrototypes:
+    """The tables of these very prototypes, made once."""
+    return SpeciesPrototypes(prototypes)
+
+
+def shutter_times(view: View) -> tuple[float, ...]:
+    """Times at which objects are placed for a view [s]: its own; and, where their image motion
+    matters, when the shutter opens and when it closes."""
+    shutter = view.shutter
+    if shutter is None or not view.metric.finite:
+        return (view.time_s,)
+    return view.time_s, shutter.open_s, shutter.close_s
+
+
+def instances_in_view(
+    prototypes: SpeciesPrototypes, samples: Any, view: View, placed: Sequence[Instances]
+) -> InstancesInView:
+    """Objects as a view has them, and how much motion hides of each.
+
+    samples: whatever identifies them; placed: how they stand at each of ``shutter_times``
+    """
+    instances = placed[0]
+    if len(placed) == 1 or view.shutter is None:
+        return InstancesInView(instances, samples, np.zeros(len(instances)))
+    _, opens, closes = placed
+    start, end = (prototypes.root_positions(each) for each in (opens, closes))
+    bound = prototypes.part_tables.bound[prototypes.part_tables.root][instances.prototype]
+    turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
+    # The origin of the whole may swing one way and something of it the other.
+    own = 2 * prototypes.max_speed[instances.prototype] * view.shutter.duration_s + turn * bound
+    corner = view.camera.corner
+    steps = motion_steps(view.shutter, corner, view.theta, start, end, bound, own)
+    return InstancesInView(instances, samples, steps)
 
 
 @njit(cache=True)
-def _between(limits, part, rows, motion_step):  # type: ignore[no-untyped-def]
-    """Limits of parts (n,) of objects ``rows`` (n,), (2, n), as the compiled walk takes them.
+def _limits_at(limits, part, motion_step):  # type: ignore[no-untyped-def]
+    """Limits of parts (n,), in view and out of it, (2, n) [m], as the traversal interpolates them.
 
-    limits (steps, m, 2) at whole motion steps; motion_step of each object
+    limits (steps, m, 2) at whole steps of motion; motion_step (n,) of each part's object
     """
     found = np.empty((2, len(part)))
     for i in range(len(part)):
-        step = int(motion_step[rows[i]])
-        share = motion_step[rows[i]] - step
+        step = int(motion_step[i])
+        share = motion_step[i] - step
         for side in range(2):
             found[side, i] = limits[step, part[i], side]
             if share > 0:
@@ -235,14 +238,17 @@ def _between(limits, part, rows, motion_step):  # type: ignore[no-untyped-def]
     return found
 
 
-def _sway(prototype: RiggedPrototype) -> float:
+def _foot_parts(prototype: RiggedPrototype) -> np.ndarray:
+    """Whether each part of a prototype rides on an ankle, or below it, (n,)."""
+    under = np.zeros(len(prototype.rig) + 1, bool)
+    under[prototype.motion.feet.legs[:, 2] + 1] = True
+    for row, parent in enumerate(prototype.rig.parent):
+        under[row + 1] |= under[parent + 1]
+    return under[prototype.joint + 1]
+
+
+def _max_sway(prototype: RiggedPrototype) -> float:
     """More than the origin of the whole moves from where it rests: what bounds it all [m]."""
     motion = prototype.motion
     moves = len(motion.rotations) > 1 or len(motion.feet) > 0
     return float(prototype.hierarchy.B[0]) if moves else 0.0
-
-
-@lru_cache(maxsize=64)
-def species_prototypes(prototypes: tuple[Prototype | RiggedPrototype, ...]) -> SpeciesPrototypes:
-    """The tables of these very prototypes, made once."""
-    return SpeciesPrototypes(prototypes)

@@ -1,4 +1,4 @@
-"""The compiled walk over the parts of posed objects: root first, and down only where that passes.
+"""The compiled traversal of the parts of posed objects, from the root down to what fails its test.
 
 One object at a time, its parts level by level. Most tests are decided before the part's position is
 known: a part that is never farther than w from where the root rests, whose distance is d, passes
@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from lod.arrays import Reals
 from lod.pruning.compiled_test import (
     CompiledView,
     compile_view,
@@ -35,20 +36,21 @@ from scenes.rig.pose import (
     rotation_matrix,
     transform_point,
 )
-from scenes.rig.pose_tables import InstanceColumns, Instances, PoseTables
+from scenes.rig.pose_tables import InstanceColumns, Instances, PoseColumns, PoseTables
 
 _ROOM = 2**20
-"""DisplayedRows in one buffer at first; memory is taken only as it fills."""
+"""Rows in one buffer at first; memory is taken only as it fills."""
 
-_UNKNOWN, _SEEN, _UNSEEN, _PARTLY = 0, 1, 2, 3
+_UNKNOWN, _FAILS, _PASSES, _BY_VIEW, _BY_POSITION = 0, 1, 2, 3, 4
+"""What is known of a part's test before its position: its outcome, or what decides it."""
 
 _SHORTEST_RUN = 256
 """Objects for which another thread is worth its start."""
 
 
 class DisplayedRows(NamedTuple):
-    """Displayed parts: object, row in the atlas, and row here of the whole (−1), (n,) int32 each;
-    and how many parts were examined.
+    """Displayed parts: object, row in the part tables, and row here of the parent (−1 for roots),
+    (n,) int32 each; and how many parts were examined.
     """
 
     object: np.ndarray
@@ -57,162 +59,161 @@ class DisplayedRows(NamedTuple):
     examined: int
 
 
-def walk(
+class _Input(NamedTuple):
+    """What a traversal reads: poses, the view, the objects' columns, nodes and their limits."""
+
+    pose: PoseColumns
+    max_joints: int
+    compiled_view: CompiledView
+    instances: InstanceColumns
+    motion_step: np.ndarray
+    nodes: TraversalTables
+    limits: np.ndarray
+
+
+def traverse(
     pose_tables: PoseTables,
-    slots: TraversalTables,
+    nodes: TraversalTables,
     limits: np.ndarray,
     instances: Instances,
-    motion_step: np.ndarray,
+    motion_step: Reals,
     view: View,
 ) -> DisplayedRows:
-    """Everything displayed of these objects; motion_step (n,): of each."""
-    vantage, columns = compile_view(view), (instances.columns(), motion_step)
+    """The displayed parts of these objects.
+
+    limits (steps, s, 4): as ``node_limits`` gives them; motion_step (n,): how much motion hides of
+        each object, on the scale of lod.motion.shutter
+    """
+    tables, columns = (pose_tables.columns, pose_tables.max_joints), instances.columns()
+    given = _Input(*tables, compile_view(view), columns, motion_step, nodes, limits)
 
     def run(first: int, last: int) -> list[DisplayedRows]:
-        return _run(pose_tables, slots, limits, columns, vantage, first, last)
+        return _buffer_by_buffer(given, first, last)
 
     runs = map_chunks(run, len(instances), _SHORTEST_RUN)
-    return _joined([rows for each in runs for rows in each])
+    return _join([rows for each in runs for rows in each])
 
 
-def _run(
-    pose_tables: PoseTables,
-    slots: TraversalTables,
-    limits: np.ndarray,
-    columns: tuple[InstanceColumns, np.ndarray],
-    vantage: CompiledView,
-    first: int,
-    last: int,
-) -> list[DisplayedRows]:
-    """Objects first to last, buffer by buffer."""
+def _buffer_by_buffer(given: _Input, first: int, last: int) -> list[DisplayedRows]:
+    """Displayed parts of objects first to last; each buffer is twice as large as the one before."""
     done: list[DisplayedRows] = []
-    room = max(_ROOM, 2 * slots.most)
+    room = max(_ROOM, 2 * given.nodes.max_parts)
     while first < last or not done:
         out = np.empty((3, room), np.int32)
-        table = (slots.place, limits, slots.links, slots.rest, slots.spread)
-        first, filled, examined = _walk(
-            pose_tables.columns,
-            pose_tables.max_joints,
-            vantage,
-            *columns,
-            table,
-            slots.most,
-            first,
-            last,
-            out,
-        )
+        first, filled, examined = _traverse(given, first, last, out)
         done.append(DisplayedRows(out[0, :filled], out[1, :filled], out[2, :filled], examined))
         room *= 2
     return done
 
 
-def _joined(runs: list[DisplayedRows]) -> DisplayedRows:
+def _join(runs: list[DisplayedRows]) -> DisplayedRows:
+    """Runs end to end; rows of parents are counted from the first of all."""
     if len(runs) == 1:
         return runs[0]
     starts = np.cumsum([0] + [len(rows.part) for rows in runs])
-    wholes = [
+    parents = [
         np.where(rows.parent < 0, rows.parent, rows.parent + np.int32(start))
         for rows, start in zip(runs, starts[:-1], strict=True)
     ]
     objects, parts = (np.concatenate([getattr(r, k) for r in runs]) for k in ("object", "part"))
-    return DisplayedRows(
-        objects, parts, np.concatenate(wholes), sum(rows.examined for rows in runs)
-    )
+    examined = sum(rows.examined for rows in runs)
+    return DisplayedRows(objects, parts, np.concatenate(parents), examined)
 
 
 @njit(cache=True, nogil=True)
-def _walk(  # type: ignore[no-untyped-def]
-    t,
-    joints,
-    vantage,
-    instances,
-    motion_step,
-    table,
-    most,
-    first,
-    last,
-    out,
-):
-    """Objects from ``first`` while the rest of the buffer holds any one of them.
+def _traverse(given, first, last, out):  # type: ignore[no-untyped-def]
+    """Objects from ``first`` on, while the rest of the buffer has room for any one of them.
 
     Gives the object it stopped before, rows filled, and parts examined.
     """
-    place, limits, links, rest, spread = table
-    feet = instances.foot_contacts
-    buffers = pose_buffers(joints)
+    view, tables, limits = given.compiled_view, given.nodes, given.limits
+    instances, nodes, extent = given.instances, tables.nodes, tables.extent
+    feet, buffers = instances.foot_contacts, pose_buffers(given.max_joints)
     frame, state = buffers.frame, buffers.state
-    slot = np.empty(most, np.int32)
+    node = np.empty(tables.max_parts, np.int32)
     n, examined, o = 0, 0, first
-    while o < last and n + most <= out.shape[1]:
+    while o < last and n + tables.max_parts <= out.shape[1]:
         v = instances.prototype[o]
-        middle = _rests(instances, o, rest[v, 0], rest[v, 1], rest[v, 2])
-        d, seen, stands = distance_to(vantage, *middle), _UNKNOWN, False
-        stance, turn = NO_POSE, IDENTITY
-        base, i, whole, k, end = n, n, -1, v, v + 1
-        step = int(motion_step[o])
-        between = motion_step[o] - step
+        rest = _rest_origin(instances, o, tables.rest[v, 0], tables.rest[v, 1], tables.rest[v, 2])
+        d, seen = distance_to(view, *rest), _UNKNOWN
+        pose, turn, begun = NO_POSE, IDENTITY, False
+        base, i, parent, k, end = n, n, -1, v, v + 1
+        step = int(given.motion_step[o])
+        share = given.motion_step[o] - step
         while True:
             examined += end - k
             while k < end:
-                wander, inside = limits[step, k, 0], limits[step, k, 1]
-                outside = limits[step, k, 2]
-                if between > 0:
-                    inside += between * (limits[step + 1, k, 1] - inside)
-                    outside += between * (limits[step + 1, k, 2] - outside)
-                passed, decided = d + wander < outside, True
-                if not passed and d - wander < inside:
-                    decided = False
-                    if d + wander < inside and d - wander >= outside:
-                        if seen == _UNKNOWN:
-                            seen = _whether_seen(vantage, middle, spread[v, 0], spread[v, 1])
-                        passed, decided = seen == _SEEN, seen != _PARTLY
-                if not decided:
-                    if not stands:
-                        stance = begin_pose(t, buffers, instances, o)
-                        turn, stands = rotation_matrix(frame, 0), True
-                    row = np.int64(links[k, 1])
-                    if row == 0:
-                        x, y, z = transform_point(
-                            frame, 0, turn, place[k, 0], place[k, 1], place[k, 2]
-                        )
-                    else:
-                        if state[row] != POSED:
-                            lowest = mark_joint(t, buffers, stance, row)
-                            pose_marked(t, buffers, stance, feet, o, lowest, row)
-                        x, y, z = place[k, 0], place[k, 1], place[k, 2]
-                        if x == 0.0 and y == 0.0 and z == 0.0:
-                            x, y, z = frame[row, 0], frame[row, 1], frame[row, 2]
-                        else:
-                            x, y, z = transform_point(
-                                frame, row, rotation_matrix(frame, row), x, y, z
-                            )
-                    passed = is_displayed(vantage, x, y, z, limits[step, k, 3], inside, outside)
+                inside, outside = limits[step, k, 1], limits[step, k, 2]
+                if share > 0:
+                    inside += share * (limits[step + 1, k, 1] - inside)
+                    outside += share * (limits[step + 1, k, 2] - outside)
+                known = _decide(d, limits[step, k, 0], inside, outside)
+                if known == _BY_VIEW:
+                    if seen == _UNKNOWN:
+                        seen = _decide_by_view(view, rest, extent[v, 0], extent[v, 1])
+                    known = seen
+                passed = known == _PASSES
+                if known == _BY_POSITION:
+                    if not begun:
+                        pose = begin_pose(given.pose, buffers, instances, o)
+                        turn, begun = rotation_matrix(frame, 0), True
+                    row = np.int64(nodes[k, 1])
+                    if state[row] != POSED:
+                        lowest = mark_joint(given.pose, buffers, pose, row)
+                        pose_marked(given.pose, buffers, pose, feet, o, lowest, row)
+                    x, y, z = _node_origin(frame, row, turn, tables.origin, k)
+                    passed = is_displayed(view, x, y, z, limits[step, k, 3], inside, outside)
                 if passed:
-                    out[0, n], out[1, n], out[2, n] = o, links[k, 0], whole
-                    slot[n - base] = k
+                    out[0, n], out[1, n], out[2, n] = o, nodes[k, 0], parent
+                    node[n - base] = k
                     n += 1
                 k += 1
             if i == n:
                 break
-            whole, k = i, links[slot[i - base], 2]
-            end = k + links[slot[i - base], 3]
+            parent, k = i, nodes[node[i - base], 2]
+            end = k + nodes[node[i - base], 3]
             i += 1
         o += 1
     return o, n, examined
 
 
 @njit(cache=True)
-def _rests(instances, o, x, y, z):  # type: ignore[no-untyped-def]
-    """Where the root of an object would be at rest."""
+def _decide(d, displacement, inside, outside):  # type: ignore[no-untyped-def]
+    """What is known of a part's test from the distance of where its root rests: see the module."""
+    if d + displacement < outside:
+        return _PASSES
+    if not d - displacement < inside:
+        return _FAILS
+    by_view = d + displacement < inside and d - displacement >= outside
+    return _BY_VIEW if by_view else _BY_POSITION
+
+
+@njit(cache=True)
+def _rest_origin(instances, o, x, y, z):  # type: ignore[no-untyped-def]
+    """Where the root of object ``o`` would be at rest."""
     origin, cos, sin = instances.origin, instances.cos[o], instances.sin[o]
     east, north = origin[o, 0] + cos * x - sin * y, origin[o, 1] + sin * x + cos * y
     return east, north, origin[o, 2] + z
 
 
 @njit(cache=True)
-def _whether_seen(vantage, middle, wander, reach):  # type: ignore[no-untyped-def]
-    """Whether the origins of an object's parts are all in view, or nothing of it, or neither."""
-    x, y, z = middle
-    if sphere_in_frustum(vantage, x, y, z, -wander):
-        return _SEEN
-    return _PARTLY if sphere_in_frustum(vantage, x, y, z, reach) else _UNSEEN
+def _decide_by_view(view, rest, displacement, radius):  # type: ignore[no-untyped-def]
+    """Outcome of tests that are passed in view alone: the same for all parts of an object whose
+    origins are all in view, or of which nothing is."""
+    x, y, z = rest
+    if sphere_in_frustum(view, x, y, z, -displacement):
+        return _PASSES
+    return _BY_POSITION if sphere_in_frustum(view, x, y, z, radius) else _FAILS
+
+
+@njit(cache=True, inline="always")
+def _node_origin(frame, row, turn, origin, k):  # type: ignore[no-untyped-def]
+    """Where the origin of a node is, given the frame of its joint; turn: rotation of row 0."""
+    x, y, z = origin[k, 0], origin[k, 1], origin[k, 2]
+    if row == 0:
+        place = transform_point(frame, 0, turn, x, y, z)
+    elif x == 0.0 and y == 0.0 and z == 0.0:
+        place = frame[row, 0], frame[row, 1], frame[row, 2]
+    else:
+        place = transform_point(frame, row, rotation_matrix(frame, row), x, y, z)
+    return place

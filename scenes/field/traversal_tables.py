@@ -1,4 +1,8 @@
-"""The parts of all prototypes of a species as the compiled walk reads them, slot by slot."""
+"""The parts of all prototypes of a species in the order in which the compiled traversal reads them.
+
+Roots come first, then the parts of one whole side by side, so that each step down the tree reads
+neighbouring rows.
+"""
 
 from typing import NamedTuple
 
@@ -13,70 +17,69 @@ _ROUNDING_M = 1e-6
 
 
 class TraversalTables(NamedTuple):
-    """The parts of all prototypes, the parts of one whole side by side: what a walk reads.
+    """Nodes of the hierarchies of all prototypes, (s,), and what bounds each prototype, (v,).
 
-    place  (s, 3) origin in the frame of its joint [m]; bound (s,) [m]
-    wander (s,) farthest that the origin can be from where the root rests, in any pose [m]
-    links  (s, 4) int32: row in the part tables, row of its joint in a frame, first slot and
-           number of its own parts
-    rest   (v, 3) where each prototype's root rests; its slot is its number [m]
-    spread (v, 2) farthest that any of its parts wanders, and that anything of it reaches [m]
-    most   parts of the largest prototype
+    origin  (s, 3) of the part, in the frame of its joint [m]; bound (s,) its B [m]
+    max_displacement (s,) farthest that this origin can be from where the root rests, in any pose
+            [m]
+    nodes   (s, 4) int32: row in the part tables, row of its joint in a frame, first node of its own
+            parts, and their number
+    rest    (v, 3) where the root of each prototype rests; its node is the prototype's number [m]
+    extent  (v, 2) greatest displacement of any of its parts, and radius about ``rest`` that
+            holds everything of it [m]
+    max_parts  parts of the largest prototype
     """
 
-    place: np.ndarray
+    origin: np.ndarray
     bound: np.ndarray
-    wander: np.ndarray
-    links: np.ndarray
+    max_displacement: np.ndarray
+    nodes: np.ndarray
     rest: np.ndarray
-    spread: np.ndarray
-    most: int
+    extent: np.ndarray
+    max_parts: int
+
+    @staticmethod
+    def of(tables: PartTables, sway_m: np.ndarray) -> "TraversalTables":
+        """Lay out the nodes of part tables.
+
+        sway_m (v,): how far the root of each prototype can be from where it rests; 0 = it does not
+            move
+        """
+        row, trees = np.concatenate((tables.root, tables.order)), tables.hierarchies
+        first = len(tables.root) + tables.first_part
+        nodes = (row, tables.joint[row] + 1, first[row], tables.part_count[row])
+        away = [_max_displacement(tree, m) for tree, m in zip(trees, sway_m.tolist(), strict=True)]
+        extent = [(a.max(), (a + tree.B).max()) for a, tree in zip(away, trees, strict=True)]
+        return TraversalTables(
+            origin=np.ascontiguousarray(tables.origin[row]),
+            bound=tables.bound[row],
+            max_displacement=np.concatenate(away)[row],
+            nodes=np.stack(nodes, axis=1).astype(np.int32),
+            rest=tables.rest[tables.root],
+            extent=np.array(extent),
+            max_parts=max(len(tree) for tree in trees),
+        )
 
 
-def slots_of(part_tables: PartTables, max_sway_m: np.ndarray) -> TraversalTables:
-    """Lay the parts of part tables out for the walk: roots first, then the parts of each whole.
-
-    max_sway_m: (v,) how far the root of each prototype can be from where it rests; 0 = it stays.
-    """
-    row = np.concatenate((part_tables.root, part_tables.order))
-    first = len(part_tables.root) + part_tables.first_part
-    links = (row, part_tables.joint[row] + 1, first[row], part_tables.part_count[row])
-    wander = [
-        _wander(tree, float(sway))
-        for tree, sway in zip(part_tables.hierarchies, max_sway_m, strict=True)
-    ]
-    spread = [
-        (w.max(), (w + t.B).max()) for w, t in zip(wander, part_tables.hierarchies, strict=True)
-    ]
-    return TraversalTables(
-        place=np.ascontiguousarray(part_tables.origin[row]),
-        bound=part_tables.bound[row],
-        wander=np.concatenate(wander)[row],
-        links=np.stack(links, axis=1).astype(np.int32),
-        rest=part_tables.rest[part_tables.root],
-        spread=np.array(spread),
-        most=max(len(tree) for tree in part_tables.hierarchies),
-    )
-
-
-def _wander(tree: Hierarchy, max_sway_m: float) -> np.ndarray:
+def _max_displacement(tree: Hierarchy, sway_m: float) -> np.ndarray:
     """How far the origin of each part can be from where the root rests, (n,) [m]."""
-    if max_sway_m == 0:
+    if sway_m == 0:
         return np.linalg.norm(tree.position - tree.position[0], axis=1) + _ROUNDING_M
-    wander = np.full(len(tree), max_sway_m + _ROUNDING_M)
+    away = np.full(len(tree), sway_m + _ROUNDING_M)
     for row in range(1, len(tree)):
-        wander[row] = wander[tree.parent[row]] + tree.separation[row]
-    return wander
+        away[row] = away[tree.parent[row]] + tree.separation[row]
+    return away
 
 
-def limit_table(
-    slots: TraversalTables, part_tables: PartTables, view: View, most: float
+def node_limits(
+    nodes: TraversalTables, tables: PartTables, view: View, max_steps: float
 ) -> np.ndarray:
-    """Wander, limit distances in view and out of it, and bound, slot by slot, (steps, s, 4) [m].
+    """Maximal displacement, limit distances in view and out of it, and bound, of every node,
+    (steps, s, 4) [m].
 
-    For every motion step as in ``PartTables.limits_by_motion``.
+    steps: of motion, as in ``PartTables.limits_by_motion``
     """
-    limits = part_tables.limits_by_motion(view, most)[:, slots.links[:, 0]]
+    limits = tables.limits_by_motion(view, max_steps)[:, nodes.nodes[:, 0]]
     table = np.empty((*limits.shape[:2], 4))
-    table[..., 0], table[..., 1:3], table[..., 3] = slots.wander, limits, slots.bound
+    table[..., 0], table[..., 1:3], table[..., 3] = nodes.max_displacement, limits, nodes.bound
     return table

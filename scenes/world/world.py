@@ -11,7 +11,8 @@ from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.far_cover.sky import sky_at
 from scenes.field.habitat import Habitat
 from scenes.field.placed_object import Placed
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS

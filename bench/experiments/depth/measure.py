@@ -26,7 +26,8 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 
 NAME, VERSION = "depth", 1
 EXTENTS_M = (75.0, 150.0, 300.0, 450.0)

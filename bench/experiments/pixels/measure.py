@@ -24,7 +24,8 @@ from lod.pruning.pruner import prune
 from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
 from lod.stick_table import StickTable
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.visible_area import first_met
 

@@ -30,7 +30,8 @@ from lod.metric.family import METRICS
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View
 from lod.pruning.view_geometry import distance
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
 from scenes.sticks.prototype import Prototype

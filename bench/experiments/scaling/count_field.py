@@ -9,7 +9,8 @@ from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from bench.statistics.sample_size import Row
 from lod.pruning.pruner import Cut, prune
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
 """What is counted in a field: displayed and examined, in the order of a row."""

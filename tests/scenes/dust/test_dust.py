@@ -16,8 +16,10 @@ from scenes.dust.dust import Dust
 from scenes.dust.footfalls import Walkers, footfalls, landing, object_keys
 from scenes.dust.growth import HIGH, LIFE_S, settling_speed, wind_near_ground
 from scenes.dust.soil import Soil
+from scenes.field.placement import patrol_orbits
 from scenes.field.poisson_cells import CellSamples
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people
 from scenes.preset.load import preset_from
@@ -83,8 +85,8 @@ def named(it, wanted, at):
 def test_feet_strike_where_the_gait_has_them():
     it = dust(Slope(0.2))
     field, at = it.walkers, view()
-    samples = field._grown(HOME, field._drawn(*map(np.ravel, np.indices((9, 9)) - 4)))
-    variant, pace, rounds = field.patrol_orbits(samples)
+    samples = field.sample_cells(HOME, *map(np.ravel, np.indices((9, 9)) - 4))
+    variant, pace, rounds = patrol_orbits(field.species, field.prototypes, samples)
     walks = Walkers(HOME, field.homes(HOME, samples), variant, pace, rounds, 0 * variant)
     falls = footfalls(walks, it.legs, np.arange(len(walks)), 3, at.time_s)
     falls = falls.take(it.legs.walks[variant[falls.owner], falls.leg])

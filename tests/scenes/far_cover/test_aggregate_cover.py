@@ -10,7 +10,7 @@ from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.far_cover.sky import SKY_COLUMNS, SKY_ROWS, Sky, sky_at
 from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, measure_stand
 from scenes.field.habitat import Habitat
-from scenes.field.species_field import Species
+from scenes.field.species import Species
 from scenes.preset.load import load_preset
 from scenes.sticks.prototype import PartPlaces, assemble_prototype
 from scenes.terrain.relief import Relief

@@ -14,7 +14,8 @@ from lod.errors import InputError
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.field.placed_object import Placed
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.catalogue import MODELS, model_prototypes

@@ -11,7 +11,8 @@ from lod.pruning.view import View
 from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.far_cover.sky import sky_at
 from scenes.field.habitat import Habitat
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.models.boulder import boulder_prototypes
 from scenes.preset.load import load_preset
 from scenes.terrain.terrain import Terrain

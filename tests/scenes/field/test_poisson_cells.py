@@ -24,8 +24,8 @@ def test_a_cell_holds_a_few_objects(density):
 @given(density=DENSITIES, x=st.integers(-(2**50), 2**50), seed=st.integers(0, 2**63 - 1))
 def test_a_cell_always_holds_the_same_objects(density, x, seed):
     cells = PoissonCells(seed, "tree", density)
-    block = cells.draw(*square(4, x))
-    one = cells.draw(np.array([x + 1]), np.array([2]))
+    block = cells.sample(*square(4, x))
+    one = cells.sample(np.array([x + 1]), np.array([2]))
     rows = (block.cell_x == x + 1) & (block.cell_y == 2)
     assert block.u[rows].tolist() == one.u.tolist()
 
@@ -34,7 +34,7 @@ def test_a_cell_always_holds_the_same_objects(density, x, seed):
 def test_counts_are_poisson_and_places_uniform(density):
     cells = PoissonCells(11, "figure", density)
     x, y = square(200, -100, 5)
-    samples = cells.draw(x, y)
+    samples = cells.sample(x, y)
     mean = density * cells.side_m**2
     count = np.bincount(samples.cell_x * 200 + samples.cell_y - samples.cell_y.min() + 100 * 200)
     observed = np.bincount(count, minlength=30)[:30].astype(float)

@@ -23,7 +23,8 @@ from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.eye import Display, Eye
 from lod.vision.viewer import ViewingConditions
 from scenes.field.poisson_cells import PoissonCells
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.noise.philox import hash_name
 from scenes.sticks.prototype import Prototype
 
@@ -258,7 +259,7 @@ def test_places_are_exact_far_from_home(seed, x, y):
     field = SpeciesField(world_from(seed, "blake")[0].species, seed, Waves(0.0))
     ix, iy, rest_x, rest_y = Corner(x, y).lattice(field.cells.exponent)
     objects = field.instances_in_cells(Corner(x, y), np.array([ix]), np.array([iy]))
-    samples = field.cells.draw(np.array([ix]), np.array([iy]))
+    samples = field.cells.sample(np.array([ix]), np.array([iy]))
     side = field.cells.side_m
     for axis, rest in ((0, rest_x), (1, rest_y)):
         assert objects.instances.origin[:, axis] + rest == pytest.approx(

@@ -15,8 +15,10 @@ from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
+from scenes.field.ground_contact_detail import ground_contact_level
 from scenes.field.poisson_cells import PoissonCells
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.gait.contact_errors import lowest_heights, sample_cycle
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
@@ -59,6 +61,12 @@ def companies():
         (animal("ostrich"), insect.scaled(12.0), at_rest(other)),
         (animal("windmill").scaled(0.2), other),
     )
+
+
+def contact_levels(field, view, instances, who):
+    """Level of ground contact of some of the instances."""
+    xy, prototype = instances.origin[who, :2], instances.prototype[who]
+    return ground_contact_level(field.prototypes, view, xy, prototype)
 
 
 def world_from(seed, metric, amplitude):
@@ -141,7 +149,7 @@ def origins(field, view, at, facing, variant, phase, pace):
         ways = np.array([math.cos(facing)]), np.array([math.sin(facing)])
         first = np.zeros(1, np.int64)
         drawn = first, np.array([phase]), np.array([pace])
-        heed = field.prototypes.heed(view, base, np.array([variant]))
+        heed = ground_contact_level(field.prototypes, view, base, np.array([variant]))
         instances = place_on_ground(cast, heights, Placements(base, *ways, *drawn, heed))
         rows, parts = np.zeros(len(it.joint), np.int64), np.arange(len(it.joint))
         return pose_points(cast, instances, rows, parts, np.zeros((len(parts), 3)), it.joint)
@@ -338,9 +346,7 @@ def people_near(name, frame, most=250):
     view, parts = view_at(world, preset, frame), prune_of(name, frame).parts
     instances = parts.state.instances
     who = parts.object[parts.parent < 0]
-    who = who[
-        field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE
-    ]
+    who = who[contact_levels(field, view, instances, who) == SOLE]
     gentle = 2 * np.linalg.norm(instances.foot_contacts[who, :, 4:], axis=2).max(axis=1) < 0.2
     away = np.linalg.norm(instances.origin[who] - view.camera.eye, axis=1)
     who = who[gentle][np.argsort(away[gentle])[:most]]
@@ -408,7 +414,7 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
     world, preset, field = preset_field(name)
     view, parts = view_at(world, preset, 1), prune_of(name, 1).parts
     instances, who = parts.state.instances, parts.object[parts.parent < 0]
-    heed = field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who])
+    heed = contact_levels(field, view, instances, who)
     for closely in (FOOTPRINT, BODY):
         some = who[heed == closely][:300]
         assert len(some) == 300
@@ -417,7 +423,7 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
         off = np.abs(np.where(stands, clear, 0.0)).max(axis=1)
         assert (off < view.m * away / 4).all()
         feet = parts.part[np.isin(parts.object, some)]
-        assert not field.prototypes.feet[feet].any()  # none is displayed
+        assert not field.prototypes.foot_parts[feet].any()  # none is displayed
         assert (
             closely == FOOTPRINT
             or (feet == field.prototypes.part_tables.root[instances.prototype[some]]).all()
@@ -437,9 +443,7 @@ def test_no_animal_floats_or_sinks():
             continue
         cut = prune(field, view)
         instances, who = cut.parts.state.instances, cut.parts.object[cut.parts.parent < 0]
-        closely = (
-            field.prototypes.heed(view, instances.origin[who, :2], instances.prototype[who]) == SOLE
-        )
+        closely = contact_levels(field, view, instances, who) == SOLE
         who = who[closely][:200]
         clear, stands = clearances(field, instances, who, view.camera.corner)
         level = min(

@@ -148,7 +148,7 @@ def _all_parts_of(field, wholes, view):
     parts = np.concatenate([b.part for b in out])
     owner = np.concatenate([b.object for b in out])
     order = np.argsort(owner, kind="stable")
-    return field.prototypes._parts(wholes.state, owner[order], parts[order], owner[order], fine)
+    return field.prototypes.parts(wholes.state, owner[order], parts[order], owner[order], fine)
 
 
 def _everything(n):

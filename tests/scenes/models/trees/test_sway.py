@@ -12,7 +12,8 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
-from scenes.field.species_field import Species, SpeciesField
+from scenes.field.species import Species
+from scenes.field.species_field import SpeciesField
 from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.species_files import tree_species
