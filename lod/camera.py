@@ -115,7 +115,7 @@ class Camera:
 
     @property
     def pixel_angle(self) -> float:
-        """θ = 2·tan(fov_x/2)/width [rad]: the angle of one pixel at the centre (DESIGN §1)."""
+        """θ = 2·tan(fov_x/2)/width [rad]: the angle of one pixel at the centre (§2.4)."""
         return 2 * self.tan_half[0] / self.width
 
 

@@ -1,6 +1,6 @@
 """The air of a frame: even haze, mist in the valleys, and what a path through them takes away.
 
-The same β paints the haze and prunes the scene (DESIGN §1). The renderer wants ``haze_extinction``
+The same β paints the haze and prunes the scene. The renderer wants ``haze_extinction``
 and ``mist_extinction`` in its bands; the pruner wants ``least_extinction``.
 """
 

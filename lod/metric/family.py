@@ -7,7 +7,7 @@ view, is said by ``Metric.along_axis``.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -65,7 +65,14 @@ METRICS: dict[str, Metric] = {
 }
 
 
-@lru_cache(maxsize=4096)
+MAX_CACHED = 128
+"""Limit distances kept for each hierarchy: both sides of the view at every step of motion."""
+
+_Key = tuple[Metric, float, ViewingConditions | None]
+_CACHE: WeakKeyDictionary[Hierarchy, dict[_Key, np.ndarray]] = WeakKeyDictionary()
+"""Limit distances by hierarchy, oldest first; an entry goes with its hierarchy."""
+
+
 def limit_distances(
     hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
 ) -> np.ndarray:
@@ -75,8 +82,21 @@ def limit_distances(
     class of contrast; ``full`` keeps everything all the same, and along an axis it is the depth
     that W weighs. Then D_part = max(0, min(D_part, D_whole − separation)): a part within its D has,
     by the triangle inequality, its whole within the whole's D. 0 means never displayed.
+    The last MAX_CACHED results are kept for as long as the hierarchy lives.
     Raises InputError unless m is finite and above 0.
     """
+    cached = _CACHE.setdefault(hierarchy, {})
+    key = metric, m, conditions
+    if key not in cached:
+        if len(cached) >= MAX_CACHED:
+            del cached[next(iter(cached))]
+        cached[key] = _clamped_limits(hierarchy, metric, m, conditions)
+    return cached[key]
+
+
+def _clamped_limits(
+    hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None
+) -> np.ndarray:
     if not (np.isfinite(m) and m > 0):
         raise InputError("m", m, "the detail angle is finite and above 0 rad", "check --detail")
     D = np.asarray(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)

@@ -1,9 +1,13 @@
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.metric.family import METRICS, limit_distances
+from lod.metric import family
+from lod.metric.family import MAX_CACHED, METRICS, limit_distances
 from lod.metric.hierarchy import Hierarchy
 
 SIZES = st.floats(1e-3, 1e3)
@@ -41,8 +45,9 @@ def test_blake_keeps_most_and_solid_angle_least(P, R, m):
     assert near <= middle <= far
 
 
-def test_a_part_larger_than_its_whole_is_clamped_to_it():
-    tree = Hierarchy(
+def chain_of_two():
+    """A part that is larger than its whole."""
+    return Hierarchy(
         parent=np.array([-1, 0]),
         level=np.array([0, 1]),
         position=np.array([[0.0, 0, 0], [3, 0, 0]]),
@@ -51,6 +56,31 @@ def test_a_part_larger_than_its_whole_is_clamped_to_it():
         B=np.array([9.0, 6.0]),
         separation=np.array([0.0, 3.0]),
     )
+
+
+def test_a_part_larger_than_its_whole_is_clamped_to_it():
+    tree = chain_of_two()
     D = limit_distances(tree, METRICS["blake"], 0.1)
     assert D.tolist() == pytest.approx([20.0, 17.0])
     assert limit_distances(tree, METRICS["blake"], 1.0)[1] == 0.0
+
+
+def test_limits_are_kept_for_as_long_as_their_hierarchy_lives():
+    tree = chain_of_two()
+    assert limit_distances(tree, METRICS["blake"], 0.1) is limit_distances(
+        tree, METRICS["blake"], 0.1
+    )
+    gone = weakref.ref(tree)
+    del tree
+    gc.collect()
+    assert gone() is None
+
+
+def test_limits_of_one_hierarchy_are_bounded():
+    tree = chain_of_two()
+    first = limit_distances(tree, METRICS["blake"], 0.1)
+    for step in range(MAX_CACHED):
+        limit_distances(tree, METRICS["blake"], 0.2 + step)
+    assert len(family._CACHE[tree]) == MAX_CACHED
+    again = limit_distances(tree, METRICS["blake"], 0.1)
+    assert again is not first and np.array_equal(again, first)
