@@ -140,14 +140,3 @@ def fill_twin_corners(key, ix, iy, cells):  # type: ignore[no-untyped-def]
                 cells[twin, at + 1], cells[twin, at + 2] = gradient[0], gradient[1]
                 bits >>= np.uint64(32)
         column += _GOLDEN
-
-
-@njit(cache=True)
-def unit_noise(
-    key: np.uint64, ix: np.int64, iy: np.int64, u: float, v: float
-) -> tuple[float, float, float]:
-    """Noise and its slopes at (u, v) in [0, 1)² of lattice cell (ix, iy)."""
-    cell = np.empty(12)
-    fill_corners(key, ix, iy, cell)
-    slope_x, slope_y = cell_slopes(cell, u, v)
-    return cell_value(cell, u, v), slope_x, slope_y

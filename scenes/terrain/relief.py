@@ -154,14 +154,6 @@ class Relief:
             return np.zeros(len(xy))
         return octave_values(_octaves(self, corner), xy, shortest, self.crest)
 
-    def normal(
-        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Reals | None = None
-    ) -> Points:
-        """Unit normals (n, 3), without octaves shorter than ``shortest`` if that is given."""
-        return unit_normals(
-            self.slopes(corner, xy, np.zeros(len(xy)) if shortest is None else shortest)
-        )
-
     def slopes(
         self,
         corner: Corner,

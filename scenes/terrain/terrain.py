@@ -98,10 +98,6 @@ class Terrain:
         """Height of the full relief above the datum at points ``xy`` from ``corner`` [m]."""
         return self.relief.height(corner, xy)
 
-    def normal(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Points:
-        """Unit normals of the full relief."""
-        return self.relief.normal(corner, xy)
-
     def bounds(self) -> tuple[float, float]:
         """Heights that no point of the ground is beyond [m]."""
         return self.relief.bounds()

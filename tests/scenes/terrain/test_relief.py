@@ -17,8 +17,10 @@ from scenes.noise.lattice import (
     NOISE_MAX_SLOPE,
     RIDGED_MEAN,
     RIDGED_RMS,
+    cell_slopes,
+    cell_value,
+    fill_corners,
     lattice_bits,
-    unit_noise,
     unit_rms,
 )
 from scenes.noise.octaves import octave_values, octaves_at, twin_values
@@ -166,7 +168,7 @@ def test_slopes_are_those_of_the_heights(corner):
     up = unit_normals(slopes)
     np.testing.assert_allclose(np.linalg.norm(up, axis=1), 1.0)
     np.testing.assert_allclose(-up[:, :2] / up[:, 2:], slopes, rtol=1e-12)
-    np.testing.assert_array_equal(ground.normal(corner, xy), up)
+    np.testing.assert_array_equal(unit_normals(ground.slopes(corner, xy, np.zeros(len(xy)))), up)
 
 
 @pytest.mark.parametrize("ridged", [False, True])
@@ -184,10 +186,12 @@ def test_slopes_of_several_columns_are_those_of_each(ridged):
 def test_shortest_leaves_out_the_octaves_below_half_of_it():
     ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
     xy = spread(np.random.default_rng(5), 200, 1e3)
-    limited = ground.normal(HOME, xy, np.full(len(xy), 1024.0))
+    limited = unit_normals(ground.slopes(HOME, xy, np.full(len(xy), 1024.0)))
     np.testing.assert_array_equal(limited, np.tile((0.0, 0.0, 1.0), (len(xy), 1)))
-    all_of_it = ground.normal(HOME, xy, np.full(len(xy), SHORTEST_M))
-    np.testing.assert_array_equal(all_of_it, ground.normal(HOME, xy))
+    all_of_it = unit_normals(ground.slopes(HOME, xy, np.full(len(xy), SHORTEST_M)))
+    np.testing.assert_array_equal(
+        all_of_it, unit_normals(ground.slopes(HOME, xy, np.zeros(len(xy))))
+    )
 
 
 def test_octaves_up_to_twice_too_short_fade():
@@ -198,6 +202,13 @@ def test_octaves_up_to_twice_too_short_fade():
         ground.slopes(HOME, xy, np.full(len(xy), s)) for s in (64.0, 64.0 / 2**0.5, 32.0)
     )
     np.testing.assert_allclose(half, (none + whole) / 2, atol=1e-12)
+
+
+def unit_noise(key, ix, iy, u, v):
+    """Noise and its two slopes at (u, v) in [0, 1)² of a lattice cell."""
+    cell = np.empty(12)
+    fill_corners(key, ix, iy, cell)
+    return cell_value(cell, u, v), *cell_slopes(cell, u, v)
 
 
 def test_unit_noise_keeps_its_bounds_and_its_size():
@@ -287,7 +298,7 @@ def test_no_amplitude_is_perfectly_flat():
     ground = Relief(seed=3, amplitude=0.0, wavelength=512.0, hurst=0.8)
     xy = spread(np.random.default_rng(9), 100, 1e5)
     assert np.all(ground.height(FAR, xy) == 0.0)
-    assert np.all(ground.normal(FAR, xy) == (0.0, 0.0, 1.0))
+    assert np.all(unit_normals(ground.slopes(FAR, xy, np.zeros(len(xy)))) == (0.0, 0.0, 1.0))
     assert ground.bounds() == (0.0, 0.0)
 
 
@@ -351,7 +362,7 @@ def test_no_point_minds_which_were_asked_for_before_it():
     ground = Relief(seed=3, amplitude=9.0, wavelength=256.0, hurst=0.8)
     xy = np.concatenate((spread(rng, 200, 400.0), rng.uniform(0, 3, (200, 2))))
     order, shortest = rng.permutation(len(xy)), rng.uniform(0, 20, len(xy))
-    for of in (ground.smooth, ground.slopes):
+    for of in (ground.low_pass_height, ground.slopes):
         found = of(FAR, xy, shortest)
         assert np.array_equal(of(FAR, xy[order], shortest[order]), found[order])
         for row in order[:40]:
