@@ -94,24 +94,26 @@ def make_motion(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Mot
     rig, phase = prototype.rig, key_phases(keys)
     height = _hip_height(rig, gait)
     stride = gait.stride_m(height)
-    rotations, shift = _body(rig, gait, phase, height)
-    placed = [
-        _placed_leg(prototype, gait, leg, side, phase, stride, height)
+    rotations, shift = _body_motion(rig, gait, phase, height)
+    paths = [
+        _leg_path(prototype, gait, leg, side, phase, stride, height)
         for leg in gait.legs
         for side in ("left ", "right ")
     ]
-    shift[:, 2] += min(0.0, min((_room(rig, p, rotations, shift) for p in placed), default=0.0))
-    for p in placed:
-        _bend_leg(rig, p, rotations, shift)
+    shift[:, 2] += min(
+        0.0, min((_rise_to_reach(rig, p, rotations, shift) for p in paths), default=0.0)
+    )
+    for p in paths:
+        _solve_leg(rig, p, rotations, shift)
     feet = Feet(
-        legs=np.array([p.rows for p in placed]).reshape(-1, 3),
-        sticks_out=np.array([p.leg.sticks_out for p in placed], bool),
-        bend=np.array([float(p.leg.bend) for p in placed]),
-        strike=np.array([p.strike for p in placed]),
-        duty=np.full(len(placed), gait.duty),
-        home=np.array([p.home for p in placed]).reshape(-1, 2),
-        steepest=np.full(len(placed), gait.steepest),
-        sole=np.array([p.sole for p in placed]).reshape(-1, 3, 2),
+        legs=np.array([p.rows for p in paths]).reshape(-1, 3),
+        sticks_out=np.array([p.leg.sticks_out for p in paths], bool),
+        bend=np.array([float(p.leg.bend) for p in paths]),
+        strike=np.array([p.strike for p in paths]),
+        duty=np.full(len(paths), gait.duty),
+        home=np.array([p.home for p in paths]).reshape(-1, 2),
+        steepest=np.full(len(paths), gait.steepest),
+        sole=np.array([p.sole for p in paths]).reshape(-1, 3, 2),
     )
     return Motion(rotations, shift, stride, gait.period_s(height), feet, gait.tilts)
 
@@ -122,8 +124,10 @@ def _hip_height(rig: Rig, gait: Gait) -> float:
     return float(rig.frames()[0][rig.row(f"left {gait.legs[0].hip}"), 2])
 
 
-def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Quaternions, Vectors]:
-    """Turns of every joint by the waves alone, (K, j, 4), and bob and sway, (K, 3) [m]."""
+def _body_motion(
+    rig: Rig, gait: Gait, phase: np.ndarray, height: float
+) -> tuple[Quaternions, Vectors]:
+    """Rotations of every joint by the waves alone, (K, j, 4), and bob and sway, (K, 3) [m]."""
     rest = to_euler(rig.rest)
     angles = np.broadcast_to(rest, (len(phase), *rest.shape)).copy()
     shift, moved = np.zeros((len(phase), 3)), np.zeros(rest.shape, bool)
@@ -155,9 +159,12 @@ def _body(rig: Rig, gait: Gait, phase: np.ndarray, height: float) -> tuple[Quate
 
 
 @dataclass(frozen=True, eq=False)
-class _Placed:
-    """One leg of one side through the cycle: rows of hip, knee, ankle; ankle's path and turn; where
-    its print is in mid-stance, and its sole on that.
+class _LegPath:
+    """One leg of one side through the cycle, K phases.
+
+    rows: of hip, knee and ankle; toes: their rows; turnout: of the foot from ahead [rad]
+    ankle (K, 3) where the ankle is [m], foot (K, 4) its rotation, curl (K,) of the toes [degrees]
+    strike: phase at which the foot lands; home (2,): its print in mid-stance [m]; sole (3, 2) on it
     """
 
     leg: Leg
@@ -172,7 +179,7 @@ class _Placed:
     sole: np.ndarray
 
 
-def _placed_leg(
+def _leg_path(
     prototype: RiggedPrototype,
     gait: Gait,
     leg: Leg,
@@ -180,7 +187,7 @@ def _placed_leg(
     phase: np.ndarray,
     stride: float,
     height: float,
-) -> _Placed:
+) -> _LegPath:
     rig, sign = prototype.rig, 1.0 if side == "left " else -1.0
     rows = rig.row(side + leg.hip), rig.row(side + leg.knee), rig.row(side + leg.ankle)
     contacts: Contacts = heel_and_ball(prototype, rows[2])
@@ -195,7 +202,7 @@ def _placed_leg(
     ahead = np.stack((path.print_x, np.zeros(len(own)), path.z), axis=1)
     along = path.roll[:, None] * np.array((math.cos(turnout), math.sin(turnout), 0.0))
     degrees = np.stack((0 * own, path.pitch, np.full(len(own), math.degrees(turnout))), axis=1)
-    return _Placed(
+    return _LegPath(
         leg,
         rows,
         tuple(rig.row(side + toe) for toe in leg.toes),
@@ -205,11 +212,11 @@ def _placed_leg(
         path.curl,
         strike,
         home[:2],
-        sole_points(prototype, rows[2]) @ _spin(turnout).T,
+        sole_points(prototype, rows[2]) @ _rotation_2d(turnout).T,
     )
 
 
-def _spin(angle: float) -> np.ndarray:
+def _rotation_2d(angle: float) -> np.ndarray:
     cos, sin = math.cos(angle), math.sin(angle)
     return np.array(((cos, -sin), (sin, cos)))
 
@@ -222,7 +229,7 @@ def rest_feet(prototype: RiggedPrototype) -> Feet:
     ahead = rotate_vectors(turn[ankles], np.broadcast_to((1.0, 0.0, 0.0), (len(feet), 3)))
     yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
     soles = [
-        sole_points(prototype, int(row)) @ _spin(angle).T
+        sole_points(prototype, int(row)) @ _rotation_2d(angle).T
         for row, angle in zip(ankles, yaw, strict=True)
     ]
     return replace(
@@ -233,9 +240,10 @@ def rest_feet(prototype: RiggedPrototype) -> Feet:
     )
 
 
-def _room(rig: Rig, p: _Placed, rotations: Quaternions, shift: Vectors) -> float:
-    """How far the body may rise (or must sink, below 0) for this leg to reach its foot all the way
-    [m].
+def _rise_to_reach(rig: Rig, p: _LegPath, rotations: Quaternions, shift: Vectors) -> float:
+    """How far the body may rise for this leg to reach its foot at every phase [m].
+
+    Below 0 the body must sink. Raises InputError where the stride is too long for the leg.
     """
     hip = rig.frames(rotations, shift)[0][:, p.rows[0]]
     length = REACH * sum(float(np.linalg.norm(rig.offset[row])) for row in p.rows[1:])
@@ -245,10 +253,8 @@ def _room(rig: Rig, p: _Placed, rotations: Quaternions, shift: Vectors) -> float
     return float((np.sqrt(length**2 - aside**2) + p.ankle[:, 2] - hip[:, 2]).min())
 
 
-def _bend_leg(rig: Rig, p: _Placed, rotations: Quaternions, shift: Vectors) -> None:
-    """Turns of hip, knee, ankle and toes that put the ankle where it must be, written into
-    ``turns``.
-    """
+def _solve_leg(rig: Rig, p: _LegPath, rotations: Quaternions, shift: Vectors) -> None:
+    """Write the rotations of hip, knee, ankle and toes that put the ankle on its path."""
     hip, knee, ankle = p.rows
     origin, frame = rig.frames(rotations, shift)
     above = (

@@ -36,10 +36,12 @@ def boulder_prototypes(seed: int, count: int) -> tuple[Prototype, ...]:
     """``count`` boulders; the k-th depends on the seed and on k only."""
     if count < 1:
         raise InputError("species.boulder.prototypes", count, "at least one prototype")
-    return tuple(octree_prototype(f"boulder {k}", boulder(seed, k), TINTS) for k in range(count))
+    return tuple(
+        octree_prototype(f"boulder {k}", boulder_solid(seed, k), TINTS) for k in range(count)
+    )
 
 
-def boulder(seed: int, k: int, depth: int = DEPTH) -> Solid:
+def boulder_solid(seed: int, k: int, depth: int = DEPTH) -> Solid:
     """The k-th block of that seed, sampled finely enough for an octree of that depth."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, _STREAM, k))))
     s = 2 ** (depth + 1)

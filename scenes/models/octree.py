@@ -88,13 +88,13 @@ class _Cells:
 def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"]) -> Prototype:
     """The prototype of a solid, coarse cells before fine; a ball has the nearest tint of those."""
     levels = [_cells(solid, level) for level in range(solid.depth + 1)]
-    levels[-1] = _sunk(solid, levels[-1])
+    levels[-1] = _sink_to_surface(solid, levels[-1])
     radii = _radii(levels, SUNK * solid.side / 2**solid.depth)
     count = [len(cells.place) for cells in levels]
     first = np.concatenate(([0], np.cumsum(count)))
     whole = [np.array([-1])]
     for level in range(1, len(levels)):
-        whole.append(first[level - 1] + _rows_of(levels[level - 1], levels[level].place // 2))
+        whole.append(first[level - 1] + _cell_rows(levels[level - 1], levels[level].place // 2))
     n, centre = int(first[-1]), np.concatenate([cells.centre for cells in levels])
     albedo = np.concatenate([cells.albedo for cells in levels])
     tint = ((albedo[:, None, :] - tints) ** 2).sum(axis=2).argmin(axis=1)
@@ -115,7 +115,7 @@ def _cells(solid: Solid, level: int) -> _Cells:
     matter = solid.within.astype(np.float64)
     filled = _sums(matter, blocks)
     within = solid.within if level == solid.depth else filled == (s / blocks) ** 3
-    kept = np.argwhere((filled > 0) & _outermost(within, blocks))
+    kept = np.argwhere((filled > 0) & _at_surface(within, blocks))
     at = tuple(kept.T)
     voxel = solid.side / s
     middles = solid.corner[:, None] + (np.arange(s) + 0.5) * voxel
@@ -137,7 +137,7 @@ def _sums(values: Float64[np.ndarray, "s s s"], blocks: int) -> Float64[np.ndarr
     return values.reshape(blocks, size, blocks, size, blocks, size).sum(axis=(1, 3, 5))
 
 
-def _outermost(full: Bool[np.ndarray, "s s s"], blocks: int) -> Bool[np.ndarray, "b b b"]:
+def _at_surface(full: Bool[np.ndarray, "s s s"], blocks: int) -> Bool[np.ndarray, "b b b"]:
     """Cells that hold a voxel or finest cell that is not full, or has a neighbour that is not."""
     hidden = full.copy()
     for axis in range(3):
@@ -146,7 +146,7 @@ def _outermost(full: Bool[np.ndarray, "s s s"], blocks: int) -> Bool[np.ndarray,
     return _sums(1.0 - hidden, blocks) > 0
 
 
-def _rows_of(cells: _Cells, place: Int64[np.ndarray, "n 3"]) -> Ints:
+def _cell_rows(cells: _Cells, place: Int64[np.ndarray, "n 3"]) -> Ints:
     """The row of the cell at each place; every one of them is kept, for it holds a kept cell."""
     side = int(cells.place.max()) + 1
     code = np.ravel_multi_index(tuple(cells.place.T), (side,) * 3)
@@ -155,7 +155,7 @@ def _rows_of(cells: _Cells, place: Int64[np.ndarray, "n 3"]) -> Ints:
     return order[np.searchsorted(code, wanted, sorter=order)]
 
 
-def _sunk(solid: Solid, cells: _Cells) -> _Cells:
+def _sink_to_surface(solid: Solid, cells: _Cells) -> _Cells:
     """The finest cells with the middles of balls whose tops lie at the surface, (n, 3) [m]."""
     side = solid.side / 2**solid.depth
     slopes = np.stack(np.gradient(gaussian_filter(solid.within.astype(np.float32), 2.0)), axis=-1)

@@ -48,7 +48,7 @@ class AngleLimits(JointLimits):
 
 def to_actor(prototype: RiggedPrototype) -> CompoundActor:
     """The prototype at rest as an actor; the names of its parts are those of the rig's joints."""
-    rig, looks = prototype.rig, _looks(prototype)
+    rig, looks = prototype.rig, _joint_sticks(prototype)
 
     def parts_of(joint: int) -> dict[str, Actor]:
         return {rig.name[j]: built(j) for j in np.flatnonzero(rig.parent == joint).tolist()}
@@ -85,7 +85,7 @@ def pose_from_actor(prototype: RiggedPrototype, actor: Actor) -> RiggedPrototype
     )
 
 
-def _looks(prototype: RiggedPrototype) -> list[Appearance]:
+def _joint_sticks(prototype: RiggedPrototype) -> list[Appearance]:
     """The sticks that ride on each joint while every part is displayed."""
     sticks: list[list[ConeStick]] = [[] for _ in prototype.rig.name]
     for table in prototype.full_detail_sticks():

@@ -37,20 +37,20 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
     body = _sticks(anatomy.both_sides(anatomy.body, anatomy.side_body), row, rig, build)
     given = _sticks(anatomy.both_sides(anatomy.leaf, anatomy.side_leaf), row, rig, build)
     core = _sticks(anatomy.both_sides(anatomy.core, {}), row, rig, build)
-    rig, (body, given, core) = _standing(rig, (body, given, core), build.height)
+    rig, (body, given, core) = _scale_to_height(rig, (body, given, core), build.height)
     full = sticks_below(whole, body.posed(*rig.frames()))
     leaf, tints = fit_leaf_appearances(rig, body, given, full, build.materials)
     inside = inner_appearances(whole, body, leaf, core)
     joint = np.array([rig.row(part.joint) for part in parts.values()])
     level = np.array([part.level for part in parts.values()])
-    twin = _twins(parts, row, rig)
+    twin = _mirror_images(parts, row, rig)
     tables = inside, leaf, tints
     hierarchy, joint = build_hierarchy(rig, whole, level, joint, *tables, twin)
     hierarchy = replace(hierarchy, overlap=np.where(level, LIMB_OVERLAP, WHOLE_OVERLAP))
     return RiggedPrototype(name, rig, joint, hierarchy, inside, leaf, tints, rest_motion(rig))
 
 
-def _twins(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Ints:
+def _mirror_images(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Ints:
     """For each part on the right, its mirror image on the left, and for all others themselves.
 
     Where limits of the trunk are not symmetric, no part is the mirror image of another.
@@ -108,7 +108,7 @@ def _sticks(
     return group_by_owner(owner, rest, len(row) - 1)
 
 
-def _standing(
+def _scale_to_height(
     rig: Rig, tables: tuple[RiggedSticks, ...], height: float
 ) -> tuple[Rig, tuple[RiggedSticks, ...]]:
     """Rig and tables scaled: the lowest point of the first is at 0, the highest at ``height`` m."""

@@ -39,14 +39,16 @@ def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals
     if not len(joints):
         return 0.0
     below = _is_under(rig, joint)[joints + 1]
-    bound = _chain(rig, joint, joints[below], points[below], radii[below]) if below.any() else 0.0
+    bound = (
+        _bound_below(rig, joint, joints[below], points[below], radii[below]) if below.any() else 0.0
+    )
     for row in np.flatnonzero(~below):
         one = slice(int(row), int(row) + 1)
-        bound = max(bound, _aside(rig, joint, joints[one], points[one], radii[one]))
+        bound = max(bound, _bound_across(rig, joint, joints[one], points[one], radii[one]))
     return bound * (1 + 1e-12)  # rounding, too, stays below it
 
 
-def _aside(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
+def _bound_across(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
     """Bound for a sphere that does not ride on ``joint``, through the nearest joint of both [m]."""
     if joint >= 0 and rig.parent[joint] == -1 and joints[0] == -1:
         corners = np.stack(np.meshgrid(*zip(rig.shift_low, rig.shift_high, strict=True)), axis=-1)
@@ -55,8 +57,8 @@ def _aside(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> 
     common = joint
     while not _is_under(rig, common)[joints[0] + 1]:
         common = int(rig.parent[common])
-    there = _chain(rig, common, joints, points, radii)
-    return there + _chain(rig, common, np.array([joint]), np.zeros((1, 3)), np.zeros(1))
+    there = _bound_below(rig, common, joints, points, radii)
+    return there + _bound_below(rig, common, np.array([joint]), np.zeros((1, 3)), np.zeros(1))
 
 
 def _is_under(rig: Rig, joint: int) -> np.ndarray:
@@ -68,7 +70,7 @@ def _is_under(rig: Rig, joint: int) -> np.ndarray:
     return under
 
 
-def _chain(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
+def _bound_below(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
     """Bound for spheres that ride on ``joint``, or on joints below it [m]."""
     if joint == -1:
         moves = np.maximum(np.abs(rig.shift_low), np.abs(rig.shift_high))
@@ -126,7 +128,7 @@ def _support(tree, root, spheres, cells, step):  # type: ignore[no-untyped-def]
             continue
         h = tables[j + 1]
         for axis in range(3):
-            h = _swept(h, grid, cells, axis, low[j, axis], high[j, axis], step)
+            h = _sweep(h, grid, cells, axis, low[j, axis], high[j, axis], step)
         up = parent[j] + 1
         loaded[up] = True
         for g in range(size):
@@ -141,7 +143,7 @@ def _support(tree, root, spheres, cells, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _swept(h, grid, cells, axis, low, high, step):  # type: ignore[no-untyped-def]
+def _sweep(h, grid, cells, axis, low, high, step):  # type: ignore[no-untyped-def]
     """Support function of the set turned about an axis by every angle from low to high."""
     steps = math.ceil((high - low) / step)
     if steps == 0 and low == 0.0:

@@ -193,7 +193,7 @@ def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints)
 
 def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
     areas = largest_area(leaf.posed(*rig.frames()))
-    spans = _spanning(leaf)
+    spans = _spans_joints(leaf)
     if spans.any():
         some = leaf.only(spans)
         straight = from_euler(np.clip(0.0, rig.low, rig.high))
@@ -203,7 +203,7 @@ def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
     return areas
 
 
-def _spanning(leaf: RiggedSticks) -> np.ndarray:
+def _spans_joints(leaf: RiggedSticks) -> np.ndarray:
     """Parts whose leaf appearance rides on more than one joint, (n,)."""
     n = len(leaf.first) - 1
     least, most = np.full(n, np.iinfo(np.int64).max), np.full(n, -2)

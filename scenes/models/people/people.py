@@ -38,7 +38,7 @@ from scenes.models.people.skeleton import (
     TRUNK_JOINTS,
     TRUNK_PARTS,
 )
-from scenes.models.people.variation import Person, person
+from scenes.models.people.variation import Person, random_adult
 from scenes.rig.anatomy import Anatomy, Build, Limits
 from scenes.rig.build import build_prototype
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -128,7 +128,7 @@ def people_at_rest(seed: int, count: int, children: float = 0.2) -> tuple[Rigged
         raise InputError("species.figure.prototypes", count, "at least one prototype")
     if not 0 <= children <= 1:
         raise InputError("species.figure.children", children, "a share, 0 to 1")
-    return tuple(_someone(seed, k, children) for k in range(count))
+    return tuple(_random_person(seed, k, children) for k in range(count))
 
 
 @lru_cache(maxsize=16)
@@ -141,16 +141,16 @@ def standing_people(seed: int, count: int) -> tuple[Prototype, ...]:
     return tuple(person.posed() for person in people_at_rest(seed, count, children=0.0))
 
 
-def _someone(seed: int, k: int, children: float) -> RiggedPrototype:
+def _random_person(seed: int, k: int, children: float) -> RiggedPrototype:
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xF16, k))))
-    who, age = person(rng), None
+    who, age = random_adult(rng), None
     if rng.random() < children:
         age = float(rng.uniform(5.0, 12.0))
-        who = _younger(who, age, rng)
+        who = _as_child(who, age, rng)
     return build_prototype(f"figure {k}", person_anatomy(who), person_build(who, age))
 
 
-def _younger(who: Person, age: float, rng: np.random.Generator) -> Person:
+def _as_child(who: Person, age: float, rng: np.random.Generator) -> Person:
     """The person as a child. Median statures: CDC growth charts (2000), rounded; spread 4.5 %."""
     median = np.interp(age, (4, 6, 8, 10, 12), (1.02, 1.15, 1.28, 1.385, 1.50))
     stature = float(median * np.clip(rng.normal(1.0, 0.045), 0.9, 1.1))

@@ -49,7 +49,7 @@ class Person:
     materials: dict[str, tuple[float, float, float]]
 
 
-def person(rng: np.random.Generator) -> Person:
+def random_adult(rng: np.random.Generator) -> Person:
     """An adult. Mean statures of women and men after NCD-RisC (eLife 5:e13410, 2016), rounded."""
     woman = bool(rng.random() < 0.5)
     stature = rng.normal(1.63 if woman else 1.76, 0.06)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from lod.errors import InputError
 from lod.stick_table import StickTable
-from scenes.models.boulder import SIDE_M, TINTS, boulder, boulder_prototypes
+from scenes.models.boulder import SIDE_M, TINTS, boulder_prototypes, boulder_solid
 from scenes.models.octree import Solid, octree_prototype
 from scenes.sticks.outline_area import directions, mean_area
 
@@ -88,10 +88,10 @@ def test_boulders_keep_cover_and_tone_from_level_to_level():
 
 
 def test_boulders_depend_on_seed_and_number_alone():
-    one, other = boulder(3, 1, 3), boulder(3, 1, 3)
+    one, other = boulder_solid(3, 1, 3), boulder_solid(3, 1, 3)
     assert one.within.tobytes() == other.within.tobytes()
-    assert boulder(3, 2, 3).within.tobytes() != one.within.tobytes()
-    assert boulder(4, 1, 3).within.tobytes() != one.within.tobytes()
+    assert boulder_solid(3, 2, 3).within.tobytes() != one.within.tobytes()
+    assert boulder_solid(4, 1, 3).within.tobytes() != one.within.tobytes()
     many = boulder_prototypes(0, 2)
     boulder_prototypes.cache_clear()
     assert boulder_prototypes(0, 1)[0].leaf.start.tobytes() == many[0].leaf.start.tobytes()
