@@ -8,7 +8,7 @@ import pytest
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.silhouettes import LUMINANCE, silhouettes
 from bench.experiments.popping.unexplained_change import Frame, Seen, popped, walk
-from bench.studies.popping_film import MOST_RATIO, walk_settings
+from bench.studies.films.forest_walk import MOST_RATIO, walk_settings
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
@@ -111,7 +111,7 @@ def test_what_walks_out_of_view_has_not_popped():
 
 @pytest.mark.slow
 def test_a_walk_in_the_wood_that_fades_is_as_an_unpruned_one_and_one_that_clips_is_not():
-    """A pair of frames of ``lodbench study popping_film`` in which large branches come and go."""
+    """A pair of frames of ``lodbench study films walk`` in which large branches come and go."""
     walks = {}
     for way in WAYS:
         preset = load_preset("forest", walk_settings(way, "160x90", 36, 6.0))

@@ -7,6 +7,7 @@ import pickle
 import re
 from collections import Counter
 from dataclasses import replace
+from html import escape
 from html.parser import HTMLParser
 
 import numpy as np
@@ -132,6 +133,15 @@ def test_every_record_can_be_traced_and_repeated(html, record):
         assert piece in text
     assert "lodbench run scaling --quick -o DIR" in text
     assert "quick run: fewer samples" in text
+
+
+def test_both_writers_walk_the_same_blocks_in_one_order(html, folder):
+    headings = re.findall(r"^### (.*)$", (folder / "report.md").read_text(encoding="utf-8"), re.M)
+    titles = [each for each in headings if each != "Where it comes from"]  # there, per section
+    assert len(titles) > 5
+    at = html.index('<main id="main">')
+    for title in titles:
+        at = html.index(escape(title), at)
 
 
 def test_words_are_explained(html):

@@ -1,4 +1,4 @@
-"""A walk through a forest, unpruned, fading and clipped: what pops from frame to frame.
+"""What pops from frame to frame in a walk through a forest, unpruned, fading and clipped?
 
 The walk is measured unpruned, fading and clipped, in a wood small enough to be held whole, and so
 coarsely that branches which come and go are several pixels large. DIR keeps what is measured, pair
@@ -100,7 +100,7 @@ def stills(walks: dict[str, Walk]) -> Image.Image:
 @click.option("--spp", default=36, show_default=True)
 @click.option("--detail", default=6.0, help="τ in pixels.", show_default=True)
 def command(folder: Path, frames: int, every: int, size: str, spp: int, detail: float) -> None:
-    """Measure the walk in DIR, and print the table."""
+    """Measure a walk through a forest into DIR, three ways, and print what pops."""
     folder.mkdir(parents=True, exist_ok=True)
     for first in range(1, frames, every):
         for way in WAYS:

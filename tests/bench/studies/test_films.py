@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from bench.experiments.popping import unexplained_change as popping_measure
 from bench.experiments.popping.unexplained_change import Walk, frames_of, popped
-from bench.studies import motion_clips
-from bench.studies.motion_clips import CLIPS, WAYS, pixels_seen_before, table_rows, verdict_line
+from bench.studies.films import clips
+from bench.studies.films.clips import CLIPS, WAYS, pixels_seen_before, table_rows, verdict_line
 from lod.camera import Corner, camera_from_heading
 from scenes.frame.frame_input import assemble_frame
 from scenes.preset.load import load_preset
@@ -22,14 +22,14 @@ from scenes.world.world import build_world
 @pytest.mark.parametrize("name", list(CLIPS))
 @pytest.mark.parametrize("way", list(WAYS))
 def test_every_clip_is_a_preset(name, way):
-    preset = load_preset("meadow", (*motion_clips.WORLD, *CLIPS[name], *WAYS[way]))
+    preset = load_preset("meadow", (*clips.WORLD, *CLIPS[name], *WAYS[way]))
     assert (preset.view.metric == "full") == (way == "everything")
 
 
 def stopping():
     """The clip, of people alone on bare ground, and small."""
     people = ("species.tree.density=0", "species.figure.prototypes=1", "render.size=160x90")
-    words = (*motion_clips.WORLD, *CLIPS["stop"], *people, "species.figure.density=0.02")
+    words = (*clips.WORLD, *CLIPS["stop"], *people, "species.figure.density=0.02")
     preset = load_preset("meadow", words)
     world = build_world(preset)
     return replace(world, terrain=replace(world.terrain, aggregate_cover=None)), preset
@@ -103,7 +103,7 @@ def test_a_clip_is_judged_against_everything_and_the_planted_one_beside_it():
 
 def test_frames_to_measure_are_two_or_more(tmp_path):
     words = ["-o", str(tmp_path), "--measure", "5", "5"]
-    told = CliRunner().invoke(motion_clips.command, words)
+    told = CliRunner().invoke(clips.command, words)
     assert told.exit_code == 2 and "--measure 5 5" in told.output
 
 
@@ -111,7 +111,7 @@ def test_frames_to_measure_are_two_or_more(tmp_path):
 def test_a_clip_lies_side_by_side_on_disk_and_has_its_rows(tmp_path):
     words = ["-o", str(tmp_path), "--frames", "2", "--size", "48x27", "--spp", "8"]
     words += ["--measure-size", "48x27"]
-    told = CliRunner().invoke(motion_clips.command, [*words, "--clip", "pan"])
+    told = CliRunner().invoke(clips.command, [*words, "--clip", "pan"])
     assert told.exit_code == 0, told.output
     assert "everything" in told.output
     assert {"pan.png", "pan.0001.exr", "pan.0002.exr"} <= {p.name for p in tmp_path.iterdir()}

@@ -1,4 +1,4 @@
-"""Films of moving cameras, pruned and with everything drawn, and what motion does not explain.
+"""What does motion not explain in clips of moving cameras, pruned and with everything drawn?
 
 A fast pan, a walk past walkers, a turn that stops, and a flight over trees, each as it is pruned
 (by motion too, and with parts kept for as long as they are off by less than half a pixel) beside
@@ -24,7 +24,7 @@ from PIL import Image
 
 from bench.cli.output import table
 from bench.experiments.popping.unexplained_change import Walk, walk
-from bench.studies.popping_film import MOST_RATIO
+from bench.studies.films.forest_walk import MOST_RATIO
 from lod.camera import Camera
 from scenes.frame.frame_input import assemble_frame
 from scenes.frame.layers import Layers
@@ -202,7 +202,7 @@ def _beside(one: Layers, two: Layers) -> Layers:
 
 
 @click.command()
-@click.option("-o", "folder", default="out/motion_clips", type=click.Path(path_type=Path))
+@click.option("-o", "folder", default="out/clips", type=click.Path(path_type=Path))
 @click.option("--frames", "count", default=24, type=click.IntRange(2, 240), show_default=True)
 @click.option("--size", default="320x180", show_default=True, help="Of each film.")
 @click.option("--spp", default=16, show_default=True)
@@ -220,7 +220,7 @@ def command(
     names: tuple[str, ...],
     table_only: bool,
 ) -> None:
-    """Render the clips, pruned on the left, and print what motion does not explain."""
+    """Render clips, pruned beside everything drawn, and print what motion leaves unexplained."""
     folder.mkdir(parents=True, exist_ok=True)
     first, last = ends or (1, count)
     if not 1 <= first < last:
