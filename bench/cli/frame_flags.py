@@ -1,8 +1,6 @@
 """Which frames are asked for, and where do they go? Checked before anything slow begins."""
 
-import os
 import re
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,7 +11,6 @@ MOST_FRAMES = 100_000
 _SPAN = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
 _MEMORY = re.compile(r"(\d{1,9}(?:\.\d{1,9})?) ?(MB|GB|MiB|GiB)", re.ASCII | re.IGNORECASE)
 _UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
-_HASHES = "####"
 
 
 def frame_numbers(text: str) -> tuple[int, ...]:
@@ -45,41 +42,8 @@ def memory_size(text: str) -> int:
     return round(float(match[1]) * _UNITS[match[2].lower()])
 
 
-def frame_pattern(text: str) -> str:
-    """Check a path as OUT/name.####.exr, where #### becomes the frame's number, and give it back.
-
-    Raises InputError for another.
-    """
-    folder, name = os.path.split(text)
-    cure = "write it as out/name.####.exr"
-    if not name.endswith(".exr"):
-        raise InputError("-o", text, "frames are .exr files", cure)
-    if name.count("#") != len(_HASHES) or _HASHES not in name or "#" in folder:
-        raise InputError("-o", text, "the file's name holds #### once, for the number", cure)
-    return text
-
-
 def check_targets(paths: Sequence[Path]) -> None:
     """Raise InputError where a folder stands in a frame's place."""
     for path in paths:
         if path.is_dir():
             raise InputError("-o", str(path), "a file's place, and a folder is there", "move it")
-
-
-def make_folder(folder: str | Path, where: str = "-o") -> Path:
-    """Make a folder that can be written to, or raise InputError and leave nothing behind."""
-    folder = Path(folder)
-    made: list[Path] = []
-    try:
-        for each in [*reversed(folder.parents), folder]:
-            if not each.exists():
-                each.mkdir()
-                made.append(each)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-    except (OSError, ValueError) as error:
-        for each in reversed(made):
-            each.rmdir()
-        why = getattr(error, "strerror", None) or str(error)
-        rule = f"a folder that can be written to ({why})"
-        raise InputError(where, str(folder), rule, "choose another") from None

@@ -5,14 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.frame.displayed import Visible, compact_ids
-from scenes.frame.frame_input import sun_and_sky
+from scenes.frame.assemble import frame_quality
+from scenes.frame.displayed import display
+from scenes.frame.frame_input import FrameInput
 from scenes.preset.load import Preset, load_preset
-from scenes.render.description.describe import describe
-from scenes.world.view import view_at
+from scenes.render.description.describe import describe_frame
+from scenes.world.light import sun_and_sky
+from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world
 
 
@@ -25,15 +26,11 @@ def first_view(name: str, size: str, *settings: str) -> tuple[World, Preset, Vie
 
 def plain_scene(world: World, preset: Preset, view: View) -> dict[str, Any]:
     """Prune every representation of a world, and describe what is displayed as plain arrays."""
-    visible = []
-    for each in world.representations:
-        cut = prune(each, view)
-        visible.append(
-            Visible(
-                each.name, compact_ids(cut), each.appearance(cut.parts, blend_weights(cut, view))
-            )
-        )
-    return describe(view.camera, visible, sun_and_sky(preset), preset.render.max_depth)
+    displayed = tuple(display(each, prune(each, view), view) for each in world.representations)
+    quality = frame_quality(preset, "scalar_rgb")
+    return describe_frame(
+        FrameInput(view.camera, displayed, preset_air(preset), sun_and_sky(preset), quality)
+    )
 
 
 def scene_hash(scene: dict[str, Any]) -> str:

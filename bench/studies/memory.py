@@ -13,9 +13,10 @@ from pathlib import Path
 import click
 
 from bench.cli.output import table
+from scenes.frame.assemble import frame_quality
 from scenes.preset.load import load_preset
 from scenes.render.pipeline.memory_model import ExtraBuffers, predict_bytes
-from scenes.render.sequence.one_frame import Record, frame_settings
+from scenes.render.sequence.frame_session import Record, frame_settings
 from scenes.render.sequence.worker import Worker
 
 
@@ -72,7 +73,8 @@ def predicted_memory(scene: Scene, record: Record) -> int:
     counts = record["statistics"]["sticks"], record["statistics"]["triangles"]
     output, open_shutter = preset.output, preset.view.shutter > 0
     beside = ExtraBuffers(output.motion, output.denoise, open_shutter)
-    return predict_bytes(*counts, preset.render.size, preset.render.spp, scene.variant, beside)
+    quality = frame_quality(preset, scene.variant)
+    return predict_bytes(*counts, preset.render.size, quality, beside)
 
 
 def memory_growth(frames: int = FRAMES) -> tuple[int, int]:

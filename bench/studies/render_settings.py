@@ -10,25 +10,19 @@ paths tried.
 """
 
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
-from unittest.mock import patch
 
 import click
 import numpy as np
 
 from bench.cli.output import table
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
 from scenes.frame.quality import Quality
-from scenes.frame.types import FrameInput
 from scenes.preset.load import load_preset
-from scenes.render.description import describe
-from scenes.render.drivers import camera_rays
-from scenes.render.drivers import jit as jit_frame
-from scenes.render.pipeline.render import BuiltFrame, build_frame, trace
+from scenes.render.pipeline.stages import BuiltFrame, build_frame, trace
 from scenes.world.world import build_world
 
 DARK = 1e-2
@@ -41,63 +35,31 @@ SPP = 25
 
 @dataclass(frozen=True)
 class Setting:
-    """One way to render: ``scene`` and ``trace`` are what is changed where a scene is built and
-    where it is traced, as (module, name, value).
-    """
+    """One way to render: fields of Quality that are changed, by name."""
 
     name: str
-    max_depth: int | None = None
-    scene: tuple[tuple[Any, str, Any], ...] = ()
-    trace: tuple[tuple[Any, str, Any], ...] = ()
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+    def of(self, quality: Quality) -> Quality:
+        """A quality with this changed in it."""
+        return replace(quality, **self.changes)
 
 
 def settings() -> tuple[Setting, ...]:
     """What is tried; the first is what is used."""
-    weights = [1.0, 3.0, 6.0, 24.0, 48.0]
-    suns = [
-        Setting(f"sun sampled {w:g} to 1 sky", scene=((describe, "SUN_SAMPLING", w),))
-        for w in weights
-    ]
-    kinds = ("independent", "stratified", "orthogonal")
-    samplers = [Setting(f"sampler {k}", trace=((camera_rays, "SAMPLER", k),)) for k in kinds]
-    sizes = [
-        Setting(f"2^{k} samples at once", trace=((jit_frame, "MOST_SAMPLES", 2**k),))
-        for k in (16, 18, 21)
-    ]
-    depths = [Setting(f"paths of {n} edges", max_depth=n) for n in (2, 3, 6, 16)]
+    weights, kinds = [1.0, 3.0, 6.0, 24.0, 48.0], ("independent", "stratified", "orthogonal")
+    suns = [Setting(f"sun sampled {w:g} to 1 sky", {"sun_sampling": w}) for w in weights]
+    samplers = [Setting(f"sampler {k}", {"sampler": k}) for k in kinds]
+    sizes = [Setting(f"2^{k} samples at once", {"most_samples": 2**k}) for k in (16, 18, 21)]
+    depths = [Setting(f"paths of {n} edges", {"max_depth": n}) for n in (2, 3, 6, 16)]
     return (Setting("as used"), *suns, *samplers, *sizes, *depths)
 
 
-@contextmanager
-def changed(names: Sequence[tuple[Any, str, Any]]) -> Iterator[None]:
-    """Constants at other values for a while."""
-    patches = [patch.object(*each) for each in names]
-    for each in patches:
-        each.start()
-    try:
-        yield
-    finally:
-        for each in patches:
-            each.stop()
-
-
-def built(made: FrameInput, setting: Setting) -> tuple[BuiltFrame, Quality]:
-    """The scene of a frame by one setting."""
-    quality = made.quality
-    if setting.max_depth is not None:
-        quality = replace(quality, max_depth=setting.max_depth)
-    with changed(setting.scene):
-        return build_frame(made.camera, made.visible, made.air, made.light, quality), quality
-
-
-def traced(
-    stage: BuiltFrame, quality: Quality, setting: Setting, seed: int
-) -> tuple[np.ndarray, float]:
+def traced(built: BuiltFrame, quality: Quality, seed: int) -> tuple[np.ndarray, float]:
     """A picture (h, w, 3), and the processor's seconds that it took."""
-    with changed(setting.trace):
-        start = time.process_time()
-        layers = trace(stage, replace(quality, seed=seed), 1)
-        return np.asarray(layers.rgb, np.float64), time.process_time() - start
+    start = time.process_time()
+    layers = trace(built, replace(quality, seed=seed), 1)
+    return np.asarray(layers.rgb, np.float64), time.process_time() - start
 
 
 def noise(a: np.ndarray, b: np.ndarray, light: np.ndarray) -> float:
@@ -110,14 +72,15 @@ def tried(name: str, size: str, spp: int, pairs: int) -> list[tuple[Any, ...]]:
     """One preset's table."""
     preset = load_preset(name, [f"render.size={size}", f"render.spp={spp}"])
     made, all_settings = assemble_frame(build_world(preset), preset, 1, "llvm_ad_rgb"), settings()
-    scenes = [built(made, each) for each in all_settings]
-    for scene, each in zip(scenes, all_settings, strict=True):
-        traced(*scene, each, 2**20)  # compiles
+    qualities = [each.of(made.quality) for each in all_settings]
+    scenes = [(build_frame(replace(made, quality=each)), each) for each in qualities]
+    for scene in scenes:
+        traced(*scene, 2**20)  # compiles
     pictures: list[list[np.ndarray]] = [[] for _ in all_settings]
     spent: list[list[float]] = [[] for _ in all_settings]
     for seed in range(2 * pairs):
-        for scene, each, held, times in zip(scenes, all_settings, pictures, spent, strict=True):
-            picture, seconds = traced(*scene, each, seed)
+        for scene, held, times in zip(scenes, pictures, spent, strict=True):
+            picture, seconds = traced(*scene, seed)
             held.append(picture)
             times.append(seconds)
     light = np.mean([np.mean(held, axis=0) for held in pictures[:-4]], axis=0)

@@ -31,10 +31,11 @@ from scenes.field.cell_search import cells_in_reach, search_spans
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import traverse
 from scenes.field.traversal_tables import node_limits
-from scenes.frame.displayed import Visible
-from scenes.frame.frame_input import sun_and_sky
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
+from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 
 WORLDS = (1e4, 1e6, 1e9, 1e12, 1e15)
@@ -161,7 +162,7 @@ def ready_scene_rows(variant: str, size: str, repeats: int) -> Rows:
     timed. Memory is what the first of the repeats takes.
     """
     from scenes.render.mitsuba.variants import choose
-    from scenes.render.pipeline.render import build, describe_frame
+    from scenes.render.pipeline.stages import build_frame
 
     process, quality = psutil.Process(), Quality(choose(variant))
     for one, times in (("64x36", 1), (size, repeats)):
@@ -172,8 +173,8 @@ def ready_scene_rows(variant: str, size: str, repeats: int) -> Rows:
         for _ in range(times):
             before, start = process.memory_info().rss, time.perf_counter()
             shape = field.appearance(cut.parts, blend_weights(cut, view))
-            seen = (Visible(field.name, cut, shape),)
-            held = build(describe_frame(view.camera, seen, air, light, quality), air, quality).built
+            seen = (DisplayedRepresentation(field.name, cut, shape),)
+            held = build_frame(FrameInput(view.camera, seen, air, light, quality)).scene
             spent.append(time.perf_counter() - start)
             grown = grown or process.memory_info().rss - before
             primitives = sum(map(len, held.owners))

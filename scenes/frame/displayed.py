@@ -1,77 +1,99 @@
-"""What one representation displays in a frame, and how it looks at a moment of it."""
+"""What one representation displays in a frame, and how it looks at any time near the frame's."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.representation import Moving, Representation
 from lod.pruning.shapes import Sticks, Triangles
-from lod.pruning.update_schedule import (
-    DrawnState,
-    apply_state,
-)
+from lod.pruning.update_schedule import DrawnState, apply_state
 from lod.pruning.view import View
 
 
 @dataclass(frozen=True, eq=False)
-class Visible:
-    """One representation's cut and its looks; ``shape.owner`` gives rows of ``cut.parts``.
+class Posing:
+    """How the displayed parts of a representation are posed and drawn at other times.
 
-    later  the same sticks as they are in the next frame, in this one's coordinates; None: as now
+    parts    the displayed parts as they stand at the view's time
+    weights  by which inner and leaf appearances are blended, whenever they are drawn
+    """
+
+    representation: Representation
+    parts: Parts
+    weights: BlendWeights
+    view: View
+
+    def parts_at(self, time_s: float) -> Parts:
+        """The displayed parts as they stand at a time; the very same where nothing moves."""
+        if time_s == self.view.time_s or not isinstance(self.representation, Moving):
+            return self.parts
+        return self.representation.later(self.parts, self.view, time_s)
+
+    def shape_at(self, time_s: float) -> Sticks | Triangles:
+        """Their appearance at a time, in the coordinates of the view's frame."""
+        return self.representation.appearance(self.parts_at(time_s), self.weights)
+
+    def moves(self, time_s: float) -> bool:
+        """Whether any of them stands elsewhere at that time."""
+        return self.parts_at(time_s) is not self.parts
+
+
+@dataclass(frozen=True, eq=False)
+class DisplayedRepresentation:
+    """What one representation displays at one time, in the coordinates of its frame.
+
+    cut     the displayed parts; ``shape.owner`` gives their rows
+    shape   their appearance
+    later   the same sticks a frame later, row by row; None where nothing moves till then
+    posing  gives the appearance at other times; None for what never moves
+    drawn   which sticks are still drawn as they were in an earlier frame; None: none are
     """
 
     name: str
     cut: Cut
     shape: Sticks | Triangles
     later: Sticks | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Shown:
-    """What one representation displays in a frame, whenever it is looked at.
-
-    drawn  what of it is kept as it was drawn; None: nothing
-    """
-
-    each: Representation
-    cut: Cut
-    weights: BlendWeights
-    view: View
+    posing: Posing | None = None
     drawn: DrawnState | None = None
 
-    def shape(self, time_s: float) -> Sticks | Triangles:
-        """What is drawn at a time, in the frame's coordinates."""
-        posed = self.posed(time_s)
-        return apply_state(self.drawn, posed) if self.drawn and isinstance(posed, Sticks) else posed
-
-    def posed(self, time_s: float) -> Sticks | Triangles:
-        """Its looks at a time, nothing of it kept."""
-        return self.each.appearance(self.parts(time_s), self.weights)
-
-    def parts(self, time_s: float) -> Parts:
-        """The displayed parts as they stand at a time; the very same where nothing moves."""
-        if time_s == self.view.time_s or not isinstance(self.each, Moving):
-            return self.cut.parts
-        return self.each.later(self.cut.parts, self.view, time_s)
-
     def moves(self, time_s: float) -> bool:
-        """Whether anything stands elsewhere at that time."""
-        return self.parts(time_s) is not self.cut.parts
+        """Whether any displayed part stands elsewhere at that time."""
+        return self.posing is not None and self.posing.moves(time_s)
+
+    def at(self, time_s: float, later_s: float | None = None) -> "DisplayedRepresentation":
+        """The same parts drawn at a time, with where their sticks are at a later one."""
+        if self.posing is None:
+            return self
+        shape, later = self.shape, None
+        if self.moves(time_s):
+            shape = _drawn(self.drawn, self.posing.shape_at(time_s))
+        if later_s is not None and self.moves(later_s):
+            later = self.posing.shape_at(later_s)
+        return replace(self, shape=shape, later=later if isinstance(later, Sticks) else None)
+
+    def with_drawn(self, drawn: DrawnState) -> "DisplayedRepresentation":
+        """The same parts, of which some sticks are still drawn as they were."""
+        return replace(self, shape=_drawn(drawn, self.shape), drawn=drawn)
 
 
-def visible_at(shown: Shown, time_s: float, later_s: float | None) -> Visible:
-    """A cut at a time, with its sticks at a later one, row by row, where they move till then."""
-    later = shown.posed(later_s) if later_s is not None and shown.moves(later_s) else None
-    sticks = later if isinstance(later, Sticks) else None
-    return Visible(shown.each.name, compact_ids(shown.cut), shown.shape(time_s), sticks)
+def display(representation: Representation, cut: Cut, view: View) -> DisplayedRepresentation:
+    """Ask a representation for the appearance of the parts of a cut, at the view's time."""
+    posing = Posing(representation, cut.parts, blend_weights(cut, view), view)
+    shape = posing.shape_at(view.time_s)
+    return DisplayedRepresentation(representation.name, compact_ids(cut), shape, posing=posing)
 
 
 def compact_ids(cut: Cut) -> Cut:
-    """A frame's ids have 32 bits: parts with longer addresses are numbered in their order."""
+    """Number parts in their order where their addresses are longer than a frame's 32 bits."""
     part = cut.part
     if not len(part) or part.max() < 2**32:
         return cut
     numbers = np.unique(part, return_inverse=True)[1]
     return replace(cut, part=numbers)
+
+
+def _drawn(drawn: DrawnState | None, shape: Sticks | Triangles) -> Sticks | Triangles:
+    return apply_state(drawn, shape) if drawn and isinstance(shape, Sticks) else shape

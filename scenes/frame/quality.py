@@ -22,6 +22,11 @@ class Quality:
     spp        samples per pixel, taken exactly
     max_depth  longest light path, in edges: 2 is direct light only
     haze       one of HAZES: how the air between is worked out
+    sun_sampling  share of light samples for the sun against 1 for the sky; of those that were tried
+        12 has the least noise for the time (``python -m bench.studies.render_settings``)
+    sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
+        the time than multijitter (the same study)
+    most_samples  traced at once: bounds memory, and how long Ctrl-C waits
     """
 
     variant: str
@@ -29,6 +34,9 @@ class Quality:
     seed: int = 0
     max_depth: int = 4
     haze: str = "analytic"
+    sun_sampling: float = 12.0
+    sampler: str = "multijitter"
+    most_samples: int = 2**19
 
     def __post_init__(self) -> None:
         if not 1 <= self.spp <= 65536:
@@ -42,6 +50,11 @@ class Quality:
         if self.is_spectral and self.haze != "analytic":
             rule = "analytic where pictures are spectral"
             raise InputError("--haze", self.haze, rule, "leave out --spectral")
+
+    @property
+    def is_jit(self) -> bool:
+        """Whether the variant traces wavefronts of rays with code that it compiles."""
+        return not self.variant.startswith("scalar_")
 
     @property
     def is_spectral(self) -> bool:

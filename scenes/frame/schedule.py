@@ -1,7 +1,6 @@
 """Which sticks of what moves are drawn anew in a frame, where small moves may be left out."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 
 from lod.pruning.shapes import Sticks
 from lod.pruning.update_schedule import (
@@ -12,39 +11,42 @@ from lod.pruning.update_schedule import (
     replay_frames,
     threshold_rule,
 )
-from scenes.frame.displayed import Shown
+from scenes.frame.displayed import DisplayedRepresentation
 from scenes.preset.load import Preset
 from scenes.world.view import camera_between, frame_time
 from scenes.world.world import World
 
 
-def with_schedule(world: World, preset: Preset, frame: int, shown: Shown) -> Shown:
-    """The same with what is kept of it, where only sticks past a threshold are drawn anew."""
+def with_schedule(
+    world: World, preset: Preset, frame: int, displayed: DisplayedRepresentation
+) -> DisplayedRepresentation:
+    """Leave sticks as they were drawn earlier, where they have moved less than the threshold."""
     threshold = preset.view.update_threshold
-    if threshold == 0 or not is_scheduled(shown, frame_time(preset, frame + 1)):
-        return shown
-    frames = poses_over(world, preset, replay_frames(frame), shown)
-    (drawn,) = replay(frames, [threshold_rule(threshold)])
-    return replace(shown, drawn=drawn)
+    if threshold == 0 or not is_scheduled(displayed, frame_time(preset, frame + 1)):
+        return displayed
+    poses = poses_over(world, preset, replay_frames(frame), displayed)
+    (drawn,) = replay(poses, [threshold_rule(threshold)])
+    return displayed.with_drawn(drawn)
 
 
-def is_scheduled(shown: Shown, later_s: float) -> bool:
-    """Whether it has parts that may be kept: sticks of something that moves."""
-    return shown.moves(later_s) and isinstance(shown.posed(shown.view.time_s), Sticks)
+def is_scheduled(displayed: DisplayedRepresentation, later_s: float) -> bool:
+    """Whether it has parts that may stay as they were drawn: sticks of something that moves."""
+    return displayed.moves(later_s) and isinstance(displayed.shape, Sticks)
 
 
 def poses_over(
-    world: World, preset: Preset, frames: Iterable[int], shown: Shown
+    world: World, preset: Preset, frames: Iterable[int], displayed: DisplayedRepresentation
 ) -> Iterator[TruePose]:
-    """Its parts as they stand in each of these frames; of what is drawn in sticks."""
-    for at in frames:
-        shape = shown.posed(frame_time(preset, at))
-        due, eye = (
-            refresh_due(shown.cut.parts.part, at),
-            camera_between(world, preset, at, shown.view).eye,
-        )
+    """Where its sticks truly are in each of these frames; nothing of what is no sticks."""
+    if displayed.posing is None:
+        return
+    posing, view = displayed.posing, displayed.posing.view
+    for frame in frames:
+        shape = posing.shape_at(frame_time(preset, frame))
+        due = refresh_due(posing.parts.part, frame)
+        eye = camera_between(world, preset, frame, view.camera.corner).eye
         if isinstance(shape, Sticks):
-            yield TruePose(shape.start, shape.end, shape.owner, due, eye, shown.view.theta)
+            yield TruePose(shape.start, shape.end, shape.owner, due, eye, view.theta)
 
 
 def update_counts(drawn: Sequence[DrawnState]) -> dict[str, int]:

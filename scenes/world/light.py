@@ -7,6 +7,7 @@ import numpy as np
 
 from lod.canopy.turbid_medium import BARE, Canopy
 from lod.errors import InputError
+from scenes.preset.load import Preset
 
 
 @dataclass(frozen=True)
@@ -32,3 +33,9 @@ class Light:
         """Unit vector to the sun, (3,)."""
         a, e = math.radians(self.sun_azimuth_deg), math.radians(self.sun_elevation_deg)
         return np.array((math.sin(a) * math.cos(e), math.cos(a) * math.cos(e), math.sin(e)))
+
+
+def sun_and_sky(preset: Preset) -> Light:
+    """Sun and sky of a preset, over bare ground."""
+    light = preset.light
+    return Light(light.sun_azimuth, light.sun_elevation, light.turbidity)

@@ -6,7 +6,7 @@ from functools import cache
 
 from lod.atmosphere.air import Air, least_extinction
 from lod.atmosphere.mist import Mist
-from lod.camera import Camera
+from lod.camera import Camera, Corner
 from lod.motion.image_motion import eye_relative_to
 from lod.motion.shutter import ShutterInterval
 from lod.motion.window_of_visibility import integration_time_s
@@ -94,8 +94,7 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
     )
 
 
-def camera_between(world: World, preset: Preset, frame: float, view: View) -> Camera:
-    """The camera between frames, in the coordinates of a frame's view."""
+def camera_between(world: World, preset: Preset, frame: float, corner: Corner) -> Camera:
+    """The camera at a frame or between two, in the coordinates of a corner."""
     camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
-    corner = view.camera.corner
     return replace(camera, corner=corner, eye=eye_relative_to(corner, camera))

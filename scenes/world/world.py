@@ -20,7 +20,7 @@ from scenes.particles.plume import Plume
 from scenes.plugins.representation import GroundedRepresentation, make_representation
 from scenes.preset.load import PlacedPreset, PlumePreset, Preset, SpeciesPreset
 from scenes.terrain.terrain import Terrain
-from scenes.world.light import Light
+from scenes.world.light import sun_and_sky
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,9 +92,8 @@ def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> Aggrega
     """What the fields leave on the ground beyond the limit, in the preset's light."""
     if not fields:
         return None
-    light = preset.light
-    to_sun = Light(light.sun_azimuth, light.sun_elevation, light.turbidity).to_sun
-    sky = sky_at(light.sun_elevation, light.turbidity)
+    to_sun = sun_and_sky(preset).to_sun
+    sky = sky_at(preset.light.sun_elevation, preset.light.turbidity)
     species = tuple(each.species for each in fields)
     return AggregateCover(species, to_sun, sky, preset.render.max_depth)
 

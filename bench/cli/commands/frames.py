@@ -5,9 +5,10 @@ from collections.abc import Iterator, Sequence
 
 import click
 
-from bench.cli.frame_flags import frame_numbers, frame_pattern, memory_size
+from bench.cli.frame_flags import frame_numbers, memory_size
 from bench.cli.view_flags import FILE_KEYS, QUALITY_KEYS, VIEW_KEYS, preset_from_flags
 from lod.errors import InputError
+from scenes.render.files.frame_paths import check_pattern
 
 _NOT_FOR_ONE = ("cluster", "preview")
 
@@ -29,7 +30,7 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     for name in _NOT_FOR_ONE:
         if flags.pop(name):
             raise InputError(f"--{name}", "given", "not for single frames", "leave it out")
-    frame_pattern(flags["pattern"])
+    check_pattern(flags["pattern"])
     numbers = frame_numbers(flags["frames"])
     keys = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
     told = {name: value for name, value in flags.items() if name in keys}

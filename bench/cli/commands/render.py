@@ -1,7 +1,7 @@
 """`lodbench render`: frames of a preset as an EXR sequence."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,16 +10,15 @@ import click
 from bench.cli.frame_flags import (
     check_targets,
     frame_numbers,
-    frame_pattern,
-    make_folder,
     memory_size,
 )
 from bench.cli.output import Output, output
 from bench.cli.progress import frame_progress
-from bench.cli.rendering import Rendering
+from bench.cli.rendering import Workers, render_job
 from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
 from lod.errors import InputError
 from scenes.preset.load import Preset
+from scenes.render.files.frame_paths import check_pattern, frame_path, make_folder
 from scenes.render.pictures.tone_map import PictureStyle
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ def command(
     **flags: Any,
 ) -> None:
     """Prune, render and write frames: colour, depth, normals, albedo and ids."""
-    frame_pattern(pattern)
+    check_pattern(pattern)
     numbers = frame_numbers(frames)
     if resume and overwrite:
         raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
@@ -78,16 +77,18 @@ def command(
         chosen = fit_to_memory(chosen, most_bytes)
     from scenes.render.mitsuba.variants import choose
     from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.one_frame import frame_settings
-    from scenes.render.sequence.sequence import frame_path, open_job
+    from scenes.render.sequence.frame_session import frame_settings
+    from scenes.render.sequence.sequence import open_job
 
     check_targets([frame_path(pattern, number) for number in numbers])
     chosen = within_budget(chosen, numbers)
     settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral))
     make_folder(Path(pattern).parent)
     with output(as_json) as out:
-        begin = partial(open_job, pattern, numbers, settings, overwrite)
-        records = _render(out, begin, Rendering(threads, most_bytes, cluster, out.note))
+        records: list[dict[str, Any]] = []
+        with _counted(out, records):
+            job = open_job(pattern, numbers, settings, overwrite)
+            _render(out, job, Workers(threads, most_bytes, cluster), records)
         done = [Path(record["path"]) for record in records if "error" not in record]
         failed = [record for record in records if "error" in record]
         pictures = _preview(out, chosen, pattern, done, look) if preview and done else []
@@ -97,27 +98,30 @@ def command(
         raise click.ClickException(_failures(failed, len(numbers)))
 
 
-def _render(out: Output, begin: Callable[[], "Job"], render: Rendering) -> list[dict[str, Any]]:
-    """Render, with a line for each finished frame; an early end is counted as a failure."""
-    records: list[dict[str, Any]] = []
+@contextmanager
+def _counted(out: Output, records: Sequence[dict[str, Any]]) -> Iterator[None]:
+    """What ends the sequence before its end is counted among the failures, too."""
     try:
-        job = begin()
-        with frame_progress(len(job.paths)) as progress:
-            for record in render(job, progress):
-                records.append(record)
-                progress.clear()
-                if "error" not in record:
-                    out.record(record)
-                    out.say(_line(record))
-                else:
-                    out.note(f"lodbench: {record['path']}: {record['error']}")
-                progress.finish_frame(record)
+        yield
     except BaseException:
         failures = [record for record in records if "error" in record]
         done = len(records) - len(failures)
         out.record({"done": done, "failed": len(failures) + 1, "failures": failures})
         raise
-    return records
+
+
+def _render(out: Output, job: "Job", workers: Workers, records: list[dict[str, Any]]) -> None:
+    """Add the record of each finished frame to ``records``, with a line for each."""
+    with frame_progress(len(job.paths)) as progress:
+        for record in render_job(job, workers, progress.show_samples, out.note):
+            records.append(record)
+            progress.clear()
+            if "error" not in record:
+                out.record(record)
+                out.say(_line(record))
+            else:
+                out.note(f"lodbench: {record['path']}: {record['error']}")
+            progress.finish_frame(record)
 
 
 def _failures(failed: Sequence[dict[str, Any]], frames: int) -> str:

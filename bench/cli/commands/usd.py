@@ -5,9 +5,10 @@ from typing import Any
 
 import click
 
-from bench.cli.frame_flags import LAST_FRAME, make_folder
+from bench.cli.frame_flags import LAST_FRAME
 from bench.cli.output import output
 from bench.cli.view_flags import preset_from_flags, view_flags
+from scenes.render.files.frame_paths import make_folder
 
 
 @click.command("usd")
@@ -17,7 +18,7 @@ from bench.cli.view_flags import preset_from_flags, view_flags
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, path: str, frame: int, as_json: bool, **flags: Any) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
-    from scenes.frame.frame_input import assemble_frame
+    from scenes.frame.assemble import assemble_frame
     from scenes.render.files.usd import check_usd, write_usd
     from scenes.render.mitsuba.variants import SCALAR_VARIANT
     from scenes.render.sequence.detail_budget import within_budget

@@ -1,17 +1,19 @@
 """`lodbench verify`: every frame of a folder against its manifest."""
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bench.cli.output import Output, output
 from bench.cli.progress import frame_progress, progress_bar
-from bench.cli.rendering import Rendering
+from bench.cli.rendering import Workers, render_job
 from lod.errors import InputError
 
 if TYPE_CHECKING:
     from scenes.render.files.manifest import Manifest
+    from scenes.render.sequence.sequence import Job
     from scenes.render.sequence.verify import Checked
 
 
@@ -33,8 +35,8 @@ def command(folder: str, repair: bool, threads: int, cluster: str | None, as_jso
     manifest = open_manifest(Path(folder))
     with output(as_json) as out:
         wrong = _look(out, manifest)
-        render = Rendering(threads, None, cluster, out.note)
-        left = _repair(out, manifest, wrong, render) if repair and wrong else wrong
+        workers = Workers(threads, None, cluster)
+        left = _repair(out, manifest, wrong, workers) if repair and wrong else wrong
         counts = {"frames": len(manifest.frames), "wrong": len(wrong)}
         out.record({**counts, "repaired": len(wrong) - len(left)})
         out.say(_summary(len(manifest.frames), wrong, left))
@@ -57,14 +59,18 @@ def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
 
 
 def _repair(
-    out: Output, manifest: "Manifest", wrong: list["Checked"], render: Rendering
+    out: Output, manifest: "Manifest", wrong: list["Checked"], workers: Workers
 ) -> list["Checked"]:
     """Repair what is wrong, and give what is wrong still."""
     from scenes.render.sequence.verify import repairs
 
     left = []
     with frame_progress(sum(found.frame is not None for found in wrong)) as progress:
-        for after in repairs(manifest, wrong, lambda job: render(job, progress)):
+
+        def render(job: "Job") -> Iterator[dict[str, Any]]:
+            return render_job(job, workers, progress.show_samples, out.note)
+
+        for after in repairs(manifest, wrong, render):
             progress.clear()
             if after.wrong:
                 left.append(after)

@@ -20,10 +20,10 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import make_record, merge_points, run_cases
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.frame.quality import Quality
-from scenes.frame.types import FrameInput
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
 from scenes.render.pictures.tone_map import auto_exposure
@@ -131,7 +131,7 @@ def _rendered(shot: FrameInput, kind: str, seed: int) -> Layers:
         spp=_SPP[kind],
         seed=seed,
     )
-    return render_frame(shot.camera, shot.visible, shot.air, shot.light, quality, 1)
+    return render_frame(replace(shot, quality=quality), 1)
 
 
 def delta_e(one: np.ndarray, other: np.ndarray) -> np.ndarray:

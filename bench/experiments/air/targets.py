@@ -13,8 +13,8 @@ from lod.atmosphere.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.pruning.parts import Parts
 from lod.pruning.pruner import Cut, cut_from_parts
-from lod.pruning.shapes import Triangles
-from scenes.frame.displayed import Visible
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.render.pipeline.render import render_frame
 from scenes.world.light import Light
@@ -45,7 +45,7 @@ def camera() -> Camera:
     return camera_from_heading(Corner(0, 0), np.zeros(3), HEADING_DEG, 0.0, _FOV_DEG, size)
 
 
-def targets(visibility_m: float, seed: int) -> Visible:
+def targets(visibility_m: float, seed: int) -> DisplayedRepresentation:
     """Squares across the view, every other slot."""
     eye, (step, albedo) = camera(), order(seed)
     count = len(step)
@@ -65,7 +65,7 @@ def targets(visibility_m: float, seed: int) -> Visible:
         faces=(first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3),
         owner=np.repeat(np.arange(count), 2),
     )
-    return Visible("targets", _cut(count), shape)
+    return DisplayedRepresentation("targets", _cut(count), shape)
 
 
 def _cut(count: int) -> Cut:
@@ -88,7 +88,7 @@ def _cut(count: int) -> Cut:
 def look_at(visibility_m: float, quality: Quality) -> tuple[Seen, Seen]:
     """Radiance of every target, and of the endless path beside it, in the order of places."""
     visible = targets(visibility_m, quality.seed)
-    frame = render_frame(camera(), [visible], Air(visibility_m), LIGHT, quality)
+    frame = render_frame(FrameInput(camera(), (visible,), Air(visibility_m), LIGHT, quality))
     slots = frame.rgb.astype(np.float64).reshape(_ROWS, _SLOTS, _SLOT_PX, -1)
     slot = slots[:, :, _EDGE_PX:-_EDGE_PX].mean(axis=(0, 2))
     target, gap = slot[::2], slot[1::2]

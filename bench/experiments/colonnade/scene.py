@@ -13,12 +13,12 @@ from jaxtyping import Float64
 
 from lod.atmosphere.air import CLEAR
 from lod.camera import Camera, Corner, camera_from_heading
-from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.representation import Representation
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
-from scenes.frame.displayed import Visible, compact_ids
+from scenes.frame.displayed import DisplayedRepresentation, display
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.models.column import HEIGHT_M, RADIUS_M, column
 from scenes.plugins.entry_points import metric_by_name
@@ -70,15 +70,14 @@ def camera() -> Camera:
     )
 
 
-def cut(shot: Shot) -> tuple[list[Visible], list[int]]:
+def cut(shot: Shot) -> tuple[list[DisplayedRepresentation], list[int]]:
     """What is displayed of the columns and the ground, and the parts of each column."""
     view = View(camera(), metric_by_name(shot.metric), shot.detail)
     made, parts = [], []
     everything: tuple[Representation, ...] = (*colonnade(), _ground())
     for each in everything:
         found = prune(each, view)
-        shape = each.appearance(found.parts, blend_weights(found, view))
-        made.append(Visible(each.name, compact_ids(found), shape))
+        made.append(display(each, found, view))
         parts.append(len(found))
     return made, parts[:-1]
 
@@ -86,7 +85,7 @@ def cut(shot: Shot) -> tuple[list[Visible], list[int]]:
 def picture(shot: Shot, quality: Quality) -> tuple[Picture, np.ndarray]:
     """Luminance, and the number of the column in each pixel from 1, 0 for none."""
     visible, _ = cut(shot)
-    frame = render_frame(camera(), visible, CLEAR, LIGHT, quality)
+    frame = render_frame(FrameInput(camera(), tuple(visible), CLEAR, LIGHT, quality))
     number = np.where(frame.object <= COUNT, frame.object, 0)
     return frame.rgb.astype(np.float64) @ _LUMINANCE, number.astype(np.int64)
 

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,9 @@ import numpy as np
 from lod.atmosphere.air import CLEAR
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
-from scenes.frame.types import FrameInput
 from scenes.preset.load import load_preset
 from scenes.render.files.exr import write_exr
 from scenes.render.pipeline.memory_model import peak_rss_bytes
@@ -51,8 +52,7 @@ def measure(overrides: list[str], variant: str, frames: int) -> dict[str, Any]:
 
 
 def _timed(made: FrameInput, frame: int) -> tuple[Layers, Row]:
-    seen = made.camera, made.visible, made.air, made.light, made.quality
-    layers = render_frame(*seen, frame)
+    layers = render_frame(made, frame)
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
         write_exr(Path(folder) / "frame.exr", layers, {})
@@ -63,7 +63,7 @@ def _timed(made: FrameInput, frame: int) -> tuple[Layers, Row]:
 
 def _clear(made: FrameInput, frame: int) -> int:
     """The same scene traced without haze."""
-    layers = render_frame(made.camera, made.visible, CLEAR, made.light, made.quality, frame)
+    layers = render_frame(replace(made, air=CLEAR), frame)
     return _us(layers.seconds["trace"])
 
 

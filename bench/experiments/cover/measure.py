@@ -32,12 +32,15 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import make_record, merge_points, run_cases
-from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.frame.assemble import frame_quality
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.frame.quality import Quality
 from scenes.preset.load import Preset
 from scenes.render.mitsuba.variants import choose
-from scenes.render.pipeline.render import build_frame, move_camera, render_frame, trace
+from scenes.render.pipeline.render import render_frame
+from scenes.render.pipeline.stages import build_frame, move_camera, trace
+from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world
 
@@ -102,7 +105,11 @@ def _whole_pictures(world: World, presets: dict[str, Preset]) -> dict[str, Layer
     """Everything in the window through every air, from one scene."""
     first = next(iter(presets.values()))
     camera, quality = view_at(world, first, 1).camera, _quality(first)
-    stage = build_frame(camera, whole(world, first), preset_air(first), sun_and_sky(first), quality)
+    stage = build_frame(
+        FrameInput(
+            camera, tuple(whole(world, first)), preset_air(first), sun_and_sky(first), quality
+        )
+    )
     return {
         air: trace(move_camera(stage, camera, preset_air(preset)), quality)
         for air, preset in presets.items()
@@ -113,7 +120,9 @@ def _pruned_picture(world: World, preset: Preset, case: Case) -> Layers:
     visible = displayed(world, preset, case.detail, case.cover)
     camera = view_at(world, preset, 1).camera
     quality = _quality(preset)
-    return render_frame(camera, visible, preset_air(preset), sun_and_sky(preset), quality)
+    return render_frame(
+        FrameInput(camera, tuple(visible), preset_air(preset), sun_and_sky(preset), quality)
+    )
 
 
 def _quality(preset: Preset) -> Quality:

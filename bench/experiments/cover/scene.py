@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.representation import Representation
 from lod.pruning.view import View
-from scenes.frame.displayed import Shown, Visible, visible_at
+from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.preset.load import Preset, load_preset
 from scenes.world.view import view_at
 from scenes.world.world import World
@@ -104,14 +103,16 @@ def preset_of(look: str, air: str, seed: int, more: tuple[str, ...] = ()) -> Pre
     return load_preset(look, (*LOOKS[look].settings(), *clear, f"seed={seed}", *more))
 
 
-def displayed(world: World, preset: Preset, detail: float, cover: bool) -> list[Visible]:
+def displayed(
+    world: World, preset: Preset, detail: float, cover: bool
+) -> list[DisplayedRepresentation]:
     """What is in the pruned picture."""
     view = replace(view_at(world, preset, 1), detail=FINE * detail)
     ground = world.terrain if cover else replace(world.terrain, aggregate_cover=None)
     return [_visible(ground, view), *(_visible(each, view) for each in world.fields)]
 
 
-def whole(world: World, preset: Preset) -> list[Visible]:
+def whole(world: World, preset: Preset) -> list[DisplayedRepresentation]:
     """Everything in view of the window, and the ground fine; bare beyond the window."""
     plain = replace(view_at(world, preset, 1), fade=0.0, conditions=None)
     fine = replace(plain, detail=FINE * WHOLE_DETAIL, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
@@ -120,6 +121,5 @@ def whole(world: World, preset: Preset) -> list[Visible]:
     return [_visible(bare, ground), *(_visible(each, fine) for each in world.fields)]
 
 
-def _visible(each: Representation, view: View) -> Visible:
-    cut = prune(each, view)
-    return visible_at(Shown(each, cut, blend_weights(cut, view), view), view.time_s, None)
+def _visible(each: Representation, view: View) -> DisplayedRepresentation:
+    return display(each, prune(each, view), view)

@@ -38,12 +38,15 @@ from bench.runner import run_cases as conduct
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.statistics.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
-from scenes.frame.displayed import Visible
-from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.frame.assemble import frame_quality
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
+from scenes.frame.quality import Quality
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.memory_model import predict_bytes
-from scenes.render.pipeline.render import build_frame, trace
+from scenes.render.pipeline.stages import build_frame, trace
+from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 
 NAME, VERSION = "fidelity", 3
@@ -102,13 +105,19 @@ def _whole(view: str, variant: str, spp: int, seeds: tuple[int, ...]) -> Referen
 
 
 def _pictures(
-    view: str, visible: Sequence[Visible], variant: str, spp: int, seeds: Sequence[int]
+    view: str,
+    visible: Sequence[DisplayedRepresentation],
+    variant: str,
+    spp: int,
+    seeds: Sequence[int],
 ) -> list[Layers]:
     """One picture for each seed, of a scene that is built once."""
     preset = preset_of(view)
     quality = replace(frame_quality(preset, variant), spp=spp)
     camera = view_of(Case(view, "blake", 1.0)).camera
-    stage = build_frame(camera, visible, preset_air(preset), sun_and_sky(preset), quality)
+    stage = build_frame(
+        FrameInput(camera, tuple(visible), preset_air(preset), sun_and_sky(preset), quality)
+    )
     return [trace(stage, replace(quality, seed=each)) for each in seeds]
 
 
@@ -119,7 +128,7 @@ def measure(case: Case, variant: str, spp: int, seeds: tuple[int, ...]) -> Point
     pictures = _pictures(case.view, visible, variant, spp, seeds[0::2])
     counts = pictures[0].statistics
     size = preset_of(case.view).render.size
-    needed = predict_bytes(counts["sticks"], counts["triangles"], size, spp, variant)
+    needed = predict_bytes(counts["sticks"], counts["triangles"], size, Quality(variant, spp))
     samples = {
         **measured([each.rgb.astype(np.float64) for each in pictures], whole),
         "parts": [parts_in(visible)],

@@ -13,10 +13,12 @@ import numpy as np
 from bench.experiments.fidelity.scene import VIEWS, Case, displayed, preset_of, reference, view_of
 from bench.records.embedded_pictures import pictures
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE, flip_map
-from scenes.frame.displayed import Visible
-from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.frame.assemble import frame_quality
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.render.pictures.tone_map import auto_exposure, to_srgb
-from scenes.render.pipeline.render import build_frame, trace
+from scenes.render.pipeline.stages import build_frame, trace
+from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 
 MAGNIFIED = 4
@@ -60,13 +62,15 @@ def _one(view: str, variant: str, spp: int, seed: int) -> dict[str, Any]:
 
 
 def _picture(
-    view: str, visible: Sequence[Visible], variant: str, spp: int, seed: int
+    view: str, visible: Sequence[DisplayedRepresentation], variant: str, spp: int, seed: int
 ) -> np.ndarray:
     preset = preset_of(view)
     camera = view_of(Case(view, "blake", 1.0)).camera
     larger = replace(camera, width=MAGNIFIED * camera.width, height=MAGNIFIED * camera.height)
     quality = replace(frame_quality(preset, variant), spp=spp, seed=seed)
-    stage = build_frame(larger, visible, preset_air(preset), sun_and_sky(preset), quality)
+    stage = build_frame(
+        FrameInput(larger, tuple(visible), preset_air(preset), sun_and_sky(preset), quality)
+    )
     return trace(stage, quality).rgb.astype(np.float64)
 
 

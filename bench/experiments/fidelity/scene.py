@@ -12,12 +12,11 @@ from functools import lru_cache
 import numpy as np
 
 from lod.errors import InputError
-from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import Cut, cut_from_parts, prune
 from lod.pruning.representation import Representation
 from lod.pruning.view import View
 from lod.pruning.view_geometry import in_view
-from scenes.frame.displayed import Visible, compact_ids
+from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.plugins.entry_points import metric_by_name
 from scenes.preset.load import Preset, load_preset
 from scenes.world.view import view_at
@@ -103,7 +102,7 @@ def view_of(case: Case) -> View:
 
 
 @lru_cache(maxsize=len(VIEWS))
-def reference(view: str) -> tuple[Visible, ...]:
+def reference(view: str) -> tuple[DisplayedRepresentation, ...]:
     """Everything, and the ground as fine as it gets. Raises InputError above the ceiling."""
     made = []
     for each in world().representations:
@@ -114,7 +113,7 @@ def reference(view: str) -> tuple[Visible, ...]:
     return tuple(made)
 
 
-def displayed(case: Case) -> list[Visible]:
+def displayed(case: Case) -> list[DisplayedRepresentation]:
     """What is in the picture of a case."""
     view, made = view_of(case), []
     for each in world().representations:
@@ -128,7 +127,7 @@ def displayed(case: Case) -> list[Visible]:
     return made
 
 
-def _pieces(each: Representation, case: Case, view: View) -> list[Visible]:
+def _pieces(each: Representation, case: Case, view: View) -> list[DisplayedRepresentation]:
     """A species, its objects in view and out of it pruned or not as the case says."""
     full = _full(each, case.view)
     pruned, whole = prune(each, view), prune(each, full)
@@ -161,12 +160,10 @@ def _full(each: Representation, view: str) -> View:
     return replace(found, fade=0.0, conditions=None, offscreen_detail=1.0)
 
 
-def _visible(each: Representation, view: View, cut: Cut) -> Visible:
-    return Visible(
-        each.name, compact_ids(cut), each.appearance(cut.parts, blend_weights(cut, view))
-    )
+def _visible(each: Representation, view: View, cut: Cut) -> DisplayedRepresentation:
+    return display(each, cut, view)
 
 
-def parts_in(visible: Sequence[Visible]) -> int:
+def parts_in(visible: Sequence[DisplayedRepresentation]) -> int:
     """Parts of the species; the ground's tiles are no parts that a law knows."""
     return sum(len(each.cut) for each in visible if each.name != world().terrain.name)

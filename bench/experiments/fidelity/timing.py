@@ -14,9 +14,11 @@ from bench.experiments.fidelity.scene import Case, displayed, parts_in, preset_o
 from bench.records.records import Point
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
 from lod.arrays import Reals
-from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.frame.assemble import frame_quality
+from scenes.frame.frame_input import FrameInput
 from scenes.render.pipeline.memory_model import predict_bytes
-from scenes.render.pipeline.render import build_frame, trace
+from scenes.render.pipeline.stages import build_frame, trace
+from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 
 TIMED = "species, timed"
@@ -67,14 +69,16 @@ def _frame(case: Case, variant: str, seed: int) -> dict[str, int]:
     visible = displayed(case)
     pruned = time.perf_counter()
     stage = build_frame(
-        view_of(case).camera, visible, preset_air(preset), sun_and_sky(preset), quality
+        FrameInput(
+            view_of(case).camera, tuple(visible), preset_air(preset), sun_and_sky(preset), quality
+        )
     )
     built = time.perf_counter()
     layers = trace(stage, quality)
     ends = start, pruned, built, time.perf_counter()
     took = {f"{k}_us": round(1e6 * t) for k, t in zip(STAGES, np.diff(ends), strict=True)}
     drawn = layers.statistics["sticks"], layers.statistics["triangles"]
-    needed = predict_bytes(*drawn, preset.render.size, SPP, variant)
+    needed = predict_bytes(*drawn, preset.render.size, quality)
     return took | {"parts": parts_in(visible), "foretold_bytes": needed}
 
 

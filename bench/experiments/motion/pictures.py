@@ -15,11 +15,11 @@ import numpy as np
 from bench.experiments.motion.moves import Move
 from bench.records.records import Point
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
-from scenes.frame.frame_input import assemble_frame
-from scenes.frame.types import FrameInput
+from scenes.frame.assemble import assemble_frame
+from scenes.frame.frame_input import FrameInput
 from scenes.preset.load import Preset, load_preset
 from scenes.render.pictures.tone_map import auto_exposure, to_srgb
-from scenes.render.pipeline.subframes import render_exposed
+from scenes.render.pipeline.render import render_frame
 from scenes.world.world import World, build_world
 
 FRAME = 2
@@ -85,8 +85,7 @@ def _world() -> World:
 def _picture(made: FrameInput, seed: int) -> np.ndarray:
     """Radiance of a blurred picture."""
     quality = replace(made.quality, seed=seed)
-    lit = made.air, made.light, quality
-    layers = render_exposed(made.instants, *lit, FRAME)
+    layers = render_frame(replace(made, quality=quality), FRAME)
     return layers.rgb.astype(np.float64)
 
 

@@ -16,9 +16,10 @@ from lod.atmosphere.air import CLEAR
 from lod.camera import Camera
 from lod.motion.image_motion import eye_relative_to
 from lod.pruning.shapes import Sticks
-from scenes.frame.displayed import Shown, Visible, visible_at
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
-from scenes.render.pipeline.render import build_frame, trace
+from scenes.render.pipeline.stages import build_frame, trace
 from scenes.world.light import Light
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
@@ -28,7 +29,7 @@ Picture = Float32[np.ndarray, "h w"]
 
 
 def silhouettes(
-    shown: Sequence[Shown],
+    shown: Sequence[DisplayedRepresentation],
     camera: Camera,
     time_s: float,
     light: Light,
@@ -39,16 +40,18 @@ def silhouettes(
 
     One for each number of ``samples``: the frame whose places in each pixel are looked at.
     """
-    corner = shown[0].view.camera.corner
+    corner = next(each.posing.view.camera.corner for each in shown if each.posing)
     here = replace(camera, corner=corner, eye=eye_relative_to(corner, camera))
-    visible = [whitened(visible_at(each, time_s, None)) for each in shown]
+    visible = [whitened(each.at(time_s)) for each in shown]
     gc.collect()  # the renderer numbers shapes from 1 only where none before are left
-    stage = build_frame(here, visible, CLEAR, light, replace(quality, max_depth=1))
+    stage = build_frame(
+        FrameInput(here, tuple(visible), CLEAR, light, replace(quality, max_depth=1))
+    )
     layers = [trace(stage, quality, number).albedo for number in samples]
     return tuple(albedo[..., 0] + (1 - albedo[..., 1]) for albedo in layers)
 
 
-def whitened(visible: Visible) -> Visible:
+def whitened(visible: DisplayedRepresentation) -> DisplayedRepresentation:
     """The same in colours that say their luminance, and 1: how much of a pixel is covered."""
     shape = visible.shape
     if isinstance(shape, Sticks):

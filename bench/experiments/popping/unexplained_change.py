@@ -20,10 +20,11 @@ from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View
 from lod.pruning.view_geometry import in_view
 from scenes.field.species_field import SpeciesField
-from scenes.frame.displayed import Shown
-from scenes.frame.frame_input import frame_quality, sun_and_sky
+from scenes.frame.assemble import frame_quality
+from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.schedule import with_schedule
 from scenes.preset.load import Preset
+from scenes.world.light import sun_and_sky
 from scenes.world.view import view_at
 from scenes.world.world import World
 
@@ -53,15 +54,16 @@ class Frame:
     """One frame of a walk: its view, what it displays, and the parts of that which can pop."""
 
     view: View
-    shown: tuple[Shown, ...]
+    shown: tuple[DisplayedRepresentation, ...]
     seen: dict[str, Seen]
 
     def walked(self, name: str, time_s: float) -> Points:
         """How far the objects of the parts that it displays of a species go until a time, (n, 3)
         [m].
         """
-        shown = next(each for each in self.shown if each.each.name == name)
-        now, then = shown.cut.parts, shown.parts(time_s)
+        posing = next(each.posing for each in self.shown if each.name == name)
+        assert posing is not None
+        now, then = posing.parts, posing.parts_at(time_s)
         gone: Points = then.state.instances.origin - now.state.instances.origin
         return gone[now.object]
 
@@ -73,10 +75,11 @@ def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) ->
         view, shown, seen = view_at(world, preset, number), [], {}
         for each in world.representations:
             cut = prune(each, view)
-            weights = blend_weights(cut, view)
+            one = display(each, cut, view)
             if isinstance(each, SpeciesField):  # the ground's vertices move; its tiles do not pop
+                weights = blend_weights(cut, view)
                 seen[each.name] = seen_of(cut, np.maximum(weights.inner, weights.leaf))
-            shown.append(with_schedule(world, preset, number, Shown(each, cut, weights, view)))
+            shown.append(with_schedule(world, preset, number, one))
         yield Frame(view, tuple(shown), seen)
 
 
@@ -146,7 +149,14 @@ def walk(world: World, presets: Sequence[Preset], frames: Sequence[int], variant
         if before is not None:
             camera = after.view.camera
             both = [
-                silhouettes(each.shown, camera, after.view.time_s, light, quality, samples)
+                silhouettes(
+                    each.shown,
+                    camera,
+                    after.view.time_s,
+                    light,
+                    quality,
+                    samples,
+                )
                 for each, samples in ((before, (number - 1, number)), (after, (number,)))
             ]
             (moved, alike), (now,) = both

@@ -24,9 +24,9 @@ from bench.runner.run_cases import make_record, merge_points, run_cases
 from lod.arrays import Reals
 from lod.atmosphere.air import CLEAR
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
-from scenes.frame.displayed import Visible, compact_ids
+from scenes.frame.displayed import display
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.preset.load import Preset, load_preset
 from scenes.render.mitsuba.variants import choose
@@ -117,12 +117,10 @@ def picture(heading: float, detail: float | None, variant: str, seed: int) -> Pi
     metric = METRICS["full" if detail is None else "blake"]
     view, visible = replace(view, metric=metric, detail=detail or 1.0), []
     for each in world.representations:
-        cut = prune(each, view)
-        shape = each.appearance(cut.parts, blend_weights(cut, view))
-        visible.append(Visible(each.name, compact_ids(cut), shape))
+        visible.append(display(each, prune(each, view), view))
     quality = Quality(variant, _SPP, 0, max_depth=1)
     light = Light(preset.light.sun_azimuth, preset.light.sun_elevation)
-    layers = render_frame(view.camera, visible, CLEAR, light, quality)
+    layers = render_frame(FrameInput(view.camera, tuple(visible), CLEAR, light, quality))
     return np.asarray(layers.albedo.astype(np.float64) @ _LUMINANCE)
 
 

@@ -20,7 +20,6 @@ from bench.records.records import Point, Record
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Progress, silent
 from bench.runner.run_cases import make_record, merge_points, run_cases
-from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.update_schedule import (
     WINDOW,
@@ -32,8 +31,8 @@ from lod.pruning.update_schedule import (
     replay_frames,
     threshold_rule,
 )
-from scenes.frame.displayed import Shown
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
+from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.schedule import is_scheduled, poses_over
 from scenes.preset.load import Preset, load_preset
 from scenes.render.mitsuba.variants import choose
@@ -140,12 +139,11 @@ def counted(world: World, preset: Preset) -> dict[str, int]:
     return found
 
 
-def movers(world: World, preset: Preset, frame: int) -> list[Shown]:
+def movers(world: World, preset: Preset, frame: int) -> list[DisplayedRepresentation]:
     """What a frame displays of everything whose parts may be kept."""
     view, found = view_at(world, preset, frame), []
     for each in world.representations:
-        cut = prune(each, view)
-        shown = Shown(each, cut, blend_weights(cut, view), view)
+        shown = display(each, prune(each, view), view)
         if is_scheduled(shown, frame_time(preset, frame + 1)):
             found.append(shown)
     return found
@@ -190,7 +188,7 @@ def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str,
     clock = [time.process_time()]
     made = assemble_frame(world, preset, frame, variant)
     clock.append(time.process_time())
-    render_frame(made.camera, made.visible, made.air, made.light, made.quality, frame)
+    render_frame(made, frame)
     clock.append(time.process_time())
     shown = movers(world, preset, frame)
     drawn = [initial_state(each) for each in _posed(world, preset, frame - 1, shown)]
@@ -205,7 +203,9 @@ def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str,
     return {"": shot + rendered, **{f", {name}": each for name, each in stages.items()}}
 
 
-def _posed(world: World, preset: Preset, frame: int, shown: Sequence[Shown]) -> list[TruePose]:
+def _posed(
+    world: World, preset: Preset, frame: int, shown: Sequence[DisplayedRepresentation]
+) -> list[TruePose]:
     """What is shown of each, as it stands in a frame."""
     return [each for one in shown for each in poses_over(world, preset, (frame,), one)]
 

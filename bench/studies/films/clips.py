@@ -26,7 +26,7 @@ from bench.cli.output import table
 from bench.experiments.popping.unexplained_change import Walk, walk
 from bench.studies.films.forest_walk import MOST_RATIO
 from lod.camera import Camera
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
 from scenes.preset.load import Preset, load_preset
 from scenes.render.files.exr import write_exr
@@ -35,7 +35,6 @@ from scenes.render.mitsuba.variants import choose
 from scenes.render.pictures.contact_sheet import contact_sheet
 from scenes.render.pictures.movie import movie
 from scenes.render.pipeline.render import render_frame
-from scenes.render.pipeline.subframes import render_exposed
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
 
@@ -104,11 +103,7 @@ def frames_of(preset: Preset, world: World, count: int, variant: str) -> Iterato
     """Render the frames of a clip."""
     for number in range(1, count + 1):
         made = assemble_frame(world, preset, number, variant)
-        lit = made.air, made.light, made.quality
-        if made.instants:
-            yield render_exposed(made.instants, *lit, number)
-        else:
-            yield render_frame(made.camera, made.visible, *lit, number)
+        yield render_frame(made, number)
 
 
 def write_film(name: str, settings: tuple[str, ...], count: int, folder: Path) -> None:

@@ -18,10 +18,10 @@ from bench.statistics.estimates import Estimate
 from bench.statistics.excess_flip import ExcessFlip, over_noise
 from bench.studies.full.worlds import Kind, Picture, world_preset
 from lod.errors import InputError
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
 from scenes.preset.load import Preset
-from scenes.render.pipeline.render import build_frame, trace
+from scenes.render.pipeline.stages import build_frame, trace
 from scenes.render.sequence.detail_budget import parts_displayed
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
@@ -72,7 +72,7 @@ def render_pictures(
 ) -> list[Layers]:
     """Render the first frame of a world, once with each seed of the sampler."""
     made = assemble_frame(world, preset, 1, variant)
-    stage = build_frame(made.camera, made.visible, made.air, made.light, made.quality)
+    stage = build_frame(made)
     return [trace(stage, replace(made.quality, seed=each)) for each in seeds]
 
 

@@ -17,7 +17,7 @@ import psutil
 
 from scenes.preset.load import Preset
 from scenes.render.mitsuba.variants import choose
-from scenes.render.sequence.one_frame import Record, frame_settings
+from scenes.render.sequence.frame_session import Record, frame_settings
 from scenes.render.sequence.worker import Worker
 
 LEFT_BYTES = 1_000_000_000

@@ -1,8 +1,9 @@
 """A frame as plain data: nested dicts of numbers and arrays, checked, before any renderer sees it.
 
-Sticks become one batched curve shape for each tint, whichever representation they come from;
-triangles one mesh for each representation. Object ids are the frame's own: 0 is the sky, and each
-representation has a range of its own, from 1 up.
+Sticks become batched curve shapes, whichever representation they come from: one for each tint, or
+one for all where a JIT variant renders in colours. Triangles become one mesh for each
+representation. Object ids are the frame's own: 0 is the sky, and each representation has a range of
+its own, from 1 up.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,21 +16,14 @@ from lod.errors import InputError
 from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Sticks, Triangles
 from lod.threads import map_chunks
-from scenes.frame.displayed import Visible
-from scenes.render.description.stick_batches import Batch, batches
-from scenes.world.light import Light
-
-Description = dict[str, Any]
-
-MEDIUM = "medium"
-"""What the box of air is called, where the air is part of the scene."""
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
+from scenes.render.description.medium_box import with_medium
+from scenes.render.description.scene_description import Description
+from scenes.render.description.stick_batches import Batch, PlacedSticks, batches
 
 NEAR_M, FAR_M = 0.05, 1e7
 """What the camera sees: from 5 cm to farther than any ground that is built."""
-
-SUN_SAMPLING = 12.0
-"""Share of light samples for the sun against 1 for the sky: of those that were tried the least
-noise for the time (``lodbench study render_settings``; DESIGN §3 had 3)."""
 
 _ID_LIMIT = 2**32
 
@@ -37,59 +31,55 @@ _SHORTEST_RUN = 65536
 """Rows of numbers for whose check another thread is worth its start."""
 
 
-def describe(
-    camera: Camera,
-    visible: Sequence[Visible],
-    light: Light,
-    max_depth: int,
-    after: Camera | None = None,
-) -> Description:
-    """The whole frame: ``camera``, ``light``, ``integrator``; ``shapes`` by name.
+def describe_frame(frame_input: FrameInput) -> Description:
+    """Describe the whole frame: ``camera``, ``light``, ``integrator``; ``shapes`` by name.
 
     ``ids`` (p + 1, 3) are object, part and level of all that is displayed, the sky in row 0;
     ``owners`` by name of a shape: the row of each primitive's part there.
 
     Where motion is asked for, also ``after``, the next frame's camera in this one's coordinates,
-    and ``moves`` by name of those shapes that move; None and empty otherwise.
+    and ``moves`` by name of those shapes that move; None and empty otherwise. Where haze is a
+    medium, also ``medium``, the box that holds it.
+
+    Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
     """
-    ids = _global_ids(visible)
+    displayed, quality = frame_input.displayed, frame_input.quality
     shapes: dict[str, Description] = {}
     owners: dict[str, np.ndarray] = {}
     moves: dict[str, np.ndarray] = {}
-    sticks = []
-    first = np.cumsum([1] + [len(v.cut) for v in visible])[:-1].tolist()
-    for v, row in zip(visible, first, strict=True):
-        _check(v)
-        if isinstance(v.shape, Sticks):
-            sticks.append((v.shape, row, v.later))
+    placed = []
+    first = np.cumsum([1] + [len(each.cut) for each in displayed])[:-1].tolist()
+    for each, row in zip(displayed, first, strict=True):
+        _check(each)
+        if isinstance(each.shape, Sticks):
+            placed.append(PlacedSticks(each.shape, row, each.later))
             continue
-        for mesh, faces in _meshes(v.shape):
+        for mesh, faces in _meshes(each.shape):
             name = f"mesh{len(shapes):03d}"
-            shapes[name], owners[name] = mesh, (v.shape.owner[faces] + row).astype(np.uint32)
-    for batch in batches(sticks):
-        name = f"sticks{len(shapes):03d}"
-        shapes[name], owners[name] = _curve(batch), batch.owners
+            shapes[name], owners[name] = mesh, (each.shape.owner[faces] + row).astype(np.uint32)
+    by_tint = not quality.is_jit or quality.is_spectral
+    for number, batch in enumerate(batches(placed, by_tint), len(shapes) if by_tint else 0):
+        name = f"sticks{number:03d}"
+        shapes[name], owners[name] = _curve(batch, by_tint), batch.owners
         if batch.moves is not None:
             moves[name] = batch.moves
-    return {
+    camera, after = frame_input.camera, frame_input.after
+    description = {
         "camera": _camera(camera, camera.corner),
-        "light": _light(light),
-        "integrator": {"max_depth": max_depth},
+        "light": {
+            "to_sun": frame_input.light.to_sun,
+            "turbidity": frame_input.light.turbidity,
+            "weight": quality.sun_sampling,
+            "canopy": frame_input.light.canopy,
+        },
+        "integrator": {"max_depth": quality.max_depth},
         "shapes": shapes,
-        "ids": ids,
+        "ids": _global_ids(displayed),
         "owners": owners,
         "after": _camera(after, camera.corner) if after else None,
         "moves": moves,
     }
-
-
-def _light(light: Light) -> Description:
-    return {
-        "to_sun": light.to_sun,
-        "turbidity": light.turbidity,
-        "weight": SUN_SAMPLING,
-        "canopy": light.canopy,
-    }
+    return with_medium(description, frame_input.air) if quality.haze == "medium" else description
 
 
 def with_camera(description: Description, camera: Camera, after: Camera | None) -> Description:
@@ -113,12 +103,15 @@ def _camera(camera: Camera, corner: Corner) -> Description:
     }
 
 
-def _curve(batch: Batch) -> Description:
+def _curve(batch: Batch, by_tint: bool) -> Description:
+    """A curve of one albedo, or with the number of each segment's own in a table of albedos."""
+    numbers = np.arange(len(batch.counts), dtype=np.uint32)
+    colour = {"tints": batch.tints, "tint": np.repeat(numbers, batch.counts)}
     return {
         "type": "linearcurve",
         "control_points": batch.points,
         "segment_indices": batch.segments,
-        "albedo": batch.tint,
+        **({"albedo": batch.tints[0]} if by_tint else colour),
     }
 
 
@@ -145,7 +138,7 @@ def _mesh(triangles: Triangles, corners: np.ndarray | slice, faces: np.ndarray) 
     }
 
 
-def _global_ids(visible: Sequence[Visible]) -> np.ndarray:
+def _global_ids(visible: Sequence[DisplayedRepresentation]) -> np.ndarray:
     """Object, part and level of every displayed part, one representation after the other, behind
     a row for the sky, (p + 1, 3) uint32."""
     cuts = [v.cut for v in visible]
@@ -168,7 +161,7 @@ def object_ids(cuts: Sequence[Cut]) -> list[int]:
     return firsts[:-1]
 
 
-def _check(v: Visible) -> None:
+def _check(v: DisplayedRepresentation) -> None:
     """Refuse what the renderer would accept silently: NaN, rows that are not there, albedo > 1."""
     shape, parts = v.shape, len(v.cut)
     if isinstance(shape, Sticks):

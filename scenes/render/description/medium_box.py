@@ -15,7 +15,7 @@ import numpy as np
 
 from lod.atmosphere.air import Air, rgb_extinction
 from lod.errors import InputError
-from scenes.render.description.describe import MEDIUM, Description
+from scenes.render.description.scene_description import MEDIUM, Description
 
 ASYMMETRY, ALBEDO = 0.71, 0.97
 """Of single scattering."""

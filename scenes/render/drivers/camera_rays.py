@@ -11,21 +11,19 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from scenes.frame.quality import Quality
 from scenes.render.mitsuba.plugin import load_plugin
-
-SAMPLER = "multijitter"
-"""None tried has less noise for the time (``lodbench study render_settings``)."""
 
 
 def sample_rays(
-    camera: Any, size: tuple[int, int], pixels: slice, spp: int, seed: int
+    camera: Any, size: tuple[int, int], pixels: slice, quality: Quality
 ) -> tuple[Any, Any]:
-    """Sampler and rays: ``spp`` of each pixel of a run, numbered row by row."""
-    width, height = size
+    """Make sampler and rays: ``quality.spp`` of each pixel of a run, numbered row by row."""
+    (width, height), spp = size, quality.spp
     count = (pixels.stop - pixels.start) * spp
-    sampler = load_plugin({"type": SAMPLER, "sample_count": spp})
+    sampler = load_plugin({"type": quality.sampler, "sample_count": spp})
     sampler.set_samples_per_wavefront(spp)
-    sampler.seed(seed, count)
+    sampler.seed(quality.seed, count)
     index = dr.arange(mi.UInt32, count) // dr.opaque(mi.UInt32, spp)
     index += dr.opaque(mi.UInt32, pixels.start)
     corner = mi.Vector2f(mi.Float(index % width), mi.Float(index // width))
@@ -35,7 +33,7 @@ def sample_rays(
 
 
 def pixel_sums(colour: Any, spp: int) -> np.ndarray:
-    """Of the samples of each pixel, (n, 3)."""
+    """Sum the samples of each pixel of a run in each colour, (n, 3)."""
     return np.stack([np.array(dr.block_sum(channel, spp)) for channel in colour], axis=-1)
 
 

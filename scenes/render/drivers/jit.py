@@ -1,6 +1,7 @@
 """A frame in a JIT variant: wavefronts of samples from Dr.Jit, with haze on every sample."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -12,7 +13,7 @@ from lod.atmosphere.mist import Mist
 from scenes.frame.quality import Quality, sampler_seed
 from scenes.render.drivers.accumulate import Samples, Watch
 from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
-from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups
+from scenes.render.drivers.sample_counts import sample_groups
 from scenes.render.haze.haze import Haze
 from scenes.render.haze.scattered_layer import NEAR_M, RATIO
 from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
@@ -37,11 +38,12 @@ def render_jit(
     total = Samples.zeros(width, height)
     view = sensor(built.description["camera"])
     for number, spp in enumerate(sample_groups(quality.spp)):
-        step = max(1, MOST_SAMPLES // spp)
+        step = max(1, quality.most_samples // spp)
         for first in range(0, width * height, step):
             pixels = slice(first, min(first + step, width * height))
             seed = sampler_seed(quality.seed, frame, number, first)
-            _wavefront(built, haze, view, total, spp, pixels, seed, keep=number == 0)
+            group = replace(quality, spp=spp, seed=seed)
+            _wavefront(built, haze, view, total, group, pixels, keep=number == 0)
             watch(spp * (pixels.stop - pixels.start))
     total.rgb /= quality.spp
     total.albedo /= quality.spp
@@ -53,14 +55,13 @@ def _wavefront(
     haze: Haze,
     view: Any,
     total: Samples,
-    spp: int,
+    group: Quality,
     pixels: slice,
-    seed: int,
     keep: bool,
 ) -> None:
-    """Add ``spp`` samples of each pixel of a run to ``total``."""
+    """Add a group of samples of each pixel of a run to ``total``."""
     size = built.description["camera"]["size"]
-    sampler, ray = sample_rays(view, size, pixels, spp, seed)
+    sampler, ray = sample_rays(view, size, pixels, group)
     # Radiance and what was met, of every sample; then the air in between.
     colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray)
     guides = values[_IMAGE_CHANNELS:]
@@ -69,7 +70,7 @@ def _wavefront(
     # All outputs together, or every channel would trace the scene again.
     bad = dr.select(finite, mi.UInt32(0), mi.UInt32(1))
     dr.eval(colour, guides, bad)
-    _add(total, colour, guides, pixels, spp, keep)
+    _add(total, colour, guides, pixels, group.spp, keep)
     total.replaced += int(dr.sum(bad)[0])
 
 

@@ -12,7 +12,8 @@ import math
 import numpy as np
 
 from lod.rotations import rotate_vectors
-from scenes.render.description.describe import NEAR_M, Description
+from scenes.render.description.describe import NEAR_M
+from scenes.render.description.scene_description import Description
 from scenes.render.drivers.camera_rays import pixel_directions
 from scenes.render.mitsuba.build import BuiltScene
 from scenes.rig.rotations import shortest_arc

@@ -3,9 +3,6 @@
 import math
 from functools import lru_cache
 
-MOST_SAMPLES = 2**19
-"""Samples traced at once: bounds memory, and how long Ctrl-C waits."""
-
 
 @lru_cache(maxsize=64)
 def sample_groups(spp: int) -> tuple[int, ...]:

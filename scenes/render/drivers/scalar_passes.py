@@ -29,7 +29,7 @@ import numpy as np
 from scenes.frame.quality import Quality, sampler_seed
 from scenes.render.drivers.accumulate import Samples, Watch
 from scenes.render.drivers.camera_rays import pixel_directions
-from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups, square_sides
+from scenes.render.drivers.sample_counts import sample_groups, square_sides
 from scenes.render.haze.haze import (
     Haze,
     airlight_along,
@@ -52,7 +52,7 @@ def render_passes(
     """
     width, height = built.description["camera"]["size"]
     total = Samples.zeros(width, height)
-    step = max(1, MOST_SAMPLES // (width * quality.spp))
+    step = max(1, quality.most_samples // (width * quality.spp))
     for top in range(0, height, step):
         rows = top, min(top + step, height)
         for run, spp in enumerate(_runs(quality.spp)):

@@ -1,5 +1,7 @@
 """A frame whose haze is a medium: light scatters in it as often as it will, in any variant."""
 
+from dataclasses import replace
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -7,7 +9,7 @@ import numpy as np
 from scenes.frame.quality import Quality, sampler_seed
 from scenes.render.drivers.accumulate import Samples, Watch
 from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
-from scenes.render.drivers.sample_counts import MOST_SAMPLES, sample_groups
+from scenes.render.drivers.sample_counts import sample_groups
 from scenes.render.haze.haze import Haze
 from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
 
@@ -24,10 +26,11 @@ def render_medium(
     width, height = built.description["camera"]["size"]
     total = Samples.zeros(width, height)
     for number, spp in enumerate(sample_groups(quality.spp)):
-        step = max(1, MOST_SAMPLES // (width * spp))
+        step = max(1, quality.most_samples // (width * spp))
         for top in range(0, height, step):
             rows, seed = (top, min(top + step, height)), (quality.seed, frame, number, top)
-            image = _image(built, rows, spp, sampler_seed(*seed, _IMAGE))
+            group = replace(quality, spp=spp, seed=sampler_seed(*seed, _IMAGE))
+            image = _image(built, rows, group)
             bad = ~np.isfinite(image)
             total.rgb[slice(*rows)] += np.where(bad, 0.0, image) * (spp / quality.spp)
             total.replaced += int(np.count_nonzero(bad.any(axis=-1)))
@@ -43,17 +46,17 @@ def render_medium(
     return total
 
 
-def _image(built: BuiltScene, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:
+def _image(built: BuiltScene, rows: tuple[int, int], group: Quality) -> np.ndarray:
     """Mean radiance of a band of rows, (rows, columns, 3)."""
-    if str(mi.variant()).startswith("scalar_"):
-        return _trace(built, "medium", rows, spp, seed)
+    if not group.is_jit:
+        return _trace(built, "medium", rows, group.spp, group.seed)
     size = built.description["camera"]["size"]
     view = sensor(built.description["camera"], medium=built.medium)
     pixels = slice(rows[0] * size[0], rows[1] * size[0])
-    sampler, ray = sample_rays(view, size, pixels, spp, seed)
+    sampler, ray = sample_rays(view, size, pixels, group)
     colour, _, _ = built.integrators["medium"].sample(built.scene, sampler, ray, built.medium)
     dr.eval(colour)
-    return (pixel_sums(colour, spp) / spp).reshape(-1, size[0], 3)
+    return (pixel_sums(colour, group.spp) / group.spp).reshape(-1, size[0], 3)
 
 
 def _trace(built: BuiltScene, name: str, rows: tuple[int, int], spp: int, seed: int) -> np.ndarray:

@@ -22,12 +22,15 @@ import OpenEXR
 
 from lod.errors import InputError
 from scenes.frame.layers import Layers
-from scenes.frame.types import PLAIN, FileForm
+from scenes.preset.tables import OutputPreset
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+DEFAULT_OUTPUT = OutputPreset()
+"""One part, ZIP, half."""
+
 _HALF_MAX = 65504.0
 _COLOUR = np.floating
-"""Half or float, as the file's form says."""
+"""Half or float, as the preset's output table says."""
 
 
 class _Channel(NamedTuple):
@@ -60,17 +63,21 @@ _COMPRESSION = {
 
 
 def write_exr(
-    path: str | Path, layers: Layers, header: Mapping[str, Any], form: FileForm = PLAIN
+    path: str | Path,
+    layers: Layers,
+    header: Mapping[str, Any],
+    output: OutputPreset = DEFAULT_OUTPUT,
 ) -> str:
     """Write a new file, have the system keep it, read it back; gives its SHA-256.
 
-    ``header`` holds strings, floats, fractions and float32 matrices. Raises OSError where the disk
+    ``header`` holds strings, floats, fractions and float32 matrices. ``output`` says how the file
+    is laid out; nothing of that loses more than half's rounding. Raises OSError where the disk
     refuses or ``path`` exists; what was begun is then removed.
     """
     path = Path(path)
     path.touch(exist_ok=False)  # the system's own error, where it cannot be
     try:
-        _write(path, layers, header, form)
+        _write(path, layers, header, output)
         return _settle(path)
     except BaseException:
         with contextlib.suppress(OSError):
@@ -78,15 +85,15 @@ def write_exr(
         raise
 
 
-def _write(path: Path, layers: Layers, header: Mapping[str, Any], form: FileForm) -> None:
+def _write(path: Path, layers: Layers, header: Mapping[str, Any], output: OutputPreset) -> None:
     fixed = {
-        "compression": _COMPRESSION[form.compression],
+        "compression": _COMPRESSION[output.compression],
         "type": OpenEXR.scanlineimage,
         "chromaticities": REC709,
     }
     parts = [
         OpenEXR.Part({**header, **fixed}, channels, name)
-        for name, channels in _parts(layers, form).items()
+        for name, channels in _parts(layers, output).items()
     ]
     try:
         with _stdout_to_stderr():
@@ -104,23 +111,23 @@ def _ask_the_system(path: Path, size: int) -> None:
         os.fsync(file.fileno())
 
 
-def _parts(layers: Layers, form: FileForm) -> dict[str, dict[str, OpenEXR.Channel]]:
-    """Channels by part; all in one without a name unless the form has several."""
+def _parts(layers: Layers, output: OutputPreset) -> dict[str, dict[str, OpenEXR.Channel]]:
+    """Channels by part; all in one without a name unless the output has several."""
     asked = {name: c for name, c in _ASKED_FOR.items() if getattr(layers, c.field) is not None}
     parts: dict[str, dict[str, OpenEXR.Channel]] = {}
     for name, channel in {**_CHANNELS, **asked}.items():
-        pixels = OpenEXR.Channel(_pixels(layers, channel, form))
-        parts.setdefault(channel.part if form.multipart else "", {})[name] = pixels
+        pixels = OpenEXR.Channel(_pixels(layers, channel, output))
+        parts.setdefault(channel.part if output.multipart else "", {})[name] = pixels
     next(iter(parts.values()))["A"] = OpenEXR.Channel(np.ones_like(layers.Z))
     return parts
 
 
-def _pixels(layers: Layers, channel: _Channel, form: FileForm) -> np.ndarray:
+def _pixels(layers: Layers, channel: _Channel, output: OutputPreset) -> np.ndarray:
     values = getattr(layers, channel.field)
     values = values if channel.component is None else values[..., channel.component]
     dtype = channel.dtype
     if dtype is _COLOUR:
-        dtype = np.float32 if form.colour == "float" else np.float16
+        dtype = np.float32 if output.colour == "float" else np.float16
     if dtype is np.float16:
         values = np.clip(values, -_HALF_MAX, _HALF_MAX)
     return np.ascontiguousarray(values, dtype=dtype)
@@ -169,11 +176,11 @@ def read_pixels(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]
     return pixels, header
 
 
-def channel_types(form: FileForm, motion: bool, denoised: bool) -> dict[str, np.dtype]:
-    """Pixel types by channel in a file of that form, with the layers that were asked for."""
-    asked = {"motion": motion, "denoised": denoised}
+def channel_types(output: OutputPreset) -> dict[str, np.dtype]:
+    """Pixel types by channel in a file of that output, with the layers that it asks for."""
+    asked = {"motion": output.motion, "denoised": output.denoise}
     extra = {name: each for name, each in _ASKED_FOR.items() if asked[each.part]}
-    colour = np.float32 if form.colour == "float" else np.float16
+    colour = np.float32 if output.colour == "float" else np.float16
     types = {name: each.dtype for name, each in {**_CHANNELS, **extra}.items()}
     types = {name: colour if each is _COLOUR else each for name, each in types.items()}
     return {name: np.dtype(each) for name, each in {**types, "A": np.float32}.items()}

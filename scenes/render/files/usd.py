@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from lod.errors import InputError
-from scenes.frame.types import FrameInput
-from scenes.render.description.describe import Description, describe
+from scenes.frame.frame_input import FrameInput
+from scenes.render.description.describe import describe_frame
+from scenes.render.description.scene_description import Description
 from scenes.render.files.header import camera_from_world, software
 
 SUFFIXES = (".usda", ".usdc", ".usd")
@@ -33,8 +34,10 @@ def check_usd(path: str | Path) -> None:
         raise InputError("-o", str(path), rule, cure) from None
 
 
-def write_usd(path: str | Path, made: FrameInput, notes: dict[str, str]) -> dict[str, int]:
+def write_usd(path: str | Path, frame_input: FrameInput, notes: dict[str, str]) -> dict[str, int]:
     """Write a frame's cut under its name or not at all; gives how many prims of each kind.
+
+    Curves have one colour each, so the input's variant must be scalar (its sticks are by tint).
 
     notes: more to say in the layer's metadata. Raises OSError where the disk refuses.
     """
@@ -45,12 +48,12 @@ def write_usd(path: str | Path, made: FrameInput, notes: dict[str, str]) -> dict
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     root = UsdGeom.Xform.Define(stage, "/frame")
     stage.SetDefaultPrim(root.GetPrim())
-    corner = made.camera.corner
+    corner = frame_input.camera.corner
     about = {"software": software(), "lod:corner": f"{corner.x},{corner.y}", **notes}
     stage.GetRootLayer().customLayerData = about
-    _camera(stage, made)
+    _camera(stage, frame_input)
     counts = {"curves": 0, "sticks": 0, "meshes": 0, "triangles": 0, "cameras": 1}
-    for name, shape in describe(made.camera, made.visible, made.light, 2)["shapes"].items():
+    for name, shape in describe_frame(frame_input)["shapes"].items():
         if shape["type"] == "mesh":
             _mesh(stage, f"/frame/{name}", shape)
             counts["meshes"] += 1
@@ -73,11 +76,11 @@ def _export(stage: Any, path: Path) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _camera(stage: Any, made: FrameInput) -> None:
+def _camera(stage: Any, frame_input: FrameInput) -> None:
     """Apertures and focal length that give the field of view; looks along −z, as USD does."""
     from pxr import Gf, UsdGeom
 
-    camera, prim = made.camera, UsdGeom.Camera.Define(stage, "/frame/camera")
+    camera, prim = frame_input.camera, UsdGeom.Camera.Define(stage, "/frame/camera")
     prim.CreateHorizontalApertureAttr(_APERTURE_MM)
     prim.CreateVerticalApertureAttr(_APERTURE_MM * camera.height / camera.width)
     prim.CreateFocalLengthAttr(_APERTURE_MM / (2 * math.tan(camera.fov_x / 2)))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scenes.render.description.describe import Description
+from scenes.render.description.scene_description import Description
 from scenes.render.mitsuba.emitters import radiance, sky
 from scenes.render.mitsuba.plugin import load_plugin
 

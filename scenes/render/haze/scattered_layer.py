@@ -27,9 +27,9 @@ from lod.atmosphere.plane_parallel import (
     source_function,
 )
 from lod.canopy.turbid_medium import Canopy
-from scenes.render.description.describe import Description
 from scenes.render.description.direction_table import azimuth, interpolate, row_upper
 from scenes.render.description.medium_box import ALBEDO, ASYMMETRY, extent
+from scenes.render.description.scene_description import Description
 from scenes.render.haze.ground_profile import Profile, ground_points, ground_profile, heights_at
 from scenes.render.haze.horizon_airlight import sky_radiance
 from scenes.render.haze.sight_line_integral import Lines, Sources, gather

@@ -11,7 +11,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.render.description.describe import MEDIUM, Description
+from scenes.render.description.scene_description import MEDIUM, Description
 from scenes.render.mitsuba.emitters import sun, surroundings, variant_bands
 from scenes.render.mitsuba.plugin import load_plugin
 from scenes.render.mitsuba.shapes import make_shape, stabilise_kernels

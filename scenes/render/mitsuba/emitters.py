@@ -5,8 +5,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from scenes.render.description.describe import Description
 from scenes.render.description.direction_table import interpolate, row_upper
+from scenes.render.description.scene_description import Description
 from scenes.render.mitsuba.bands import Bands, make_bands
 from scenes.render.mitsuba.plugin import load_plugin
 

@@ -8,7 +8,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.render.description.describe import Description
+from scenes.render.description.scene_description import Description
 from scenes.render.description.stick_batches import ALIGNMENT, aligned
 from scenes.render.mitsuba.emitters import variant_bands
 from scenes.render.mitsuba.plugin import load_plugin

@@ -7,63 +7,56 @@ Colour and albedo are means over all samples; Z, N, ids and motion are those of 
 Where only the camera moves and haze is analytic, the scene is built once; otherwise once for each.
 """
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from lod.atmosphere.air import Air
 from lod.errors import InputError
-from scenes.frame.displayed import Visible
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
-from scenes.frame.quality import Quality, sampler_seed
-from scenes.frame.types import Instant
-from scenes.render.pictures.denoise import check_denoiser
-from scenes.render.pipeline.render import BuiltFrame, build_frame, move_camera, trace, with_denoised
-from scenes.world.light import Light
+from scenes.frame.quality import sampler_seed
+from scenes.render.pipeline.stages import (
+    BuiltFrame,
+    Watch,
+    build_frame,
+    ignore,
+    move_camera,
+    trace,
+)
 
 _ADDED = ("clamped", "replaced")
 """Statistics of samples; the others are of a scene."""
 
 
-def render_exposed(
-    instants: Sequence[Callable[[], Instant]],
-    air: Air,
-    light: Light,
-    quality: Quality,
-    frame: int = 0,
-    watch: Callable[[int], object] = lambda samples: None,
-    denoise: bool = False,
-) -> Layers:
+def render_subframes(frame_input: FrameInput, frame: int = 0, watch: Watch = ignore) -> Layers:
     """Render ``frame``: same arguments, same bytes. Sub-frames are made one at a time.
 
     Raises InputError where there are more of them than samples a pixel.
     """
-    n, spp = len(instants), quality.spp
-    if not 1 <= n <= spp:
-        raise InputError("subframes", n, f"from 1 to {spp}, the samples per pixel", "raise --spp")
-    if denoise:
-        check_denoiser()
+    quality, n = frame_input.quality, len(frame_input.subframes)
+    if not 1 <= n <= quality.spp:
+        rule = f"from 1 to {quality.spp}, the samples per pixel"
+        raise InputError("subframes", n, rule, "raise --spp")
     rgb = albedo = np.zeros(3)
-    lit = air, light, quality
     seconds, added = dict[str, float](), dict.fromkeys(_ADDED, 0)
-    stage: BuiltFrame | None = None
-    visible: tuple[Visible, ...] = ()
-    for number, instant in enumerate(instants):
-        now = instant()
-        if stage and now.visible is visible and quality.haze == "analytic":
-            stage = move_camera(stage, now.camera, air, now.after)
+    built: BuiltFrame | None = None
+    displayed: tuple[DisplayedRepresentation, ...] = ()
+    for number, make_input in enumerate(frame_input.subframes):
+        now = make_input()
+        if built and now.displayed is displayed and quality.haze == "analytic":
+            built = move_camera(built, now.camera, now.air, now.after)
         else:
-            stage = None  # a JIT variant would count its shapes, too
-            stage, visible = build_frame(now.camera, now.visible, *lit, now.after), now.visible
-        count = spp // n + (number < spp % n)
-        own = replace(quality, spp=count, seed=sampler_seed(quality.seed, frame, number))
-        layers = trace(stage, own, frame, watch)
-        rgb, albedo = rgb + count / spp * layers.rgb, albedo + count / spp * layers.albedo
+            built = None  # a JIT variant would count its shapes, too
+            built, displayed = build_frame(now), now.displayed
+        share = quality.spp // n + (number < quality.spp % n)
+        seed = sampler_seed(quality.seed, frame, number)
+        layers = trace(built, replace(quality, spp=share, seed=seed), frame, watch)
+        rgb = rgb + share / quality.spp * layers.rgb
+        albedo = albedo + share / quality.spp * layers.albedo
         seconds = {k: seconds.get(k, 0.0) + each for k, each in layers.seconds.items()}
         added = {k: added[k] + layers.statistics[k] for k in _ADDED}
         if number == n // 2:
             middle = layers
     statistics = {**middle.statistics, **added, "subframes": n}
-    mean = replace(middle, rgb=rgb, albedo=albedo, seconds=seconds, statistics=statistics)
-    return with_denoised(mean) if denoise else mean
+    return replace(middle, rgb=rgb, albedo=albedo, seconds=seconds, statistics=statistics)

@@ -19,7 +19,7 @@ from lod.errors import InputError
 from scenes.render.files.disk import DiskError, partial_path, stray_partials
 from scenes.render.files.header import software
 from scenes.render.sequence.dask_cluster import Cluster
-from scenes.render.sequence.one_frame import Record, Settings, render_one
+from scenes.render.sequence.frame_session import FrameSession, Record, Settings
 from scenes.render.sequence.sequence import Job, commit_frame, kept_record, record_failure
 from scenes.render.sequence.worker import MOST_TRIES
 from scenes.render.sequence.worker_child import answer
@@ -50,11 +50,21 @@ def frame_task(
     with _ONE_AT_A_TIME:
         _set_threads(threads or worker.state.nthreads)
         partial.unlink(missing_ok=True)
-        request = {"settings": settings, "frame": frame, "target": str(partial)}
-        found = answer({**request, "most_bytes": most_bytes}, render_one)
+        found = answer(
+            lambda: _session(worker, settings).render(frame, partial, most_bytes=most_bytes)
+        )
     if "failed" in found:
         raise RuntimeError(found["failed"])
     return {**found, "partial": str(partial)}
+
+
+def _session(worker: Any, settings: Settings) -> FrameSession:
+    """The session of a worker, for whom it is kept from frame to frame of the same settings."""
+    session: FrameSession | None = getattr(worker, "frame_session", None)
+    if session is None or session.settings != settings:
+        worker.frame_session = None  # its world goes before another comes
+        worker.frame_session = session = FrameSession(settings)
+    return session
 
 
 def _set_threads(threads: int) -> None:
@@ -130,13 +140,13 @@ def _ended(
             if isinstance(error, KilledWorker):
                 yield frame, error.allowed_failures + 1
             else:
-                yield frame, error or _told(future.result(), job.paths[frame])
+                yield frame, error or _result(future.result(), job.paths[frame])
             future.release()
     finally:
         client.cancel(futures, force=True)
 
 
-def _told(found: dict[str, Any], path: Path) -> dict[str, Any] | InputError:
+def _result(found: dict[str, Any], path: Path) -> dict[str, Any] | InputError:
     """What a task gave, or what it says of bad input. Raises what it says of the disk."""
     if "input" in found:
         where, arrived, rule, cure = found["input"]

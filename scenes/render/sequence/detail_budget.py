@@ -11,7 +11,7 @@ from lod.errors import InputError
 from lod.pruning.detail_for_budget import find_detail
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.memory_model import predicted_bytes
@@ -62,7 +62,7 @@ def _fitting_memory(world: World, preset: Preset, most: int, frames: Sequence[in
         return predicted_bytes(assemble_frame(world, _at_detail(preset, px), frame, variant))
 
     made = assemble_frame(world, preset, frames[0], variant)
-    least = predicted_bytes(replace(made, visible=()))
+    least = predicted_bytes(replace(made, displayed=()))
     if most <= least:
         rule = f"a frame of this size needs about {least / 1e9:.2f} GB with nothing in it"
         cure = "allow more, or ask for fewer pixels or samples"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from lod.errors import InputError
 from scenes.render.files.disk import DiskError, partial_path, stray_partials
+from scenes.render.files.frame_paths import frame_path, make_folder
 from scenes.render.files.manifest import (
     DONE,
     FAILED,
@@ -20,13 +21,12 @@ from scenes.render.files.manifest import (
     settings_hash,
 )
 from scenes.render.pipeline.memory_model import peak_rss_bytes
-from scenes.render.sequence.one_frame import Record, Settings
+from scenes.render.sequence.frame_session import Record, Settings
 
-PLACEHOLDER = "####"
 _NOTED = ("frame", "sha256", "seconds", "statistics")
 
 Render = Callable[[Settings, int, Path], Record]
-"""Renders a frame of these settings into a file, as one_frame.render_one does."""
+"""Renders a frame of these settings into a file, as a FrameSession of them does."""
 
 
 class FrameFailed(RuntimeError):
@@ -66,7 +66,7 @@ def open_job(
     ``overwrite``.
     """
     paths = {frame: frame_path(pattern, frame) for frame in frames}
-    folder = _make_folder(Path(pattern).parent)
+    folder = make_folder(Path(pattern).parent)
     manifest = _open_manifest(folder, overwrite)
     done = set() if overwrite else _finished(manifest, paths, settings)
     job = Job(paths, settings, manifest, frozenset(done))
@@ -173,28 +173,6 @@ def sync_folder(folder: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-def frame_path(pattern: str | Path, frame: int) -> Path:
-    """The file of one frame: #### becomes its number, at least four digits."""
-    path = Path(pattern)
-    if path.name.count(PLACEHOLDER) != 1 or path.name.count("#") != 4 or path.suffix != ".exr":
-        rule = "an .exr file's name with #### once, for the frame's number"
-        raise InputError("-o", str(pattern), rule, "try out/name.####.exr")
-    if frame < 0:
-        raise InputError("frame", frame, "0 or more")
-    return path.with_name(path.name.replace(PLACEHOLDER, f"{frame:04d}"))
-
-
-def _make_folder(folder: Path) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        rule = f"a folder that can be made ({error.strerror})"
-        raise InputError("-o", str(folder), rule, "choose another") from None
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError("-o", str(folder), "a folder that can be written to", "choose another")
-    return folder
 
 
 def _open_manifest(folder: Path, overwrite: bool) -> Manifest:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from lod.errors import InputError
-from scenes.frame.frame_input import form_of
 from scenes.preset.load import Preset
 from scenes.render.files.disk import stray_partials
 from scenes.render.files.exr import channel_types, read_pixels
@@ -25,7 +24,7 @@ from scenes.render.files.manifest import (
     load_manifest,
     settings_hash,
 )
-from scenes.render.sequence.one_frame import Record, Settings, preset_from_settings
+from scenes.render.sequence.frame_session import Record, Settings, preset_from_settings
 from scenes.render.sequence.sequence import Job
 
 _SIGNED = ("N.", "motion.")
@@ -91,8 +90,7 @@ def _layers(pixels: Mapping[str, np.ndarray], preset: Preset) -> list[str]:
     """What is wrong with channels, size and pixels."""
     wrong = []
     width, height = preset.render.size
-    output = preset.output
-    types = channel_types(form_of(preset), output.motion, output.denoise)
+    types = channel_types(preset.output)
     for name in sorted(types.keys() - pixels.keys()):
         wrong.append(f"channel {name} is missing")
     for name, values in sorted(pixels.items()):

@@ -17,7 +17,7 @@ from typing import Any
 
 from lod.errors import InputError
 from scenes.render.mitsuba.variants import trusting
-from scenes.render.sequence.one_frame import Record, Settings
+from scenes.render.sequence.frame_session import Record, Settings
 from scenes.render.sequence.sequence import FrameFailed
 
 MOST_TRIES = 3
@@ -28,7 +28,7 @@ _ROOT = Path(__file__).resolve().parents[3]
 _TICK_S = 0.5
 
 Watch = Callable[[int, int, int], object]
-"""Called twice a second, and whenever samples are taken: process, samples taken, of how many."""
+"""Called twice a second, and whenever samples are taken: process, samples so far, of how many."""
 
 _MALLOC = {
     "MALLOC_MMAP_THRESHOLD_": str(2**23),
@@ -52,12 +52,13 @@ class Worker:
     def __init__(
         self,
         threads: int = 0,
-        watch: Watch = lambda process, taken, of: None,
+        watch: Watch = lambda process, samples, of: None,
         most_bytes: int | None = None,
     ) -> None:
         self._threads, self._watch, self._most_bytes = threads, watch, most_bytes
         self._process: subprocess.Popen[bytes] | None = None
         self._unread = b""
+        self._settings: Settings | None = None
 
     def __enter__(self) -> "Worker":
         return self
@@ -71,26 +72,39 @@ class Worker:
         self.end()
 
     def __call__(self, settings: Settings, frame: int, target: Path) -> Record:
-        """Render a frame into ``target``, as one_frame.render_one does.
+        """Render a frame into ``target``, as FrameSession.render does.
 
-        Raises what that raises, and FrameFailed for any other error and for a frame that has
-        killed MOST_TRIES workers.
+        The settings go to the process once, until others come. Raises what FrameSession raises, and
+        FrameFailed for any other error and for a frame that has killed MOST_TRIES workers.
         """
-        request = {"settings": settings, "frame": frame, "target": str(target)}
-        request["most_bytes"] = self._most_bytes
+        request = {"frame": frame, "target": str(target), "most_bytes": self._most_bytes}
         for _ in range(MOST_TRIES):
             if self._process is None:
                 self._start(settings["render"]["variant"])
-            found = self._ask(request)
-            if found is not None:
-                return _record(found)
+            if self._open_session(settings):
+                found = self._ask(request)
+                if found is not None:
+                    return _record(found)
             target.unlink(missing_ok=True)
             why = self.end()
         raise FrameFailed(f"it ended its worker {MOST_TRIES} times ({why})", MOST_TRIES)
 
+    def _open_session(self, settings: Settings) -> bool:
+        """Send settings that the process does not have yet; whether it lives."""
+        if self._settings == settings:
+            return True
+        self._settings = None
+        found = self._ask({"settings": settings})
+        if found is None:
+            return False
+        _record(found)
+        self._settings = settings
+        return True
+
     def end(self) -> str:
         """Kill the process, if there is one, and wait for its end; says how it ended."""
         process, self._process, self._unread = self._process, None, b""
+        self._settings = None
         if process is None:
             return ""
         with process:  # closes both pipes
@@ -129,7 +143,7 @@ class Worker:
         """The next line of the process, watched while it is awaited; None when it died."""
         assert self._process is not None and self._process.stdout is not None
         source = self._process.stdout.fileno()
-        taken, of = 0, 0
+        samples, of = 0, 0
         while True:
             line, end, rest = self._unread.partition(b"\n")
             if end:
@@ -137,14 +151,14 @@ class Worker:
                 found: dict[str, Any] = json.loads(line)
                 if "samples" not in found:
                     return found
-                taken, of = found["samples"]
+                samples, of = found["samples"]
             elif select.select([source], [], [], _TICK_S)[0]:
                 data = os.read(source, 2**16)
                 if not data:
                     return None
                 self._unread += data
                 continue
-            self._watch(self._process.pid, taken, of)
+            self._watch(self._process.pid, samples, of)
 
 
 def _record(found: dict[str, Any]) -> Record:

@@ -1,9 +1,10 @@
 """The process that renders frames for scenes/render/sequence/worker.py: a JSON object a line, both
 ways.
 
-In: {settings, frame, target, most_bytes}. Out: {ready} once; then, of each frame, {samples: [taken,
-of]} some times and one of {record}, {input: [where, arrived, rule, cure]}, {disk: [errno, strerror,
-file]}, {failed: text}.
+In: {settings}, which opens a session with them, or {frame, target, most_bytes}. Out: {ready} once;
+{record} of a session that is open, empty; of each frame {samples: [taken, of]} some times, and its
+{record}. Instead of any record {input: [where, arrived, rule, cure]}, {disk: [errno, strerror,
+file]} or {failed: text}.
 """
 
 import ctypes
@@ -13,10 +14,11 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable
-from typing import Any, TextIO
+from functools import partial
+from typing import Any, Protocol, TextIO
 
 from lod.errors import InputError
-from scenes.render.sequence.one_frame import Record, render_one
+from scenes.render.sequence.frame_session import FrameSession, Record, Settings
 
 _PR_SET_PDEATHSIG = 1
 
@@ -37,10 +39,23 @@ def own_stdout() -> TextIO:
     return answers
 
 
-def answer(request: dict[str, Any], render: Callable[..., Record]) -> dict[str, Any]:
-    """Render what is asked for; whatever goes wrong becomes an answer."""
+class Session(Protocol):
+    """What renders frames, as FrameSession does."""
+
+    def render(
+        self,
+        frame: int,
+        target: str,
+        watch: Callable[[int, int], object],
+        most_bytes: int | None,
+    ) -> Record:
+        """Render a frame into a file."""
+
+
+def answer(work: Callable[[], Record]) -> dict[str, Any]:
+    """Do what is asked for; whatever goes wrong becomes an answer."""
     try:
-        return {"record": render(**request)}
+        return {"record": work()}
     except InputError as error:
         return {"input": [error.where, error.arrived, error.rule, error.cure]}
     except OSError as error:
@@ -52,17 +67,28 @@ def answer(request: dict[str, Any], render: Callable[..., Record]) -> dict[str, 
         return {"failed": f"{type(error).__name__}: {text}" if text else type(error).__name__}
 
 
-def serve(render: Callable[..., Record] = render_one) -> None:
+def serve(open_session: Callable[[Settings], Session] = FrameSession) -> None:
     """Answer every line of stdin until it ends. argv: the parent's number, threads (0 = all)."""
     parent, threads = map(int, sys.argv[1:3])
     end_with_parent(parent)
     answers = own_stdout()
+    session: Session | None = None
 
     def say(data: dict[str, Any]) -> None:
         print(json.dumps(data, default=str), file=answers, flush=True)
 
-    def watch(taken: int, of: int) -> None:
-        say({"samples": [taken, of]})
+    def watch(samples: int, of: int) -> None:
+        say({"samples": [samples, of]})
+
+    def work(request: dict[str, Any]) -> Record:
+        nonlocal session
+        if "settings" in request:
+            session = None  # its world goes before another comes
+            session = open_session(request["settings"])
+            return {}
+        if session is None:
+            raise RuntimeError("a frame before its settings")
+        return session.render(watch=watch, **request)
 
     say({"ready": os.getpid()})
     if threads:
@@ -70,7 +96,7 @@ def serve(render: Callable[..., Record] = render_one) -> None:
 
         drjit.set_thread_count(threads)
     for line in sys.stdin:
-        say(answer({**json.loads(line), "watch": watch}, render))
+        say(answer(partial(work, json.loads(line))))
 
 
 if __name__ == "__main__":

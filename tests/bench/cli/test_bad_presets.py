@@ -13,13 +13,14 @@ from typing import Any
 
 import pytest
 
-from bench.cli.frame_flags import frame_numbers, frame_pattern
+from bench.cli.frame_flags import frame_numbers
 from bench.cli.main import main
 from bench.cli.view_flags import preset_from_flags
 from lod.errors import InputError
 from scenes.preset.load import load_preset, preset_from, preset_names
+from scenes.render.files.frame_paths import check_pattern
 from scenes.render.files.manifest import load_manifest, settings_hash
-from scenes.render.sequence.one_frame import frame_settings
+from scenes.render.sequence.frame_session import frame_settings
 from scenes.render.sequence.sequence import open_job
 
 GENERATED = 10_000
@@ -265,7 +266,7 @@ def test_ten_thousand_generated_presets_flags_and_manifests(
         tells(lambda flag=flag, text=text: preset_from_flags("meadow", (), (), **{flag: text}))
         tells(lambda text=text: preset_from_flags("meadow", (text,), (text,)))
         tells(lambda text=text: frame_numbers(text))
-        tells(lambda text=text: frame_pattern(text))
+        tells(lambda text=text: check_pattern(text))
     manifests(chance, GENERATED // 4, presets)
 
 

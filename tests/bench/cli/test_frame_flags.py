@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.frame_flags import frame_numbers, frame_pattern, make_folder, memory_size
+from bench.cli.frame_flags import frame_numbers, memory_size
 from lod.errors import InputError
-from scenes.render.sequence.sequence import frame_path
+from scenes.render.files.frame_paths import check_pattern, frame_path, make_folder
 
 
 @pytest.mark.parametrize(
@@ -32,8 +32,8 @@ def test_what_are_no_frames_is_refused(text: str) -> None:
 
 
 def test_a_pattern_becomes_a_path() -> None:
-    assert frame_path(frame_pattern("out/a.####.exr"), 7) == Path("out/a.0007.exr")
-    assert frame_path(frame_pattern("####.exr"), 12345) == Path("12345.exr")
+    assert frame_path(check_pattern("out/a.####.exr"), 7) == Path("out/a.0007.exr")
+    assert frame_path(check_pattern("####.exr"), 12345) == Path("12345.exr")
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_a_pattern_becomes_a_path() -> None:
 )
 def test_what_is_no_pattern_is_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"-o"):
-        frame_pattern(text)
+        check_pattern(text)
 
 
 def test_a_folder_is_made_with_its_parents(tmp_path: Path) -> None:

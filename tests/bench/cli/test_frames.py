@@ -9,7 +9,7 @@ import pytest
 from bench.cli.commands.frames import drop_flag
 from bench.cli.main import main
 from scenes.preset.load import load_preset
-from scenes.render.sequence.one_frame import frame_settings, render_one
+from scenes.render.sequence.frame_session import FrameSession, frame_settings
 from scenes.render.sequence.sequence import open_job, render_sequence
 
 TINY = """
@@ -85,7 +85,8 @@ def test_usd_counts_what_it_wrote(run):
 
 def test_ids_say_who_is_who_in_a_frame(run):
     settings = frame_settings(load_preset("tiny.toml"), "scalar_rgb")
-    list(render_sequence(open_job("o/a.####.exr", [2], settings), render_one))
+    session, job = FrameSession(settings), open_job("o/a.####.exr", [2], settings)
+    list(render_sequence(job, lambda _, frame, path: session.render(frame, path)))
     code, out, err = run("ids", "o/a.0002.exr", "--json")
     assert code == 0, err
     found = [json.loads(line) for line in out.splitlines()]

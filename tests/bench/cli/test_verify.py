@@ -18,25 +18,30 @@ import signal
 import numpy as np
 
 from scenes.render.files.exr import write_exr
-from scenes.frame.types import Layers
+from scenes.frame.layers import Layers
 from scenes.render.files.manifest import flatten
 from scenes.render.sequence.worker_child import serve
 
 
-def render(settings, frame, target, watch, most_bytes):
-    with open("tries", "a") as file:
-        file.write(f"{frame} ")
-    if frame == 7:
-        os.kill(os.getpid(), signal.SIGSEGV)
-    width, height = settings["render"]["size"]
-    ids, colour = np.full((height, width), frame), np.full((height, width, 3), 0.5)
-    header = {f"lod:{key}": str(value) for key, value in flatten(settings)}
-    layers = Layers(colour, ids, colour, colour, ids, ids, ids)
-    digest = write_exr(target, layers, {**header, "lod:frame": str(frame)})
-    return {"frame": frame, "sha256": digest, "seconds": {}, "peak_rss_bytes": 1, "statistics": {}}
+class Session:
+    def __init__(self, settings):
+        self.settings = settings
+
+    def render(self, frame, target, watch, most_bytes):
+        with open("tries", "a") as file:
+            file.write(f"{frame} ")
+        if frame == 7:
+            os.kill(os.getpid(), signal.SIGSEGV)
+        width, height = self.settings["render"]["size"]
+        ids, colour = np.full((height, width), frame), np.full((height, width, 3), 0.5)
+        header = {f"lod:{key}": str(value) for key, value in flatten(self.settings)}
+        layers = Layers(colour, ids, colour, colour, ids, ids, ids)
+        digest = write_exr(target, layers, {**header, "lod:frame": str(frame)})
+        record = {"frame": frame, "sha256": digest, "peak_rss_bytes": 1}
+        return {**record, "seconds": {}, "statistics": {}}
 
 
-serve(render)
+serve(Session)
 """
 
 Lines = list[dict[str, Any]]

@@ -14,7 +14,7 @@ import pytest
 from bench.statistics.excess_flip import FLOOR, LEAST_PAIRS, excess_flip, mean_flip
 from lod.atmosphere.air import CLEAR
 from lod.pruning.pruner import prune
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world
@@ -67,7 +67,7 @@ def rendered(cut, seed, clear=False):
     made = frame(cut)
     air = CLEAR if clear else made.air
     quality = replace(made.quality, seed=seed)
-    return render_frame(made.camera, made.visible, air, made.light, quality).rgb
+    return render_frame(replace(made, air=air, quality=quality)).rgb
 
 
 def displayed(cut, seed, clear=False):

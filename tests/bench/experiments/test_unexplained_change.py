@@ -11,11 +11,10 @@ from bench.experiments.popping.unexplained_change import Frame, Seen, popped, wa
 from bench.studies.films.forest_walk import MOST_RATIO, walk_settings
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
-from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
-from scenes.frame.displayed import Shown
+from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.quality import Quality
 from scenes.models.boulder import boulder_prototypes
 from scenes.preset.load import load_preset
@@ -35,12 +34,11 @@ def view(east=0.0, corner=0) -> View:
     )
 
 
-def displayed(at: View, *distances: float) -> tuple[Shown, ...]:
+def displayed(at: View, *distances: float) -> tuple[DisplayedRepresentation, ...]:
     """Even ground out to 30 m, and a boulder at each of these distances."""
     stone = boulder_prototypes(0, 1)[0]
     things = [Placed(f"stone {y}", stone, 0.0, y - 7.0, 0.0, GROUND) for y in distances]
-    cuts = [(each, prune(each, at)) for each in (GROUND, *things)]
-    return tuple(Shown(each, cut, blend_weights(cut, at), at) for each, cut in cuts)
+    return tuple(display(each, prune(each, at), at) for each in (GROUND, *things))
 
 
 def pictures(shown, at: View, *samples: int):
@@ -52,7 +50,7 @@ def test_pictures_are_albedo_under_a_white_sky():
     shown = displayed(view())
     (picture,) = pictures(shown, view(), 1)
     assert picture[0] == pytest.approx(np.ones(SIZE[0]))
-    ground = shown[0].shape(0.0).colours @ LUMINANCE
+    ground = shown[0].shape.colours @ LUMINANCE
     assert ground.min() < picture[-1].min() and picture[-1].max() < ground.max()
 
 

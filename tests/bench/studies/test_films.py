@@ -12,7 +12,7 @@ from bench.experiments.popping.unexplained_change import Walk, frames_of, popped
 from bench.studies.films import clips
 from bench.studies.films.clips import CLIPS, WAYS, pixels_seen_before, table_rows, verdict_line
 from lod.camera import Corner, camera_from_heading
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.render.files.exr import read_exr
 from scenes.world.view import view_at
@@ -58,7 +58,7 @@ def test_a_frame_of_a_stop_alone_is_that_of_the_sequence():
     for number in (14, 15, 16):
         after = assemble_frame(world, preset, number, "scalar_rgb")
     alone = assemble_frame(world, preset, 16, "scalar_rgb")
-    for one, other in zip(after.visible, alone.visible, strict=True):
+    for one, other in zip(after.displayed, alone.displayed, strict=True):
         assert np.array_equal(one.cut.part, other.cut.part)
         a, b = (next(iter(vars(each.shape).values())) for each in (one, other))
         assert len(a) and a.tobytes() == b.tobytes()

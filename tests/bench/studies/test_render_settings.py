@@ -1,10 +1,10 @@
-"""Noise is what was put in, and constants are as before afterwards."""
+"""Noise is what was put in, and every setting changes what is rendered with."""
 
 import numpy as np
 import pytest
 
-from bench.studies.render_settings import DARK, SPP, changed, noise, settings
-from scenes.render.drivers import camera_rays
+from bench.studies.render_settings import DARK, SPP, noise, settings
+from scenes.frame.quality import Quality
 from scenes.render.mitsuba import variants
 from scenes.render.mitsuba.plugin import load_plugin
 
@@ -15,27 +15,17 @@ def test_noise_is_the_variance_over_the_squared_light() -> None:
     assert noise(a, b, light) == pytest.approx(0.1**2 / (0.25 * (1 + DARK)), rel=0.02)
 
 
-def test_constants_come_back_even_after_an_error() -> None:
-    before = camera_rays.SAMPLER
-    with pytest.raises(RuntimeError), changed(((camera_rays, "SAMPLER", "independent"),)):
-        assert camera_rays.SAMPLER == "independent"
-        raise RuntimeError
-    assert before == camera_rays.SAMPLER
-
-
-def test_every_setting_changes_a_constant_that_there_is() -> None:
-    used, *others = settings()
-    assert used == type(used)("as used")
-    for each in others:
-        names = [*each.scene, *each.trace]
-        assert each.max_depth or all(getattr(place, name) != value for place, name, value in names)
+def test_every_setting_changes_the_quality_in_its_own_way() -> None:
+    used = Quality(variants.SCALAR_VARIANT)
+    first, *others = (each.of(used) for each in settings())
+    assert first == used and used not in others
+    assert len(set(others)) == len(others) == 15
 
 
 def test_every_sampler_takes_as_many_samples_as_are_asked_for() -> None:
     """Orthogonal arrays round what they cannot, and say so only in a warning."""
     variants.use(variants.SCALAR_VARIANT)
-    changes = [change for each in settings() for change in each.trace]
-    kinds = {value for _, name, value in changes if name == "SAMPLER"} | {camera_rays.SAMPLER}
+    kinds = {each.of(Quality(variants.SCALAR_VARIANT)).sampler for each in settings()}
     assert len(kinds) == 4
     for kind in kinds:
         assert load_plugin({"type": kind, "sample_count": SPP}).sample_count() == SPP

@@ -1,11 +1,12 @@
-"""A preset becomes a shot: every representation cut, air and light as the preset says."""
+"""A preset becomes a frame's input: every representation cut, air and light as it says."""
 
 import numpy as np
 import pytest
 
 from lod.atmosphere.air import CLEAR, haze_extinction
-from scenes.frame.frame_input import assemble_frame, frame_quality, sun_and_sky
+from scenes.frame.assemble import assemble_frame, frame_quality
 from scenes.preset.load import load_preset
+from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 from scenes.world.world import build_world
 
@@ -36,25 +37,24 @@ def test_light_and_quality_are_the_presets_own() -> None:
     assert quality.max_depth == 7
 
 
-def test_a_shot_holds_every_representation_once() -> None:
+def test_a_frame_holds_every_representation_once() -> None:
     preset = load_preset("meadow", SMALL)
     world = build_world(preset)
     shot = assemble_frame(world, preset, 1, "scalar_rgb")
-    assert [each.name for each in shot.visible] == [each.name for each in world.representations]
-    for each in shot.visible:
+    assert [each.name for each in shot.displayed] == [each.name for each in world.representations]
+    for each in shot.displayed:
         assert len(each.shape.owner)
         assert each.shape.owner.max() < len(each.cut)
         assert each.cut.part.max() < 2**32
-    assert shot.fps == 10
     assert shot.quality.variant == "scalar_rgb"
     assert set(shot.seconds) == {"prune", "appearance"}
     assert (shot.camera.width, shot.camera.height) == (64, 36)
 
 
-def test_the_same_frame_is_the_same_shot_and_the_next_is_not() -> None:
+def test_the_same_frame_is_the_same_input_and_the_next_is_not() -> None:
     preset = load_preset("meadow", SMALL)
     one, two = (assemble_frame(build_world(preset), preset, 3, "scalar_rgb") for _ in range(2))
-    for first, second in zip(one.visible, two.visible, strict=True):
+    for first, second in zip(one.displayed, two.displayed, strict=True):
         assert np.array_equal(first.cut.parts.position, second.cut.parts.position)
         assert np.array_equal(first.shape.owner, second.shape.owner)
     after = assemble_frame(build_world(preset), preset, 4, "scalar_rgb")

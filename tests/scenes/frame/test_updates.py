@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lod.pruning.update_schedule import WINDOW
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.world.world import build_world
 
@@ -30,7 +30,7 @@ def made(*settings, frame=40):
 
 
 def sticks(shot, name="figure"):
-    return next(each.shape for each in shot.visible if each.name == name)
+    return next(each.shape for each in shot.displayed if each.name == name)
 
 
 def off_px(shot, true, name):
@@ -78,7 +78,7 @@ def test_nothing_is_kept_for_longer_than_a_window():
 
 def test_while_the_shutter_is_open_only_what_is_drawn_anew_moves():
     shot = made("view.update_threshold=1", "view.shutter=180", "camera.speed=0")
-    first, last = (sticks(instant()) for instant in (shot.instants[0], shot.instants[-1]))
+    first, last = (sticks(instant()) for instant in (shot.subframes[0], shot.subframes[-1]))
     moved = (first.start != last.start).any(axis=1)
     assert 0 < moved.sum() < len(moved)
 

@@ -7,8 +7,8 @@ from lod.atmosphere.air import CLEAR
 from lod.camera import Corner, camera_from_heading
 from lod.pruning.parts import Parts
 from lod.pruning.pruner import cut_from_parts
-from lod.pruning.shapes import Sticks, Triangles
-from scenes.frame.displayed import Visible
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.render.mitsuba import variants
 from scenes.world.light import Light
@@ -69,7 +69,9 @@ class Making:
             owner=np.arange(n),
         )
         numbers = np.arange(n)
-        return Visible(name, cut(numbers, first_part + numbers, np.full(n, level)), shape)
+        return DisplayedRepresentation(
+            name, cut(numbers, first_part + numbers, np.full(n, level)), shape
+        )
 
     @staticmethod
     def quad(corners, albedo=0.5, name="quad"):
@@ -83,7 +85,7 @@ class Making:
             faces=np.array([[0, 1, 2], [0, 2, 3]]),
             owner=np.zeros(2),
         )
-        return Visible(name, cut([0], [7], [3]), shape)
+        return DisplayedRepresentation(name, cut([0], [7], [3]), shape)
 
     @classmethod
     def wall(cls, distance, albedo):
@@ -96,6 +98,12 @@ class Making:
     def ground(cls, reach=2000.0, albedo=(0.1, 0.2, 0.05)):
         s = float(reach)
         return cls.quad([(-s, -s, 0), (s, -s, 0), (s, s, 0), (-s, s, 0)], albedo, "ground")
+
+    @classmethod
+    def frame(cls, *displayed, variant=variants.SCALAR_VARIANT, after=None):
+        """The input of a frame of these, in clear air."""
+        quality = cls.quality(variant, max_depth=4)
+        return FrameInput(cls.camera(), displayed, CLEAR, cls.light, quality, after)
 
     @staticmethod
     def quality(variant, spp=4, seed=1, max_depth=3):

@@ -9,14 +9,14 @@ import pytest
 from lod.errors import InputError
 from lod.pruning.shapes import Sticks
 from scenes.frame.quality import Quality, sampler_seed
-from scenes.render.description.describe import describe
-from scenes.render.description.stick_batches import batches
+from scenes.render.description.describe import describe_frame
+from scenes.render.description.stick_batches import ALIGNMENT, PlacedSticks, batches
 from scenes.render.drivers.sample_counts import sample_groups, square_sides
 from scenes.world.light import Light
 
 
 def described(make, *visible):
-    return describe(make.camera(), visible, make.light, max_depth=4)
+    return describe_frame(make.frame(*visible))
 
 
 def test_equal_tints_share_a_shape_across_representations(make):
@@ -51,7 +51,7 @@ def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
 
 def test_a_limb_is_one_chain_of_shared_points():
     limb = sticks([(0, 0, 0), (0, 0, 1), (0, 1, 2), (0, 1, 3)], [0.3, 0.2, 0.2, 0.1])
-    (batch,) = batches([(limb, 1, None)])
+    (batch,) = batches([PlacedSticks(limb, 1, None)], True)
     assert batch.points.shape == (4, 4)
     assert batch.segments.tolist() == [0, 1, 2]
 
@@ -65,7 +65,7 @@ def test_chains_break_where_radii_or_ends_differ():
             [[5, 0, 2, 0.5], [5, 0, 3, 0.5]],
         ],
     )
-    (batch,) = batches([(loose(ends), 1, None)])
+    (batch,) = batches([PlacedSticks(loose(ends), 1, None)], True)
     for row, first in enumerate(batch.segments):
         assert np.array_equal(batch.points[first : first + 2], ends[row])
     assert len(batch.points) == 7
@@ -79,52 +79,78 @@ def loose(ends, tint=None, tints=((0.5, 0.5, 0.5),)):
     return Sticks(*columns, tint, np.asarray(tints), np.arange(n))
 
 
-@pytest.mark.parametrize("most", [3, 7, 10**6])
-def test_sticks_are_laid_tint_by_tint_in_their_order(monkeypatch, most):
-    """Against a selection by hand; batches that are full begin anew, even within a chain."""
-    monkeypatch.setattr("scenes.render.description.stick_batches.MOST_SEGMENTS", most)
-    chance = np.random.default_rng(most)
+def palettes_of_limbs(seed):
+    """Two representations that share a tint, and every stick as (tint, ends, owner)."""
+    chance = np.random.default_rng(seed)
     palettes = [[(0.1,) * 3, (0.2,) * 3], [(0.2,) * 3, (0.05,) * 3]]
-    shapes, every = [], []
+    placed, every = [], []
     for palette in palettes:
         ends = chance.integers(0, 2, (40, 2, 4)) + np.array((0, 0, 0, 1.0))
         ends[:, 1, 0] += 5
         ends[1::2, 1, 0] += 5
         ends[1::2, 0] = ends[::2, 1]
         tint = np.repeat(chance.integers(0, 2, 20), 2)
-        part = 1 + 50 * len(shapes)
+        part = 1 + 50 * len(placed)
         later = loose(ends + 1.0, tint, palette)
-        shapes.append((loose(ends, tint, palette), part, later))
+        placed.append(PlacedSticks(loose(ends, tint, palette), part, later))
         every += [(palette[t][0], ends[i], part + i) for i, t in enumerate(tint)]
-    made = list(batches(shapes))
+    return placed, every
+
+
+@pytest.mark.parametrize("by_tint", [True, False])
+@pytest.mark.parametrize("most", [3, 7, 50, 10**6])
+def test_sticks_are_laid_tint_by_tint_in_their_order(most, by_tint):
+    """Against a selection by hand; batches that are full begin anew, even within a chain."""
+    placed, every = palettes_of_limbs(most)
+    made = list(batches(placed, by_tint, most))
     assert max(len(batch.segments) for batch in made) <= most
+    assert all(len(b.tints) == len(b.counts) for b in made)
+    assert all(b.counts.sum() == len(b.segments) == len(b.owners) for b in made)
+    if by_tint:
+        assert all(len(b.tints) == 1 for b in made)
+    elif most > len(every):
+        assert len(made) == 1
+    tint = np.concatenate([np.repeat(b.tints[:, 0], b.counts) for b in made])
+    ends = np.concatenate([b.points[b.segments[:, None] + np.arange(2)] for b in made])
+    owners = np.concatenate([b.owners for b in made])
+    assert np.array_equal(tint, np.sort(tint))
     for colour in (0.05, 0.1, 0.2):
-        mine = [batch for batch in made if batch.tint[0] == colour]
-        ends = np.concatenate([b.points[b.segments[:, None] + np.arange(2)] for b in mine])
-        assert np.array_equal(ends, [e for c, e, _ in every if c == colour])
-        owners = np.concatenate([b.owners for b in mine])
-        assert np.array_equal(owners, [i for c, _, i in every if c == colour])
-        assert all(len(b.points) < 2 * len(b.segments) for b in mine if len(b.segments) > 4)
-        assert all((b.moves == 1.0).all() and len(b.moves) == len(b.owners) for b in mine)
+        mine = tint == colour
+        assert np.array_equal(ends[mine], [e for c, e, _ in every if c == colour])
+        assert np.array_equal(owners[mine], [i for c, _, i in every if c == colour])
+    assert all(len(b.points) < 2 * len(b.segments) for b in made if len(b.segments) > 4)
+    assert all((b.moves == 1.0).all() and len(b.moves) == len(b.owners) for b in made)
+
+
+def test_one_shape_holds_the_same_points_as_one_for_each_tint():
+    """Chains may not go on from one tint to the next: their points stand side by side."""
+    placed, _ = palettes_of_limbs(5)
+    (one,) = batches(placed, False)
+    several = list(batches(placed, True))
+    assert np.array_equal(one.points, np.concatenate([b.points for b in several]))
+    first = np.cumsum([0] + [len(b.points) for b in several])[:-1]
+    segments = [b.segments + start for b, start in zip(several, first, strict=True)]
+    assert np.array_equal(one.segments, np.concatenate(segments))
+    assert one.points.ctypes.data % ALIGNMENT == 0
 
 
 def test_points_become_short_sticks_wherever_they_are():
     far = np.array([[4e4, 3e4, 200.0]])
     ball = Sticks(far, far, np.ones(1), np.ones(1), np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
-    (batch,) = batches([(ball, 1, None)])
+    (batch,) = batches([PlacedSticks(ball, 1, None)], True)
     assert len(batch.points) == 2 and batch.points[0, 2] != batch.points[1, 2]
 
 
 def test_no_stick_is_so_short_that_the_renderer_makes_streaks_of_it():
     at, radius = np.array([[3.0, 4.0, 1.0]]), np.full(1, 1e-3)
     grain = Sticks(at, at, radius, radius, np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
-    (batch,) = batches([(grain, 1, None)])
+    (batch,) = batches([PlacedSticks(grain, 1, None)], True)
     assert batch.points[1, 2] - batch.points[0, 2] == pytest.approx(1e-4, rel=0.01)
 
 
 def test_a_tint_without_sticks_keeps_its_shape(make):
     two = sticks([(0, 0, 0), (0, 0, 1)], [1, 1], [1], [(0.1, 0.1, 0.1), (0.2, 0.2, 0.2)])
-    made = list(batches([(two, 1, None)]))
+    made = list(batches([PlacedSticks(two, 1, None)], True))
     assert [len(batch.segments) for batch in made] == [0, 1]
 
 
@@ -203,10 +229,10 @@ def test_what_moves_is_told_stick_by_stick(make):
     shift = np.array([[0.5, 0, 0], [0, 0.25, 0]])
     later = replace(shape, start=shape.start + shift, end=shape.end + 2 * shift)
     visible = [still, replace(moving, later=later)]
-    found = describe(make.camera(), visible, make.light, 2, make.camera())
+    found = describe_frame(make.frame(*visible, after=make.camera()))
     (moves,) = found["moves"].values()
     assert np.array_equal(moves[:, 0], shift) and np.array_equal(moves[:, 1], 2 * shift)
-    assert describe(make.camera(), [still], make.light, 2)["moves"] == {}
+    assert described(make, still)["moves"] == {}
 
 
 def test_what_glows_is_a_mesh_of_each_radiance(make):

@@ -1,14 +1,17 @@
 """The reference: air that is part of the scene, against the closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lod.atmosphere.air import CLEAR, Air
 from lod.atmosphere.mist import Mist
 from lod.errors import InputError
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.frame.quality import Quality
-from scenes.render.description.describe import describe
+from scenes.render.description.describe import describe_frame
 from scenes.render.haze.haze import airlight_along, make_haze
 from scenes.render.haze.scattered_layer import with_layer
 from scenes.render.mitsuba import variants
@@ -22,9 +25,9 @@ def far_along(make, variant, heading, spp=2048):
     """What an endless level path shows, rendered and worked out, (3,) each."""
     camera = make.camera((4, 4), heading=heading, fov=0.001)
     quality = Quality(variant, spp, 1, 16, "medium")
-    seen = render_frame(camera, [], AIR, make.light, quality).rgb.mean(axis=(0, 1))
+    seen = render_frame(FrameInput(camera, (), AIR, make.light, quality)).rgb.mean(axis=(0, 1))
     variants.use(variant)
-    built = build_scene(with_layer(describe(camera, [], make.light, 4), AIR))
+    built = build_scene(with_layer(describe_frame(replace(make.frame(), camera=camera)), AIR))
     haze, endless = make_haze(built, AIR), np.array([np.inf])
     return seen, airlight_along(haze, camera.forward[None], endless)[0]
 
@@ -41,7 +44,9 @@ def test_the_medium_changes_colour_alone(make, variant):
     scene = [make.balls([(x, 12.0, 1.5) for x in range(-8, 9, 4)], 1.5), make.ground(300.0)]
     camera = make.camera((32, 18))
     frames = [
-        render_frame(camera, scene, AIR, make.light, Quality(variant, 4, 1, 4, haze))
+        render_frame(
+            FrameInput(camera, tuple(scene), AIR, make.light, Quality(variant, 4, 1, 4, haze))
+        )
         for haze in ("analytic", "medium")
     ]
     plain, hazy = frames
@@ -56,7 +61,8 @@ def test_the_medium_changes_colour_alone(make, variant):
 def test_same_seed_same_bytes(make, variant):
     quality = Quality(variant, 4, 7, 4, "medium")
     one, two = (
-        render_frame(make.camera(), [make.ground()], AIR, make.light, quality) for _ in range(2)
+        render_frame(FrameInput(make.camera(), (make.ground(),), AIR, make.light, quality))
+        for _ in range(2)
     )
     assert np.array_equal(one.rgb, two.rgb)
 
@@ -65,7 +71,9 @@ def test_same_seed_same_bytes(make, variant):
 def test_air_that_no_homogeneous_medium_is_like_is_refused(make, air):
     with pytest.raises(InputError, match="--haze"):
         render_frame(
-            make.camera(), [], air, make.light, Quality(variants.SCALAR_VARIANT, haze="medium")
+            FrameInput(
+                make.camera(), (), air, make.light, Quality(variants.SCALAR_VARIANT, haze="medium")
+            )
         )
 
 

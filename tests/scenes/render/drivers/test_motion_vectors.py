@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from lod.camera import Corner, camera_from_heading
 from lod.pruning.crossfade import blend_weights
 from lod.rotations import rotate_vectors
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
-from scenes.frame.types import Extras
 from scenes.preset.load import load_preset
-from scenes.render.description.describe import describe
+from scenes.render.description.describe import describe_frame
 from scenes.render.drivers.motion_vectors import (
     carry_with_stick,
     motion_vectors,
@@ -63,8 +63,8 @@ def camera(heading=0.0, eye=(0.0, 0.0, 2.0), cell_x=0):
 
 
 def motion(make, variant, visible, before, after, spp=4):
-    quality, extras = make.quality(variant, spp), Extras(after)
-    return render_frame(before, visible, make.clear, make.light, quality, extras=extras)
+    quality = make.quality(variant, spp)
+    return render_frame(FrameInput(before, tuple(visible), make.clear, make.light, quality, after))
 
 
 def places(width, height):
@@ -170,7 +170,7 @@ def sampled(preset, world, frame):
     """What is made of a frame, its built scene, and what its samples met."""
     variants.use("scalar_rgb")
     made = assemble_frame(world, preset, frame, "scalar_rgb")
-    built = build_scene(describe(made.camera, made.visible, made.light, 2, made.extras.after))
+    built = build_scene(describe_frame(made))
     haze = make_haze(built, made.air)
     samples = render_passes(built, haze, made.quality, frame, lambda taken: None)
     hit = samples.hit
@@ -185,7 +185,7 @@ def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px
     preset, world = walker
     made, built, hit, ids = sampled(preset, world, frame)
     placed = world.placed[0]
-    cut = next(v.cut for v in made.visible if v.name == "walker")
+    cut = next(v.cut for v in made.displayed if v.name == "walker")
     joint = joint_of_parts(placed, cut, blend_weights(cut, view_at(world, preset, frame)))
     met = np.isin(ids[..., 1], list(joint)) & (ids[..., 0] == ids[..., 0].max())
     joints = np.array([joint[part] for part in ids[..., 1][met].tolist()])
@@ -268,8 +268,6 @@ def test_a_frame_lands_on_the_next(walker):
 
 def test_without_being_asked_for_there_is_no_motion(make, variant):
     quality = make.quality(variant)
-    layers = render_frame(camera(), [make.ground()], make.clear, make.light, quality)
+    layers = render_frame(FrameInput(camera(), (make.ground(),), make.clear, make.light, quality))
     assert layers.motion is None
-    assert (
-        build_scene(describe(camera(), [make.ground()], make.light, 2)).description["after"] is None
-    )
+    assert build_scene(describe_frame(make.frame(make.ground()))).description["after"] is None

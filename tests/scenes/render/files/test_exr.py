@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.frame.types import FileForm
+from scenes.preset.tables import OutputPreset
 from scenes.render.files import exr
 from scenes.render.files.exr import read_exr, write_exr
 from scenes.render.files.header import frame_header
@@ -94,15 +94,15 @@ def test_same_layers_same_bytes(tmp_path):
     assert first == again != other
 
 
-FORMS = [FileForm("zips"), FileForm("piz"), FileForm("rle"), FileForm("none")]
-FORMS += [FileForm(multipart=True), FileForm(multipart=True, colour="float")]
+OUTPUTS = [OutputPreset(compression=each) for each in ("zips", "piz", "rle", "none")]
+OUTPUTS += [OutputPreset(multipart=True), OutputPreset(multipart=True, colour="float")]
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_every_form_gives_the_same_layers_back(tmp_path, form):
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_every_form_of_file_gives_the_same_layers_back(tmp_path, output):
     layers, header = with_extras(some_layers()), some_header(seed=2**63 - 1)
-    write_exr(tmp_path / "plain.exr", layers, header, form=FileForm(colour=form.colour))
-    write_exr(tmp_path / "a.exr", layers, header, form=form)
+    write_exr(tmp_path / "plain.exr", layers, header, output=OutputPreset(colour=output.colour))
+    write_exr(tmp_path / "a.exr", layers, header, output=output)
     (plain, _), (back, kept) = (read_exr(tmp_path / name) for name in ("plain.exr", "a.exr"))
     for name in ("rgb", "Z", "N", "albedo", "object", "part", "level", "motion", "denoised"):
         assert np.array_equal(getattr(back, name), getattr(plain, name)), name
@@ -111,7 +111,7 @@ def test_every_form_gives_the_same_layers_back(tmp_path, form):
 
 def test_float_keeps_colour_to_the_bit_and_half_rounds_it(tmp_path):
     layers = with_extras(some_layers())
-    write_exr(tmp_path / "a.exr", layers, some_header(), form=FileForm(colour="float"))
+    write_exr(tmp_path / "a.exr", layers, some_header(), output=OutputPreset(colour="float"))
     back, _ = read_exr(tmp_path / "a.exr")
     for name in ("rgb", "albedo", "denoised"):
         assert np.array_equal(getattr(back, name), getattr(layers, name))
@@ -120,7 +120,7 @@ def test_float_keeps_colour_to_the_bit_and_half_rounds_it(tmp_path):
 
 def test_parts_are_named_for_their_layers_and_each_says_what_made_it(tmp_path):
     layers = with_extras(some_layers())
-    write_exr(tmp_path / "a.exr", layers, some_header(seed=7), form=FileForm(multipart=True))
+    write_exr(tmp_path / "a.exr", layers, some_header(seed=7), output=OutputPreset(multipart=True))
     file, parts = oiio.ImageInput.open(str(tmp_path / "a.exr")), {}
     while file.seek_subimage(len(parts), 0):
         spec = file.spec()
@@ -166,7 +166,9 @@ def test_a_thousand_headers_survive_the_round_trip(settings, seed, fps, cell):
 @pytest.mark.parametrize("compression", ["zip", "zips"])
 def test_zip_notices_every_flipped_bit(tmp_path, compression):
     path = tmp_path / "a.exr"
-    write_exr(path, some_layers((64, 48)), some_header(), form=FileForm(compression))
+    write_exr(
+        path, some_layers((64, 48)), some_header(), output=OutputPreset(compression=compression)
+    )
     whole, generator = path.read_bytes(), np.random.default_rng(1)
     for at in generator.integers(len(whole) // 10, len(whole), 50).tolist():
         path.write_bytes(whole[:at] + bytes([whole[at] ^ 16]) + whole[at + 1 :])

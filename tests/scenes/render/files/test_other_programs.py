@@ -15,11 +15,11 @@ import pytest
 
 from lod.camera import Corner, camera_from_heading
 from scenes.frame.layers import Layers
-from scenes.frame.types import FileForm
+from scenes.preset.tables import OutputPreset
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
 
-FORMS = {"one": FileForm(), "parts": FileForm(multipart=True, colour="float")}
+FORMS = {"one": OutputPreset(), "parts": OutputPreset(multipart=True, colour="float")}
 IN_BLENDER = {
     "one": {"Combined", "Alpha", "Depth", "N", "albedo", "id", "motion", "denoised"},
     "parts": {"rgba", "depth", "N", "albedo", "id", "motion", "denoised"},

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.types import FrameInput
-from scenes.render.description.describe import describe
+from scenes.frame.frame_input import FrameInput
+from scenes.render.description.describe import describe_frame
 from scenes.render.files.usd import check_usd, write_usd
 
 pxr = pytest.importorskip("pxr")
@@ -31,7 +31,7 @@ def test_everything_displayed_is_there_again(made, tmp_path, suffix):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
     stage = Usd.Stage.Open(str(path))
     prims = list(stage.Traverse())
-    shapes = describe(made.camera, made.visible, made.light, 2)["shapes"]
+    shapes = describe_frame(made)["shapes"]
     (curves,) = (UsdGeom.BasisCurves(p) for p in prims if p.IsA(UsdGeom.BasisCurves))
     (mesh,) = (UsdGeom.Mesh(p) for p in prims if p.IsA(UsdGeom.Mesh))
     assert counts == {"curves": 1, "sticks": 7, "meshes": 1, "triangles": 2, "cameras": 1}

@@ -6,6 +6,7 @@ import pytest
 from lod.atmosphere.air import Air, mist_extinction, optical_depth, rgb_extinction
 from lod.atmosphere.mist import Mist, base_equivalent_length
 from lod.atmosphere.rgb_bands import rgb_wavelengths
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.render.haze.horizon_airlight import horizon
 from scenes.render.mitsuba import variants
@@ -20,7 +21,7 @@ BETA = rgb_extinction(AIR)
 def look_at_wall(make, variant, distance, albedo, air, spp=4):
     camera = make.camera(size=(8, 4), fov=1.0, eye=(0, 0, 0))
     wall = make.wall(distance, albedo)
-    return render_frame(camera, [wall], air, make.light, make.quality(variant, spp))
+    return render_frame(FrameInput(camera, (wall,), air, make.light, make.quality(variant, spp)))
 
 
 @pytest.mark.parametrize("distance", [50.0, 700.0, 4000.0])
@@ -43,7 +44,9 @@ def test_no_seam_between_land_sky_and_what_lies_beyond_the_land(make, variant):
     """Straight through the horizon over land that ends at 30 km: no step, no dark line."""
     camera = make.camera(size=(4, 120), fov=0.4, eye=(0, 0, 100))
     air = Air(5000.0)
-    frame = render_frame(camera, [make.ground(30e3)], air, make.light, make.quality(variant, spp=4))
+    frame = render_frame(
+        FrameInput(camera, (make.ground(30e3),), air, make.light, make.quality(variant, spp=4))
+    )
     column = frame.rgb.mean(axis=1)
     beyond = (frame.Z == SKY_Z).all(axis=1)
     assert beyond.any() and not beyond.all()
@@ -52,7 +55,7 @@ def test_no_seam_between_land_sky_and_what_lies_beyond_the_land(make, variant):
 
 def test_beyond_the_land_is_never_black_even_in_clear_air(make, variant):
     camera = make.camera(size=(8, 8), fov=90, pitch=-40)
-    frame = render_frame(camera, [], make.clear, make.light, make.quality(variant))
+    frame = render_frame(FrameInput(camera, (), make.clear, make.light, make.quality(variant)))
     assert (frame.rgb > 0.01).all()
 
 
@@ -63,8 +66,12 @@ def test_any_sample_count_keeps_the_mean(make, variant, spp):
     camera = make.camera(size=(96, 48))
     air, ground = Air(195.6), make.ground()
     scene = [balls, ground]
-    few = render_frame(camera, scene, air, make.light, make.quality(variant, spp, seed=4))
-    many = render_frame(camera, scene, air, make.light, make.quality(variant, 64, seed=5))
+    few = render_frame(
+        FrameInput(camera, tuple(scene), air, make.light, make.quality(variant, spp, seed=4))
+    )
+    many = render_frame(
+        FrameInput(camera, tuple(scene), air, make.light, make.quality(variant, 64, seed=5))
+    )
     assert np.allclose(few.rgb.mean(axis=(0, 1)), many.rgb.mean(axis=(0, 1)), rtol=4e-3)
 
 
@@ -77,7 +84,9 @@ def test_coarse_pixels_hold_the_mean_of_fine_ones(make, variant):
     def mean(size, spp):
         camera = make.camera(size, fov=30)
         quality = make.quality(variant, spp)
-        return render_frame(camera, scene, air, make.light, quality).rgb.mean(axis=(0, 1))
+        return render_frame(FrameInput(camera, tuple(scene), air, make.light, quality)).rgb.mean(
+            axis=(0, 1)
+        )
 
     assert np.allclose(mean((6, 4), 400), mean((96, 64), 4), rtol=0.01)
 
@@ -105,7 +114,7 @@ def test_contrast_in_mist_is_that_of_the_closed_form(make, variant, pitch):
 
     def seen(albedo, air):
         wall = make.wall(distance, albedo)
-        frame = render_frame(camera, [wall], air, make.light, make.quality(variant))
+        frame = render_frame(FrameInput(camera, (wall,), air, make.light, make.quality(variant)))
         return frame.rgb.mean(axis=(0, 1))
 
     contrast = (seen(0.5, MIST) - seen(0.0, MIST)) / seen(0.5, make.clear)
@@ -116,11 +125,11 @@ def test_contrast_in_mist_is_that_of_the_closed_form(make, variant, pitch):
 def test_mist_veils_the_sky_above_the_eye_without_a_seam(make, variant):
     """From the airlight at the horizon to hardly any of it straight up."""
     camera, quality = make.camera((4, 120), fov=0.4), make.quality(variant)
-    column = render_frame(camera, [], MIST, make.light, quality).rgb.mean(axis=1)
+    column = render_frame(FrameInput(camera, (), MIST, make.light, quality)).rgb.mean(axis=1)
     assert (np.abs(np.diff(column, axis=0)) < 0.03 * column[:-1]).all()
     up = make.camera((4, 4), pitch=60, fov=1)
     veiled, clear = (
-        render_frame(up, [], air, make.light, quality).rgb.mean(axis=(0, 1))
+        render_frame(FrameInput(up, (), air, make.light, quality)).rgb.mean(axis=(0, 1))
         for air in (MIST, make.clear)
     )
     metres = base_equivalent_length(MIST.mist, np.array([2.0]), np.array([np.sin(np.radians(60))]))
@@ -138,7 +147,7 @@ def test_both_drivers_see_the_same_mist(make):
     scene = [make.balls([(x, 40.0, 1.0) for x in range(-20, 21, 4)], 1.5), make.ground()]
     camera = make.camera((48, 27), pitch=2)
     scalar, jit = (
-        render_frame(camera, scene, MIST, make.light, make.quality(name, 64)).rgb
+        render_frame(FrameInput(camera, tuple(scene), MIST, make.light, make.quality(name, 64))).rgb
         for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT)
     )
     assert np.allclose(scalar.mean(axis=(0, 1)), jit.mean(axis=(0, 1)), rtol=2e-3)

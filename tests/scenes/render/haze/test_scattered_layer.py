@@ -5,9 +5,10 @@ import pytest
 
 from lod.atmosphere.air import Air
 from lod.atmosphere.mist import Mist
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.render.description import medium_box as medium
-from scenes.render.description.describe import describe
+from scenes.render.description.describe import describe_frame
 from scenes.render.description.direction_table import (
     azimuth,
     interpolate,
@@ -53,7 +54,7 @@ def test_a_table_of_planes_is_looked_up_plane_by_plane():
 def test_surroundings_stand_where_the_table_says(make, variant):
     """Its light comes from the direction that it was tabulated for, and none from below."""
     variants.use(variant)
-    light = with_layer(describe(make.camera(), [make.ground()], make.light, 4), AIR)["light"]
+    light = with_layer(describe_frame(make.frame(make.ground())), AIR)["light"]
     way = np.array([(0.6, 0.0, 0.8), (0.0, 0.8, 0.6), (-0.48, -0.64, 0.6), (0.8, -0.6, 0.02)])
     way /= np.linalg.norm(way, axis=1)[:, None]
     seen = light["layer"].arriving
@@ -73,7 +74,9 @@ def test_ground_and_sky_are_as_bright_as_in_the_medium(make, variant, monkeypatc
 
     def rows(haze, spp):
         quality = Quality(variant, spp, 3, 16, haze)
-        return render_frame(camera, scene, AIR, make.light, quality).rgb.mean(axis=1)
+        return render_frame(FrameInput(camera, tuple(scene), AIR, make.light, quality)).rgb.mean(
+            axis=1
+        )
 
     medium_rows, closed = rows("medium", 512), rows("scattered", 64)
     assert np.allclose(closed, medium_rows, rtol=0.03)
@@ -87,7 +90,9 @@ def test_no_seam_at_the_horizon_and_both_drivers_alike(make, air):
     camera = make.camera((4, 60), fov=0.4, eye=(0, 0, 60))
     scalar, jit = (
         render_frame(
-            camera, [make.ground(30e3)], air, make.light, Quality(name, 4, 1, 4, "scattered")
+            FrameInput(
+                camera, (make.ground(30e3),), air, make.light, Quality(name, 4, 1, 4, "scattered")
+            )
         ).rgb.mean(axis=1)
         for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT)
     )

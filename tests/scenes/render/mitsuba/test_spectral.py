@@ -5,6 +5,7 @@ import pytest
 
 from lod.atmosphere.air import CLEAR, Air, haze_extinction, rgb_extinction
 from lod.errors import InputError
+from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.render.haze.horizon_airlight import horizon
 from scenes.render.mitsuba import variants
@@ -26,7 +27,9 @@ def spectral(request):
 def wall(make, variant, distance, albedo, air=AIR, spp=64):
     camera = make.camera(size=(8, 4), fov=1.0, eye=(0, 0, 0))
     return render_frame(
-        camera, [make.wall(distance, albedo)], air, make.light, make.quality(variant, spp)
+        FrameInput(
+            camera, (make.wall(distance, albedo),), air, make.light, make.quality(variant, spp)
+        )
     )
 
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from lod.pruning.shapes import Sticks
-from scenes.frame.displayed import Visible
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.render.mitsuba import variants
-from scenes.render.pipeline.render import build_frame, render_frame, trace
+from scenes.render.pipeline.render import render_frame
+from scenes.render.pipeline.stages import build_frame, trace
 
 TINTS = np.array([[0.5, 0.2, 0.1], [0.1, 0.5, 0.2], [0.2, 0.1, 0.5]])
 
@@ -27,7 +29,7 @@ def clump(make, counts, at=(0.0, 8.0, 1.0)):
     end = balls.shape.start + np.array([0.0, 0.0, 0.5])
     radius = balls.shape.start_radius
     shape = Sticks(balls.shape.start, end, radius, radius, tint, TINTS, np.arange(n))
-    return Visible("clump", balls.cut, shape)
+    return DisplayedRepresentation("clump", balls.cut, shape)
 
 
 def test_twelve_frames_of_a_walk_compile_once(make, jit):
@@ -42,7 +44,7 @@ def test_twelve_frames_of_a_walk_compile_once(make, jit):
             camera = make.camera((13, 7), heading=0.7 * number, eye=(0.2 * number, 0.0, 2.0))
             scene = [clump(make, counts[number % len(counts)]), make.ground(1500 + 10 * number)]
             dr.kernel_history_clear()
-            render_frame(camera, scene, make.clear, make.light, quality, number)
+            render_frame(FrameInput(camera, tuple(scene), make.clear, make.light, quality), number)
             misses.append([not k["cache_hit"] for k in dr.kernel_history() if "cache_hit" in k])
     assert all(misses) and not any(any(each) for each in misses[1:])
 
@@ -50,10 +52,11 @@ def test_twelve_frames_of_a_walk_compile_once(make, jit):
 def test_another_scene_that_is_still_there_takes_no_ids(make, jit):
     quality = make.quality(jit)
     lit = make.clear, make.light, quality
-    seen = make.camera(), [clump(make, (2, 3, 4)), make.ground()]
-    alone = render_frame(*seen, *lit)
-    other = build_frame(make.camera(), [make.ground(), make.balls([(0.0, 5.0, 1.0)] * 3)], *lit)
-    beside = render_frame(*seen, *lit)
+    seen = FrameInput(make.camera(), (clump(make, (2, 3, 4)), make.ground()), *lit)
+    alone = render_frame(seen)
+    balls = make.balls([(0.0, 5.0, 1.0)] * 3)
+    other = build_frame(FrameInput(make.camera(), (make.ground(), balls), *lit))
+    beside = render_frame(seen)
     late = trace(other, quality)
     for name in ("object", "part", "level"):
         assert np.array_equal(getattr(alone, name), getattr(beside, name))

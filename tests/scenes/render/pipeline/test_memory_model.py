@@ -3,8 +3,9 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.frame_input import assemble_frame
-from scenes.frame.types import FrameInput
+from scenes.frame.assemble import assemble_frame
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
 from scenes.render.pipeline.memory_model import (
     ExtraBuffers,
@@ -18,22 +19,25 @@ SIZE = 640, 360
 
 
 def test_more_of_anything_needs_more_until_the_samples_go_in_groups():
-    least = predict_bytes(0, 0, (16, 9), 1, "llvm_ad_rgb")
+    least = predict_bytes(0, 0, (16, 9), Quality("llvm_ad_rgb", 1))
     assert 300e6 < least < 600e6
-    assert predict_bytes(10**6, 0, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(
+    assert predict_bytes(10**6, 0, (16, 9), Quality("llvm_ad_rgb", 1)) - least == pytest.approx(
         120e6, rel=0.01
     )
-    assert predict_bytes(0, 10**6, (16, 9), 1, "llvm_ad_rgb") - least == pytest.approx(
+    assert predict_bytes(0, 10**6, (16, 9), Quality("llvm_ad_rgb", 1)) - least == pytest.approx(
         204e6, rel=0.01
     )
-    few, many, more = (predict_bytes(0, 0, SIZE, spp, "scalar_rgb") for spp in (1, 16, 4096))
+    few, many, more = (
+        predict_bytes(0, 0, SIZE, Quality("scalar_rgb", spp)) for spp in (1, 16, 4096)
+    )
     assert few < many == more
 
 
 def test_what_is_asked_for_beside_the_picture_needs_more():
-    plain = predict_bytes(10**6, 0, SIZE, 1, "llvm_ad_rgb")
+    plain = predict_bytes(10**6, 0, SIZE, Quality("llvm_ad_rgb", 1))
     more = {
-        name: predict_bytes(10**6, 0, SIZE, 1, "llvm_ad_rgb", ExtraBuffers(**{name: True})) - plain
+        name: predict_bytes(10**6, 0, SIZE, Quality("llvm_ad_rgb", 1), ExtraBuffers(**{name: True}))
+        - plain
         for name in ("motion", "denoised", "shutter")
     }
     assert more == {
@@ -45,7 +49,9 @@ def test_what_is_asked_for_beside_the_picture_needs_more():
 
 def test_wavelengths_need_more():
     for driver in ("scalar", "llvm_ad"):
-        rgb, spectral = (predict_bytes(0, 0, SIZE, 1, f"{driver}_{c}") for c in ("rgb", "spectral"))
+        rgb, spectral = (
+            predict_bytes(0, 0, SIZE, Quality(f"{driver}_{c}", 1)) for c in ("rgb", "spectral")
+        )
         assert spectral - rgb > 107e6 + 705 * SIZE[0] * SIZE[1] - 1
 
 
@@ -62,4 +68,4 @@ def test_over_the_limit_is_refused_with_both_figures(zoo):
 @pytest.fixture(scope="module")
 def zoo() -> FrameInput:
     preset = load_preset("zoo", ['render.size="64x36"'])
-    return assemble_frame(build_world(preset), preset, 1, "llvm_ad_rgb")
+    return assemble_frame(build_world(preset), preset, Quality("llvm_ad_rgb", 1))

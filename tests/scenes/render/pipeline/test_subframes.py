@@ -9,12 +9,12 @@ from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.motion.shutter import subframe_offsets
 from lod.pruning.shapes import Sticks
-from scenes.frame.displayed import Visible
-from scenes.frame.frame_input import assemble_frame
-from scenes.frame.types import Instant
+from scenes.frame.assemble import assemble_frame
+from scenes.frame.displayed import DisplayedRepresentation
+from scenes.frame.frame_input import FrameInput
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba import variants
-from scenes.render.pipeline.subframes import render_exposed
+from scenes.render.pipeline.subframes import render_subframes
 from scenes.world.world import build_world
 
 SUBFRAMES = 16
@@ -53,13 +53,20 @@ def bar_at(make, x):
     return make.quad(corners, albedo=0.8)
 
 
+def blurred(make, moments, quality):
+    """A frame of sub-frames, each a camera and what is displayed."""
+    inputs = [FrameInput(*each, make.clear, make.light, quality) for each in moments]
+    makers = tuple(lambda each=each: each for each in inputs)
+    return render_subframes(replace(inputs[0], subframes=makers))
+
+
 def profile_variance(make, variant, length_px, subframes=SUBFRAMES):
     """Of the albedo across the picture [px²], of a bar that goes ``length_px`` while it is open."""
     metres = length_px * AWAY_M / FOCAL
     places = (0.3 + metres * subframe_offsets(subframes)).tolist()
-    instants = [lambda x=x: Instant(camera(), (bar_at(make, x),)) for x in places]
+    moments = [(camera(), (bar_at(make, x),)) for x in places]
     quality = replace(make.quality(variant, subframes * 4), max_depth=2)
-    layers = render_exposed(instants, make.clear, make.light, quality)
+    layers = blurred(make, moments, quality)
     mass = layers.albedo[..., 0].astype(float)
     mass /= mass.sum(axis=1, keepdims=True)
     x = np.arange(SIZE[0]) + 0.5
@@ -89,11 +96,9 @@ def test_the_offsets_have_the_variance_that_the_law_asks_for():
 
 def test_two_sub_frames_are_the_mean_of_two_frames_and_the_ids_those_of_the_second(make, variant):
     quality = make.quality(variant, 8)
-    scenes = [(bar_at(make, x),) for x in (-1.0, 1.0)]
-    instants = [lambda s=s: Instant(camera(), s) for s in scenes]
-    lit = make.clear, make.light, quality
-    both = render_exposed(instants, *lit)
-    alone = [render_exposed([instant], *lit) for instant in instants]
+    moments = [(camera(), (bar_at(make, x),)) for x in (-1.0, 1.0)]
+    both = blurred(make, moments, quality)
+    alone = [blurred(make, [each], quality) for each in moments]
     mean = (alone[0].albedo + alone[1].albedo) / 2
     assert np.allclose(both.albedo.sum(), mean.sum(), rtol=0.06)
     assert (both.object == alone[1].object).mean() > 0.98
@@ -105,17 +110,17 @@ def test_a_moving_camera_builds_its_scene_once_and_gives_the_same_as_building_it
 ):
     scene = (make.balls([(0, 6, 2)]), make.ground())
     cameras = [replace(camera(), eye=np.array((x, 0.0, 2.0))) for x in (-0.4, 0.0, 0.4)]
-    lit = make.clear, make.light, make.quality(variant, 6)
-    kept = render_exposed([lambda c=c: Instant(c, scene) for c in cameras], *lit)
-    anew = render_exposed([lambda c=c: Instant(c, scene[:1] + scene[1:]) for c in cameras], *lit)
+    quality = make.quality(variant, 6)
+    kept = blurred(make, [(each, scene) for each in cameras], quality)
+    anew = blurred(make, [(each, scene[:1] + scene[1:]) for each in cameras], quality)
     for name in ("rgb", "albedo", "Z", "object"):
         assert np.array_equal(getattr(kept, name), getattr(anew, name))
 
 
 def test_more_sub_frames_than_samples_are_refused(make):
-    instants = [lambda: Instant(camera(), (make.ground(),))] * 3
+    moments = [(camera(), (make.ground(),))] * 3
     with pytest.raises(InputError, match="subframes"):
-        render_exposed(instants, make.clear, make.light, make.quality("scalar_rgb", 2))
+        blurred(make, moments, make.quality("scalar_rgb", 2))
 
 
 def shot(*settings):
@@ -125,9 +130,9 @@ def shot(*settings):
 
 def test_a_pan_has_sub_frames_of_one_and_the_same_cut():
     made = shot()
-    moments = [instant() for instant in made.instants]
+    moments = [instant() for instant in made.subframes]
     assert len(moments) == 16
-    assert all(each.visible is made.visible for each in moments)
+    assert all(each.displayed is made.displayed for each in moments)
     headings = [np.degrees(np.arctan2(*each.camera.forward[:2])) for each in moments]
     assert np.allclose(np.diff(headings), 90 / 48 / 16)
     assert np.mean(headings) == pytest.approx(20 + 90 / 24)
@@ -135,26 +140,26 @@ def test_a_pan_has_sub_frames_of_one_and_the_same_cut():
 
 def test_the_shutter_prunes_only_where_heed_is_paid_to_it():
     parts, pruned = (
-        sum(each.cut.displayed_parts for each in shot(f"view.smear={heed}").visible)
+        sum(each.cut.displayed_parts for each in shot(f"view.smear={heed}").displayed)
         for heed in ("off", "shutter")
     )
-    unblurred = sum(each.cut.displayed_parts for each in shot("view.shutter=0").visible)
+    unblurred = sum(each.cut.displayed_parts for each in shot("view.shutter=0").displayed)
     assert pruned < parts == unblurred
-    assert len(shot("view.smear=off").instants) == 16
+    assert len(shot("view.smear=off").subframes) == 16
 
 
 def test_where_nothing_moves_there_are_no_sub_frames():
     still = ("camera.speed=0", "camera.turn=0")
-    assert shot(*still).instants == ()
-    assert shot("view.shutter=0").instants == ()
-    assert len(shot("render.spp=5").instants) == 5
+    assert shot(*still).subframes == ()
+    assert shot("view.shutter=0").subframes == ()
+    assert len(shot("render.spp=5").subframes) == 5
 
 
 def test_walkers_are_posed_anew_in_each_sub_frame_and_the_ground_is_not():
     walking = ("camera.turn=0", "camera.speed=0", "species.figure.patrol=5")
-    first, last = (shot(*walking).instants[k]() for k in (0, -1))
-    names = [each.name for each in first.visible]
-    for name, a, b in zip(names, first.visible, last.visible, strict=True):
+    first, last = (shot(*walking).subframes[k]() for k in (0, -1))
+    names = [each.name for each in first.displayed]
+    for name, a, b in zip(names, first.displayed, last.displayed, strict=True):
         if isinstance(a.shape, Sticks):
             moved = np.linalg.norm(b.shape.start - a.shape.start, axis=1)
             assert name == "figure" and 0 < moved.max() < 0.2
@@ -164,7 +169,7 @@ def test_walkers_are_posed_anew_in_each_sub_frame_and_the_ground_is_not():
 
 def test_motion_vectors_of_a_blurred_frame_point_a_whole_frame_ahead():
     made = shot("output.motion=true")
-    moment = made.instants[8]()
+    moment = made.subframes[8]()
     turned = np.degrees(np.arccos(moment.after.forward @ moment.camera.forward))
     assert turned == pytest.approx(90 / 24 * np.cos(np.radians(1)), rel=1e-3)
-    assert isinstance(made.visible[0], Visible)
+    assert isinstance(made.displayed[0], DisplayedRepresentation)

@@ -15,7 +15,7 @@ from scenes.render.files.disk import partial_path
 from scenes.render.files.exr import write_exr
 from scenes.render.sequence.dask_cluster import Cluster, check_versions, cluster
 from scenes.render.sequence.dask_frames import render_on_cluster, sweep
-from scenes.render.sequence.one_frame import frame_settings, render_one
+from scenes.render.sequence.frame_session import FrameSession, frame_settings
 from scenes.render.sequence.sequence import open_job, render_sequence
 
 pytest.importorskip("distributed")
@@ -57,7 +57,8 @@ def test_a_worker_that_dies_on_the_way_changes_nothing(settings, two, tmp_path):
     """Local against two workers, one of which is killed as soon as a frame is there."""
     frames = range(1, 9)
     here = open_job(tmp_path / "l" / "a.####.exr", frames, settings)
-    local = list(render_sequence(here, render_one))
+    session = FrameSession(settings)
+    local = list(render_sequence(here, lambda _, frame, path: session.render(frame, path)))
     job = open_job(tmp_path / "d" / "a.####.exr", frames, settings)
     workers, records = two.client.run(os.getpid), []
     for record in render_on_cluster(job, two):

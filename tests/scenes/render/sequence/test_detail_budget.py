@@ -4,7 +4,7 @@ import pytest
 
 from lod.errors import InputError
 from lod.pruning.detail_for_budget import MIN_BUDGET_USE
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame, frame_quality
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.memory_model import predict_bytes, predicted_bytes
@@ -50,7 +50,7 @@ def test_memory_is_filled_and_never_more_is_foretold():
     chosen = within_budget(asked, (1, 400))
     world, variant = build_world(chosen), choose()
     needs = [predicted_bytes(assemble_frame(world, chosen, frame, variant)) for frame in (1, 400)]
-    nothing = predict_bytes(0, 0, (64, 36), chosen.render.spp, variant)
+    nothing = predict_bytes(0, 0, (64, 36), frame_quality(chosen, variant))
     assert max(needs) <= most
     assert max(needs) - nothing >= 0.97 * (most - nothing)
 

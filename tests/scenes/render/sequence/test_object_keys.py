@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenes.frame.frame_input import assemble_frame
+from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.render.sequence.object_keys import identities, object_key
 from scenes.world.view import view_at
@@ -41,9 +41,9 @@ def scene(tmp_path_factory):
 def test_every_displayed_id_is_explained_and_no_other(scene):
     preset, world = scene
     made = assemble_frame(world, preset, 1, "scalar_rgb")
-    from scenes.render.description.describe import describe
+    from scenes.render.description.describe import describe_frame
 
-    scene = describe(made.camera, made.visible, made.light, 2)
+    scene = describe_frame(made)
     drawn = {int(scene["ids"][row, 0]) for rows in scene["owners"].values() for row in set(rows)}
     known = {each.object: each for each in identities(world, preset, 1)}
     assert drawn and drawn <= set(known)
@@ -68,8 +68,8 @@ def test_cell_and_number_find_the_object_where_it_stands(scene):
     figures = next(each for each in world.fields if each.name == "figure")
     corner = view_at(world, preset, 1).camera.corner
     made = assemble_frame(world, preset, 1, "scalar_rgb")
-    names = [v.name for v in made.visible]
-    shown = made.visible[names.index("figure")].cut
+    names = [v.name for v in made.displayed]
+    shown = made.displayed[names.index("figure")].cut
     known = [each for each in identities(world, preset, 1) if each.of == "figure"]
     assert len(known) == len(np.unique(shown.object))
     instances = shown.parts.state.instances

@@ -12,8 +12,9 @@ from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.render.files.disk import DiskError
 from scenes.render.files.exr import read_exr, write_exr
+from scenes.render.files.frame_paths import frame_path
 from scenes.render.files.manifest import load_manifest
-from scenes.render.sequence.sequence import FrameFailed, frame_path, open_job, render_sequence
+from scenes.render.sequence.sequence import FrameFailed, open_job, render_sequence
 
 SETTINGS = {"seed": 5, "render": {"spp": 4, "size": "8x4"}}
 

@@ -10,7 +10,7 @@ from scenes.frame.layers import Layers
 from scenes.preset.load import preset_from
 from scenes.render.files.exr import write_exr
 from scenes.render.files.manifest import file_hash, flatten, load_manifest
-from scenes.render.sequence.one_frame import frame_settings
+from scenes.render.sequence.frame_session import frame_settings
 from scenes.render.sequence.sequence import open_job, render_sequence
 from scenes.render.sequence.verify import check_folder, repairs
 

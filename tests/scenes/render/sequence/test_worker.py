@@ -26,28 +26,35 @@ from lod.errors import InputError
 from scenes.render.sequence.worker_child import serve
 
 
-def render(settings, frame, target, watch, most_bytes):
-    with Path(target).with_name("tries").open("a") as file:
-        file.write(f"{frame} {os.getpid()} {os.environ['LODBENCH_TRUSTED_VARIANT']}\\n")
-    if frame == 7:
-        Path(target).write_text("half")
-        os.kill(os.getpid(), signal.SIGKILL)
-    if frame == 101:
-        raise InputError("camera.height", -1.5, "above 0", "try 2")
-    if frame == 102:
-        raise OSError(28, "No space left on device", target)
-    if frame == 103:
-        raise ZeroDivisionError("of  all\\nthings")
-    if frame == 104:
-        time.sleep(1000)
-    print("a library's chatter")
-    watch(1, 2)
-    watch(2, 2)
-    Path(target).write_text(f"frame {frame}")
-    return {"frame": frame, "sha256": "0" * 64, "seconds": {}, "statistics": {}}
+class Session:
+    def __init__(self, settings):
+        if settings["render"].get("spp") == 0:
+            raise InputError("render.spp", 0, "1 or more", "try 16")
+        self.settings = settings
+
+    def render(self, frame, target, watch, most_bytes):
+        with Path(target).with_name("tries").open("a") as file:
+            file.write(f"{frame} {os.getpid()} {os.environ['LODBENCH_TRUSTED_VARIANT']}\\n")
+        if frame == 7:
+            Path(target).write_text("half")
+            os.kill(os.getpid(), signal.SIGKILL)
+        if frame == 101:
+            raise InputError("camera.height", -1.5, "above 0", "try 2")
+        if frame == 102:
+            raise OSError(28, "No space left on device", target)
+        if frame == 103:
+            raise ZeroDivisionError("of  all\\nthings")
+        if frame == 104:
+            time.sleep(1000)
+        print("a library's chatter")
+        watch(1, 2)
+        watch(2, 2)
+        Path(target).write_text(f"frame {frame}")
+        statistics = {"session": id(self), "seed": self.settings.get("seed", 0)}
+        return {"frame": frame, "sha256": "0" * 64, "seconds": {}, "statistics": statistics}
 
 
-serve(render)
+serve(Session)
 '''
 
 
@@ -105,6 +112,23 @@ def test_errors_come_through_and_the_process_stays(tmp_path):
         with pytest.raises(FrameFailed, match=r"^ZeroDivisionError: of all things$") as failed:
             worker(SETTINGS, 103, tmp_path / "a")
     assert refused.value.errno == 28 and failed.value.tries == 1
+    assert len({process for _, process in tries(tmp_path)}) == 1
+
+
+def test_a_session_lasts_until_other_settings_come(tmp_path):
+    with Worker() as worker:
+        found = [
+            worker({**SETTINGS, "seed": seed}, frame, tmp_path / f"{frame}")["statistics"]
+            for frame, seed in enumerate((3, 3, 5, 5, 3), 1)
+        ]
+        assert [each["seed"] for each in found] == [3, 3, 5, 5, 3]
+        one, two, three, four, five = (each["session"] for each in found)
+        assert one == two and three == four and four != five
+        wrong = {"render": {"variant": "scalar_rgb", "spp": 0}}
+        for _ in range(2):
+            with pytest.raises(InputError, match=r"^render\.spp: 0"):
+                worker(wrong, 6, tmp_path / "6")
+        assert worker(SETTINGS, 7 + 1, tmp_path / "8")["statistics"]["seed"] == 0
     assert len({process for _, process in tries(tmp_path)}) == 1
 
 

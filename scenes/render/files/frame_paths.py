@@ -1,0 +1,49 @@
+"""Where the frames of a sequence go: the pattern of their names, and their folder."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from lod.errors import InputError
+
+PLACEHOLDER = "####"
+"""Stands in a pattern for the frame's number, at least four digits."""
+
+
+def check_pattern(pattern: str | Path) -> None:
+    """Raise InputError unless a path is like out/name.####.exr."""
+    folder, name = os.path.split(pattern)
+    cure = "write it as out/name.####.exr"
+    if not name.endswith(".exr"):
+        raise InputError("-o", str(pattern), "frames are .exr files", cure)
+    if name.count("#") != len(PLACEHOLDER) or PLACEHOLDER not in name or "#" in folder:
+        rule = "the file's name holds #### once, for the number"
+        raise InputError("-o", str(pattern), rule, cure)
+
+
+def frame_path(pattern: str | Path, frame: int) -> Path:
+    """The file of one frame. Raises InputError for what is no pattern, or below frame 0."""
+    check_pattern(pattern)
+    if frame < 0:
+        raise InputError("frame", frame, "0 or more")
+    path = Path(pattern)
+    return path.with_name(path.name.replace(PLACEHOLDER, f"{frame:04d}"))
+
+
+def make_folder(folder: str | Path, where: str = "-o") -> Path:
+    """Make a folder that can be written to, or raise InputError and leave nothing behind."""
+    folder = Path(folder)
+    new: list[Path] = []
+    try:
+        for each in [*reversed(folder.parents), folder]:
+            if not each.exists():
+                each.mkdir()
+                new.append(each)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except (OSError, ValueError) as error:
+        for each in reversed(new):
+            each.rmdir()
+        why = getattr(error, "strerror", None) or str(error)
+        rule = f"a folder that can be written to ({why})"
+        raise InputError(where, str(folder), rule, "choose another") from None

@@ -1,0 +1,120 @@
+"""The stages of a frame in the renderer: described, built and traced, with the time of each."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from lod.atmosphere.air import Air
+from lod.camera import Camera
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.layers import Layers
+from scenes.frame.quality import Quality
+from scenes.render.description.describe import describe_frame, with_camera
+from scenes.render.description.scene_description import MEDIUM, Description
+from scenes.render.mitsuba import variants
+
+Watch = Callable[[int], object]
+"""Called again and again with how many samples were just taken."""
+
+
+def ignore(samples: int) -> None:
+    """Watch nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class BuiltFrame:
+    """A scene that is built, ready for any number of pictures of it.
+
+    scene       a BuiltScene: the renderer's scene, and what finds parts from hits
+    haze        a Haze: the air between, and its light
+    variant     in which it was built, and is traced
+    statistics  counts worth keeping: shapes (meshes, and tints of sticks), sticks, triangles
+    seconds     of the stages that made it
+    """
+
+    scene: Any
+    haze: Any
+    variant: str
+    statistics: dict[str, int]
+    seconds: dict[str, float]
+
+
+def build_frame(frame_input: FrameInput) -> BuiltFrame:
+    """Describe and build a frame. Of its quality, seed and spp may change later."""
+    start = time.perf_counter()
+    description = describe_frame(frame_input)
+    seconds = {"describe": time.perf_counter() - start}
+    built = build(description, frame_input.air, frame_input.quality)
+    return replace(built, seconds={**seconds, **built.seconds})
+
+
+def build(description: Description, air: Air, quality: Quality) -> BuiltFrame:
+    """Build the scene of a description, whose arrays it takes over."""
+    start = time.perf_counter()
+    name = variants.choose(quality.variant, quality.is_spectral)
+    variants.use(name)
+    from scenes.render.haze.haze import make_haze
+    from scenes.render.haze.scattered_layer import with_layer
+    from scenes.render.mitsuba.build import build_scene
+
+    statistics = _statistics(description)
+    if quality.haze == "scattered":
+        description["light"] = with_layer(description, air)["light"]
+    scene = build_scene(description)
+    haze = make_haze(scene, air)
+    return BuiltFrame(scene, haze, name, statistics, {"build": time.perf_counter() - start})
+
+
+def trace(built: BuiltFrame, quality: Quality, frame: int = 0, watch: Watch = ignore) -> Layers:
+    """Take one picture of a built frame; its variant is still the one that is set."""
+    from scenes.render.drivers.accumulate import make_layers
+    from scenes.render.mitsuba.build import flush_memory
+
+    start = time.perf_counter()
+    samples = _driver(built.variant, quality.haze)(built.scene, built.haze, quality, frame, watch)
+    seconds = {**built.seconds, "trace": time.perf_counter() - start}
+    flush_memory()
+    return make_layers(samples, built.scene, seconds, built.statistics)
+
+
+def move_camera(
+    built: BuiltFrame, camera: Camera, air: Air, after: Camera | None = None
+) -> BuiltFrame:
+    """Look at a built frame from another place, in coordinates of the same corner.
+
+    Not to be used where the air that is part of the scene depends on the place.
+    """
+    start = time.perf_counter()
+    from scenes.render.haze.haze import make_haze
+
+    scene = built.scene
+    scene = replace(scene, description=with_camera(scene.description, camera, after))
+    haze = make_haze(scene, air)
+    seconds = {"describe": 0.0, "build": time.perf_counter() - start}
+    return replace(built, scene=scene, haze=haze, seconds=seconds)
+
+
+def _driver(variant: str, haze: str) -> Callable[..., Any]:
+    """The way to drive a frame that suits the variant."""
+    if haze == "medium":
+        from scenes.render.drivers.volpath import render_medium
+
+        return render_medium
+    if variant.startswith("scalar_") or variant.endswith("_spectral"):
+        from scenes.render.drivers.scalar_passes import render_passes
+
+        return render_passes
+    from scenes.render.drivers.jit import render_jit
+
+    return render_jit
+
+
+def _statistics(description: Description) -> dict[str, int]:
+    shapes, box = description["shapes"].values(), description.get(MEDIUM, {})
+    return {
+        **{f"medium_{end}_m": round(box[end]) for end in ("bottom", "top") if end in box},
+        "shapes": sum(len(s.get("tints", (None,))) for s in shapes),
+        "sticks": sum(len(s["segment_indices"]) for s in shapes if s["type"] == "linearcurve"),
+        "triangles": sum(len(s["faces"]) for s in shapes if s["type"] == "mesh"),
+    }
