@@ -50,8 +50,9 @@ def poses_over(
 
 
 def update_counts(drawn: Sequence[DrawnState]) -> dict[str, int]:
-    """How many of the parts that could move are drawn anew, and how far the farthest other is off
-    [px/1000]; nothing where there is no schedule.
+    """Count the parts that could move and those drawn anew; nothing where there is no schedule.
+
+    ``farthest_off_mpx`` is the largest error of those that stay as they were drawn [px/1000].
     """
     if not drawn:
         return {}

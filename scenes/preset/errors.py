@@ -52,7 +52,7 @@ class Nothing:
 
 
 def explain(error: ValidationError, blame: Blame, named: Mapping[str, Iterable[str]]) -> InputError:
-    """The first thing wrong, as an InputError; ``blame`` turns a dotted key into its source."""
+    """Explain the first thing wrong; ``blame`` turns a dotted key into its source."""
     first, *others = error.errors(include_url=False)
     key = str(first.get("ctx", {}).get("key") or dotted(first["loc"]))
     field = _field(first["loc"])
@@ -70,7 +70,7 @@ def explain(error: ValidationError, blame: Blame, named: Mapping[str, Iterable[s
 
 
 def dotted(location: Sequence[int | str]) -> str:
-    """('species', 'tree', 'sizes', 0) → ``species.tree.sizes[0]``."""
+    """Write ('species', 'tree', 'sizes', 0) as a dotted key, ``species.tree.sizes[0]``."""
     steps = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in location]
     return "".join(steps).removesuffix(".[key]").lstrip(".")
 
@@ -87,7 +87,7 @@ NAMED: dict[str, type[BaseModel]] = {
 def known_keys(
     named: Mapping[str, Iterable[str]], model: type[BaseModel] = Preset, lead: str = ""
 ) -> list[str]:
-    """Every dotted key of a preset in which these tables have these names."""
+    """List every dotted key of a preset in which these tables have these names."""
     keys = []
     for name, field in model.model_fields.items():
         if model is Preset and name in NAMED:
@@ -101,7 +101,7 @@ def known_keys(
 
 
 def nearest_key(key: str, known: Sequence[str]) -> str:
-    """Which known key was probably meant, as a question; the choices where none is near."""
+    """Ask for the known key that was probably meant; list the choices where none is near."""
     parent, _, name = key.rpartition(".")
     beside = {each.rpartition(".")[2]: each for each in known if each.rpartition(".")[0] == parent}
     namesakes = [each for each in known if each.rpartition(".")[2] == name]
@@ -113,7 +113,7 @@ def nearest_key(key: str, known: Sequence[str]) -> str:
 
 
 def nearest_name(name: str, known: Iterable[str]) -> str:
-    """Which known name was probably meant; the choices where none is near."""
+    """Ask for the known name that was probably meant; list the choices where none is near."""
     names = list(known)
     close = difflib.get_close_matches(name, names, 1)
     return f"did you mean {close[0]}?" if close else f"one of: {', '.join(names) or 'none yet'}"

@@ -40,7 +40,7 @@ class Setting:
 
 
 def setting(text: str) -> Setting:
-    """``key=value`` of -D: a dotted key and a TOML value; what is no TOML is taken as text."""
+    """Parse ``key=value`` of -D: a dotted key and a TOML value; what is no TOML is text."""
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value):
         raise InputError("-D", text, "key=value with a dotted key", "try -D camera.height=200")
@@ -48,7 +48,7 @@ def setting(text: str) -> Setting:
 
 
 def load_preset(name_or_path: str, overrides: Sequence[str | Setting] = ()) -> Preset:
-    """The preset of that name, or in that .toml file, with -D settings laid over it.
+    """Load the preset of that name, or in that .toml file, with -D settings over it.
 
     Raises InputError, in one line, for anything a user can get wrong.
     """
@@ -59,7 +59,7 @@ def load_preset(name_or_path: str, overrides: Sequence[str | Setting] = ()) -> P
 def preset_from(
     data: Mapping[str, Any], overrides: Sequence[str | Setting] = (), source: str = "preset"
 ) -> Preset:
-    """A preset from plain nested data (``Preset.model_dump`` included) and settings over it."""
+    """Make a preset from plain nested data (as of ``Preset.model_dump``), with settings over it."""
     tables = _plain(data)
     settings = [setting(each) if isinstance(each, str) else each for each in overrides]
     for each in settings:
@@ -79,7 +79,7 @@ def preset_from(
 
 @cache
 def preset_names() -> tuple[tuple[str, str], ...]:
-    """(name, about) of every preset that comes with the package, by name."""
+    """List (name, about) of every preset that comes with the package, by name."""
     files = [each for each in _shelf().iterdir() if each.name.endswith(".toml")]
     names = sorted(each.name.removesuffix(".toml") for each in files)
     return tuple((name, load_preset(name).about) for name in names)

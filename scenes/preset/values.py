@@ -1,6 +1,4 @@
-"""What a preset's tables have in common, and the values of their keys: how they are written, their
-range, and what is refused.
-"""
+"""Values of a preset's keys: how they are written, their range, and what is refused."""
 
 import math
 import re
@@ -55,7 +53,7 @@ def key(
     below: float | None = None,
     most: float | None = None,
 ) -> FieldInfo:
-    """A key's meaning and range; the description that errors quote is made from both."""
+    """Declare a key's meaning and range; the description that errors quote is made from both."""
     words = (("above", above), ("at least", least), ("below", below), ("at most", most))
     range_ = " and ".join(f"{word} {bound:.15g}" for word, bound in words if bound is not None)
     info: FieldInfo = Field(
@@ -65,11 +63,11 @@ def key(
 
 
 def refuse(rule: str, cure: str = "", where: str = "") -> PydanticCustomError:
-    """What a validator raises: the rule that is broken, its cure, and the key if it is another."""
+    """Make what a validator raises: the broken rule, its cure, and the key if it is another."""
     return PydanticCustomError("rule", "{rule}", {"rule": rule, "cure": cure, "key": where})
 
 
-def _told(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def _reported(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """The rule and cure of an InputError, as pydantic passes them on; it adds the key itself."""
 
     def reader(value: Any) -> Any:
@@ -111,7 +109,7 @@ def _metres(value: float | None) -> str | None:
 
 
 def parse_length(text: object, where: str = "length") -> float:
-    """A length with its unit, in metres. Raises InputError without a unit, or unless above 0."""
+    """Parse a length with its unit, in metres. Raises InputError without one, or unless above 0."""
     match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
     if match is not None and not float(match[1]) > 0:
         raise InputError(where, text, "a length above 0, with its unit", _CURE)
@@ -119,7 +117,7 @@ def parse_length(text: object, where: str = "length") -> float:
 
 
 def parse_height(text: object, where: str = "height") -> float:
-    """A height with its unit, in metres, of either sign. Raises InputError without a unit."""
+    """Parse a height with its unit, in metres, of either sign. Raises InputError without a unit."""
     match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         rule, cure = "a number with its unit, m or km", _CURE
@@ -137,7 +135,7 @@ def parse_height(text: object, where: str = "height") -> float:
 
 
 def parse_size(text: str, where: str = "size") -> tuple[int, int]:
-    """A picture size WIDTHxHEIGHT in pixels. Raises InputError for anything else."""
+    """Parse a picture size WIDTHxHEIGHT in pixels. Raises InputError for anything else."""
     match = _SIZE.fullmatch(text)
     if match is None:
         raise InputError(where, text, "WIDTHxHEIGHT in whole pixels", "try 640x360")
@@ -149,23 +147,23 @@ def parse_size(text: str, where: str = "size") -> tuple[int, int]:
 
 Visibility = Annotated[
     Annotated[float, Field(ge=1, le=FARTHEST_SIGHT_M)] | None,
-    BeforeValidator(_told(_visibility)),
+    BeforeValidator(_reported(_visibility)),
     PlainSerializer(_metres),
     key("where 2 % of contrast is left, 1m to 330km; absent or 'clear' = none"),
 ]
 Height = Annotated[
     Annotated[float, Field(ge=-1e6, le=1e6)],
-    BeforeValidator(_told(parse_height)),
+    BeforeValidator(_reported(parse_height)),
     PlainSerializer(_metres),
 ]
 Depth = Annotated[
     Annotated[float, Field(ge=0.1, le=1e6)],
-    BeforeValidator(_told(_length)),
+    BeforeValidator(_reported(_length)),
     PlainSerializer(_metres),
 ]
 Extent = Annotated[
     Annotated[float, Field(gt=0, le=_FARTHEST_M)] | None,
-    BeforeValidator(_told(_extent)),
+    BeforeValidator(_reported(_extent)),
     key("side of the window on the field [m], at most 1e15; absent or 'endless' = no edge"),
 ]
 Side = Annotated[int, Field(ge=1, le=LARGEST_SIDE)]
@@ -179,7 +177,7 @@ MostMemory = Annotated[
 ]
 Size = Annotated[
     tuple[Side, Side],
-    BeforeValidator(_told(_size)),
+    BeforeValidator(_reported(_size)),
     key(f"WIDTHxHEIGHT in pixels, each side from 1 to {LARGEST_SIDE}"),
 ]
 Metres = Annotated[float, Field(ge=-_FARTHEST_M, le=_FARTHEST_M)]

@@ -25,7 +25,7 @@ class CameraPose:
 
 
 def camera_at(preset: CameraPreset, size: tuple[int, int], frame: float, ground: Ground) -> Camera:
-    """The camera of a frame, numbered from 1, above the ground it stands on.
+    """Place the camera of a frame, numbered from 1, above the ground it stands on.
 
     Between two frames it is where it is then: frame 1.5 is half a frame's time after frame 1.
     """
@@ -45,7 +45,7 @@ def height_at(ground: Ground, x: float, y: float, cell: tuple[int, int] = (0, 0)
 
 
 def _walked(preset: CameraPreset, frame: float) -> CameraPose:
-    """Ahead along the first heading at an even speed, turning at one."""
+    """Walk ahead along the first heading at an even speed, turning at an even rate."""
     walked = preset.speed * (frame - 1) / preset.fps
     turned = preset.heading + preset.turn * (frame - 1) / preset.fps
     heading = math.radians(preset.heading)

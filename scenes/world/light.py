@@ -12,8 +12,12 @@ from scenes.preset.load import Preset
 
 @dataclass(frozen=True)
 class Light:
-    """Sun and sky: azimuth clockwise from north (+y), elevation above the horizon [degrees]; and
-    the canopy whose shade is in the air, where that is worked out (see HAZES: scattered)."""
+    """Sun and sky that light a world.
+
+    sun_azimuth_deg    clockwise from north (+y) [degrees]
+    sun_elevation_deg  above the horizon [degrees]
+    canopy             whose shade is in the air, where haze is scattered light
+    """
 
     sun_azimuth_deg: float
     sun_elevation_deg: float

@@ -32,7 +32,7 @@ def preset_air(preset: Preset) -> Air:
 def viewing_conditions(
     preset: Preset, camera: Camera, highest_m: float
 ) -> ViewingConditions | None:
-    """What counts beyond the pixel; None where the air is clear, or ignored, and no eye is given.
+    """What limits sight beyond the pixel; None where air is clear or ignored, and no eye is given.
 
     ``highest_m``: height above the datum that neither the eye nor anything it sees is above, for β
     there is the least of any path. A table [display] or [eye] says that somebody will look.
@@ -56,8 +56,10 @@ def frame_time(preset: Preset, frame: float) -> float:
 
 
 def shutter_interval(world: World, preset: Preset, frame: int) -> ShutterInterval | None:
-    """While the shutter is open, or an eye behind it takes things together: half before a frame's
-    time and half after; None where no heed is paid to motion."""
+    """Interval over which motion blurs a frame, half before its time and half after.
+
+    The shutter is open so long, or an eye behind it integrates; None where motion hides nothing.
+    """
     open_s = preset.view.shutter / 360 / preset.camera.fps
     if preset.view.smear == "window":
         open_s = integration_time_s(open_s)
@@ -77,7 +79,7 @@ def shutter_interval(world: World, preset: Preset, frame: int) -> ShutterInterva
 
 
 def view_at(world: World, preset: Preset, frame: int) -> View:
-    """The view of a frame, numbered from 1."""
+    """Make the view of a frame, numbered from 1: all that decides what of a world is displayed."""
     settings, azimuth = preset.view, math.radians(preset.light.sun_azimuth)
     camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
     return View(

@@ -1,4 +1,4 @@
-"""From a preset to a world: the ground, the fields that stand on it, and the eye that walks."""
+"""From a preset to a world: the ground, the fields on it, and what is placed one by one."""
 
 import math
 from dataclasses import dataclass, replace
@@ -25,8 +25,10 @@ from scenes.world.light import sun_and_sky
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """The ground, one field per species of some density, what is placed one by one, and what other
-    packages make."""
+    """Everything that there is to see.
+
+    The ground, a field for each species, what is placed one by one, and what plug-ins make.
+    """
 
     terrain: Terrain
     fields: tuple[SpeciesField, ...]
@@ -37,17 +39,17 @@ class World:
 
     @property
     def representations(self) -> tuple[Representation, ...]:
-        """Everything that the pruner and the renderer ask."""
+        """All representations, the ground first."""
         return (self.terrain, *self.fields, *self.beside)
 
     @property
     def beside(self) -> tuple[Representation, ...]:
-        """All of it that is neither the ground nor a field of some species."""
+        """All representations but the ground and the fields of species."""
         return (*self.placed, *self.plumes, *self.dust, *self.others)
 
     @cached_property
     def top_m(self) -> float:
-        """Height above the datum that nothing in it is above [m]."""
+        """Height above the datum that nothing in the world exceeds [m]."""
         prototypes = [each.prototypes for each in self.fields] + [
             each.prototypes for each in self.placed
         ]
@@ -59,7 +61,7 @@ class World:
 
 
 def build_world(preset: Preset) -> World:
-    """The preset's world; no part of it exists before a view asks for it."""
+    """Build a preset's world, of which no part exists before a view asks for it."""
     terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
     weather = Weather(preset.world.season, preset.wind.speed)
     fields = tuple(
@@ -89,7 +91,7 @@ def build_world(preset: Preset) -> World:
 
 
 def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> AggregateCover | None:
-    """What the fields leave on the ground beyond the limit, in the preset's light."""
+    """Aggregate cover of the fields beyond their limit distances, in the preset's light."""
     if not fields:
         return None
     to_sun = sun_and_sky(preset).to_sun
@@ -99,14 +101,14 @@ def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> Aggrega
 
 
 def make_species(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:
-    """Every prototype in every size, all equally likely, where the species grows."""
+    """Make a species: every prototype in every size, all equally likely."""
     walks = table.patrol > 0
     prototypes = model_prototypes(table.model, table.prototypes, table.sizes, walks, weather)
     return Species(name, prototypes, table.density, table.patrol, make_habitat(table, terrain))
 
 
 def make_habitat(table: SpeciesPreset, terrain: Terrain) -> Habitat | None:
-    """Where a species grows; None = everywhere."""
+    """Make the habitat of a species; None = it grows everywhere."""
     if table.highest is None and table.steepest is None:
         return None
     highest, steepest = (
@@ -116,14 +118,12 @@ def make_habitat(table: SpeciesPreset, terrain: Terrain) -> Habitat | None:
 
 
 def make_placed(name: str, table: PlacedPreset, terrain: Terrain, weather: Weather) -> Placed:
-    """One object as a preset places it, on the spot even where it walks."""
+    """Make one object as a preset places it, on the spot even where it walks."""
     sizes = (table.size,)
     *_, prototype = model_prototypes(table.model, table.prototype, sizes, table.walks, weather)
     return Placed(name, prototype, *table.position, table.heading, terrain)
 
 
-def make_plume(name: str, table: PlumePreset, preset: Preset, terrain: Terrain) -> Plume:
-    """Smoke or flames as a preset places them."""
-    azimuth = preset.wind.direction if table.wind is None else table.wind
-    kind = KINDS[table.kind]
-    return Plume(name, kind, preset.seed, *table.position, terrain, table.size, azimuth)
+def make_plume(name: str, table: PlumePreset, seed: int, terrain: Terrain) -> Plume:
+    """Make smoke or flames as a preset places them."""
+    return Plume(name, KINDS[table.kind], seed, *table.position, terrain, table.size, table.wind)

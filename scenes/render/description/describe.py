@@ -83,7 +83,7 @@ def describe_frame(frame_input: FrameInput) -> Description:
 
 
 def with_camera(description: Description, camera: Camera, after: Camera | None) -> Description:
-    """The same things from another place, in coordinates of the same corner."""
+    """Describe the same things from another camera, in coordinates of the same corner."""
     places = {"camera": camera, "after": after}
     return {
         **description,
@@ -139,8 +139,7 @@ def _mesh(triangles: Triangles, corners: np.ndarray | slice, faces: np.ndarray) 
 
 
 def _global_ids(visible: Sequence[DisplayedRepresentation]) -> np.ndarray:
-    """Object, part and level of every displayed part, one representation after the other, behind
-    a row for the sky, (p + 1, 3) uint32."""
+    """Object, part and level of every displayed part, with the sky in row 0, (p + 1, 3) uint32."""
     cuts = [v.cut for v in visible]
     ids, row = np.zeros((1 + sum(map(len, cuts)), 3), np.uint32), 1
     for v, first in zip(visible, object_ids(cuts), strict=True):
@@ -154,7 +153,7 @@ def _global_ids(visible: Sequence[DisplayedRepresentation]) -> np.ndarray:
 
 
 def object_ids(cuts: Sequence[Cut]) -> list[int]:
-    """What each cut's object 0 is called in the frame: every cut has a range of its own, from 1."""
+    """Number of each cut's object 0 in the frame: every cut has a range of its own, from 1."""
     firsts = [1]
     for cut in cuts:
         firsts.append(firsts[-1] + (int(cut.object.max()) + 1 if len(cut) else 0))

@@ -4,7 +4,7 @@ import numpy as np
 
 
 def interpolate(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Between the four nearest entries of a table (rows, columns, bands), (…, bands).
+    """Interpolate between the four nearest entries of a table (rows, columns, bands), (…, bands).
 
     ``row`` (…) counts from 0 and stays within the table; ``turn`` (…) is in whole turns.
     """
@@ -21,7 +21,7 @@ def interpolate(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndar
 def interpolate_planes(
     table: np.ndarray, plane: np.ndarray, row: np.ndarray, turn: np.ndarray
 ) -> np.ndarray:
-    """The same in a table of planes (planes, rows, columns, bands), ``plane`` (…) from 0."""
+    """Interpolate in a table (planes, rows, columns, bands); ``plane`` (…) counts from 0."""
     planes, rows = table.shape[:2]
     plane, row = np.clip(plane, 0, planes - 1), np.clip(row, 0, rows - 1)
     low = np.floor(plane)
@@ -37,17 +37,22 @@ def azimuth(directions: np.ndarray) -> np.ndarray:
 
 
 def row_sine(rows: int, up: np.ndarray) -> np.ndarray:
-    """Where rows are the middles of even steps in the sine of elevation, from −1 to 1."""
+    """Row of a direction by its sine of elevation, of which rows are middles of even steps."""
     return (up + 1) / 2 * rows - 0.5
 
 
 def row_sqrt_sine(rows: int, up: np.ndarray) -> np.ndarray:
-    """Where rows run from straight below to straight above, evenly in the root of the sine of
-    elevation, either way from the horizon: most of them where views change most."""
+    """Row of a direction by the root of its sine of elevation, from straight below to straight up.
+
+    Rows are even in that root either way from the horizon: most of them lie where views change
+    most.
+    """
     return (np.sign(up) * np.sqrt(np.abs(up)) + 1) / 2 * (rows - 1)
 
 
 def row_upper(rows: int, up: np.ndarray) -> np.ndarray:
-    """Where rows run from the horizon to straight up, evenly in the root of the sine of elevation:
-    most of them where the sky changes most."""
+    """Row of a direction by the root of its sine of elevation, from the horizon to straight up.
+
+    Most rows lie where the sky changes most.
+    """
     return np.sqrt(np.clip(up, 0.0, 1.0)) * (rows - 1)

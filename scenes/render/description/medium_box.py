@@ -18,17 +18,17 @@ from lod.errors import InputError
 from scenes.render.description.scene_description import MEDIUM, Description
 
 ASYMMETRY, ALBEDO = 0.71, 0.97
-"""Of single scattering."""
+"""Asymmetry and albedo of single scattering."""
 
 HEIGHT_M, DEPTH_M = 10.0, 1.0
-"""Of the box, above and below all that is displayed and the eye."""
+"""How far the box reaches above and below all that is displayed and the eye [m]."""
 
 _FAR = 4.0
 """The box reaches this many visibilities, at least."""
 
 
 def with_medium(description: Description, air: Air) -> Description:
-    """The same frame in a box of air; ``medium`` says how large it is and what it holds."""
+    """Put a description into a box of air, whose size and contents are its ``medium``."""
     if air.mist is not None:
         raise InputError("--haze", "medium", "even haze, and there is mist", "try analytic")
     if air.visibility_m is None:

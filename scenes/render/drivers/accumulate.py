@@ -15,7 +15,7 @@ Watch = Callable[[int], object]
 
 @dataclass(eq=False)
 class Samples:
-    """What a driver adds up; rgb and albedo are sums, then means.
+    """Sums over the samples of a frame, on the way to its layers; rgb and albedo end as means.
 
     hit        (h, w, 9) distance, normal, shape and primitive number, and position where motion is
                asked for, of one sample of each pixel
@@ -29,14 +29,16 @@ class Samples:
 
     @staticmethod
     def zeros(width: int, height: int) -> "Samples":
-        """Nothing yet."""
+        """Samples of a picture of which none is taken yet."""
         colour = (height, width, 3)
         hit = np.zeros((height, width, 9), np.float32)  # as the renderer gives it
         return Samples(np.zeros(colour), np.zeros(colour), hit)
 
     def keep(self, band: slice, guides: np.ndarray) -> None:
-        """Keep the guides of one sample of each pixel: of a band of rows, (h, w, n) as in
-        build.GUIDES, or of a run of pixels, (k, n)."""
+        """Keep the guides of one sample of each pixel, with channels as in build.GUIDES.
+
+        They are those of a band of rows, (h, w, n), or of a run of pixels, (k, n).
+        """
         kept = self.hit if guides.ndim == 3 else self.hit.reshape(-1, 9)
         columns = [0, 1, 2, 3, 7, 8, *range(9, guides.shape[-1])]
         kept[band, ..., : len(columns)] = guides[..., columns]
@@ -45,7 +47,7 @@ class Samples:
 def make_layers(
     samples: Samples, built: BuiltScene, seconds: dict[str, float], statistics: dict[str, int]
 ) -> Layers:
-    """The frame's layers; what is left of the sky's small negatives becomes 0 and is counted."""
+    """Make the layers of a frame; small negatives left of the sky become 0 and are counted."""
     met = samples.hit[..., 0] > 0
     ids = built.hit_ids(samples.hit[..., 4], samples.hit[..., 5]) * met[..., None].astype(np.uint32)
     clamped = int(np.count_nonzero((samples.rgb < 0).any(axis=-1)))

@@ -94,7 +94,7 @@ def _hazy(haze: Haze, colour: Any, distance: Any, direction: Any) -> Any:
         depth += metres * _opaque(mist_extinction(haze.air, haze.wavelengths))
     air = _airlight(haze, direction, dr.select(distance > 0, distance, _NO_END))
     low = direction.z <= haze.lowest
-    sky = dr.select(low, air, colour if haze.seen is None else _sky_seen(haze.seen, direction))
+    sky = dr.select(low, air, colour if haze.seen is None else _visible_sky(haze.seen, direction))
     disc = dr.dot(direction, mi.Vector3f(_opaque(haze.to_sun))) > haze.sun_cosine
     sky += dr.select(disc, _opaque(haze.sun), 0.0)
     if haze.seen is not None:  # which holds what the air does to the sky
@@ -124,29 +124,29 @@ def _opaque(values: np.ndarray) -> Any:
 
 
 def _airlight(haze: Haze, direction: Any, distance: Any) -> Any:
-    """haze.airlight_on_the_way, for Dr.Jit arrays."""
+    """Look up the airlight as haze.airlight_along does, for Dr.Jit arrays."""
     planes, rows = haze.airlight.shape[:2]
     flat = haze.airlight.reshape(planes * rows, *haze.airlight.shape[2:])
     root = dr.mulsign(dr.sqrt(dr.abs(direction.z)), direction.z)
     row = dr.clip((root + 1) / 2 * (rows - 1), 0.0, rows - 1.0)
     if planes == 1:
-        return _looked_up(flat, row, direction)
+        return _interpolate(flat, row, direction)
     plane = dr.log(dr.maximum(distance, NEAR_M) / NEAR_M) / math.log(RATIO)
     plane = dr.clip(plane, 0.0, planes - 1.0)
     low = dr.floor(plane)
-    near = _looked_up(flat, low * rows + row, direction)
-    far = _looked_up(flat, dr.minimum(low + 1, planes - 1.0) * rows + row, direction)
+    near = _interpolate(flat, low * rows + row, direction)
+    far = _interpolate(flat, dr.minimum(low + 1, planes - 1.0) * rows + row, direction)
     return dr.fma(far - near, plane - low, near)
 
 
-def _sky_seen(seen: np.ndarray, direction: Any) -> Any:
-    """table.row_above looked up, for Dr.Jit arrays."""
+def _visible_sky(seen: np.ndarray, direction: Any) -> Any:
+    """Look up the sky as it is seen, by direction_table.row_upper, for Dr.Jit arrays."""
     row = dr.sqrt(dr.maximum(direction.z, 0.0)) * (len(seen) - 1)
-    return _looked_up(seen, row, direction)
+    return _interpolate(seen, row, direction)
 
 
-def _looked_up(table: np.ndarray, row: Any, direction: Any) -> Any:
-    """table.looked_up in the azimuth of a direction, for Dr.Jit arrays."""
+def _interpolate(table: np.ndarray, row: Any, direction: Any) -> Any:
+    """Interpolate in a direction's azimuth as direction_table does, for Dr.Jit arrays."""
     rows, columns = table.shape[:2]
     values = mi.Float(table.astype(np.float32).reshape(-1))
     turn = dr.atan2(direction.x, direction.y) / (2 * math.pi)

@@ -20,7 +20,7 @@ from scenes.rig.rotations import shortest_arc
 
 
 def motion_vectors(hit: np.ndarray, built: BuiltScene) -> np.ndarray:
-    """Motion of every pixel, x right and y up, (h, w, 2) [px].
+    """Compute the motion of every pixel to the next frame, x right and y up, (h, w, 2) [px].
 
     hit: (h, w, 9) as in Samples. 0 where the point is behind the next camera.
     """
@@ -35,8 +35,10 @@ def motion_vectors(hit: np.ndarray, built: BuiltScene) -> np.ndarray:
 
 
 def project(camera: Description, offset: np.ndarray) -> np.ndarray:
-    """Where points are in the picture, from their offsets to the eye (n, 3): x right and y up from
-    its middle, (n, 2) [px]; NaN behind the near plane."""
+    """Project points into the picture, from their offsets to the eye (n, 3) [m].
+
+    Gives x right and y up from the picture's middle, (n, 2) [px]; NaN behind the near plane.
+    """
     depth = offset @ camera["forward"]
     right = np.cross(camera["forward"], camera["up"])
     aside = np.stack((offset @ right, offset @ camera["up"]), axis=1)
@@ -45,7 +47,7 @@ def project(camera: Description, offset: np.ndarray) -> np.ndarray:
 
 
 def next_positions(built: BuiltScene, hit: np.ndarray) -> np.ndarray:
-    """Where the points of hits (n, 9) are in the next frame, in this one's coordinates, (n, 3)."""
+    """Find the points of hits (n, 9) in the next frame, in this one's coordinates, (n, 3)."""
     point = hit[:, 6:9].astype(np.float64)
     shape, primitive = hit[:, 4].astype(int), hit[:, 5].astype(int)
     for name, moves in built.description["moves"].items():
@@ -62,7 +64,7 @@ def next_positions(built: BuiltScene, hit: np.ndarray) -> np.ndarray:
 def carry_with_stick(
     point: np.ndarray, start: np.ndarray, end: np.ndarray, moves: np.ndarray
 ) -> np.ndarray:
-    """Points (n, 3) carried by sticks whose ends (n, 3) move by ``moves`` (n, 2, 3), (n, 3).
+    """Carry points (n, 3) along with sticks whose ends (n, 3) move by ``moves`` (n, 2, 3).
 
     A stick without length, or one that turns by more than 90° a frame, is not turned.
     """

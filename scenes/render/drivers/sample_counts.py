@@ -6,7 +6,7 @@ from functools import lru_cache
 
 @lru_cache(maxsize=64)
 def sample_groups(spp: int) -> tuple[int, ...]:
-    """Counts that the multijitter sampler takes as they are, adding up to ``spp``: 7 → (6, 1).
+    """Split ``spp`` into counts that the multijitter sampler takes as they are: 7 → (6, 1).
 
     It lays samples out in isqrt(n) rows, and would round any other count up.
     """
@@ -18,7 +18,7 @@ def sample_groups(spp: int) -> tuple[int, ...]:
 
 @lru_cache(maxsize=64)
 def square_sides(spp: int) -> tuple[int, ...]:
-    """Sides of few squares that add up to ``spp``, the largest first: 8 → (2, 2), 16 → (4,)."""
+    """Split ``spp`` into few squares and give their sides, largest first: 8 → (2, 2), 16 → (4,)."""
     if spp > 1024:
         side = math.isqrt(spp)
         return (side, *square_sides(spp - side**2))

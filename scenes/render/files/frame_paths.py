@@ -22,7 +22,7 @@ def check_pattern(pattern: str | Path) -> None:
 
 
 def frame_path(pattern: str | Path, frame: int) -> Path:
-    """The file of one frame. Raises InputError for what is no pattern, or below frame 0."""
+    """Path of one frame's file. Raises InputError for what is no pattern, or a frame below 0."""
     check_pattern(pattern)
     if frame < 0:
         raise InputError("frame", frame, "0 or more")

@@ -16,7 +16,7 @@ PREFIX = "lod:"
 
 
 def frame_header(camera: Camera, fps: float, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes for write_exr: only what determines the pixels, so that a file's hash is too.
+    """Make the attributes for write_exr: only what determines the pixels, so that hashes repeat.
 
     worldToCamera (4, 4), for row vectors: camera x right, y up, looking along −z; the world's
     origin is the grid corner ``lod:corner``. Settings are text: integers would wrap at 32 bits.
@@ -36,7 +36,7 @@ def frame_header(camera: Camera, fps: float, settings: Mapping[str, Any]) -> dic
 
 
 def camera_from_world(camera: Camera) -> np.ndarray:
-    """(4, 4) for column vectors: points relative to the frame's corner to camera axes."""
+    """Matrix (4, 4), for column vectors, from the frame's corner to the camera's axes."""
     axes = np.stack((camera.right, camera.up, -camera.forward))
     matrix = np.eye(4)
     matrix[:3, :3] = axes

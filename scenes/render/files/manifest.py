@@ -20,7 +20,7 @@ _CURE = "use another folder, or --overwrite"
 
 @dataclass(eq=False)
 class Manifest:
-    """One folder's frames.
+    """What is on record of one folder's frames.
 
     frames    by file name: {frame, state, settings (a hash), sha256 (None until done)}, and what
               is known beside: seconds and statistics of a frame that is done, error and tries of

@@ -13,14 +13,14 @@ Profile = Float64[np.ndarray, "spokes distances"]
 
 
 def ground_points(description: Description) -> np.ndarray | None:
-    """The vertices of all meshes that give no light, (n, 3); None where there are none."""
+    """Collect the vertices of all meshes that give no light, (n, 3); None where there are none."""
     meshes = [s for s in description["shapes"].values() if s["type"] == "mesh" and "glow" not in s]
     points = [each["vertices"] for each in meshes]
     return np.concatenate(points).astype(np.float64) if points else None
 
 
 def ground_profile(points: np.ndarray, eye: np.ndarray) -> Profile:
-    """Mean heights of points (n, 3) about an eye (3,); between those known where there are none."""
+    """Average the heights of points (n, 3) about an eye (3,), interpolated where there are none."""
     away = points[:, :2] - eye[:2]
     spoke = np.rint(np.arctan2(away[:, 0], away[:, 1]) / (2 * np.pi) * SPOKES).astype(np.int64)
     middles = np.sqrt(DISTANCES_M[1:-1] * DISTANCES_M[2:])
@@ -40,7 +40,7 @@ def ground_profile(points: np.ndarray, eye: np.ndarray) -> Profile:
 
 
 def heights_at(profile: Profile, distance: np.ndarray) -> Float64[np.ndarray, "n spokes"]:
-    """Of the ground at horizontal distances (n,) [m] in every azimuth."""
+    """Interpolate the ground's height [m] at horizontal distances (n,) [m], in every azimuth."""
     known = np.log1p(DISTANCES_M)
     place = np.interp(np.log1p(distance), known, np.arange(len(known)))
     low = np.minimum(place.astype(np.int64), len(known) - 2)

@@ -31,7 +31,7 @@ from scenes.render.mitsuba.emitters import sun_disc, variant_bands
 
 @dataclass(frozen=True, eq=False)
 class Haze:
-    """What the drivers need to finish a sample.
+    """Air and airlight of a frame: what the drivers need to finish a sample.
 
     air       what lies in between; bands of the picture, wavelengths of which are (bands,) [nm]
     eye_m     height of the eye above the datum
@@ -54,12 +54,12 @@ class Haze:
 
     @property
     def wavelengths(self) -> np.ndarray:
-        """Of the bands [nm]."""
+        """Effective wavelengths of the bands [nm], (bands,)."""
         return self.bands.wavelengths
 
 
 def make_haze(built: BuiltScene, air: Air) -> Haze:
-    """The air of a built scene, and its light: scattered where the scene is lit through a layer."""
+    """Make the haze of a built scene, with scattered light where the scene has a layer."""
     light = built.description["light"]
     sun, cosine = sun_disc(light)
     layer: Layer | None = light.get("layer")
@@ -77,14 +77,16 @@ def make_haze(built: BuiltScene, air: Air) -> Haze:
 
 
 def optical_depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
-    """∫β from the eye over each distance [m], in a direction that rises by ``rise`` a metre."""
+    """Integrate β from the eye over each distance [m], along a line that rises ``rise`` a metre."""
     start = np.full_like(distance, haze.eye_m)
     return optical_depth(haze.air, start, start + distance * rise, distance, haze.wavelengths)
 
 
 def mist_transmittance(haze: Haze, directions: np.ndarray) -> np.ndarray:
-    """Transmittance of the mist from the eye to where it ends, (…, 3) → (…, bands); below the
-    horizon as at it. 1 where ``seen`` holds the mist already."""
+    """Transmittance of the mist between the eye and open sky, (…, 3) → (…, bands).
+
+    Below the horizon it is as at the horizon. It is 1 where ``seen`` holds the mist already.
+    """
     rise = np.maximum(directions[..., 2].astype(np.float64).ravel(), haze.lowest)
     if haze.seen is not None or haze.air.mist is None:
         return np.ones((*directions.shape[:-1], len(haze.wavelengths)))
@@ -96,8 +98,10 @@ def mist_transmittance(haze: Haze, directions: np.ndarray) -> np.ndarray:
 def sky_through_air(
     haze: Haze, directions: np.ndarray, low: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of rays that meet nothing: the share they show of the sky as rendered, and the light added to
-    it, (…, bands) each. ``low`` (…) says which show the airlight alone."""
+    """Share of the rendered sky that rays show which meet nothing, and the light added to it.
+
+    Both are (…, bands). ``low`` (…) says which rays show the airlight alone.
+    """
     air = airlight_along(haze, directions, np.full(low.shape, np.inf))
     if haze.seen is None:
         through = np.where(low[..., None], 0.0, mist_transmittance(haze, directions))
@@ -108,11 +112,11 @@ def sky_through_air(
 
 
 def airlight_along(haze: Haze, directions: np.ndarray, distance: np.ndarray) -> np.ndarray:
-    """Airlight of paths of a length (…) [m] from the eye, (…, bands)."""
+    """Look up the airlight of paths of a length (…) [m] from the eye, (…, bands)."""
     row = row_sqrt_sine(haze.airlight.shape[1], directions[..., 2])
     return interpolate_planes(haze.airlight, plane_index(distance), row, azimuth(directions))
 
 
 def plane_index(distance: np.ndarray) -> np.ndarray:
-    """Where planes stand for distances NEAR_M, NEAR_M·RATIO, …"""
+    """Place of distances [m] among the planes of a table, which stand at NEAR_M·RATIO**k."""
     return np.log(np.maximum(distance, NEAR_M) / NEAR_M) / np.log(RATIO)

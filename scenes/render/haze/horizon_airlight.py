@@ -21,6 +21,5 @@ def horizon(light: Description) -> np.ndarray:
 
 
 def sky_radiance(light: Description, directions: np.ndarray) -> np.ndarray:
-    """Of the sky without its sun, (n, 3) → (n, bands); never negative, as the model
-    is in places."""
+    """Radiance of the sky without its sun, (n, 3) → (n, bands); the model's negatives become 0."""
     return np.maximum(radiance(load_plugin(sky(light, sun_scale=0.0)), directions), 0.0)

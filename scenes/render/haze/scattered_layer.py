@@ -55,7 +55,7 @@ _LEVEL_M = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """The light of a frame; tables as in scenes.render.description.direction_table.
+    """Light that a layer of air scatters and lets through, in tables by direction.
 
     airlight  (planes, rows, columns, bands) from the eye; rows by row_by_root
     seen      (rows, columns, bands) radiance from above the horizon, at the eye; rows by row_above
@@ -72,12 +72,12 @@ class Layer:
 
 
 def with_layer(description: Description, air: Air) -> Description:
-    """The same frame, lit through the air; its light's ``layer`` is a Layer."""
+    """Light a description through the air: its light has a Layer as its ``layer``."""
     return {**description, "light": {**description["light"], "layer": make_layer(description, air)}}
 
 
 def make_layer(description: Description, air: Air) -> Layer:
-    """The light of a frame before it is built, in the variant that is set."""
+    """Solve the layer of a frame before it is built, in the variant that is set."""
     light, place = description["light"], description["camera"]["eye"]
     profile, mean, top = _reach(description, air)
     eye = float(place[2])
@@ -99,8 +99,10 @@ def make_layer(description: Description, air: Air) -> Layer:
 
 
 def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
-    """The ground around, its mean height and that of the top of the layer; the eye stands above the
-    one and below the other."""
+    """Profile of the ground, its mean height, and the height of the layer's top [m].
+
+    The eye stands above the mean and below the top.
+    """
     eye, (bottom, top, _) = description["camera"]["eye"], extent(description)
     points = ground_points(description)
     if points is None:
@@ -113,7 +115,7 @@ def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
 
 
 def _sources(description: Description, air: Air, profile: Profile, top: float) -> Sources:
-    """The layer solved over level ground, at every height that the profile has."""
+    """Solve the layer over level ground, at a few of the heights that the profile has."""
     heights = np.percentile(profile, _GROUNDS)
     if np.ptp(heights) < _LEVEL_M:
         heights = heights[1:2]
@@ -154,7 +156,7 @@ def _sky_sines() -> np.ndarray:
 
 
 def _sky_directions() -> np.ndarray:
-    """Of the table of the sky, (rows, columns, 3)."""
+    """Directions of the entries of the table of the sky, (rows, columns, 3)."""
     up = _sky_sines()
     turn = np.arange(_SKY_COLUMNS) / _SKY_COLUMNS * 2 * np.pi
     level = np.sqrt(1 - up**2)[:, None]

@@ -24,7 +24,7 @@ _THIN = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """J of the air over level ground at a few heights.
+    """Source function J of the air over level ground, at a few heights.
 
     ground  (k,) increasing, heights of the ground [m]
     height  (k, levels) above it, from 0 up [m]
@@ -40,8 +40,10 @@ class Sources:
 
 
 class Lines(NamedTuple):
-    """Lines of sight from a height [m], in every azimuth, that rise by ``up`` (rows,) a metre;
-    ``ground`` gives its height at horizontal distances, (rows,) → (rows, spokes) [m]."""
+    """Lines of sight from a height [m], in every azimuth, that rise by ``up`` (rows,) a metre.
+
+    ``ground`` gives the ground's height at horizontal distances, (rows,) → (rows, spokes) [m].
+    """
 
     start_m: float
     up: np.ndarray
@@ -49,8 +51,11 @@ class Lines(NamedTuple):
 
 
 class Gathered(NamedTuple):
-    """At the end of each step: the light added, its share of what an endless path of such air would
-    add, (steps, rows, spokes, bands), and the optical depth, (steps, rows, bands)."""
+    """What the air has added by the end of each step along lines of sight.
+
+    It is the light, and its share of what an endless path of such air would add, (steps, rows,
+    spokes, bands), and the optical depth, (steps, rows, bands).
+    """
 
     light: np.ndarray
     source: np.ndarray
@@ -60,7 +65,7 @@ class Gathered(NamedTuple):
 def gather(
     sources: Sources, lines: Lines, air: Air, wavelengths: np.ndarray, ends: np.ndarray
 ) -> Gathered:
-    """Light along lines to distances (steps, rows), increasing [m]."""
+    """Integrate the air's light along lines up to increasing distances (steps, rows) [m]."""
     spokes, bands = sources.source.shape[-2:]
     light, total = np.zeros((len(lines.up), spokes, bands)), np.zeros((len(lines.up), bands))
     start, before = np.zeros(len(lines.up)), _source_at(sources, lines, np.zeros(len(lines.up)))

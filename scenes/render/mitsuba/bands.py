@@ -21,8 +21,12 @@ _CIE_Y_NM = 106.856895
 
 @dataclass(frozen=True, eq=False)
 class Bands:
-    """wavelengths (n,) effective [nm]; width [nm], 0 in _rgb variants, whose bands are no stretch
-    of the spectrum; to_rgb (n, 3): what a band adds to linear Rec.709."""
+    """The bands of a picture.
+
+    wavelengths  (n,) effective [nm]
+    width        of each [nm]; 0 in _rgb variants, whose bands are no stretches of the spectrum
+    to_rgb       (n, 3) what a band adds to linear Rec.709
+    """
 
     wavelengths: np.ndarray
     width: float
@@ -38,14 +42,17 @@ class Bands:
 
     @property
     def even(self) -> np.ndarray:
-        """What the renderer makes of an albedo of 1, (3,): it takes spectra under even light, not
-        under the D65 that Rec.709 means. Divided by it greys are right, and colours nearly."""
+        """Linear Rec.709 that the renderer makes of an albedo of 1, (3,).
+
+        It integrates spectra under even light, not under the D65 that Rec.709 means. Divided by
+        this greys are right, and colours nearly.
+        """
         return self.width * self.to_rgb.sum(axis=0) if self.is_spectral else np.ones(3)
 
 
 @lru_cache(maxsize=2)
 def make_bands(is_spectral: bool) -> Bands:
-    """Red, green and blue, or bands of equal width over the visible.
+    """Make red, green and blue, or bands of equal width over the visible.
 
     Spectral bands become XYZ by the mean of colour-science's CIE 1931 2° colour matching functions
     over each, and linear Rec.709 by colour-science's matrix.

@@ -1,4 +1,4 @@
-"""The last door: a plain description becomes a Mitsuba scene, in whatever variant is set."""
+"""From a plain description to a Mitsuba scene, in whatever variant is set."""
 
 import gc
 import tempfile
@@ -64,18 +64,19 @@ class BuiltScene:
         return self.ids[row]
 
 
-_STILL_THERE: WeakSet[BuiltScene] = WeakSet()
-"""Scenes that someone holds. Where that is but a cycle, as after the imports of a first frame, it
-is broken before the next is built: a JIT variant compiles code for every shape that there is."""
+_ALIVE: WeakSet[BuiltScene] = WeakSet()
+"""Scenes that have not been freed. Where only a reference cycle holds one, as after the imports of
+a first frame, it is collected before the next is built: a JIT variant compiles code for every shape
+that exists. Collecting takes time, so it is done only where a scene is left."""
 
 
 def build_scene(description: Description) -> BuiltScene:
-    """Build the scene of a description; the acceleration structure is made here.
+    """Build the scene of a description, acceleration structure included, and use it up.
 
-    Its ``shapes``, ``ids`` and ``owners`` are taken out of it, so that nothing is held twice: what
-    is left of a description describes no frame.
+    Its ``shapes``, ``ids`` and ``owners`` move into the scene, which halves peak memory: do not use
+    the description afterwards.
     """
-    if _STILL_THERE:
+    if _ALIVE:
         gc.collect()
     shapes, ids, owners = (description.pop(name) for name in ("shapes", "ids", "owners"))
     moving = {name: shapes[name] for name in description["moves"]}
@@ -95,7 +96,7 @@ def build_scene(description: Description) -> BuiltScene:
     names = _names(scene)
     owned = tuple(owners.get(name, np.zeros(0, np.uint32)) for name in names)
     kept, integrators = {**description, "shapes": moving}, _integrators(description)
-    _STILL_THERE.add(built := BuiltScene(scene, kept, integrators, names, ids, owned, medium))
+    _ALIVE.add(built := BuiltScene(scene, kept, integrators, names, ids, owned, medium))
     return built
 
 
@@ -125,9 +126,10 @@ def sensor(
     medium: Any = None,
     spectrum: bool = False,
 ) -> Any:
-    """The camera, ``side`` film pixels a side to each pixel; only ``rows``, from the top.
+    """Make the camera with a film of ``side`` by ``side`` pixels to each pixel, of these ``rows``.
 
-    ``medium``: what the eye is in; ``spectrum``: a channel for each band of a spectral variant.
+    ``rows`` are the first and one past the last, from the top; None: all. ``medium`` is what the
+    eye is in. With ``spectrum`` the film has a channel for each band of a spectral variant.
     """
     width, height = (side * pixels for pixels in camera["size"])
     top, bottom = rows or (0, height)

@@ -15,8 +15,11 @@ _ROWS, _COLUMNS = 256, 144
 
 
 def surroundings(light: Description) -> Any:
-    """The sky, or where the frame is lit through a layer of air, what of both comes down to the
-    ground, as a picture of all directions."""
+    """Make the light from all around: the sky, or its light through a layer of air.
+
+    The latter is a picture of what reaches the ground from each direction, where the frame is lit
+    through such a layer.
+    """
     if "layer" not in light:
         return sky(light, sun_scale=0.0)
     up = np.sin(np.pi * (0.5 - (np.arange(_ROWS) + 0.5) / _ROWS))
@@ -32,7 +35,7 @@ def surroundings(light: Description) -> Any:
 
 
 def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> Description:
-    """Hosek's and Wilkie's sky and sun, z up; without its sun where ``sun_scale`` is 0."""
+    """Describe Hosek's and Wilkie's sky and sun, z up; without its sun where ``sun_scale`` is 0."""
     return {
         "type": "sunsky",
         "sun_direction": light["to_sun"].tolist(),
@@ -43,20 +46,19 @@ def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> D
 
 
 def sun_disc(light: Description) -> tuple[np.ndarray, float]:
-    """Radiance of the sun's disc, (bands,), never negative, and the cosine of its angular
-    radius."""
+    """Radiance of the sun's disc, (bands,), never negative, and cosine of its angular radius."""
     emitter = load_plugin(sky(light, sky_scale=0.0))
     radius = np.radians(_SUN_APERTURE_DEG / 2)
     return np.maximum(radiance(emitter, light["to_sun"][None])[0], 0.0), float(np.cos(radius))
 
 
 def variant_bands() -> Bands:
-    """Of the variant that is set."""
+    """The bands of the variant that is set."""
     return make_bands(str(mi.variant()).endswith("_spectral"))
 
 
 def radiance(emitter: Any, directions: np.ndarray) -> np.ndarray:
-    """What an environment sends from each direction in each band, (n, 3) → (n, bands)."""
+    """Radiance of an environment from each direction in each band, (n, 3) → (n, bands)."""
     made = variant_bands()
     if not made.is_spectral:
         return _radiance(emitter, directions)
@@ -84,13 +86,13 @@ _SUN_APERTURE_DEG = 0.5358
 
 
 def sun_irradiance(light: Description) -> np.ndarray:
-    """Of a surface that faces the sun: E = L·2π(1 − cos r), (bands,)."""
+    """Irradiance of a surface that faces the sun, E = L·2π(1 − cos r), (bands,)."""
     disc, cosine = sun_disc(light)
     return disc * 2 * np.pi * (1 - cosine)
 
 
 def sun(light: Description) -> Description:
-    """The sun as a direction of the same irradiance. It has no penumbra."""
+    """Describe the sun as a directional light of the same irradiance, which has no penumbra."""
     made, irradiance = variant_bands(), sun_irradiance(light)
     if layer := light.get("layer"):
         irradiance = irradiance * layer.sun

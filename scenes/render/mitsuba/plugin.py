@@ -6,6 +6,8 @@ import mitsuba as mi
 
 
 def load_plugin(plan: dict[str, Any]) -> Any:
-    """A plugin with its parts, made one after the other: at once, they are numbered by chance, and
-    a JIT variant compiles their numbers."""
+    """Load a Mitsuba plugin, its parts one after the other.
+
+    Loaded in parallel they are numbered by chance, and a JIT variant compiles their numbers.
+    """
     return mi.load_dict(plan, parallel=False)

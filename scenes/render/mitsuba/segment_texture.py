@@ -11,7 +11,7 @@ from scenes.render.mitsuba.plugin import load_plugin
 
 
 def segment_albedo(tint: np.ndarray, tints: np.ndarray) -> Any:
-    """A texture: albedo (k, 3) of each segment's own tint (s,)."""
+    """Make a texture that gives each segment the albedo, of (k, 3), that its tint (s,) numbers."""
     texture = load_plugin({"type": _registered(str(mi.variant()))})
     texture.tint = mi.UInt32(tint)
     texture.tints = mi.Float(tints.astype(np.float32).reshape(-1))
@@ -20,7 +20,7 @@ def segment_albedo(tint: np.ndarray, tints: np.ndarray) -> Any:
 
 @lru_cache(maxsize=4)
 def _registered(variant: str) -> str:
-    """Register the texture with the variant that is set; its name."""
+    """Register the texture with the variant that is set; gives its name."""
 
     class TintOfSegments(mi.Texture):
         """Albedo by the number of the primitive that was met."""

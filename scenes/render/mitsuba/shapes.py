@@ -16,7 +16,7 @@ from scenes.render.mitsuba.segment_texture import segment_albedo
 
 
 def stabilise_kernels(shapes: Description) -> Description:
-    """The shapes, with what keeps a JIT variant's code the same from frame to frame.
+    """Add to the shapes what keeps a JIT variant's code the same from frame to frame.
 
     Compiled into it are the scene's bounds, the number of shapes, and whether a shape has just one
     segment; and each new code costs a second. So two triangles without area, which no ray meets,
@@ -60,7 +60,7 @@ def _outer(corner: float) -> Description:
 
 
 def make_shape(name: str, shape: Description, stub: Path) -> Any:
-    """A mesh or a curve; ``stub``: a file that holds any curve."""
+    """Make a mesh or a curve of the renderer; ``stub`` is a file that holds any curve."""
     return _mesh(name, shape) if shape["type"] == "mesh" else _curve(name, shape, stub)
 
 

@@ -60,8 +60,9 @@ def probe() -> Probe:
 
 
 def choose(name: str = "auto", spectral: bool = False) -> str:
-    """The variant to render with: for "auto" llvm_ad_rgb where it works, else scalar_rgb, or their
-    ``spectral`` sisters.
+    """Choose the variant to render with.
+
+    For "auto" it is llvm_ad_rgb where that works, else scalar_rgb, or their ``spectral`` sisters.
 
     Raises InputError for a variant that is asked for by name and unknown, or does not work.
     """

@@ -17,7 +17,7 @@ _GAP, _PAPER, _INK = 6, (24, 24, 26), (220, 220, 220)
 
 
 def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_STYLE) -> Path:
-    """One frame as a PNG, exposed for itself."""
+    """Write one frame as a PNG, exposed for itself."""
     layers = read_exr(path)[0]
     picture = preview_pixels(layers, look, look.exposure_of(layers.rgb))
     return _save(Image.fromarray(picture), out_png)
@@ -30,7 +30,7 @@ def contact_sheet(
     width: int = 320,
     look: PictureStyle = DEFAULT_STYLE,
 ) -> Path:
-    """Frames side by side, ``width`` pixels each; all exposed alike, for the first."""
+    """Write frames side by side, ``width`` pixels each; all are exposed for the first."""
     if not paths:
         raise InputError("contact sheet", [], "at least one frame")
     if width < 16:

@@ -24,7 +24,7 @@ def check_denoiser() -> None:
 
 
 def denoise(layers: Layers) -> Layers:
-    """The same layers with a denoised picture, never negative."""
+    """Add a denoised picture, never negative, to the layers of a frame."""
     import mitsuba_oidn
 
     picture = mitsuba_oidn.denoise(

@@ -32,7 +32,7 @@ def level_colours() -> np.ndarray:
 
 
 def preview_pixels(layers: Layers, look: PictureStyle, exposure: float) -> np.ndarray:
-    """A frame as 8-bit sRGB, as the look has it, (h, w, 3)."""
+    """Make a frame's pixels for a preview in a style, 8-bit sRGB, (h, w, 3)."""
     return (
         level_pixels(layers)
         if look.view == "level"
@@ -41,7 +41,7 @@ def preview_pixels(layers: Layers, look: PictureStyle, exposure: float) -> np.nd
 
 
 def level_pixels(layers: Layers) -> np.ndarray:
-    """A frame coloured by level, with its legend in its lowest rows, (h, w, 3) uint8."""
+    """Colour a frame by level, with a legend in its lowest rows, 8-bit sRGB, (h, w, 3)."""
     colours = level_colours()[np.minimum(layers.level.astype(np.int64), LEVELS - 1)]
     facing = np.clip(layers.N @ (_FROM / np.linalg.norm(_FROM)), 0.0, 1.0)
     shaded = colours * (_DARKEST + (1 - _DARKEST) * facing)[..., None]

@@ -21,9 +21,9 @@ from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle
 def movie(
     paths: Sequence[str | Path], out_mp4: str | Path, fps: float, look: PictureStyle = DEFAULT_STYLE
 ) -> Path | None:
-    """Frames as H.264, all exposed for the first; None where there is no ffmpeg.
+    """Write frames as H.264, all exposed for the first; None where there is no ffmpeg.
 
-    Whole or not at all. Raises OSError with ffmpeg's last words where it fails.
+    The file is whole or not there at all. Raises OSError with ffmpeg's last words where it fails.
     """
     ffmpeg = ffmpeg_path()
     if ffmpeg is None:

@@ -44,8 +44,9 @@ VIEWS = ("colour", "level")
 
 @dataclass(frozen=True)
 class PictureStyle:
-    """How pictures are made: a tone curve by name, stops above the exposure that fits, and what
-    they show, one of VIEWS.
+    """How pictures for people are made.
+
+    A tone curve by name, stops above the exposure that fits, and what they show, one of VIEWS.
     """
 
     tone: str = "filmic"
@@ -61,7 +62,7 @@ class PictureStyle:
             raise InputError("--exposure", self.stops, "from -20 to 20 stops", "try 0")
 
     def exposure_of(self, rgb: np.ndarray) -> float:
-        """The factor for a picture, and for all that shall look alike."""
+        """Exposure factor for a picture, and for all that shall look alike."""
         return auto_exposure(rgb) * 2.0**self.stops
 
 
@@ -69,12 +70,12 @@ DEFAULT_STYLE = PictureStyle()
 
 
 def to_srgb_8bit(rgb: np.ndarray, exposure: float, tone: str = DEFAULT_STYLE.tone) -> np.ndarray:
-    """Linear Rec.709 times ``exposure``, through the curve, as 8-bit sRGB, (h, w, 3)."""
+    """Tone-map linear Rec.709 times ``exposure`` to 8-bit sRGB, (h, w, 3)."""
     return np.rint(to_srgb(rgb, exposure, tone) * 255).astype(np.uint8)
 
 
 def to_srgb(rgb: np.ndarray, exposure: float, tone: str = DEFAULT_STYLE.tone) -> np.ndarray:
-    """The same before it is rounded, 0 to 1: rounding alone is a difference of its own."""
+    """Tone-map linear Rec.709 times ``exposure`` to sRGB from 0 to 1, not rounded, (h, w, 3)."""
     if not (math.isfinite(exposure) and exposure > 0):
         raise InputError("exposure", exposure, "a factor above 0", "try 1")
     from colour.models import eotf_inverse_sRGB
@@ -84,7 +85,7 @@ def to_srgb(rgb: np.ndarray, exposure: float, tone: str = DEFAULT_STYLE.tone) ->
 
 
 def auto_exposure(rgb: np.ndarray) -> float:
-    """The factor that brings a picture's log-average luminance to KEY; 1 for a black picture."""
+    """Factor that brings a picture's log-average luminance to KEY; 1 for a black picture."""
     from colour import RGB_COLOURSPACES
 
     luminance = rgb.astype(np.float64) @ RGB_COLOURSPACES["sRGB"].matrix_RGB_to_XYZ[1]

@@ -34,7 +34,7 @@ _MOVED_STICK, _DENOISED_PIXEL = 126.0, 500.0
 
 @dataclass(frozen=True)
 class ExtraBuffers:
-    """What a frame is asked for beside a plain picture: each needs memory of its own."""
+    """What is asked of a frame beside a plain picture; each needs memory of its own."""
 
     motion: bool = False
     denoised: bool = False
@@ -90,7 +90,7 @@ def check_memory(frame_input: FrameInput, most: int | None, what: str) -> None:
 
 
 def peak_rss_bytes() -> int:
-    """The most memory this program has held; 0 where the system does not say.
+    """Most memory that this process has held [bytes]; 0 where the system does not say.
 
     On Linux ``ru_maxrss`` would start from what the process held that started it.
     """

@@ -19,7 +19,7 @@ Watch = Callable[[int], object]
 
 
 def ignore(samples: int) -> None:
-    """Watch nothing."""
+    """Do nothing with a count of samples: the watch of those who do not."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ _ADDED = ("clamped", "replaced")
 
 
 def render_subframes(frame_input: FrameInput, frame: int = 0, watch: Watch = ignore) -> Layers:
-    """Render ``frame``: same arguments, same bytes. Sub-frames are made one at a time.
+    """Render the sub-frames of ``frame``, one at a time, and average them: same input, same bytes.
 
     Raises InputError where there are more of them than samples a pixel.
     """

@@ -38,7 +38,7 @@ class Cluster:
 def cluster(
     where: str, threads: int = 0, variant: str = "", most_bytes: int | None = None
 ) -> Iterator[Cluster]:
-    """Workers: a number starts so many here; else a scheduler's address, or file of one.
+    """Connect to workers: so many of this machine, or those of a scheduler's address or file.
 
     Local workers are given ``threads`` each, or an even share of the cores, and end with the
     context. Raises InputError where Dask is not installed, nothing answers, or a worker has other

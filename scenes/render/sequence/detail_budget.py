@@ -1,5 +1,4 @@
-"""A budget for a sequence, of parts or of memory: one detail for all of its frames, decided before
-any is made.
+"""A budget of parts or of memory for a sequence: one detail for all frames, chosen before any.
 
 Every frame then stands alone, and detail does not jump from frame to frame.
 """
@@ -23,12 +22,12 @@ Need = Callable[[int, float], int]
 
 
 def within_budget(preset: Preset, frames: Sequence[int]) -> Preset:
-    """The preset at the finest detail whose frames all hold at most ``view.max_parts`` parts, and
-    are foretold to need at most ``view.max_memory`` bytes.
+    """Choose the finest detail for a preset at which all its frames are within its limits.
 
-    The fullest of them uses nearly all of that (``lod.pruning.detail_for_budget``). Without such
-    limits, the preset
-    as it is. Raises InputError where no detail fits.
+    They hold at most ``view.max_parts`` parts, and are predicted to need at most
+    ``view.max_memory`` bytes; the fullest uses nearly all of that
+    (``lod.pruning.detail_for_budget``). Without such limits the preset stays as it is. Raises
+    InputError where no detail fits.
     """
     view = preset.view
     if view.max_parts is None and view.max_memory is None:
@@ -55,7 +54,7 @@ def _fitting(need: Need, most: int, start: float, frames: Sequence[int]) -> floa
 
 
 def _fitting_memory(world: World, preset: Preset, most: int, frames: Sequence[int]) -> float:
-    """The same of bytes, less those that every frame needs whatever it displays."""
+    """The detail at which every frame's bytes are met, less those that an empty frame needs."""
     variant = choose(preset.render.variant, preset.render.spectral)
 
     def bytes_at(frame: int, px: float) -> int:
@@ -86,6 +85,6 @@ def _parts_of(world: World, preset: Preset) -> Need:
 
 
 def parts_displayed(world: World, view: View) -> int:
-    """Displayed parts of everything but the ground, whose tiles are few."""
+    """Count the displayed parts of everything but the ground, whose tiles are few."""
     others = (each for each in world.representations if each is not world.terrain)
     return sum(prune(each, view).displayed_parts for each in others)

@@ -30,14 +30,14 @@ Record = dict[str, Any]
 
 
 def frame_settings(preset: Preset, variant: str) -> dict[str, Any]:
-    """Everything that determines the pixels: the preset, the variant that auto is, the software."""
+    """Collect everything that determines the pixels: preset, variant in place of auto, software."""
     settings = preset.model_dump(mode="json", exclude={"about"})
     settings["render"]["variant"] = variant
     return {**settings, "software": software()}
 
 
 def preset_from_settings(settings: Settings) -> Preset:
-    """The preset that settings hold. Raises InputError for what no preset can be."""
+    """Check the preset that settings hold. Raises InputError for what no preset can be."""
     tables = {name: each for name, each in settings.items() if name != "software"}
     return preset_from(tables, source="settings")
 

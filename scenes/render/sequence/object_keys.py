@@ -1,4 +1,4 @@
-"""Who the objects of a frame are, whatever the frame calls them.
+"""Keys of a frame's objects that are the same in every frame.
 
 A frame's ids are its own: ``id.object`` counts what that frame examined. What an object of the
 endless field is everywhere and always is its species, its cell in the species' lattice and its
@@ -36,7 +36,7 @@ class Identity:
 
 
 def identities(world: World, preset: Preset, frame: int) -> Iterator[Identity]:
-    """Every object that the frame displays, by the frame's own number."""
+    """Identify every object that the frame displays, by the frame's own number."""
     view = view_at(world, preset, frame)
     cuts = [prune(each, view) for each in world.representations]
     fields = {each.name: each for each in world.fields}
@@ -54,8 +54,10 @@ def identities(world: World, preset: Preset, frame: int) -> Iterator[Identity]:
 
 
 def object_key(seed: int, species: str, cell: tuple[int, int], index: int) -> str:
-    """128 bits as 32 hexadecimal digits: BLAKE2b of the species' name (UTF-8) with seed, cell x,
-    cell y and index as four 8-byte little-endian integers for a key.
+    """Hash an object of the endless field to 128 bits, as 32 hexadecimal digits.
+
+    It is BLAKE2b of the species' name (UTF-8), keyed by seed, cell x, cell y and index as four
+    8-byte little-endian integers.
     """
     words = struct.pack("<Qqqq", seed, *cell, index)
     return hashlib.blake2b(species.encode(), digest_size=16, key=words).hexdigest()

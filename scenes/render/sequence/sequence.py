@@ -39,7 +39,7 @@ class FrameFailed(RuntimeError):
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """A sequence that was looked through: which frames are right already, and what all are.
+    """A sequence of frames to render, and which of them are right already.
 
     paths  by frame, in the order in which they were asked for
     """
@@ -51,7 +51,7 @@ class Job:
 
     @property
     def folder(self) -> Path:
-        """Where the frames stand."""
+        """Folder of the frames and their manifest."""
         return self.manifest.folder
 
 
@@ -105,7 +105,7 @@ def render_sequence(job: Job, render: Render) -> Iterator[Record]:
 
 
 def kept_record(job: Job, frame: int) -> Record:
-    """The record of a frame that is right already."""
+    """Make the record of a frame that is right already."""
     path = job.paths[frame]
     entry = job.manifest.frames[path.name]
     return {
@@ -120,9 +120,9 @@ def kept_record(job: Job, frame: int) -> Record:
 
 
 def commit_frame(job: Job, frame: int, record: Record, partial: Path) -> Record:
-    """Give a rendered frame its name; its whole record.
+    """Give a rendered frame its name, and give its whole record.
 
-    In the manifest before the rename, so that no finished file is ever unknown to it.
+    It enters the manifest before the rename, so that no finished file is ever unknown to it.
     """
     path = job.paths[frame]
     with _disk(path):
@@ -134,7 +134,7 @@ def commit_frame(job: Job, frame: int, record: Record, partial: Path) -> Record:
 
 
 def record_failure(job: Job, frame: int, why: str, tries: int) -> Record:
-    """Note that a frame failed; its record."""
+    """Note in the manifest that a frame failed, and give its record."""
     path = job.paths[frame]
     entry = {"frame": frame, "error": why, "tries": tries}
     with _disk(path):

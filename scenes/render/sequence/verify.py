@@ -35,7 +35,7 @@ _NUMBER = re.compile(r"\d{4,}")
 
 @dataclass(frozen=True)
 class Checked:
-    """One file: its frame (None for what is none), and everything that is wrong with it."""
+    """One checked file: its frame (None for what is none), and everything that is wrong with it."""
 
     path: Path
     frame: int | None
@@ -43,7 +43,7 @@ class Checked:
 
 
 def open_manifest(folder: Path) -> Manifest:
-    """The folder's manifest. Raises InputError where there is none, or a broken one."""
+    """Load a folder's manifest. Raises InputError where there is none, or a broken one."""
     if not (folder / NAME).is_file():
         rule = f"a folder of frames with their {NAME}"
         raise InputError("DIR", str(folder), rule, "give the folder that `lodbench render` wrote")
@@ -51,7 +51,7 @@ def open_manifest(folder: Path) -> Manifest:
 
 
 def check_folder(manifest: Manifest) -> Iterator[Checked]:
-    """Every frame on record, right or wrong; then only what is wrong beside them."""
+    """Check every frame on record, right or wrong; then find what is wrong beside them."""
     for key, settings in manifest.settings.items():
         if settings_hash(settings) != key:
             wrong = f"settings.{key}: they are not those that were rendered (another hash)"
@@ -65,7 +65,7 @@ def check_folder(manifest: Manifest) -> Iterator[Checked]:
 
 
 def check_frame(manifest: Manifest, name: str) -> Checked:
-    """One frame on record."""
+    """Check one frame on record: its file, its hash, its header, its channels and pixels."""
     path, entry = manifest.folder / name, manifest.frames[name]
     frame, settings = entry["frame"], manifest.settings[entry["settings"]]
     if entry["state"] != DONE:
@@ -135,7 +135,7 @@ def _numbers(name: str, values: np.ndarray) -> Iterator[str]:
 
 
 def unknown_files(manifest: Manifest) -> Iterator[Path]:
-    """Files that a reader of the sequence would take for its frames."""
+    """Find files that a reader of the sequence would take for its frames."""
     known = {_NUMBER.sub("#", name) for name in manifest.frames}
     for name in sorted(os.listdir(manifest.folder)):
         if name.endswith(".exr") and name not in manifest.frames:

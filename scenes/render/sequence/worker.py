@@ -1,4 +1,4 @@
-"""One process that renders frames and can be killed: by Ctrl-C at once, and without harm by itself.
+"""A process that renders frames and can be killed, by Ctrl-C at once or by its own death.
 
 It stays from frame to frame, so that its world, its compiled kernels and its caches do. The
 renderer never enters the process that keeps the manifest.
@@ -43,7 +43,7 @@ to be had one by one."""
 
 
 class Worker:
-    """Renders frames in a process of its own; a context manager, at whose end that is gone.
+    """Renders frames in a process of its own, which ends with the context.
 
     threads     for the renderer; 0 = one for each core
     most_bytes  that a frame may need of memory
@@ -90,7 +90,7 @@ class Worker:
         raise FrameFailed(f"it ended its worker {MOST_TRIES} times ({why})", MOST_TRIES)
 
     def _open_session(self, settings: Settings) -> bool:
-        """Send settings that the process does not have yet; whether it lives."""
+        """Send settings that the process does not have yet; gives whether it lives."""
         if self._settings == settings:
             return True
         self._settings = None
@@ -113,7 +113,7 @@ class Worker:
         return _how(process.returncode if code is None else code)
 
     def _start(self, variant: str) -> None:
-        """Start the process, deaf to Ctrl-C: ending it is this one's work."""
+        """Start the process, which ignores Ctrl-C: this one ends it."""
         paths = os.pathsep.join([str(_ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
@@ -130,7 +130,7 @@ class Worker:
             raise RuntimeError(f"the process that renders does not start ({self.end()})")
 
     def _ask(self, request: dict[str, Any]) -> dict[str, Any] | None:
-        """The answer, None from a process that died."""
+        """Send a request and wait for the answer; None from a process that died."""
         assert self._process is not None and self._process.stdin is not None
         try:
             self._process.stdin.write(json.dumps(request).encode() + b"\n")
