@@ -6,7 +6,8 @@ from typing import Any
 import click
 
 from lod.errors import InputError
-from scenes.preset.load import Preset, Setting, load_preset
+from scenes.preset.load import Setting, load_preset
+from scenes.preset.tables import Preset
 
 Command = Callable[..., Any]
 

@@ -10,7 +10,8 @@ from lod.pruning.view import View
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.render.description.describe import describe_frame
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air, view_at

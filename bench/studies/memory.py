@@ -16,7 +16,7 @@ from bench.cli.output import table
 from scenes.frame.assemble import frame_quality
 from scenes.preset.load import load_preset
 from scenes.render.pipeline.memory_model import ExtraBuffers, predict_bytes
-from scenes.render.sequence.frame_session import Record, frame_settings
+from scenes.render.sequence.settings import Record, frame_settings
 from scenes.render.sequence.worker import Worker
 
 

@@ -10,7 +10,7 @@ from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.frame.schedule import update_counts, with_schedule
 from scenes.frame.subframes import subframes
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.world.light import Light, sun_and_sky
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import World

@@ -12,7 +12,7 @@ from lod.pruning.update_schedule import (
     threshold_rule,
 )
 from scenes.frame.displayed import DisplayedRepresentation
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.world.view import camera_between, frame_time
 from scenes.world.world import World
 

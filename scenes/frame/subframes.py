@@ -9,7 +9,7 @@ import numpy as np
 from lod.camera import Camera
 from lod.motion.shutter import subframe_offsets
 from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.world.view import camera_between, frame_time
 from scenes.world.world import World
 

@@ -13,19 +13,7 @@ from pydantic import ValidationError
 
 from lod.errors import InputError
 from scenes.preset.errors import NAMED, explain, known_keys, nearest_key, nearest_name
-from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.preset.tables import Preset
-
-__all__ = [
-    "PlacedPreset",
-    "PlumePreset",
-    "Preset",
-    "Setting",
-    "SpeciesPreset",
-    "load_preset",
-    "preset_from",
-    "preset_names",
-]
 
 _LONGEST_FILE = 1_000_000
 

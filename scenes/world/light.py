@@ -7,7 +7,7 @@ import numpy as np
 
 from lod.canopy.turbid_medium import BARE, Canopy
 from lod.errors import InputError
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 
 
 @dataclass(frozen=True)

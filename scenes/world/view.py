@@ -15,7 +15,7 @@ from lod.vision.blur_cascade import blur_widths
 from lod.vision.eye import Display, Eye
 from lod.vision.viewer import ViewingConditions
 from scenes.plugins.entry_points import metric_by_name
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.world.camera_path import camera_at
 from scenes.world.world import World
 

@@ -18,7 +18,8 @@ from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
 from scenes.plugins.representation import GroundedRepresentation, make_representation
-from scenes.preset.load import PlacedPreset, PlumePreset, Preset, SpeciesPreset
+from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
+from scenes.preset.tables import Preset
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import sun_and_sky
 

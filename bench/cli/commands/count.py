@@ -7,12 +7,12 @@ import click
 from bench.cli.output import Output, output, table
 from bench.cli.view_flags import preset_from_flags, view_flags
 from lod.errors import InputError
-from scenes.render.pipeline.memory_model import peak_rss_bytes
+from scenes.render.pipeline.peak_memory import peak_rss_bytes
 
 if TYPE_CHECKING:
     from bench.count.count_frame import Counts, SpeciesCount
     from bench.count.workloads import Workload
-    from scenes.preset.load import Preset
+    from scenes.preset.tables import Preset
 
 
 @click.command("count")

@@ -37,8 +37,8 @@ def _cell(each: "Identity") -> str:
 
 def _identities(path: Path) -> Iterable["Identity"]:
     from scenes.render.files.manifest import load_manifest
-    from scenes.render.sequence.frame_session import preset_from_settings
     from scenes.render.sequence.object_keys import identities
+    from scenes.render.sequence.settings import preset_from_settings
     from scenes.world.world import build_world
 
     manifest = load_manifest(path.parent)

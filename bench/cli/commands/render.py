@@ -17,7 +17,7 @@ from bench.cli.progress import frame_progress
 from bench.cli.rendering import Workers, render_job
 from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
 from lod.errors import InputError
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.render.files.frame_paths import check_pattern, frame_path, make_folder
 from scenes.render.pictures.tone_map import PictureStyle
 
@@ -77,8 +77,8 @@ def command(
         chosen = fit_to_memory(chosen, most_bytes)
     from scenes.render.mitsuba.variants import choose
     from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.frame_session import frame_settings
     from scenes.render.sequence.sequence import open_job
+    from scenes.render.sequence.settings import frame_settings
 
     check_targets([frame_path(pattern, number) for number in numbers])
     chosen = within_budget(chosen, numbers)

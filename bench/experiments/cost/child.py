@@ -23,7 +23,7 @@ from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
 from scenes.render.files.exr import write_exr
-from scenes.render.pipeline.memory_model import peak_rss_bytes
+from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world

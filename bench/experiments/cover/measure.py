@@ -36,7 +36,7 @@ from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.frame.quality import Quality
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
 from scenes.render.pipeline.stages import build_frame, move_camera, trace

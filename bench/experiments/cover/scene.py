@@ -16,7 +16,8 @@ from lod.pruning.pruner import prune
 from lod.pruning.representation import Representation
 from lod.pruning.view import View
 from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.world.view import view_at
 from scenes.world.world import World
 

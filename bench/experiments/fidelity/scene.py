@@ -18,7 +18,8 @@ from lod.pruning.view import View
 from lod.pruning.view_geometry import in_view
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.plugins.entry_points import metric_by_name
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
 

@@ -17,7 +17,8 @@ from bench.records.records import Point
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.render.pictures.tone_map import auto_exposure, to_srgb
 from scenes.render.pipeline.render import render_frame
 from scenes.world.world import World, build_world

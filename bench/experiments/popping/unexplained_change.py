@@ -23,7 +23,7 @@ from scenes.field.species_field import SpeciesField
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.schedule import with_schedule
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.world.light import sun_and_sky
 from scenes.world.view import view_at
 from scenes.world.world import World

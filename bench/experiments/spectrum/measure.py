@@ -28,7 +28,8 @@ from lod.pruning.pruner import prune
 from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
 from scenes.world.light import Light

@@ -34,7 +34,8 @@ from lod.pruning.update_schedule import (
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.schedule import is_scheduled, poses_over
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
 from scenes.world.view import frame_time, view_at

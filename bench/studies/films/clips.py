@@ -28,7 +28,8 @@ from bench.studies.films.forest_walk import MOST_RATIO
 from lod.camera import Camera
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
 from scenes.render.mitsuba.variants import choose

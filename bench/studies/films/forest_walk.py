@@ -19,7 +19,8 @@ from PIL import Image
 from bench.cli.output import table
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.unexplained_change import Walk, walk
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.world.world import World, build_world
 

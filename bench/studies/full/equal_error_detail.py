@@ -20,7 +20,7 @@ from bench.studies.full.worlds import Kind, Picture, world_preset
 from lod.errors import InputError
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.render.pipeline.stages import build_frame, trace
 from scenes.render.sequence.detail_budget import parts_displayed
 from scenes.world.view import view_at

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import psutil
 
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
-from scenes.render.sequence.frame_session import Record, frame_settings
+from scenes.render.sequence.settings import Record, frame_settings
 from scenes.render.sequence.worker import Worker
 
 LEFT_BYTES = 1_000_000_000

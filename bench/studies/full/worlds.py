@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass, replace
 
 from lod.law.uneven_ground import max_ground_distance
-from scenes.preset.load import Preset, load_preset
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 

@@ -1,4 +1,4 @@
-"""Memory that a frame needs, predicted from what its cut displays; and what this process has held.
+"""Memory that a frame needs, predicted from what its cut displays.
 
 The model is linear, fitted to the most memory of twelve frames in fresh processes (relative least
 squares; 0 to 5.8 M sticks, 0.03 to 1.2 M triangles, 2·10³ to 2·10⁶ pixels, both drivers):
@@ -16,9 +16,7 @@ import colour-science.
 haze and light as well.
 """
 
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 from lod.errors import InputError
 from lod.pruning.shapes import Sticks, Triangles
@@ -87,22 +85,3 @@ def check_memory(frame_input: FrameInput, most: int | None, what: str) -> None:
         rule = f"{what}, {counts} needs about {needed / 1e9:.2f} GB"
         cure = "allow more, add --fit, or ask for less detail, density or size"
         raise InputError("--max-memory", f"{most / 1e9:.2f} GB", rule, cure)
-
-
-def peak_rss_bytes() -> int:
-    """Most memory that this process has held [bytes]; 0 where the system does not say.
-
-    On Linux ``ru_maxrss`` would start from what the process held that started it.
-    """
-    status = Path("/proc/self/status")
-    if status.exists():
-        rows = status.read_text(encoding="ascii", errors="replace").splitlines()
-        held = [int(row.split()[1]) * 1024 for row in rows if row.startswith("VmHWM")]
-        if held:
-            return held[0]
-    try:
-        import resource
-    except ImportError:
-        return 0
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024

@@ -19,8 +19,9 @@ from lod.errors import InputError
 from scenes.render.files.disk import DiskError, partial_path, stray_partials
 from scenes.render.files.header import software
 from scenes.render.sequence.dask_cluster import Cluster
-from scenes.render.sequence.frame_session import FrameSession, Record, Settings
+from scenes.render.sequence.frame_session import FrameSession
 from scenes.render.sequence.sequence import Job, commit_frame, kept_record, record_failure
+from scenes.render.sequence.settings import Record, Settings
 from scenes.render.sequence.worker import MOST_TRIES
 from scenes.render.sequence.worker_child import answer
 

@@ -11,7 +11,7 @@ from lod.pruning.detail_for_budget import find_detail
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.memory_model import predicted_bytes
 from scenes.world.view import view_at

@@ -1,45 +1,21 @@
-"""Frames of one preset, from its settings to files: the way in which every process renders them.
-
-Settings are nested plain data, everything that determines the pixels: they travel to other
-processes and machines, stand in every header and in the manifest, and make the same frame again.
-"""
+"""Frames of one preset, from its settings to files: the way in which every process renders them."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import preset_from
-from scenes.preset.tables import Preset
 from scenes.render.description.describe import describe_frame
 from scenes.render.files.exr import write_exr
-from scenes.render.files.header import frame_header, software
+from scenes.render.files.header import frame_header
 from scenes.render.files.manifest import flatten
-from scenes.render.pipeline.memory_model import check_memory, peak_rss_bytes
+from scenes.render.pipeline.memory_model import check_memory
+from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
+from scenes.render.sequence.settings import Record, Settings, preset_from_settings
 from scenes.world.world import World, build_world
-
-Settings = Mapping[str, Any]
-"""A preset as plain data, with the software that renders it (``frame_settings``)."""
-
-Record = dict[str, Any]
-"""What is known of a rendered frame, as plain data (``FrameSession.render``)."""
-
-
-def frame_settings(preset: Preset, variant: str) -> dict[str, Any]:
-    """Collect everything that determines the pixels: preset, variant in place of auto, software."""
-    settings = preset.model_dump(mode="json", exclude={"about"})
-    settings["render"]["variant"] = variant
-    return {**settings, "software": software()}
-
-
-def preset_from_settings(settings: Settings) -> Preset:
-    """Check the preset that settings hold. Raises InputError for what no preset can be."""
-    tables = {name: each for name, each in settings.items() if name != "software"}
-    return preset_from(tables, source="settings")
 
 
 class FrameSession:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.pruning.pruner import prune
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.render.description.describe import object_ids
 from scenes.world.view import view_at
 from scenes.world.world import World

@@ -20,8 +20,8 @@ from scenes.render.files.manifest import (
     load_manifest,
     settings_hash,
 )
-from scenes.render.pipeline.memory_model import peak_rss_bytes
-from scenes.render.sequence.frame_session import Record, Settings
+from scenes.render.pipeline.peak_memory import peak_rss_bytes
+from scenes.render.sequence.settings import Record, Settings
 
 _NOTED = ("frame", "sha256", "seconds", "statistics")
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lod.errors import InputError
-from scenes.preset.load import Preset
+from scenes.preset.tables import Preset
 from scenes.render.files.disk import stray_partials
 from scenes.render.files.exr import channel_types, read_pixels
 from scenes.render.files.header import PREFIX, software
@@ -24,8 +24,8 @@ from scenes.render.files.manifest import (
     load_manifest,
     settings_hash,
 )
-from scenes.render.sequence.frame_session import Record, Settings, preset_from_settings
 from scenes.render.sequence.sequence import Job
+from scenes.render.sequence.settings import Record, Settings, preset_from_settings
 
 _SIGNED = ("N.", "motion.")
 """Layers whose numbers may be below 0."""

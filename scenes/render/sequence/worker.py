@@ -17,8 +17,8 @@ from typing import Any
 
 from lod.errors import InputError
 from scenes.render.mitsuba.variants import trusting
-from scenes.render.sequence.frame_session import Record, Settings
 from scenes.render.sequence.sequence import FrameFailed
+from scenes.render.sequence.settings import Record, Settings
 
 MOST_TRIES = 3
 """How often a frame may kill its worker."""

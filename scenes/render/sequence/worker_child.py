@@ -18,7 +18,8 @@ from functools import partial
 from typing import Any, Protocol, TextIO
 
 from lod.errors import InputError
-from scenes.render.sequence.frame_session import FrameSession, Record, Settings
+from scenes.render.sequence.frame_session import FrameSession
+from scenes.render.sequence.settings import Record, Settings
 
 _PR_SET_PDEATHSIG = 1
 

@@ -20,8 +20,8 @@ from lod.errors import InputError
 from scenes.preset.load import load_preset, preset_from, preset_names
 from scenes.render.files.frame_paths import check_pattern
 from scenes.render.files.manifest import load_manifest, settings_hash
-from scenes.render.sequence.frame_session import frame_settings
 from scenes.render.sequence.sequence import open_job
+from scenes.render.sequence.settings import frame_settings
 
 GENERATED = 10_000
 TABLE = "a table of keys"

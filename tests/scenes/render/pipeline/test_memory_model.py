@@ -68,4 +68,4 @@ def test_over_the_limit_is_refused_with_both_figures(zoo):
 @pytest.fixture(scope="module")
 def zoo() -> FrameInput:
     preset = load_preset("zoo", ['render.size="64x36"'])
-    return assemble_frame(build_world(preset), preset, Quality("llvm_ad_rgb", 1))
+    return assemble_frame(build_world(preset), preset, 1, "llvm_ad_rgb")

@@ -15,8 +15,9 @@ from scenes.render.files.disk import partial_path
 from scenes.render.files.exr import write_exr
 from scenes.render.sequence.dask_cluster import Cluster, check_versions, cluster
 from scenes.render.sequence.dask_frames import render_on_cluster, sweep
-from scenes.render.sequence.frame_session import FrameSession, frame_settings
+from scenes.render.sequence.frame_session import FrameSession
 from scenes.render.sequence.sequence import open_job, render_sequence
+from scenes.render.sequence.settings import frame_settings
 
 pytest.importorskip("distributed")
 cloudpickle.register_pickle_by_value(sys.modules[__name__])

@@ -10,8 +10,8 @@ from scenes.frame.layers import Layers
 from scenes.preset.load import preset_from
 from scenes.render.files.exr import write_exr
 from scenes.render.files.manifest import file_hash, flatten, load_manifest
-from scenes.render.sequence.frame_session import frame_settings
 from scenes.render.sequence.sequence import open_job, render_sequence
+from scenes.render.sequence.settings import frame_settings
 from scenes.render.sequence.verify import check_folder, repairs
 
 SETTINGS = frame_settings(preset_from({"render": {"size": "8x4"}}), "scalar_rgb")

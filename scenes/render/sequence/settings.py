@@ -1,0 +1,32 @@
+"""Settings and records: what determines a frame's pixels, and what is known of it, as plain data.
+
+Settings travel to other processes and machines, stand in every header and in the manifest, and make
+the same frame again.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from scenes.preset.load import preset_from
+from scenes.preset.tables import Preset
+from scenes.render.files.header import software
+
+Settings = Mapping[str, Any]
+"""A preset as plain data, with the software that renders it (``frame_settings``)."""
+
+
+Record = dict[str, Any]
+"""What is known of a rendered frame, as plain data (``FrameSession.render``)."""
+
+
+def frame_settings(preset: Preset, variant: str) -> dict[str, Any]:
+    """Collect everything that determines the pixels: preset, variant in place of auto, software."""
+    settings = preset.model_dump(mode="json", exclude={"about"})
+    settings["render"]["variant"] = variant
+    return {**settings, "software": software()}
+
+
+def preset_from_settings(settings: Settings) -> Preset:
+    """Check the preset that settings hold. Raises InputError for what no preset can be."""
+    tables = {name: each for name, each in settings.items() if name != "software"}
+    return preset_from(tables, source="settings")
