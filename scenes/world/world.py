@@ -125,6 +125,8 @@ def make_placed(name: str, table: PlacedPreset, terrain: Terrain, weather: Weath
     return Placed(name, prototype, *table.position, table.heading, terrain)
 
 
-def make_plume(name: str, table: PlumePreset, seed: int, terrain: Terrain) -> Plume:
+def make_plume(name: str, table: PlumePreset, preset: Preset, terrain: Terrain) -> Plume:
     """Make smoke or flames as a preset places them."""
-    return Plume(name, KINDS[table.kind], seed, *table.position, terrain, table.size, table.wind)
+    azimuth = preset.wind.direction if table.wind is None else table.wind
+    kind = KINDS[table.kind]
+    return Plume(name, kind, preset.seed, *table.position, terrain, table.size, azimuth)
