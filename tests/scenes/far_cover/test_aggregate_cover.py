@@ -9,6 +9,7 @@ from lod.stick_table import StickTable
 from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.far_cover.sky import SKY_COLUMNS, SKY_ROWS, Sky, sky_at
 from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, measure_stand
+from scenes.far_cover.stand_paths import randoms_per_path
 from scenes.field.habitat import Habitat
 from scenes.field.species import Species
 from scenes.preset.load import load_preset
@@ -33,20 +34,33 @@ def ball(z=3.0, r=1.0, tint=GREY):
 
 
 @pytest.mark.parametrize(("sky", "direct", "from_ground"), [(0.0, 2 / 3, 0.0), (1.0, 5 / 6, 1 / 6)])
-def test_a_thin_stand_of_balls_is_lit_as_lambert_says(sky, direct, from_ground, monkeypatch):
+def test_a_thin_stand_of_balls_is_lit_as_lambert_says(sky, direct, from_ground):
     """From overhead under an overhead sun the mean cosine over the disc is 2/3; of an even sky the
     ball sees (1 + cos)/2, and of the ground, which the sky lights, the rest."""
-    monkeypatch.setattr("scenes.far_cover.stand_appearance.LINES", 50_000)
     stand = measure_stand(
-        (((ball(9.0),), 0.004),), 90.0, Sky(np.full((SKY_ROWS, SKY_COLUMNS, 3), sky))
+        (((ball(9.0),), 0.004),), 90.0, Sky(np.full((SKY_ROWS, SKY_COLUMNS, 3), sky)), lines=50_000
     )
     assert stand.area[0] == pytest.approx(np.full(len(DEPRESSIONS_DEG), np.pi), rel=0.02)
     few = pytest.approx(GREY * direct, rel=0.1)
-    assert stand.sent[0, :, :, 0].mean(axis=1)[-1] == few
+    assert stand.radiance[0, :, :, 0].mean(axis=1)[-1] == few
     if sky:
         assert stand.ground_bounce[0, -1].mean() == pytest.approx(GREY * from_ground, rel=0.3)
     assert stand.ground[-1].min() > (0.97 if sky else 0.999)
     assert (stand.height >= 0).all() and (stand.height <= 10).all()
+
+
+def test_light_is_followed_as_far_as_the_preset_says():
+    """A dense stand of white balls is brighter the more bounces count, and never unlit."""
+    kinds = (((ball(1.0, 1.0, tint=1.0),), 0.3),)
+    sky = Sky(np.full((SKY_ROWS, SKY_COLUMNS, 3), 1.0))
+    seen = [
+        measure_stand(kinds, 60.0, sky, max_depth, lines=500).radiance.mean()
+        for max_depth in (1, 2, 3, 4, 12)
+    ]
+    assert seen[0] == seen[1] and (np.diff(seen[1:]) > 0.01).all()
+    assert [randoms_per_path(depth) for depth in (1, 2, 4, 64)] == [2, 2, 6, 126]
+    preset = load_preset("meadow", ["render.max_depth=7"])
+    assert build_world(preset).terrain.aggregate_cover.max_depth == 7
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +139,7 @@ def test_under_the_shade_of_what_is_displayed_it_sends_what_the_whole_stand_does
     assert 0 < share.min() < 0.5 and share.max() == pytest.approx(1.0) and shade.max() < 0.99
     assert np.allclose(lines.share + lines.rest, 1)
     seen = left.colours(up, bare)[rows] * shade ** (1 - share)  # displayed balls cast that share
-    sent = lines.at(stand.sent[0]) + bare[rows] * lines.at(stand.ground_bounce[0])
+    sent = lines.at(stand.radiance[0]) + bare[rows] * lines.at(stand.ground_bounce[0])
     hidden = left.covered[rows, None]
     assert np.allclose(seen, (1 - hidden) * bare[rows] * shade + hidden * sent)
 
