@@ -1,4 +1,4 @@
 """The theory: part hierarchies, the metric family, the pruner and the law's predictions.
 
-Nothing here opens a file, reads a clock or knows a renderer.
+Nothing in this package opens a file, reads a clock or imports a renderer.
 """

@@ -1,4 +1,4 @@
-"""The camera: where the eye is in an endless plane, and the angle of one pixel."""
+"""The camera: the position of the eye in an endless plane, and the angle of one pixel."""
 
 import math
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ GRID_M = 16.0
 """Side of the grid squares that carry the eye; a frame's geometry is relative to one corner."""
 
 STEP_M = 2.0**-10
-"""Sides of lattices are whole multiples of it, so that places on them are exact in integers."""
+"""Sides of lattices are whole multiples of this, so that positions on them are exact integers."""
 
 _FARTHEST_CELL = 2**56
-"""Keeps every lattice finer than the grid (down to 2^-3 m) inside int64."""
+"""Bound on cell numbers that keeps every finer lattice (down to 2^-3 m) inside int64."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,10 @@ class Corner:
             raise InputError("eye", (self.x, self.y), f"within {_FARTHEST_CELL * GRID_M:.1e} m")
 
     def lattice(self, exponent: int) -> tuple[int, int, float, float]:
-        """This corner in a lattice of squares of side 2**exponent m.
+        """Locate this corner in a lattice of squares of side 2**exponent m.
 
-        Gives (ix, iy, rx, ry): the square it lies in, and how far into it [m]; exact, in integers.
+        Returns (ix, iy, rx, ry): the square that the corner lies in, and how far into it [m]. The
+        result is exact, because it is computed in integers.
         """
         shift = exponent - int(math.log2(GRID_M))
         if shift <= 0:
@@ -50,9 +51,9 @@ class Corner:
         )
 
     def squares(self, side_m: float) -> tuple[int, int, float, float]:
-        """This corner in a lattice of squares of any side that is a whole multiple of STEP_M.
+        """Locate this corner in a lattice of squares whose side is a whole multiple of STEP_M.
 
-        Gives the same as ``lattice``, and the very same where the side is a power of two.
+        Returns what ``lattice`` returns, with which it agrees where the side is a power of two.
         """
         side, grid = round(side_m / STEP_M), round(GRID_M / STEP_M)
         (ix, rx), (iy, ry) = (divmod(cell * grid, side) for cell in (self.x, self.y))
@@ -62,7 +63,7 @@ class Corner:
 def split_position(
     x: float, y: float, cell_x: int = 0, cell_y: int = 0
 ) -> tuple[Corner, float, float]:
-    """The point (x, y) metres from corner (cell_x, cell_y), as its own corner and an offset.
+    """Split the point (x, y) metres from corner (cell_x, cell_y) into its own corner and an offset.
 
     The offset lies in [0, GRID_M) on both axes; it rounds to GRID_M itself where a coordinate is
     below a corner by less than float64 can tell.
@@ -127,7 +128,11 @@ def camera_from_heading(
     fov_x_deg: float,
     size: tuple[int, int],
 ) -> Camera:
-    """A level camera: heading clockwise from north (+y), pitch above the horizon [degrees]."""
+    """Return a camera without roll, by its heading and pitch [degrees].
+
+    The heading is clockwise from north (+y); the pitch is above the horizon, from -90° to 90°.
+    Raises InputError for other angles.
+    """
     if not (math.isfinite(pitch_deg) and abs(pitch_deg) <= 90):
         raise InputError("camera.pitch", pitch_deg, "between -90° and 90°")
     if not math.isfinite(heading_deg):

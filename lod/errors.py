@@ -1,4 +1,4 @@
-"""Bad input, said in one line: the rule, what arrived, and the cure."""
+"""The error for bad input: one line with the rule, what arrived, and the cure."""
 
 
 class InputError(ValueError):
@@ -14,7 +14,7 @@ class InputError(ValueError):
         super().__init__(f"{message}; {cure}" if cure else message)
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str, str]]:
-        """What it is made again of in another process."""
+        """Return what pickle needs to build the error again in another process."""
         return type(self), (self.where, self.arrived, self.rule, self.cure)
 
 

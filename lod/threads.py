@@ -1,7 +1,7 @@
-"""Work shared out to threads in runs of neighbours: the same results for any number of threads.
+"""A map over chunks of neighbouring items on threads, with the same results for any thread count.
 
-For compiled kernels that let go of the interpreter's lock. How many threads there are is numba's to
-say (NUMBA_NUM_THREADS, numba.set_num_threads).
+It is meant for compiled kernels that release the interpreter's lock. Numba sets the number of
+threads (NUMBA_NUM_THREADS, numba.set_num_threads).
 """
 
 from collections.abc import Callable
@@ -18,10 +18,11 @@ Result = TypeVar("Result")
 def map_chunks(
     task: Callable[[int, int], Result], count: int, least: int, most: int | None = None
 ) -> list[Result]:
-    """``task(first, last)`` of every run of items 0 to ``count``, in order.
+    """Call ``task(first, last)`` for consecutive chunks of items 0 to ``count``; results in order.
 
-    least: items for which another thread is worth its start; most: about so many in a run at most,
-    where what a task needs for each of them should stay in the cache.
+    least  number of items for which another thread is worth its start
+    most   approximate upper bound on the items of a chunk, where the working set of a task should
+           stay in the cache; None for no bound
     """
     threads = max(1, min(get_num_threads(), count // least))
     runs = threads if most is None else threads * -(-count // (threads * most))

@@ -1,4 +1,4 @@
-"""Light in an even layer of air over even ground, lit from above: all orders of scattering.
+"""Radiance in an even layer of air over even ground, with all orders of scattering.
 
 The equation of transfer of a plane-parallel layer (Chandrasekhar, "Radiative Transfer", 1950, §6
 and §§9 to 11), by discrete directions and heights. Radiance is attenuated light from without, plus
@@ -36,8 +36,7 @@ _SETTLED, _MOST_ROUNDS = 1e-4, 200
 
 @dataclass(frozen=True)
 class Scattering:
-    """What happens to light that the air takes: the share ϖ that goes on, and the mean cosine g of
-    the angle by which it turns."""
+    """The scattering of the air: single-scattering albedo ϖ, and asymmetry g (mean cosine)."""
 
     albedo: float
     asymmetry: float
@@ -45,11 +44,11 @@ class Scattering:
 
 @dataclass(frozen=True, eq=False)
 class SlabInputs:
-    """What the layer is between and lit by.
+    """Inputs of the plane-parallel transfer: the layer, what bounds it, and what lights it.
 
     height   (levels,) from the ground up to the top [m]
     depth    (levels − 1, bands) ∫β of each step, straight up
-    cover    (levels − 1,) the same of what stands there, K·ΔA
+    cover    (levels − 1,) optical depth of the plants in each step, straight up, K·ΔA
     to_sun   (3,) unit vector; sun (bands,) irradiance, above the layer, of what faces the sun
     sky      (RINGS / 2, SPOKES, bands) radiance above the layer
     ground   (bands,) albedo; plants (bands,) that of what stands there
@@ -69,12 +68,12 @@ class SlabInputs:
 
     @property
     def extinction_depth(self) -> np.ndarray:
-        """Optical depth of each step straight up, by all that is in it, (levels − 1, bands)."""
+        """Optical depth of each step straight up, air and plants together, (levels − 1, bands)."""
         return self.depth + self.cover[:, None]
 
 
 def directions() -> np.ndarray:
-    """Unit vectors, (RINGS, SPOKES, 3), from straight below to straight above."""
+    """Unit vectors of all directions, (RINGS, SPOKES, 3), from the nadir to the zenith."""
     up, turn = _up(), np.arange(SPOKES) / SPOKES * 2 * np.pi
     level = np.sqrt(1 - up**2)[:, None]
     z = np.broadcast_to(up[:, None], (RINGS, SPOKES))
@@ -82,15 +81,19 @@ def directions() -> np.ndarray:
 
 
 def henyey_greenstein(cosine: np.ndarray, asymmetry: float) -> np.ndarray:
-    """Henyey & Greenstein's p [1/sr] of the cosine between where light comes from and the line of
-    sight: at 1 light goes on as it came."""
+    """Phase function p of Henyey & Greenstein (1941) [1/sr] at the cosine of the scattering angle.
+
+    ``cosine`` is 1 where light goes on as it came.
+    """
     g = asymmetry
     return (1 - g**2) / (4 * np.pi * (1 + g**2 - 2 * g * cosine) ** 1.5)
 
 
 def mean_path_fraction(depth: np.ndarray) -> np.ndarray:
-    """How far along a path of optical depth t its scattered light comes from on the average, from 0
-    (here) to ½ (t = 0): ∫x·exp(−tx)dx / ∫exp(−tx)dx over 0 to 1 = 1/t − 1/(exp(t) − 1)."""
+    """Mean fraction of a path of optical depth t at which its scattered light arises, 0 to ½.
+
+    It is ∫x·exp(−tx)dx / ∫exp(−tx)dx over 0 to 1 = 1/t − 1/(exp(t) − 1), and ½ at t = 0.
+    """
     t = np.maximum(depth, _SMALL)
     with np.errstate(over="ignore"):
         return np.where(depth > _SMALL, 1 / t - 1 / np.expm1(t), 0.5 - depth / 12)
@@ -99,7 +102,7 @@ def mean_path_fraction(depth: np.ndarray) -> np.ndarray:
 def source_function(
     slab: SlabInputs, air: Scattering
 ) -> Float64[np.ndarray, "levels rings spokes bands"]:
-    """J of the air at every height; light may scatter as often as it will."""
+    """Compute the source function J of the air at every height, with all orders of scattering."""
     kernel = _kernel(air)
     toward_sun = henyey_greenstein(directions() @ slab.to_sun, air.asymmetry)
     first = air.albedo * toward_sun[None, ..., None] * direct_irradiance(slab)[:, None, None]
@@ -115,7 +118,7 @@ def source_function(
 
 
 def direct_irradiance(slab: SlabInputs) -> Float64[np.ndarray, "levels bands"]:
-    """The sun's irradiance that is left at each height."""
+    """Irradiance of the sun that reaches each height, on a surface that faces it."""
     above = np.concatenate(
         (slab.extinction_depth[::-1].cumsum(axis=0)[::-1], np.zeros((1, len(slab.sun))))
     )
@@ -125,8 +128,10 @@ def direct_irradiance(slab: SlabInputs) -> Float64[np.ndarray, "levels bands"]:
 def radiance(
     slab: SlabInputs, source: np.ndarray, leaf_source: Float64[np.ndarray, "levels bands"]
 ) -> Float64[np.ndarray, "levels rings spokes bands"]:
-    """L at every height: downwards through the layer, off the ground, and up again; where the
-    source is ``source`` in the air, and ``sent`` in what stands there."""
+    """Compute the radiance L at every height: down through the layer, off the ground, and up.
+
+    ``source`` is the source function of the air, ``leaf_source`` that of the plants.
+    """
     half, up = RINGS // 2, _up()[RINGS // 2 :]
     steps = slab.extinction_depth[:, None, None] / up[:, None, None]
     through, share = np.exp(-steps), mean_path_fraction(steps)
@@ -147,7 +152,7 @@ def radiance(
 def _step_sources(
     slab: SlabInputs, source: np.ndarray, leaf_source: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The source at the lower and the upper end of each step, of all that is in it."""
+    """Source functions of air and plants together at the lower and upper end of each step."""
     nothing = np.ones_like(slab.depth)
     air = np.divide(
         slab.depth, slab.extinction_depth, out=nothing, where=slab.extinction_depth > 0
@@ -157,7 +162,7 @@ def _step_sources(
 
 
 def irradiance(slab: SlabInputs, down: Field) -> Reals:
-    """Of the ground, by the sun that is left and by what comes down, (bands,)."""
+    """Irradiance of the ground by the direct sun and the diffuse radiance from above, (bands,)."""
     diffuse = (down * _up()[RINGS // 2 :, None, None]).sum(axis=(0, 1)) * _SOLID_ANGLE
     return direct_irradiance(slab)[0] * max(float(slab.to_sun[2]), 0.0) + diffuse
 

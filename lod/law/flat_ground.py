@@ -1,4 +1,4 @@
-"""What the law predicts, prefactor and all (§4.1), derived without the pruner.
+"""The law of §4.1 on flat ground, with its prefactor, derived without the pruner.
 
 Objects of density K [1/m²] stand isotropically on flat ground; the eye is h above a part's origin;
 a part is displayed within its limit distance D. Through a full turn that is a disc of area π(D² −
@@ -14,7 +14,7 @@ from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.viewer import ViewingConditions
 
 _HALVINGS = 60
-"""Of an interval: to the last bits of a float64."""
+"""Bisections of an interval: enough for the last bits of a float64."""
 
 
 def chained_limits(
@@ -49,7 +49,7 @@ def chained_limits(
 
 
 def _farthest_seen(clear: Reals, contrast: Ints, conditions: ViewingConditions, m: float) -> Reals:
-    """The d at which W(d) comes up to the limit in clear air, by halving: W increases, (n,) [m]."""
+    """Distance d at which W(d) reaches the limit in clear air, by bisection, (n,) [m]."""
     near, far = np.zeros_like(clear), clear.copy()
     tables = [
         (contrast == row, conditions.weighted(CONTRAST_CLASSES[row], m))

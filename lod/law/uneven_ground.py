@@ -1,4 +1,4 @@
-"""The law where no disc is whole: hills, a field of view, a coarser detail out of it, a window.
+"""The law without full discs: hills, a field of view, offscreen detail, a finite world.
 
 The number displayed is compound Poisson whatever the ground (Campbell's theorem; Kingman, "Poisson
 Processes", 1993, §3.2): its mean is K∫n dA and its variance K∫n² dA, where n(q) is the number of
@@ -24,10 +24,11 @@ _INNER_M = 0.25
 
 @dataclass(frozen=True, eq=False)
 class PolarQuadrature:
-    """Points of ground about the eye, one in each cell of a polar net.
+    """Quadrature nodes on the ground around the eye, one in each cell of a polar grid.
 
-    xy (n, 2) relative to the frame's corner [m]; area (n,) of the cell [m²]; turn (n,) heading
-    [rad]
+    xy    (n, 2) position relative to the frame's corner [m]
+    area  (n,) area of the cell [m²]
+    turn  (n,) heading of the object that is tested there [rad]
     """
 
     xy: np.ndarray
@@ -39,8 +40,9 @@ class PolarQuadrature:
 
 
 def polar_quadrature(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> PolarQuadrature:
-    """A net over the disc of radius ``reach_m`` about the eye; the place in each cell is drawn
-    once.
+    """Build the quadrature over the disc of radius ``reach_m`` about the eye.
+
+    The node of each cell is random, with a seed that depends on ``rings`` and ``spokes`` only.
     """
     chance = np.random.default_rng((rings, spokes))
     edges = np.geomspace(_INNER_M, max(reach_m, 2 * _INNER_M), rings)
@@ -70,7 +72,7 @@ class CountMoments:
 
 
 def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
-    """Farthest in plan that an object of these can stand and have a part displayed [m]."""
+    """Greatest horizontal distance of an object that has a part displayed [m]."""
     return max(
         float(
             chained_limits(h, view.metric, view.m, view.conditions)[0]
@@ -83,9 +85,10 @@ def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float
 def count_moments(
     hierarchies: tuple[Hierarchy, ...], view: View, net: PolarQuadrature, ground: np.ndarray
 ) -> CountMoments:
-    """Integrals of n and n² over the net, (n,) heights of ``ground`` [m], for equally likely kinds.
+    """Integrate n and n² over the nodes, for equally likely kinds of objects.
 
-    Kinds take turns along each ring. Cells outside a window are given area 0 by the caller.
+    ``ground`` holds the heights at the nodes, (n,) [m]. Kinds take turns
+    along each ring. The caller gives area 0 to cells outside a finite world.
     """
     levels = 1 + max(int(h.level.max()) for h in hierarchies)
     total, by_level = np.zeros(4), np.zeros(levels)
@@ -103,7 +106,7 @@ def count_moments(
 
 
 def _parts_by_distance(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
-    """Parts in falling order of how far in plan the object can stand while they are displayed."""
+    """Columns of the parts, those first that are displayed at the greatest horizontal distance."""
     inside = chained_limits(hierarchy, view.metric, view.m, view.conditions)
     outside = chained_limits(hierarchy, view.metric, view.m_offscreen, view.conditions)
     outside = np.minimum(inside, outside)  # nothing is kept only because it is out of view

@@ -12,10 +12,10 @@ from lod.arrays import Ints, Reals
 
 
 def representative(whole: Ints, P: Reals) -> Ints:
-    """For each part the first of those that it is one with, (n,): itself for most.
+    """For each part the first of the parts that it is tied to, (n,): itself for most parts.
 
-    whole (n,) rows of the wholes, before their parts, -1 for row 0; P (n,) priorities [m].
-    What is one with its part is as large as that when compared with its own whole.
+    whole (n,) row of the part that owns each part, -1 for row 0; P (n,) priorities [m]. A part that
+    is tied to its only part counts as large as that part when it is compared with its own whole.
     """
     only = np.bincount(whole[1:], minlength=len(whole)) == 1
     size, tied = P.copy(), np.zeros(len(P), bool)
@@ -29,7 +29,7 @@ def representative(whole: Ints, P: Reals) -> Ints:
 
 
 def max_over_tied(lengths: Reals, first: Ints) -> Reals:
-    """The greatest length of all that are one, for each of them, (n,) [m]."""
+    """Greatest length of all parts that are tied together, for each of them, (n,) [m]."""
     greatest = lengths.copy()
     np.maximum.at(greatest, first, lengths)
     return greatest[first]

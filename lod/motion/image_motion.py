@@ -1,4 +1,4 @@
-"""How far an object moves on the image while the shutter is open, at the least (§5.2).
+"""The least distance that an object moves on the image while the shutter is open (§5.2).
 
 L is one for a whole object: the least that anything of it moves, so that all its parts have one m,
 and by the clamp of ``limit_distances`` a connected cut. It is found as a lower bound from the eye
@@ -11,10 +11,9 @@ of its origin and farther than n from the eye all the while, and s what it moves
 
 α the least angle between the origin's direction and the axis of R, sin β = B/d: the first because
 the change is a Lipschitz function of the point, the second because a turn alone moves a direction
-by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n. What is
-told is eased (``lod.motion.shutter``): what moves is taken to go on through the frames about as it
-does
-in this one.
+by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n. The
+result is eased (``lod.motion.shutter``): whatever moves is assumed to move on through the frames
+around this one as it does in this one.
 """
 
 import math
@@ -38,7 +37,7 @@ def motion_steps(
     bound: Reals,
     own: Reals,
 ) -> Reals:
-    """Where each object is on the motion scale, (n,); 0 = nothing is hidden.
+    """Compute the place of each object on the motion scale, (n,); 0 = motion hides nothing.
 
     theta       θ of all blurs but motion [rad]
     start, end  (n, 3) its origin as the shutter opens and closes, from ``corner`` [m]
@@ -72,7 +71,7 @@ class _CameraPath(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _camera_path(shutter: ShutterInterval, corner: Corner, near: int) -> _CameraPath:
-    """From so many frames before to as many after, nearest first: asked for by every species."""
+    """Cameras of the frames within ±near, nearest first. Cached, as every species asks for them."""
     every = [shutter]
     if shutter.neighbour is not None:
         every += [shutter.neighbour(k) for far in range(1, near + 1) for k in (-far, far)]
@@ -87,7 +86,7 @@ def _camera_path(shutter: ShutterInterval, corner: Corner, near: int) -> _Camera
 
 
 def eye_relative_to(corner: Corner, camera: Camera) -> np.ndarray:
-    """The eye of a camera in the coordinates of another frame's corner, (3,) [m]."""
+    """Return the eye of a camera in the coordinates of another frame's corner, (3,) [m]."""
     away = camera.corner.x - corner.x, camera.corner.y - corner.y, 0
     return camera.eye + GRID_M * np.array(away, np.float64)
 

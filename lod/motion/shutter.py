@@ -14,7 +14,7 @@ A part as large as its blurred area √(θ·√(θ² + L²)) is too much to leav
 error that grows with L, because a part of that size has lost contrast and not its area (the
 experiment ``motion`` has its planted cut about there). Even parts are meant: a pole along the pan
 keeps more of its contrast, one across it less.
-The growth g of m is told on a scale of STEPS to each octave.
+The growth g of m is measured on a scale with STEPS_PER_OCTAVE steps to each octave.
 
 L is one for a whole object: the least that anything of it moves (``lod.motion.image_motion``).
 
@@ -40,17 +40,20 @@ STEPS_PER_OCTAVE = 8
 """Steps of the motion scale to each doubling of m."""
 
 EASE_PER_FRAME = 0.5
-"""Steps between two frames at most: by 4 % of D, of which a fade band is five times as wide."""
+"""Greatest difference between two frames in steps: 4 % of D, a fifth of a fade band."""
 
 MAX_NEIGHBOURS = 48
-"""Frames before and after that are asked at most: farther ones matter only where L > 1100 θ."""
+"""Most frames before and after that count: farther ones matter only where L > 1100 θ."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShutterInterval:
-    """While the shutter is open: the camera as it opens and as it closes, and when [s].
+    """The interval in which the shutter is open: the camera at both ends, and their times [s].
 
-    near  the same so many frames later, or before where it is below 0; None = nothing is eased
+    opening, closing  the camera as the shutter opens, and as it closes
+    open_s, close_s   the times of both [s]
+    neighbour         function from a number of frames to the interval that many frames later
+                      (earlier where it is negative); None = motion hiding is not eased
     """
 
     opening: Camera
@@ -66,7 +69,7 @@ class ShutterInterval:
 
 
 def motion_coarsening(motion_step: float) -> float:
-    """How much m grows at a place on the motion scale, from 0: a factor, 1 or more."""
+    """Factor by which m grows at a place on the motion scale: 1 at place 0, and larger above."""
     return float(2.0 ** (motion_step / STEPS_PER_OCTAVE))
 
 

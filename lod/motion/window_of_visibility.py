@@ -17,12 +17,12 @@ LIMIT_HZ = 30.0
 
 
 def integration_time_s(shutter_s: float, limit_hz: float = LIMIT_HZ) -> float:
-    """How long an eye behind a shutter takes things together [s]: variances of both add (§2.1)."""
+    """Time over which an eye behind a shutter integrates [s]: variances of both add (§2.1)."""
     return math.hypot(shutter_s, 1 / (2 * limit_hz))
 
 
 def critical_hz(speed_deg_s: Reals, finest_cpd: float, limit_hz: float = LIMIT_HZ) -> Reals:
-    """ω_c = ω_l + r·u_l (1983): updates a second from which on motion at r looks smooth, (n,) [Hz].
+    """Critical update rate ω_c = ω_l + r·u_l (1983), above which motion looks smooth, (n,) [Hz].
 
     The copies that sampling makes of its spectrum then lie outside the window; u_l in cycles per
     degree.

@@ -1,4 +1,4 @@
-"""What covers less than all of itself: a share of its area, for what fades (§2.4)."""
+"""How shapes that fade are thinned: radii and shares of area of a partly shown part (§2.4)."""
 
 import math
 
@@ -7,7 +7,7 @@ from numba import njit
 
 @njit(cache=True)
 def radius_factor(r0, r1, length, share):  # type: ignore[no-untyped-def]
-    """What to multiply both radii of a stick by, for it to have this share of its mean outline.
+    """Factor on both radii of a stick that leaves the given share of its mean outline area.
 
     A stick of radii r₀, r₁ and length L has a quarter of its surface as mean outline (Cauchy):
     caps π(r₀² + r₁²)/2 and a flank π(r₀ + r₁)L/4, but for a term of (r₀ − r₁)². Radii times f
@@ -21,11 +21,11 @@ def radius_factor(r0, r1, length, share):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def leaf_area_share(hidden, overlap):  # type: ignore[no-untyped-def]
-    """Share of its area that a leaf appearance shows for a share h of its parts that is hidden.
+    """Share s of its area that a leaf appearance shows while a share h of its parts is hidden.
 
-    The shares s of the one and 1 − h of the others hide s·(1 − h)·c of one another, c the overlap,
-    as what lies here and there in the same outline does: s + (1 − h) − c·s·(1 − h) = 1 gives
-    s = h/(1 − c·(1 − h)), all for all and none for none. c is below 1; below 0 where the two are
-    more together than either alone.
+    The share s of the leaf appearance and the share 1 − h of the parts overlap by c·s·(1 − h), with
+    c the overlap of the two at full size. Covering the same area as before asks for
+    s + (1 − h) − c·s·(1 − h) = 1, so that s = h/(1 − c·(1 − h)), which is 0 for h = 0 and 1 for
+    h = 1. The overlap c is below 1; it is below 0 where both together cover more than their sum.
     """
     return hidden / (1.0 - overlap * (1.0 - hidden))

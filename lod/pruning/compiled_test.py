@@ -1,7 +1,7 @@
-"""The one comparison of the metric, compiled: d < D, as every compiled walk asks it (§2.4).
+"""The compiled test of the metric, d < D, for every compiled traversal (§2.4).
 
-The same arithmetic in the same order as ``prune.displayed``, in float64, so that both agree to the
-last bit. Whether a part is in view is worked out only where it decides.
+The arithmetic and its order are those of ``lod.pruning.pruner.displayed``, in float64, so that both
+agree to the last bit. Whether a part is in view is computed only where that decides.
 """
 
 import math
@@ -17,8 +17,9 @@ and would be seen thin along the picture's edges if that took longer."""
 
 
 class CompiledView(NamedTuple):
-    """A view as compiled walks read it: the eye, the camera's axes, and its pyramid of view, of
-    whose sides ``length`` is √(1 + tan²).
+    """A view as compiled traversals read it: the eye, the camera's axes, and the view frustum.
+
+    ``tan`` is the tangent of half the field of view on each axis, ``length`` is √(1 + tan²).
     """
 
     eye_x: float
@@ -42,7 +43,7 @@ class CompiledView(NamedTuple):
 
 
 def compile_view(view: View) -> CompiledView:
-    """What the walks need of a view."""
+    """Return what compiled traversals need of a view."""
     camera = view.camera
     x, y, z = camera.eye.tolist()
     axes = camera.forward.tolist(), camera.right.tolist(), camera.up.tolist()
@@ -55,7 +56,7 @@ def compile_view(view: View) -> CompiledView:
 
 @njit(cache=True)
 def distance_to(s, x, y, z):  # type: ignore[no-untyped-def]
-    """``view.distance`` of one point [m]."""
+    """Return ``view_geometry.distance`` of one point [m]."""
     x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
     if s.along_axis:
         return max(x * s.forward_x + y * s.forward_y + z * s.forward_z, 0.0)
@@ -64,7 +65,7 @@ def distance_to(s, x, y, z):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def sphere_in_frustum(s, x, y, z, radius):  # type: ignore[no-untyped-def]
-    """``view.in_view`` of one sphere."""
+    """Return ``view_geometry.in_view`` of one sphere."""
     if s.look_around:
         return True
     x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
@@ -80,8 +81,7 @@ def sphere_in_frustum(s, x, y, z, radius):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def frustum_margin(s, x, y, z):  # type: ignore[no-untyped-def]
-    """How far a point is inside the pyramid of view, by the plane that it is least inside of; below
-    0 outside [m].
+    """Signed distance of a point from the nearest plane of the view frustum, above 0 inside [m].
 
     Plane by plane as ``sphere_in_frustum``: a sphere is seen while this is above minus its radius.
     """

@@ -1,4 +1,4 @@
-"""Fading: parts shrink away before their limit, and their wholes take over what they hide.
+"""Cross-fading: parts shrink before their limit distance, and their wholes take over their area.
 
 Within a band before its limit distance D a part shrinks from its full area to none (Rubin 1982,
 the paper's ref. 8), and what hangs on it with it. Out of view D is less; what is displayed only
@@ -22,8 +22,8 @@ from lod.pruning.view import View
 from lod.threads import map_chunks
 
 _INNER_GAIN = 4.0
-"""An inner appearance thins only while less than a quarter of what hangs on it is left: it and the
-leaf appearance mostly lie in one another, and halves of both would not make a whole."""
+"""Gain of the inner appearance, which thins only while less than a quarter of its parts is left:
+it and the leaf appearance mostly overlap, and halves of both would not make a whole."""
 
 _SHORTEST_RUN = 16384
 """Parts for which another thread is worth its start."""
@@ -33,7 +33,7 @@ _ROUNDING = 1e-9
 
 
 def blend_weights(cut: Cut, view: View) -> BlendWeights:
-    """How much of its inner and of its leaf appearance each displayed part shows."""
+    """Compute the cross-fade weights of both appearances of every displayed part of a cut."""
     parts = cut.parts
     shown = fade_factors(cut, view) if view.fade else np.ones(len(parts))
     inner, leaf, hidden = cross_fade(parts.parent, parts.share, shown)
@@ -41,8 +41,10 @@ def blend_weights(cut: Cut, view: View) -> BlendWeights:
 
 
 def view_angles(position: Points, view: View) -> tuple[Reals, Reals]:
-    """From which side the eye sees each point (n, 3): sine of the angle at which the line to it
-    rises, and cosine of its angle to where the sun stands on the map (NaN without one), (n,).
+    """Compute from which side the eye sees each point (n, 3): two columns of length n.
+
+    The first is the sine of the eye's elevation above the point, the second the cosine of the angle
+    between the line to the eye and the sun's azimuth (NaN in a view without a sun).
     """
     eye, sun = view.camera.eye, (math.nan, math.nan) if view.sun is None else view.sun
     rise, turn = np.empty((2, len(position)))
@@ -55,7 +57,7 @@ def view_angles(position: Points, view: View) -> tuple[Reals, Reals]:
 
 
 def fade_factors(cut: Cut, view: View) -> Reals:
-    """Share of its area that each displayed part shows by itself: (D − d)/(fade·D), at most 1.
+    """Share of its area that each part shows by itself, (D − d)/(fade·D), at most 1, (n,).
 
     In view times how far its sphere has entered it, but no less than it would show out of view.
     """
@@ -105,11 +107,10 @@ def _band_factor(d, D, fade):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def cross_fade(whole, share, shown):  # type: ignore[no-untyped-def]
-    """Shares of the two appearances, and of what is hidden of the parts of each, from what each
-    shows by itself; wholes stand before their parts.
+    """Weights (inner, leaf, hidden area) of every part from its own fade factor, (n,) each.
 
-    What is displayed of a part's own parts hangs on its inner appearance, which stays while any
-    of them does.
+    Rows: parents before children. The displayed parts of a part hang on its inner appearance,
+    which stays while any of them does.
     """
     n = len(whole)
     shown = shown.copy()

@@ -1,4 +1,4 @@
-"""A budget: the finest detail whose frames hold no more than so many parts.
+"""The finest detail at which a frame holds no more parts than a budget allows.
 
 After Funkhouser & Séquin, "Adaptive display algorithm for interactive frame rates" (SIGGRAPH '93):
 the cost is given, and the detail follows. By the law of §4.1 the number of parts falls about as
@@ -12,21 +12,21 @@ from dataclasses import dataclass
 from lod.errors import InputError
 
 MIN_BUDGET_USE = 0.98
-"""Share of the budget that is to be used."""
+"""Share of the budget that has to be used before the search ends."""
 
 MAX_PRUNES = 12
-"""After so many the best so far is taken."""
+"""Number of prunes after which the best detail so far is returned."""
 
 _MAX_FACTOR = 2.0**20
-"""Times the detail to begin with, up or down, is as far as is looked."""
+"""Largest factor, up or down, between the first detail and any other that is tried."""
 
 _STEP = 1e-6
-"""Details this close, as a share: between them the parts come and go together."""
+"""Relative difference of details at which the search ends: no part changes in between."""
 
 
 @dataclass(frozen=True)
 class BudgetFit:
-    """A detail τ [px] at which there are ``parts`` parts, found in so many prunes."""
+    """A detail τ [px], the number of parts displayed at it, and the prunes that found it."""
 
     detail: float
     parts: int
@@ -34,10 +34,11 @@ class BudgetFit:
 
 
 def find_detail(parts_at: Callable[[float], int], most: int, start: float) -> BudgetFit:
-    """The detail [px] at which there are at most ``most`` parts, and at least ENOUGH of that.
+    """Find the detail τ [px] at which at most ``most`` parts are displayed, and nearly as many.
 
-    parts_at(τ) never grows with τ; where it jumps past the budget, the near side of the jump is
-    taken. Raises InputError where even the coarsest detail has too many.
+    At least MIN_BUDGET_USE of the budget is used. parts_at(τ) must not grow with τ; where it jumps
+    past the budget, the side of the jump below the budget is returned. Raises InputError where even
+    the coarsest detail has too many.
     """
     low, high, fit = start / _MAX_FACTOR, start * _MAX_FACTOR, None
     above: tuple[float, int] | None = None
@@ -67,7 +68,7 @@ def _next(
     known: tuple[tuple[float, int] | None, BudgetFit | None],
     prunes: int,
 ) -> float:
-    """Where parts should be just under the budget, along a power law through what is known."""
+    """Next detail to try: a power law through the known counts, aimed just below the budget."""
     (low, high), (above, below) = bracket, known
     aim = math.log((1 + MIN_BUDGET_USE) / 2 * most)
     if above is None or below is None:

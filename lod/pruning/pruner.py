@@ -1,4 +1,4 @@
-"""The pruner: from any representation to the parts that this viewer can resolve (§2.4)."""
+"""The pruner: which parts of a representation are displayed in a view (§2.4)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,9 +19,9 @@ class Cut:
 
     Object by object, and within each level by level: wholes before their parts.
 
-    object, part, level, whole  (n,) as in Parts; ``whole`` gives rows of this cut
+    object, part, level, parent  (n,) as in Parts; ``parent`` holds rows of this cut
     examined_objects, examined_parts   how many were tested, displayed or not
-    tell      everything else that is known of the displayed parts
+    load_parts  loader of all columns of the displayed parts, called once, on demand
     """
 
     object: np.ndarray
@@ -37,44 +37,44 @@ class Cut:
 
     @cached_property
     def parts(self) -> Parts:
-        """The displayed parts; ``whole`` gives rows of this batch. Worked out when asked for."""
+        """All columns of the displayed parts, loaded on demand; ``parent`` holds rows of them."""
         return self.load_parts()
 
     @property
     def displayed_objects(self) -> int:
-        """Objects of which at least the coarsest part is displayed."""
+        """Number of objects of which at least the coarsest part is displayed."""
         return int(np.count_nonzero(self.parent < 0))
 
     @property
     def displayed_parts(self) -> int:
-        """All displayed parts, inner and leaf."""
+        """Number of displayed parts, inner and leaf."""
         return len(self)
 
 
 @runtime_checkable
 class CompiledTraversal(Protocol):
-    """A representation with a compiled walk over its own hierarchy, by the same comparison."""
+    """A representation with a compiled traversal of its own hierarchy, by the same test."""
 
     def cut(self, view: View) -> Cut:
-        """What ``prune_by_level`` gives for it, to the last bit."""
+        """Return the cut that ``prune_by_level`` returns, to the last bit."""
 
 
 def displayed(parts: Parts, view: View) -> np.ndarray:
-    """The one test of the metric: d < D, with the coarser D for what is out of view, (n,)."""
+    """Apply the test of the metric, d < D, with the coarser D for what is out of view, (n,)."""
     seen = in_view(view, parts.centre, parts.bound)
     limit = np.where(seen, parts.limit, parts.limit_offscreen)
     return distance(view, parts.position) < limit
 
 
 def prune(representation: Representation, view: View) -> Cut:
-    """What of a representation is displayed: by its compiled walk, or level by level."""
+    """Compute the cut of a representation, by its compiled traversal or level by level."""
     if isinstance(representation, CompiledTraversal):
         return representation.cut(view)
     return prune_by_level(representation, view)
 
 
 def prune_by_level(representation: Representation, view: View) -> Cut:
-    """Walk down level by level, asking only what passed for its parts."""
+    """Compute the cut level by level: only parts that are displayed are asked for their parts."""
     candidates = representation.roots(view)
     examined_objects = examined_parts = len(candidates)
     batches = [candidates.take(displayed(candidates, view))]
@@ -92,7 +92,7 @@ def prune_by_level(representation: Representation, view: View) -> Cut:
 
 
 def cut_from_parts(parts: Parts, examined_objects: int, examined_parts: int) -> Cut:
-    """The cut of parts that are known already."""
+    """Return the cut of parts whose columns are loaded already."""
     columns = (parts.object, parts.part, parts.level, parts.parent)
     return Cut(*columns, examined_objects, examined_parts, lambda: parts)
 

@@ -1,4 +1,4 @@
-"""When a part must be drawn again: when it has moved too far on the image since it last was (§2).
+"""When a part is drawn again: once it has moved too far on the image since it was drawn (§2).
 
 The paper's temporal priority, left to the future in §5.2, taken literally: that of a part is the
 farthest that an end of any of its sticks is, seen from the eye, from where it was last drawn, in
@@ -22,19 +22,21 @@ from lod.arrays import Flags, Ints, Reals, freeze
 from lod.pruning.shapes import Sticks
 
 WINDOW = 32
-"""Frames after which every part is drawn anew, due or not: the state of a frame depends on no more
+"""Frames in which every part is updated at least once: the state of a frame depends on no more
 frames before it."""
 
 UpdateRule = Callable[[Reals], Flags]
-"""From how far each part is off (p,) [px] to whether it is drawn anew, (p,)."""
+"""A function from the displacement of every part (p,) [px] to whether it is updated, (p,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnState:
-    """Sticks as they stand in the picture.
+    """Sticks (s,) of parts (p,) as they are drawn in a frame.
 
-    start, end (s, 3) [m]; moved, off (p,): how far each part was off before and is after some were
-    drawn anew [px]; anew (p,) which
+    start, end       (s, 3) ends of the sticks [m]
+    displacement_px  (p,) distance of each part from where it was drawn before [px]
+    error_px         (p,) the same distance after the update: 0 for updated parts [px]
+    updated          (p,) whether the part is drawn at its true pose in this frame
     """
 
     start: np.ndarray
@@ -50,10 +52,13 @@ class DrawnState:
 
 @dataclass(frozen=True, eq=False)
 class TruePose:
-    """Sticks (s,) of parts (p,) as they truly are in a frame, and where they are seen from.
+    """Sticks (s,) of parts (p,) at their true pose in a frame, and the eye that sees them.
 
-    start, end (s, 3) [m]; owner (s,) row of the part; due (p,) parts that are drawn anew whatever
-    they have moved; eye (3,) [m]; theta: angle of a pixel [rad]
+    start, end   (s, 3) ends of the sticks [m]
+    owner        (s,) row of the part of each stick
+    refresh_due  (p,) whether the part is updated whatever its displacement
+    eye          (3,) [m]
+    theta        angle of one pixel [rad]
     """
 
     start: np.ndarray
@@ -69,13 +74,14 @@ class TruePose:
 
 
 def threshold_rule(threshold_px: float) -> UpdateRule:
-    """The rule of a threshold."""
+    """Return the rule that updates every part displaced by more than a threshold [px]."""
     return lambda moved: moved > threshold_px
 
 
 def budget_rule(budget: int) -> UpdateRule:
-    """The rule of a budget: those that have moved farthest, at most so many; in their order where
-    two are as far.
+    """Return the rule that updates at most ``budget`` parts, those displaced farthest.
+
+    Parts that are displaced equally far are taken in their order.
     """
 
     def rule(moved: Reals) -> Flags:
@@ -88,13 +94,13 @@ def budget_rule(budget: int) -> UpdateRule:
 
 
 def initial_state(now: TruePose) -> DrawnState:
-    """The first frame of all: everything is where it is."""
+    """Return the state of the first frame: every part is drawn at its true pose."""
     zero = np.zeros(len(now.refresh_due))
     return DrawnState(now.start, now.end, zero, zero, np.ones(len(now.refresh_due), bool))
 
 
 def step(before: DrawnState, now: TruePose, rule: UpdateRule) -> DrawnState:
-    """One frame on: from what was drawn to what is drawn, by a rule."""
+    """Advance by one frame: update the parts that the rule chooses, and those due."""
     moved = displacement_px(before, now)
     anew = rule(moved) | now.refresh_due
     sticks = anew[now.owner][:, None]
@@ -104,7 +110,7 @@ def step(before: DrawnState, now: TruePose, rule: UpdateRule) -> DrawnState:
 
 
 def displacement_px(drawn: DrawnState, now: TruePose) -> Reals:
-    """How far parts are from where they were drawn, seen from the eye now, (p,) [px].
+    """Distance of parts from where they were drawn, as the eye sees it now, (p,) [px].
 
     The angle between two directions, exact for the least of them (Kahan), is
     2·atan2(|û − v̂|, |û + v̂|), here of |v|·u and |u|·v.
@@ -136,12 +142,12 @@ def _farthest(old, new, owner, eye, moved):  # type: ignore[no-untyped-def]
 
 
 def replay_frames(frame: int) -> range:
-    """The frames, from 1, that what ``frame`` draws depends on, itself the last."""
+    """The frames, from 1, on which the state of ``frame`` depends; it is the last of them."""
     return range(max(1, frame - WINDOW + 1), frame + 1)
 
 
 def replay(frames: Iterator[TruePose], rules: Sequence[UpdateRule]) -> list[DrawnState]:
-    """What the last of these frames draws, by each of the rules."""
+    """Return the state of the last of these frames under each of the rules."""
     first = next(frames)
     states = [initial_state(first) for _ in rules]
     for now in frames:
@@ -150,12 +156,12 @@ def replay(frames: Iterator[TruePose], rules: Sequence[UpdateRule]) -> list[Draw
 
 
 def apply_state(drawn: DrawnState, sticks: Sticks) -> Sticks:
-    """Sticks as they are at some moment of a frame, those of parts that it keeps as drawn."""
+    """Replace the ends of sticks whose part is not updated by the ends as they were drawn."""
     anew = drawn.updated[sticks.owner][:, None]
     start = np.where(anew, sticks.start, drawn.start)
     return replace(sticks, start=start, end=np.where(anew, sticks.end, drawn.end))
 
 
 def refresh_due(part: Ints, frame: int) -> Flags:
-    """Parts (p,) whose turn it is in a frame: each once in WINDOW frames, spread over them all."""
+    """Whether each part (p,) is due in a frame: once in WINDOW frames, spread over them."""
     return (part + frame) % WINDOW == 0
