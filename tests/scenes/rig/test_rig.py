@@ -8,11 +8,13 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
+from lod.arrays import frozen
 from lod.errors import InputError
 from lod.rotations import multiply_quaternions, rotate_vectors
 from scenes.gait.gait import KEYS
 from scenes.models.people.people import child_sizes, human_anatomy, people_at_rest, standing_people
 from scenes.models.people.walking import walking_people
+from scenes.rig import foot_placement, pose
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
@@ -246,6 +248,19 @@ def test_posing_does_not_depend_on_order(gradient):
     assert np.array_equal(straight[shuffled], mixed)
     axes = straight[:, 1:] - straight[:, :1]
     assert np.allclose(axes @ np.swapaxes(axes, 1, 2), np.eye(3), atol=1e-12)
+
+
+def test_a_kernel_is_compiled_once_whatever_kind_of_array_arrives():
+    """Numba compiles anew for read-only arrays: kernels get no other kind."""
+    cast, instances = crowd(3, 0.1)
+    tables, place, on = PoseTables.of(cast), np.zeros((2, 3)), np.array([-1, 0])
+    rows, points = np.array([0, 0, 2]), np.array([0, 1, 1])
+    where = Placements(np.zeros((3, 2)), np.ones(3), np.zeros(3), rows, np.zeros(3), np.ones(3))
+    for kind in (np.array, lambda a: frozen(a, np.asarray(a).dtype)):
+        pose_points(tables, instances, kind(rows), kind(points), kind(place), kind(on))
+        place_on_ground(tables, lambda xy, kind=kind: kind(xy[:, 0]), Placements(*map(kind, where)))
+    for kernel in (pose._pose_points, foot_placement._stand, foot_placement._contact_points):
+        assert len(kernel.signatures) == 1
 
 
 def test_sticks_ride_on_their_joints():
