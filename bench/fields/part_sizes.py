@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.fields.cases import EYE_HEIGHT_M
 from bench.fields.scene import FLAT, prototypes_of
-from bench.records.records import Point
+from bench.records.points import Column, Key, Point, Prediction
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits, disc_areas
@@ -90,15 +90,32 @@ def predicted_sizes(prototypes: tuple[Prototype, ...], density: float, view: Vie
     return total * density / len(prototypes)
 
 
-def total(point: Point, seen: str, sizes: Sequence[str] = SIZES) -> Reals:
-    """Parts of these sizes counted in every field, (fields,); ``seen``: in which air, by whom."""
-    columns = np.array([point.samples[f"{seen}, {size}"] for size in sizes], np.float64)
-    return np.asarray(columns.sum(axis=0))
+def size_columns(counts: Sequence[SizeCounts], **keys: Key) -> tuple[Column, ...]:
+    """Make one column of parts for each size, a number for each field, with further keys."""
+    rows = zip(*(each.by_size for each in counts), strict=True)
+    return tuple(
+        Column("parts", list(row), {**keys, "size": size})
+        for size, row in zip(SIZES, rows, strict=True)
+    )
 
 
-def law_total(point: Point, seen: str, sizes: Sequence[str] = SIZES) -> float:
-    """The same, predicted."""
-    return sum(point.predicted[f"{seen}, {size}"] for size in sizes)
+def size_predictions(means: Reals, **keys: Key) -> tuple[Prediction, ...]:
+    """Make one prediction of parts for each size, of (sizes,) means, with further keys."""
+    return tuple(
+        Prediction("parts", float(mean), {**keys, "size": size})
+        for size, mean in zip(SIZES, means, strict=True)
+    )
+
+
+def part_counts(point: Point, sizes: Sequence[str] = SIZES, **keys: Key) -> Reals:
+    """Give the parts of these sizes that every field displays, (fields,); keys: by whom, where."""
+    rows = [point.values("parts", **keys, size=size) for size in sizes]
+    return np.asarray(np.sum(rows, axis=0))
+
+
+def predicted_parts(point: Point, sizes: Sequence[str] = SIZES, **keys: Key) -> float:
+    """Give the number of parts of these sizes that the law predicts for a field."""
+    return sum(point.prediction("parts", **keys, size=size) for size in sizes)
 
 
 def size_class(P: Reals) -> np.ndarray:

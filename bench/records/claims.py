@@ -101,5 +101,4 @@ def claim(
 
 def claim_from(data: dict[str, Any]) -> Claim:
     """A claim read back; its verdict is worked out again, never read."""
-    names = {"foreseen": "expected_to_fail"}
-    return Claim(**{names.get(key, key): v for key, v in data.items() if key != "verdict"})
+    return Claim(**{key: value for key, value in data.items() if key != "verdict"})

@@ -16,23 +16,15 @@ from pathlib import Path
 from typing import Any
 
 from bench.records.claims import Claim, claim_from
+from bench.records.points import Point, point_from_json, point_json
 from bench.records.provenance import Provenance
 from lod.errors import InputError
 
 FORMAT = "lodbench-record"
-FORMAT_VERSION = 2
-"""2: claims may be foreseen to break, and notes tell processor seconds. Older ones are read."""
+FORMAT_VERSION = 3
+"""3: samples and predictions are columns named by quantity and keys. Older files are refused."""
 
 _IN_NAME = 16
-
-
-@dataclass(frozen=True)
-class Point:
-    """One case, what was predicted for it, and every field's raw counts, column by column."""
-
-    case: dict[str, Any]
-    predicted: dict[str, float]
-    samples: dict[str, list[int]]
 
 
 @dataclass(frozen=True)
@@ -53,7 +45,7 @@ class Record:
         """Everything, as plain data."""
         data = {f.name: getattr(self, f.name) for f in fields(self)}
         data["provenance"] = asdict(self.provenance)
-        data["points"] = [dict(vars(point)) for point in self.points]  # not copied: they are large
+        data["points"] = [point_json(point) for point in self.points]
         data["claims"] = [claim.as_json() for claim in self.claims]
         return data
 
@@ -100,10 +92,10 @@ def read_record(path: Path) -> Record:
         raise InputError("record", str(path), f"a readable JSON file ({error})") from None
     if not isinstance(body, dict) or body.get("format") != FORMAT:
         raise InputError("record", str(path), f"its format is {FORMAT}", "give a record's path")
-    if body.get("format_version") not in range(1, FORMAT_VERSION + 1):
+    if body.get("format_version") != FORMAT_VERSION:
         arrived = body.get("format_version")
         raise InputError(
-            f"record {path}", arrived, f"format version 1 to {FORMAT_VERSION}", "run it again"
+            f"record {path}", arrived, f"format version {FORMAT_VERSION}", "run it again"
         )
     sha256 = _hash(body.get("content"))
     if body.get("sha256") != sha256 or sha256[:_IN_NAME] not in Path(path).name:
@@ -145,7 +137,7 @@ def _identities(one: Record, other: Record) -> Iterable[tuple[str, Any, Any]]:
 def _record(content: dict[str, Any]) -> Record:
     data = dict(content)
     data["provenance"] = Provenance(**data["provenance"])
-    data["points"] = tuple(Point(**point) for point in data["points"])
+    data["points"] = tuple(point_from_json(point) for point in data["points"])
     data["claims"] = tuple(claim_from(claim) for claim in data["claims"])
     return Record(**data)
 

@@ -98,7 +98,7 @@ def _section(record: Record) -> Section:
 
 def _judged(experiment: Experiment, record: Record) -> tuple[Claim, ...]:
     """Judge the claims from the samples; a record without samples keeps its own."""
-    return experiment.judge(record) if record.points else record.claims
+    return experiment.judge(record.points) if record.points else record.claims
 
 
 def _write(path: Path, content: str | bytes) -> None:

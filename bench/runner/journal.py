@@ -17,8 +17,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from bench.records.points import Point, point_from_json, point_json
 from bench.records.provenance import provenance
-from bench.records.records import Point, read_record
+from bench.records.records import read_record
 from bench.runner.dask_cases import CaseExecutor
 from lod.errors import InputError
 from scenes.plugins.entry_points import modules
@@ -96,7 +97,7 @@ class Journal:
         for path in self._cases(asked).glob("*.json"):
             path.unlink()
 
-    def spent(self, asked: RunRequest) -> "Elapsed":
+    def elapsed(self, asked: RunRequest) -> "Elapsed":
         """What its kept cases took when they were measured."""
         found = [_read(path) for path in self._cases(asked).glob("*.json")]
         return Elapsed(
@@ -110,7 +111,7 @@ class Journal:
             function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
         ) -> Iterator[Point | list[Point]]:
             folder = self._cases(asked)
-            paths = [folder / f"{_sha256(function.__qualname__, case)}.json" for case in cases]
+            paths = [folder / f"{_sha256(_function_name(function), case)}.json" for case in cases]
             done = [_read(path) for path in paths]
             left = [case for case, data in zip(cases, done, strict=True) if data is None]
             measured = each(function, left)
@@ -162,12 +163,19 @@ def _sha256(*words: object) -> str:
     return hashlib.sha256(repr(words).encode()).hexdigest()
 
 
+def _function_name(function: Callable[..., Any]) -> str:
+    """A name that is the same in every process."""
+    return getattr(function, "__qualname__", None) or repr(function)
+
+
 def _as_json(result: Point | list[Point]) -> Any:
-    return vars(result) if isinstance(result, Point) else [vars(point) for point in result]
+    if isinstance(result, Point):
+        return point_json(result)
+    return [point_json(point) for point in result]
 
 
 def _from_json(data: Any) -> Point | list[Point]:
-    return Point(**data) if isinstance(data, dict) else [Point(**point) for point in data]
+    return point_from_json(data) if isinstance(data, dict) else [*map(point_from_json, data)]
 
 
 def _read(path: Path) -> Any:

@@ -12,8 +12,12 @@ Row = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Effort:
-    """target: relative standard error for every mean to get below; least, most: fields a point."""
+class StoppingRule:
+    """When there are enough fields of a case.
+
+    target   relative standard error that every mean must get below
+    least, most   fields of a case
+    """
 
     target: float
     least: int
@@ -24,18 +28,18 @@ class Effort:
         return min(self.most, max(self.least, math.ceil(1.1 * needed)))
 
 
-def sample(draw: Callable[[int], Row], needed: int, judged: int, effort: Effort) -> list[Row]:
+def sample(draw: Callable[[int], Row], needed: int, judged: int, rule: StoppingRule) -> list[Row]:
     """Rows draw(0), draw(1), … until the first ``judged`` columns' means meet the target.
 
     Begins with what the law expects to be needed; adds fields where their own spread asks for it.
     """
-    rows = [draw(index) for index in range(effort.planned(needed))]
-    while len(rows) < effort.most:
+    rows = [draw(index) for index in range(rule.planned(needed))]
+    while len(rows) < rule.most:
         error = worst_error(rows, judged)
-        if error < effort.target:
+        if error < rule.target:
             break
-        growth = min(4.0, 1.1 * (error / effort.target) ** 2)
-        wanted = min(effort.most, math.ceil(len(rows) * growth) + 1)
+        growth = min(4.0, 1.1 * (error / rule.target) ** 2)
+        wanted = min(rule.most, math.ceil(len(rows) * growth) + 1)
         rows += [draw(index) for index in range(len(rows), wanted)]
     return rows
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from bench.cli.output import table
 from bench.experiments.cover.claims import TOLERANCE
+from bench.experiments.cover.measure import Bands as Columns
 from bench.experiments.cover.measure import field, pruned_alone
 from bench.experiments.cover.scene import LOOKS, Case
 from bench.records.claims import Claim, claim
@@ -33,6 +34,8 @@ FIELDS = {"aerial": 200, "forest": 500}
 
 TESTED = ("tested", "tested rays")
 SUMS = (*TESTED, "whole", "whole rays")
+"""Light and rays of a band, pruned and whole, as the file names them."""
+
 COLUMNS = ("look", "seed", "band", *SUMS)
 
 Key = tuple[str, int]
@@ -44,12 +47,24 @@ def measure_field(look: str, seed: int, whole: Bands | None) -> Bands:
     """Measure one field, pruned and whole, or pruned alone where ``whole`` is known."""
     case = Case(look, "preset", DETAIL, cover=True)
     if whole is None:
-        found = field(look, seed, (case,))[case]
+        found = _sums(field(look, seed, (case,))[case])
     else:
         known = dict(zip(SUMS, map(list, zip(*whole, strict=True)), strict=True))
-        alone = pruned_alone(look, seed, case)
+        alone = _sums(pruned_alone(look, seed, case))
         found = {**known, **{name: alone[name] for name in TESTED}}
     return [list(row) for row in zip(*(found[name] for name in SUMS), strict=True)]
+
+
+def _sums(bands: Columns) -> dict[str, list[int]]:
+    """What a field's columns hold under the names of SUMS, band by band."""
+    found: dict[str, list[int]] = {}
+    pairs = [(q, p) for p in ("pruned", "whole") for q in ("light", "rays")]
+    names = dict(zip(pairs, SUMS, strict=True))
+    for each in bands:
+        name = names.get((each.quantity, str(each.keys["picture"])))
+        if name is not None:
+            found.setdefault(name, []).extend(each.values)
+    return found
 
 
 def read_fields(path: Path) -> dict[Key, Bands]:

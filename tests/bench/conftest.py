@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from bench.experiments.scaling import measure as scaling
+from bench.experiments.registry import EXPERIMENTS
+from bench.experiments.scaling.measure import sampled_cases
 from bench.fields.cases import Case
 from bench.records.records import write_record
 from bench.report.write import write_report
-from bench.statistics.sample_size import Effort
+from bench.runner.experiment import Effort
+from bench.runner.run_experiment import run_experiment
 
 
 @pytest.fixture(scope="session")
@@ -20,10 +22,11 @@ def record():
         *(replace(base, sweep="world", extent=50.0 * k) for k in (1, 10, 100)),
         *(replace(base, metric="bounded", detail=5.0 * k) for k in (1, 2)),
     )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scaling, "cases", lambda: grid)
-        patch.setattr(scaling, "QUICK", Effort(0.1, 3, 20))
-        return scaling.run(quick=True)
+    effort = Effort("quick", {"target": 0.1, "least": 3, "most": 20})
+    experiment = replace(
+        EXPERIMENTS["scaling"], cases=lambda effort, metric: sampled_cases(grid, effort)
+    )
+    return run_experiment(experiment, effort)
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -119,7 +118,8 @@ def _run_all(
         _tell(out, name, path, read_record(path).claims, True)
     left = [each for each in asked if each.name not in done]
     expected_seconds = {
-        each.name: EXPERIMENTS[each.name].expected_seconds[not each.quick] for each in left
+        each.name: EXPERIMENTS[each.name].expected_seconds["quick" if each.quick else "full"]
+        for each in left
     }
     finished: list[RunTime] = []
     failed: list[str] = []
@@ -145,19 +145,10 @@ def _run(
 ) -> tuple[Path, tuple["Claim", ...]]:
     """Run one experiment, write its record, and note it in the journal."""
     from bench.experiments.registry import EXPERIMENTS
-    from bench.records.records import write_record
-    from bench.runner.journal import Elapsed
+    from bench.runner.run_experiment import run_request
 
-    chosen, before, start = EXPERIMENTS[asked.name], kept.spent(asked), Elapsed.so_far()
-    with progress_bar("point") as progress:
-        more: dict[str, Any] = {} if chosen.timed else {"each": kept.memoised(asked, spread)}
-        if asked.metric is not None:
-            more["metric"] = asked.metric
-        record = chosen.run(asked.quick, progress, asked.seed, **more)
-    took = before + (Elapsed.so_far() - start)
-    record = replace(record, notes=record.notes | took.as_json())
-    path = write_record(record, kept.folder)
-    kept.finished(asked, path)
+    with progress_bar("case") as progress:
+        path, record = run_request(EXPERIMENTS[asked.name], asked, kept, spread, progress)
     return path, record.claims
 
 

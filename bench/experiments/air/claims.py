@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.experiments.air.targets import DISTANCES, extinction_seen, visibility_seen
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import Estimate, mean
 from lod.atmosphere.air import Air, rgb_extinction
 
@@ -24,11 +24,11 @@ _SOURCE = "§2.1"
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Every claim that these points decide."""
-    targets = [p for p in points if p.case["what"] == "targets"]
-    bands = [p for p in points if p.case["what"] == "bands" and p.samples["pixels"][0] >= FEWEST]
+    targets = where(points, what="targets")
+    bands = [p for p in where(points, what="bands") if p.column("pixels")[0] >= FEWEST]
     made = [each for point in targets for each in _visibility(point)]
-    for way in dict.fromkeys(p.case["way"] for p in targets):
-        made += _extinction(way, [p for p in targets if p.case["way"] == way])
+    for (way,), chosen in grouped(targets, "way").items():
+        made += _extinction(way, chosen)
     for point in bands:
         made += _colour(point) if point.case["from"] == SKY else _medium(point) + _colour(point)
     return tuple(made)
@@ -36,13 +36,12 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 def found(point: Point) -> tuple[np.ndarray, np.ndarray]:
     """β of each band and its standard error, from black and from grey, (2, bands) each."""
-    columns = point.samples
     target, beyond = (
-        np.stack([np.array(columns[f"{name}_{band}"], np.float64) for band in "rgb"], axis=1)
+        np.stack([point.values(name, band=band) for band in "rgb"], axis=1)
         for name in ("target", "beyond")
     )
-    distance = point.case["visibility"] * np.array(columns["step"]) / DISTANCES
-    fit = extinction_seen(target, beyond, distance, np.array(columns["grey"]) == 1)
+    distance = point.case["visibility"] * point.values("step") / DISTANCES
+    fit = extinction_seen(target, beyond, distance, point.values("grey") == 1)
     return fit[:2], fit[2:]
 
 
@@ -75,11 +74,11 @@ def _extinction(way: str, points: Sequence[Point]) -> list[Claim]:
 def _medium(point: Point) -> list[Claim]:
     """The closed forms against the medium."""
     made, where = [], label(point)
-    medium = np.array(point.samples["medium"], np.float64)
+    medium = point.values("medium")
     for kind, airlight in (("analytic", "the horizon's sky"), ("scattered", "its layer")):
         about = f"With the airlight of {airlight} the meadow is as bright as the medium's, {where}."
         words = about, "mean luminance ÷ the medium's", _SOURCE
-        share = mean(np.array(point.samples[kind], np.float64) / medium)
+        share = mean(point.values(kind) / medium)
         name = f"{kind}/meadow/from_{point.case['from']:g}m"
         made.append(claim(name, words, 1.0, 0.03, share))
     return made
@@ -89,7 +88,7 @@ def _colour(point: Point) -> list[Claim]:
     where = label(point)
     about = f"RGB haze has the colour of spectral haze, {where}."
     words = about, "median CIEDE2000 over pixels", _SOURCE
-    share = mean(np.array(point.samples["delta_e"], np.float64) / 1000)
+    share = mean(point.values("delta_e") / 1000)
     name = "sky" if point.case["from"] == SKY else f"from_{point.case['from']:g}m"
     return [claim(f"spectral/meadow/{name}", words, 2.0, 0.0, share, "at most")]
 

@@ -7,19 +7,16 @@ RGB against spectral haze by CIEDE2000. All samples are integers: radiance in 10
 
 import hashlib
 import json
-import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
-from bench.experiments.air.claims import BAND_EDGES_M, SKY, judge
+from bench.experiments.air.claims import BAND_EDGES_M, SKY
 from bench.experiments.air.targets import look_at, order
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, merge_points, run_cases
+from bench.records.points import Column, Point, columns
+from bench.runner.experiment import Effort
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z, Layers
@@ -30,71 +27,76 @@ from scenes.render.pictures.tone_map import auto_exposure
 from scenes.render.pipeline.render import render_frame
 from scenes.world.world import build_world
 
-NAME, VERSION = "air", 1
 VISIBILITIES_M = (1e3, 5e3, 20e3)
 MEADOW = (
     *("air.visibility=5km", "render.size=96x54", "render.max_depth=16"),
     "render.haze=scattered",  # so that the light knows the canopy
 )
-_TARGET_SPP = {"scalar": 512, "jit": 512, "medium": 2048}
-_QUICK_TARGET_SPP = {"scalar": 256, "jit": 256, "medium": 512}
 _SPP = {"analytic": 32, "scattered": 32, "medium": 384, "spectral": 64}
-_SEEDS, _QUICK_SEEDS = 8, 4
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Render the targets and the meadow in every way there is here, and judge the claims."""
-    start = time.perf_counter()
-    spp = _QUICK_TARGET_SPP if quick else _TARGET_SPP
+@dataclass(frozen=True)
+class Targets:
+    """Targets in haze of a visibility [m], rendered in one way."""
+
+    way: str
+    visibility: float
+    variant: str
+    spp: int
+
+
+@dataclass(frozen=True)
+class Meadow:
+    """A render of the meadow in every haze; its number is added to the run's seed."""
+
+    number: int
+
+
+def cases(effort: Effort) -> list[Targets | Meadow]:
+    """Targets in every way that works here and every visibility; then the meadow."""
     ways = {"scalar": SCALAR_VARIANT, "jit": JIT_VARIANT, "medium": choose()}
-    ways = {name: variant for name, variant in ways.items() if works(variant) is True}
-    seeds = [seed + k for k in range(_QUICK_SEEDS if quick else _SEEDS)]
-    aimed = [
-        (f"targets, {way}, {visibility / 1000:g} km", (way, visibility, variant, spp[way], seed))
-        for way, variant in ways.items()
-        for visibility in VISIBILITIES_M
-    ]
-    looked = [(f"meadow, seed {number}", (number,)) for number in seeds]
-    targets = run_cases(progress, each, (_targets, aimed))
-    bands = merge_points(run_cases(progress, each, (_bands, looked)))
-    points = targets + tuple(sorted(bands, key=lambda point: point.case["from"]))
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(_scene_hash(), seed, variant=choose()),
-        points=points,
-        claims=judge(points),
-        notes={"target_spp": spp, "meadow_spp": _SPP, "seeds": len(seeds)},
-        start=start,
-    )
-
-
-def _targets(way: str, visibility: float, variant: str, spp: int, seed: int) -> Point:
-    """Every target in haze, and what is seen beyond them."""
-    haze = "medium" if way == "medium" else "analytic"
-    quality = Quality(variant, spp, seed, 4, haze)
-    target, beyond = look_at(visibility, quality)
-    step, albedo = order(quality.seed)
-    samples = {"step": step.tolist(), "grey": albedo.tolist()}
-    for number, band in enumerate("rgb"):
-        samples[f"target_{band}"] = _nano(target[:, number])
-        samples[f"beyond_{band}"] = _nano(beyond[:, number])
-    return Point({"what": "targets", "way": way, "visibility": visibility}, {}, samples)
-
-
-def _bands(seed: int) -> list[Point]:
-    """A point for each distance band of the meadow, rendered with a seed."""
+    working = {name: variant for name, variant in ways.items() if works(variant) is True}
     return [
-        Point({"what": "bands", "from": low}, {}, {name: [value] for name, value in values.items()})
-        for low, values in _compared(_meadow(), seed).items()
+        *(
+            Targets(way, visibility, variant, effort["target_spp"][way])
+            for way, variant in working.items()
+            for visibility in VISIBILITIES_M
+        ),
+        *(Meadow(number) for number in range(effort["seeds"])),
     ]
+
+
+def measure(case: Targets | Meadow, seed: int) -> Point | list[Point]:
+    """The targets in one way; or a point for each distance band of the meadow."""
+    if isinstance(case, Targets):
+        return _targets(case, seed)
+    return [
+        Point({"what": "bands", "from": low}, samples=columns({k: [v] for k, v in values.items()}))
+        for low, values in _compared(_meadow(), seed + case.number).items()
+    ]
+
+
+def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
+    """Samples of a pixel, and seeds."""
+    return {"meadow_spp": _SPP, **effort.sizes}
+
+
+def _targets(case: Targets, seed: int) -> Point:
+    """Every target in haze, and what is seen beyond them."""
+    haze = "medium" if case.way == "medium" else "analytic"
+    target, beyond = look_at(case.visibility, Quality(case.variant, case.spp, seed, 4, haze))
+    step, albedo = order(seed)
+    seen = {"target": target, "beyond": beyond}
+    radiance = (
+        Column(name, _nano(rgb[:, number]), {"band": band})
+        for number, band in enumerate("rgb")
+        for name, rgb in seen.items()
+    )
+    named = {"what": "targets", "way": case.way, "visibility": case.visibility}
+    return Point(
+        named, samples=(*columns({"step": step.tolist(), "grey": albedo.tolist()}), *radiance)
+    )
 
 
 @lru_cache(maxsize=1)
@@ -149,7 +151,8 @@ def _nano(values: np.ndarray) -> list[int]:
     return [round(1e9 * float(value)) for value in values]
 
 
-def _scene_hash() -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of the preset, the visibilities and the bands."""
     preset = load_preset("meadow", list(MEADOW)).model_dump(mode="json")
     words = json.dumps([preset, VISIBILITIES_M, BAND_EDGES_M], sort_keys=True)
     return hashlib.sha256(words.encode()).hexdigest()

@@ -5,7 +5,9 @@ import numpy as np
 from bench.experiments.air.claims import SKY, label
 from bench.experiments.air.targets import DISTANCES
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
+from bench.runner.experiment import Table
 from bench.statistics.estimates import mean
 from lod.atmosphere.air import Air, rgb_extinction
 
@@ -18,39 +20,32 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return _contrast(record), _brightness(record)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: the meadow by distance."""
     heads = (
         *("meadow at 5 km", "pixels", "analytic ÷ medium", "scattered ÷ medium"),
         "RGB against spectral, median ΔE₀₀",
     )
-    return heads, [_row(point) for point in _bands(record)]
-
-
-def _bands(record: Record) -> list[Point]:
-    return [p for p in record.points if p.case["what"] == "bands"]
+    return heads, [_row(point) for point in where(record.points, what="bands")]
 
 
 def _row(point: Point) -> tuple[str, ...]:
     shares = [f"{_share(point, kind):.3f}" for kind in ("analytic", "scattered")]
-    difference = mean(np.array(point.samples["delta_e"], np.float64) / 1000).value
-    return (label(point), str(point.samples["pixels"][0]), *shares, f"{difference:.2f}")
+    difference = mean(point.values("delta_e") / 1000).value
+    return (label(point), str(point.column("pixels")[0]), *shares, f"{difference:.2f}")
 
 
 def _share(point: Point, kind: str) -> float:
-    medium = np.array(point.samples["medium"], np.float64)
-    return float(np.mean(np.array(point.samples[kind], np.float64) / medium))
+    return float(np.mean(point.values(kind) / point.values("medium")))
 
 
 def _contrast(record: Record) -> Plot:
     drawn = []
-    for point in record.points:
-        if point.case["what"] != "targets" or point.case["visibility"] != _VISIBILITY_M:
-            continue
-        black = np.array(point.samples["grey"]) == 0
-        step = np.array(point.samples["step"])[black]
+    for point in where(record.points, what="targets", visibility=_VISIBILITY_M):
+        black = point.values("grey") == 0
+        step = point.values("step")[black]
         rows = np.argsort(step)
-        target, beyond = (np.array(point.samples[f"{k}_g"])[black] for k in ("target", "beyond"))
+        target, beyond = (point.values(k, band="g")[black] for k in ("target", "beyond"))
         contrast = np.abs(target / beyond - 1)[rows]
         x = step[rows] / DISTANCES
         law = np.exp(-rgb_extinction(Air(_VISIBILITY_M))[1] * x * _VISIBILITY_M)
@@ -66,7 +61,7 @@ def _contrast(record: Record) -> Plot:
 
 
 def _brightness(record: Record) -> Plot:
-    rows = [p for p in _bands(record) if p.case["from"] != SKY]
+    rows = [p for p in where(record.points, what="bands") if p.case["from"] != SKY]
     x = [max(p.case["from"], 25.0) for p in rows]
     even = x, [1.0] * len(x)
     drawn = [

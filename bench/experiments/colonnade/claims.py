@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
 
 from bench.experiments.colonnade.scene import COUNT, image_width, places
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
-from bench.statistics.estimates import CONFIDENCE, Estimate
+from bench.records.points import Point, where
+from bench.statistics.estimates import Estimate, mean
 
 BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)
 """Metric and detail of the two cuts that are compared: they display about as many parts."""
@@ -19,7 +18,7 @@ _SOURCE = "§2.1"
 
 def columns(points: Sequence[Point], which: tuple[str, float]) -> list[Point]:
     """The columns of one cut, from left to right."""
-    return [p for p in points if (p.case["metric"], p.case["detail"]) == which]
+    return where(points, metric=which[0], detail=which[1])
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
@@ -52,7 +51,7 @@ def _solid_angle(row: list[Point]) -> Claim:
 
 
 def _parts(metric: str, row: list[Point], about: str) -> Claim:
-    share = np.mean([row[k].samples["parts"][0] for k in OUTER]) / row[MIDDLE].samples["parts"][0]
+    share = np.mean([row[k].column("parts")[0] for k in OUTER]) / row[MIDDLE].column("parts")[0]
     words = about, "parts of the outermost column ÷ the middle one's", _SOURCE
     name = f"{metric}/column/parts"
     if metric == "depth":
@@ -72,32 +71,24 @@ def _error(weight: str, what: str, blake: list[Point], depth: list[Point]) -> Cl
     ratios = _mean_error(blake, weight, size) / _mean_error(depth, weight, size)
     about = f"For as many parts, true distance makes less {what} than depth."
     words = about, f"{what} over all columns, blake at 8 px ÷ depth at 12 px", _SOURCE
-    return claim(f"blake/column/error_{weight}", words, 1.0, 0.0, _mean(ratios), "at most")
+    return claim(f"blake/column/error_{weight}", words, 1.0, 0.0, mean(ratios), "at most")
 
 
 def _mean_error(row: list[Point], weight: str, size: str) -> np.ndarray:
     """Error of all columns together, by seed."""
-    error = np.array([point.samples[f"error_{weight}_ppm"] for point in row], np.float64)
-    return np.average(error, axis=0, weights=np.array([p.samples[size] for p in row], np.float64))
+    error = np.array([point.values("error_ppm", weight=weight) for point in row])
+    return np.average(error, axis=0, weights=np.array([p.values(size) for p in row]))
 
 
 def _total(row: list[Point]) -> float:
-    return float(sum(point.samples["parts"][0] for point in row))
+    return float(sum(point.column("parts")[0] for point in row))
 
 
 def _over_middle(row: list[Point], name: str) -> Estimate:
-    outer = np.mean([row[k].samples[name] for k in OUTER], axis=0)
-    return _mean(outer / np.array(row[MIDDLE].samples[name], np.float64))
+    outer = np.mean([row[k].values(name) for k in OUTER], axis=0)
+    return mean(outer / row[MIDDLE].values(name))
 
 
 def _counted(value: float) -> Estimate:
     """A number without chance."""
     return Estimate(value, value, value, 0.0, 1.0, 1)
-
-
-def _mean(values: np.ndarray) -> Estimate:
-    """Mean over seeds with Student's interval."""
-    error = float(values.std(ddof=1)) / len(values) ** 0.5
-    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(values) - 1)) * error
-    value = float(values.mean())
-    return Estimate(value, value - half, value + half, error, 1.0, len(values))

@@ -7,11 +7,10 @@ column's pixels, each weighted alike, or by the solid angle it subtends at the e
 
 import hashlib
 import json
-import time
+from dataclasses import dataclass
 
 import numpy as np
 
-from bench.experiments.colonnade.claims import judge
 from bench.experiments.colonnade.scene import (
     COUNT,
     FINEST,
@@ -24,60 +23,69 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, merge_points, run_cases
+from bench.records.points import Column, Point, columns
+from bench.runner.experiment import Effort
 from scenes.frame.quality import Quality
 from scenes.models.column import column
 from scenes.render.mitsuba.variants import choose
 
-NAME, VERSION = "colonnade", 1
 SHOTS = (
     *(Shot("blake", detail) for detail in (3.0, 8.0)),
     *(Shot("depth", detail) for detail in (3.0, 8.0, 12.0)),
 )
 """At 3 px and 8 px by both metrics; and depth with about as many parts as blake at 8 px."""
 
-_SPP, _SEEDS, _QUICK_SEEDS = 16, 8, 3
+_SPP = 16
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Render every seed unpruned and by every way of pruning; judge the claims."""
-    start, variant = time.perf_counter(), choose()
-    seeds = [seed + k for k in range(_QUICK_SEEDS if quick else _SEEDS)]
-    cases = [(f"seed {number}", (number, variant)) for number in seeds]
-    found = merge_points(run_cases(progress, each, (measure, cases)))
-    points = tuple(_with_parts(point) for point in found)
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(scene_hash(), seed, variant=variant),
-        points=points,
-        claims=judge(points),
-        notes={"samples_per_pixel": _SPP, "seeds": len(seeds)},
-        start=start,
-    )
+@dataclass(frozen=True)
+class Render:
+    """A render's number, added to the run's seed, and the variant that renders it."""
+
+    number: int
+    variant: str
 
 
-def measure(seed: int, variant: str) -> list[Point]:
-    """A point for each shot and column, of one seed."""
-    quality = Quality(variant, _SPP, seed, 4)
+@dataclass(frozen=True)
+class PartCounts:
+    """The parts of every column, which no seed changes."""
+
+
+def cases(effort: Effort) -> list[Render | PartCounts]:
+    """So many renders, and what no render changes."""
+    variant = choose()
+    return [*(Render(k, variant) for k in range(effort["seeds"])), PartCounts()]
+
+
+def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:
+    """Samples of a pixel, and seeds."""
+    return {"samples_per_pixel": _SPP, **effort.sizes}
+
+
+def measure(case: Render | PartCounts, seed: int) -> list[Point]:
+    """A point for each shot and column, of one seed; or with the parts of the column."""
+    if isinstance(case, PartCounts):
+        return [
+            Point(_named(shot, k), samples=columns({"parts": [parts]}))
+            for shot in SHOTS
+            for k, parts in enumerate(cut(shot)[1])
+        ]
+    quality = Quality(case.variant, _SPP, seed + case.number, 4)
     whole, owner = picture(Shot("blake", FINEST), quality)
     seen, points = sizes(owner), []
     for shot in SHOTS:
-        found = seen | errors(picture(shot, quality)[0], whole, owner)
+        wrong = errors(picture(shot, quality)[0], whole, owner)
         for k in range(COUNT):
-            case = {"metric": shot.metric, "detail": shot.detail, "column": k, "aside": places()[k]}
-            points.append(Point(case, {}, {name: [row[k]] for name, row in found.items()}))
+            sized = columns({name: [row[k]] for name, row in seen.items()})
+            errors_ = (Column("error_ppm", [row[k]], {"weight": w}) for w, row in wrong.items())
+            points.append(Point(_named(shot, k), samples=(*sized, *errors_)))
     return points
+
+
+def _named(shot: Shot, column: int) -> dict[str, object]:
+    """The case of a column in one cut."""
+    place = {"column": column, "aside": places()[column]}
+    return {"metric": shot.metric, "detail": shot.detail, **place}
 
 
 def sizes(owner: np.ndarray) -> dict[str, list[int]]:
@@ -94,25 +102,18 @@ def sizes(owner: np.ndarray) -> dict[str, list[int]]:
 
 
 def errors(pruned: np.ndarray, whole: np.ndarray, owner: np.ndarray) -> dict[str, list[int]]:
-    """Of every column: error as a share of its mean luminance, in millionths, by both weights."""
+    """Error of every column as a share of its mean luminance [10⁻⁶], by weight."""
     far, angle = np.abs(pruned - whole), pixel_solid_angle()
-    made: dict[str, list[int]] = {"error_image_ppm": [], "error_eye_ppm": []}
+    made: dict[str, list[int]] = {"image": [], "eye": []}
     for k in range(1, COUNT + 1):
         mine = owner == k
         for name, weight in (("image", np.ones_like(far)), ("eye", angle)):
             share = np.sum((far * weight)[mine]) / np.sum((whole * weight)[mine])
-            made[f"error_{name}_ppm"].append(round(1e6 * float(share)))
+            made[name].append(round(1e6 * float(share)))
     return made
 
 
-def _with_parts(point: Point) -> Point:
-    """With the parts of that column, which no seed changes."""
-    metric, detail, column_ = (point.case[key] for key in ("metric", "detail", "column"))
-    parts = cut(Shot(metric, detail))[1][column_]
-    return Point(point.case, point.predicted, {**point.samples, "parts": [parts]})
-
-
-def scene_hash() -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
     """SHA-256 of the column, where columns stand, the camera, the light and the shots."""
     eye, tree = camera(), column().hierarchy
     words = [places(), SIZE_PX, [str(shot) for shot in SHOTS], str(LIGHT), eye.eye.tolist()]

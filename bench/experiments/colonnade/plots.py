@@ -5,7 +5,9 @@ import numpy as np
 from bench.experiments.colonnade.claims import MIDDLE, columns
 from bench.experiments.colonnade.scene import image_width
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Key, Point
+from bench.records.records import Record
+from bench.runner.experiment import Table
 
 _AXIS = "place of the column, to the right of the axis (m)"
 _LEAST = 1e-4
@@ -17,7 +19,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return _sizes(record), _errors(record)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every column of every cut, its left half mirrored by its right."""
     heads = ("metric", "detail (px)", "place (m)", "pixels", "solid angle (msr)", "parts")
     rows = [_row(point) for point in record.points if point.case["column"] >= MIDDLE]
@@ -29,13 +31,13 @@ def _row(point: Point) -> tuple[str, ...]:
     return (
         *(case["metric"], f"{case['detail']:g}", f"{case['aside']:g}"),
         *(f"{_mean(point, 'pixels'):.0f}", f"{_mean(point, 'solid_angle_usr') / 1000:.2f}"),
-        str(point.samples["parts"][0]),
-        *(f"{_mean(point, f'error_{k}_ppm') / 1e4:.2f}" for k in ("image", "eye")),
+        str(point.column("parts")[0]),
+        *(f"{_mean(point, 'error_ppm', weight=k) / 1e4:.2f}" for k in ("image", "eye")),
     )
 
 
-def _mean(point: Point, name: str) -> float:
-    return float(np.mean(point.samples[name]))
+def _mean(point: Point, name: str, **keys: Key) -> float:
+    return float(np.mean(point.column(name, **keys)))
 
 
 def _sizes(record: Record) -> Plot:
@@ -66,8 +68,8 @@ def _errors(record: Record) -> Plot:
     drawn = []
     for which in (("blake", 8.0), ("depth", 8.0), ("depth", 12.0)):
         row = columns(record.points, which)
-        y = [max(_mean(point, "error_image_ppm") / 1e6, _LEAST) for point in row]
-        parts = sum(point.samples["parts"][0] for point in row)
+        y = [max(_mean(point, "error_ppm", weight="image") / 1e6, _LEAST) for point in row]
+        parts = sum(point.column("parts")[0] for point in row)
         label = f"{which[0]}, {which[1]:g} px: {parts} parts"
         drawn.append(Curve(label, [point.case["aside"] for point in row], y))
     words = "; ".join(

@@ -3,8 +3,9 @@
 import numpy as np
 
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point
 from bench.statistics.estimates import LEAST_REPEATS, median
+from lod.arrays import Reals
 
 STAGES = {
     "prune": "examine and prune",
@@ -24,8 +25,8 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Every claim that these points can decide."""
     frames, processes = points
     whole = frame_us(frames)
-    metric = np.array(frames.samples["metric"]) / whole
-    prune = np.array(frames.samples["prune"]) / whole
+    metric = stage_us(frames, "metric") / whole
+    prune = stage_us(frames, "prune") / whole
     made = [
         claim(
             "metric_share",
@@ -46,7 +47,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
             *(0.1, 0.0, median(prune), "at most"),
         ),
     ]
-    world = np.array(processes.samples["world"])
+    world = processes.values("world")
     if len(world) >= LEAST_REPEATS:
         made.append(
             claim(
@@ -62,6 +63,11 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     return tuple(made)
 
 
-def frame_us(frames: Point) -> np.ndarray:
-    """Time of every warm frame, all its stages [µs]."""
-    return np.sum([frames.samples[stage] for stage in STAGES], axis=0)
+def stage_us(frames: Point, stage: str) -> Reals:
+    """Time of a stage of every warm frame, (frames,) [µs]."""
+    return frames.values("us", stage=stage)
+
+
+def frame_us(frames: Point) -> Reals:
+    """Time of every warm frame, all its stages, (frames,) [µs]."""
+    return np.asarray(np.sum([stage_us(frames, stage) for stage in STAGES], axis=0))

@@ -9,49 +9,56 @@ import json
 import os
 import subprocess
 import sys
-import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.experiments.cost.claims import judge
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record
+from bench.records.points import Column, Point, columns
+from bench.runner.experiment import Effort
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose, trusting
 
-NAME, VERSION = "cost", 1
-
 SETTINGS = ("render.size=320x180", "render.spp=8")
-_PROCESSES, _QUICK_PROCESSES = 8, 2
 _FRAMES = 4
 _LONGEST_S = 600
 _ROOT = Path(__file__).resolve().parents[3]
 
 
-def run(quick: bool = False, progress: Progress = silent, seed: int = 0) -> Record:
-    """Render meadow in fresh processes and judge the claims."""
-    start, variant, found = time.perf_counter(), choose(), []
-    processes = _QUICK_PROCESSES if quick else _PROCESSES
-    for number in range(processes):
-        progress(number, processes, f"process {number + 1}")
-        found.append(_child(variant, seed + number))
-    progress(processes, processes, "judged")
-    points = (
-        Point({"what": "frames"}, {}, _columns([row for each in found for row in each["warm"]])),
-        Point({"what": "processes"}, {}, _columns([each["cold"] for each in found])),
-    )
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(_scene_hash(), seed, os.cpu_count() or 1, variant),
-        points=points,
-        claims=judge(points),
-        notes={"processes": processes, "frames_of_each": _FRAMES, "drawn": found[-1]["statistics"]},
-        start=start,
-    )
+@dataclass(frozen=True)
+class Process:
+    """A fresh process; its number is added to the run's seed."""
+
+    number: int
+    variant: str
+
+
+def cases(effort: Effort) -> list[Process]:
+    """So many processes."""
+    return [Process(number, choose()) for number in range(effort["processes"])]
+
+
+def measure(case: Process, seed: int) -> list[Point]:
+    """Run a process."""
+    return process_points(_child(case.variant, seed + case.number))
+
+
+def process_points(found: dict[str, Any]) -> list[Point]:
+    """Times of the frames of a process, and what the process took before them."""
+    rows = found["warm"]
+    tests = Column("tests", [row["tests"] for row in rows])
+    stages = [name for name in rows[0] if name != "tests"]
+    times = (Column("us", [row[name] for row in rows], {"stage": name}) for name in stages)
+    drawn = (Column("drawn", [n], {"what": what}) for what, n in found["statistics"].items())
+    cold = columns({name: [value] for name, value in found["cold"].items()})
+    return [
+        Point({"what": "frames"}, samples=(*times, tests)),
+        Point({"what": "processes"}, samples=(*cold, *drawn)),
+    ]
+
+
+def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:
+    """Processes, and frames of each."""
+    return {**effort.sizes, "frames_of_each": _FRAMES}
 
 
 def _child(variant: str, seed: int) -> dict[str, Any]:
@@ -69,10 +76,7 @@ def _child(variant: str, seed: int) -> dict[str, Any]:
     return found
 
 
-def _columns(rows: list[dict[str, int]]) -> dict[str, list[int]]:
-    return {name: [row[name] for row in rows] for name in rows[0]}
-
-
-def _scene_hash() -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of the preset."""
     preset = load_preset("meadow", list(SETTINGS)).model_dump(mode="json")
     return hashlib.sha256(json.dumps(preset, sort_keys=True).encode()).hexdigest()

@@ -2,18 +2,19 @@
 
 import numpy as np
 
-from bench.experiments.cost.claims import STAGES, frame_us
+from bench.experiments.cost.claims import STAGES, frame_us, stage_us
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.records import Record
+from bench.runner.experiment import Table
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """Every stage of every warm frame."""
     frames = record.points[0]
-    count = len(frames.samples["prune"])
+    count = len(frame_us(frames))
     x = [float(n + 1) for n in range(count)]
     drawn = [
-        Curve(name, x, [max(us, 1) / 1e6 for us in frames.samples[stage]])
+        Curve(name, x, (np.maximum(stage_us(frames, stage), 1) / 1e6).tolist())
         for stage, name in (*STAGES.items(), ("metric", "the metric alone"))
     ]
     words = "; ".join(f"{c.label}: {np.median(c.y):.3g} s" for c in drawn)
@@ -26,18 +27,18 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return (curves("stages", "A frame, stage by stage", caption, caption, axis, drawn, "linear"),)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: median, least and most of everything timed, and the memory held."""
     frames, processes = record.points
     whole = float(np.median(frame_us(frames)))
     names = {**STAGES, "metric": "the metric alone", "haze": "haze, in rendering"}
-    rows = [_row(name, np.array(frames.samples[k]) / 1e6, whole / 1e6) for k, name in names.items()]
-    warm = float(np.median(frames.samples["trace"]))
-    first = np.array(processes.samples["first_trace"], np.float64)
-    rows.append(_row("set-up of hierarchies", np.array(processes.samples["world"]) / 1e6, None))
+    rows = [_row(name, stage_us(frames, k) / 1e6, whole / 1e6) for k, name in names.items()]
+    warm = float(np.median(stage_us(frames, "trace")))
+    first = processes.values("first_trace")
+    rows.append(_row("set-up of hierarchies", processes.values("world") / 1e6, None))
     rows.append(_row("compiling, in the first render", (first - warm) / 1e6, None))
     for key, after in (("world", "set-up"), ("shoot", "pruning and posing"), ("render", "a frame")):
-        held = np.median(processes.samples[f"{key}_bytes"]) / 1e6
+        held = np.median(processes.values(f"{key}_bytes")) / 1e6
         rows.append((f"most memory held after {after}", f"{held:.0f} MB", "", "", ""))
     return ("what", "median", "least", "most", "share of a frame"), rows
 

@@ -1,14 +1,16 @@
 """What the cover experiment claims, judged from its raw samples alone."""
 
-import numpy as np
-
 from bench.experiments.cover.scene import LOOKS
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point
 from bench.statistics.estimates import Estimate, ratio_of_means
+from lod.arrays import Reals
 
 TOLERANCE = 0.02
-_SOURCE = "§2.4, issue 4"
+SAME_RAYS = "pruned, along the rays of the whole"
+"""The pruned picture where the whole one has the band."""
+
+_SOURCE = "§2.4"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
@@ -30,24 +32,30 @@ def band_name(point: Point, band: int) -> str:
 
 def tone(point: Point, band: int) -> Estimate:
     """Mean luminance of the band, pruned ÷ whole, over fields: each picture by its distances."""
-    return ratio_of_means(*_sums(point, band, "tested", "tested rays", "whole", "whole rays"))
+    return ratio_of_means(
+        *(
+            _sums(point, band, quantity, picture)
+            for picture in ("pruned", "whole")
+            for quantity in ("light", "rays")
+        )
+    )
 
 
 def room(point: Point, band: int) -> float:
     """How much of the picture the band fills, pruned ÷ whole."""
-    pruned, whole = _sums(point, band, "tested rays", "whole rays")
+    pruned, whole = (_sums(point, band, "rays", each) for each in ("pruned", "whole"))
     return float(pruned.sum() / whole.sum())
 
 
 def same_rays(point: Point, band: int) -> float:
     """Luminance ratio along rays that have the band in the whole picture, whatever they meet in
     the other."""
-    pruned, whole = _sums(point, band, "same rays", "whole")
+    pruned, whole = (_sums(point, band, "light", each) for each in (SAME_RAYS, "whole"))
     return float(pruned.sum() / whole.sum())
 
 
-def _sums(point: Point, band: int, *names: str) -> list[np.ndarray]:
-    return [np.array(point.samples[f"{name} {band}"], np.float64) for name in names]
+def _sums(point: Point, band: int, quantity: str, picture: str) -> Reals:
+    return point.values(quantity, picture=picture, band=band)
 
 
 def _band(point: Point, band: int) -> Claim:

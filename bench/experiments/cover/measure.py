@@ -10,13 +10,13 @@ sky that now meet the tree are in no band.
 
 import hashlib
 import json
-import time
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from bench.experiments.cover.claims import judge
+from bench.experiments.cover.claims import SAME_RAYS
 from bench.experiments.cover.scene import (
     AIRS,
     FINE,
@@ -27,11 +27,8 @@ from bench.experiments.cover.scene import (
     preset_of,
     whole,
 )
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, merge_points, run_cases
+from bench.records.points import Column, Point
+from bench.runner.experiment import Effort
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
@@ -44,42 +41,36 @@ from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world
 
-NAME, VERSION = "cover", 2
-FIELDS, QUICK_FIELDS = {"aerial": 16, "forest": 40}, {"aerial": 2, "forest": 2}
 _SPP = 1
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
-Bands = dict[str, list[int]]
-"""What was summed, by name, band by band."""
+Bands = tuple[Column, ...]
+"""What was summed in each band, of each picture."""
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Render every field whole and pruned, and judge every band."""
-    start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
-    steps = [(look, seed + k) for look in LOOKS for k in range(fields[look])]
-    named = [(f"{look}, seed {own}", (look, own)) for look, own in steps]
-    points = merge_points(run_cases(progress, each, (measure, named)))
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(_scene_hash(), seed, variant=choose()),
-        points=points,
-        claims=judge(points),
-        notes={"fields": fields, "rays_per_pixel": _SPP * FINE**2},
-        start=start,
-    )
+@dataclass(frozen=True)
+class Field:
+    """A field of a look; its number is added to the run's seed."""
+
+    look: str
+    number: int
 
 
-def measure(look: str, seed: int) -> list[Point]:
+def fields(effort: Effort) -> list[Field]:
+    """So many fields of every look."""
+    return [Field(look, k) for look in LOOKS for k in range(effort["fields"][look])]
+
+
+def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
+    """Fields of each look, and rays of a pixel."""
+    return {**effort.sizes, "rays_per_pixel": _SPP * FINE**2}
+
+
+def measure(case: Field, seed: int) -> list[Point]:
     """One field in all pictures of one look: a point for each."""
-    mine = [case for case in cases() if case.look == look]
-    return [_point(case, found) for case, found in field(look, seed, mine).items()]
+    mine = [each for each in cases() if each.look == case.look]
+    found = field(case.look, seed + case.number, mine)
+    return [Point(asdict(each), samples=bands) for each, bands in found.items()]
 
 
 def field(look: str, seed: int, wanted: Sequence[Case]) -> dict[Case, Bands]:
@@ -137,25 +128,26 @@ def in_bands(tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]) -> Ba
     )
     light, of_all = (each.rgb.astype(np.float64) @ _LUMINANCE for each in (tested, unpruned))
     bands = range(len(edges_m) - 1)
-    return {
-        "tested": [_micro(light[ours == k]) for k in bands],
-        "tested rays": [int((ours == k).sum()) for k in bands],
-        "whole": [_micro(of_all[theirs == k]) for k in bands],
-        "whole rays": [int((theirs == k).sum()) for k in bands],
-        "same rays": [_micro(light[theirs == k]) for k in bands],
+    sums = {
+        ("light", "pruned"): [_micro(light[ours == k]) for k in bands],
+        ("rays", "pruned"): [int((ours == k).sum()) for k in bands],
+        ("light", "whole"): [_micro(of_all[theirs == k]) for k in bands],
+        ("rays", "whole"): [int((theirs == k).sum()) for k in bands],
+        ("light", SAME_RAYS): [_micro(light[theirs == k]) for k in bands],
     }
+    return tuple(
+        Column(quantity, [each], {"picture": picture, "band": k})
+        for (quantity, picture), row in sums.items()
+        for k, each in enumerate(row)
+    )
 
 
 def _micro(light: np.ndarray) -> int:
     return round(1e6 * float(light.sum()))
 
 
-def _point(case: Case, found: Bands) -> Point:
-    samples = {f"{name} {k}": [each] for name, row in found.items() for k, each in enumerate(row)}
-    return Point(asdict(case), {}, samples)
-
-
-def _scene_hash() -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of every preset, picture and look."""
     presets = [preset_of(look, air, 0).model_dump(mode="json") for look in LOOKS for air in AIRS]
     words = [presets, [asdict(case) for case in cases()], [asdict(e) for e in LOOKS.values()], _SPP]
     return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

@@ -3,7 +3,9 @@
 from bench.experiments.cover.claims import TOLERANCE, band_name, bands, room, same_rays, tone
 from bench.experiments.cover.scene import LOOKS
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
+from bench.runner.experiment import Table
 
 _AIR = {"preset": "the preset's air", "clear": "clear air"}
 
@@ -14,7 +16,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def _plot(record: Record, look: str) -> Plot:
-    mine = [p for p in record.points if p.case["look"] == look and p.case["air"] == "clear"]
+    mine = where(record.points, look=look, air="clear")
     drawn = [_curve(point) for point in mine]
     words = "; ".join(f"{c.label}: {', '.join(f'{y:.3f}' for y in c.y)}" for c in drawn)
     about = (
@@ -35,7 +37,7 @@ def _curve(point: Point) -> Curve:
     return Curve(f"{point.case['detail']:g} px{cover}", middle, y, low, high)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every band of every picture."""
     heads = ("look", "air", "detail (px)", "cover", "band", "pruned ÷ whole", "95 % interval")
     more = "room in the picture, pruned ÷ whole", "the same rays, pruned ÷ whole"

@@ -3,17 +3,19 @@
 import numpy as np
 
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, where
 from bench.statistics.estimates import paired_ratio, slope
 from lod.arrays import Reals
 
 QUADRANTS = 4
-_SOURCE = "§4.1, issue 6"
+_SOURCE = "§4.1"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Growth with the world, pruned and not; and every quadrant against all of them."""
-    pruned, full = (sorted(_of(points, m), key=lambda p: p.case["extent"]) for m in METRICS_TRIED)
+    pruned, full = (
+        sorted(where(points, metric=m), key=lambda p: p.case["extent"]) for m in METRICS_TRIED
+    )
     made = [_growth(full), _beyond(pruned[-2], pruned[-1])]
     return (*made, *(_direction(pruned[-1], k) for k in range(QUADRANTS)))
 
@@ -21,13 +23,9 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 METRICS_TRIED = "blake", "full"
 
 
-def _of(points: tuple[Point, ...], metric: str) -> list[Point]:
-    return [point for point in points if point.case["metric"] == metric]
-
-
 def total(point: Point) -> Reals:
     """Sticks pierced by all rays of each field, (fields,)."""
-    return np.sum([point.samples[f"quadrant {k}"] for k in range(QUADRANTS)], axis=0, dtype=float)
+    return np.sum([point.values("pierced", quadrant=k) for k in range(QUADRANTS)], axis=0)
 
 
 def _growth(points: list[Point]) -> Claim:
@@ -47,7 +45,7 @@ def _beyond(near: Point, far: Point) -> Claim:
 
 
 def _direction(point: Point, quadrant: int) -> Claim:
-    counts = np.array(point.samples[f"quadrant {quadrant}"], np.float64)
+    counts = point.values("pierced", quadrant=quadrant)
     about = f"Pruned, depth complexity is the same in every direction: quadrant {quadrant + 1}."
     words = about, "surfaces pierced ÷ the mean of all directions", _SOURCE
     found = paired_ratio(QUADRANTS * counts, total(point))

@@ -6,20 +6,18 @@ on the size of the world, nor on the direction; unpruned, it grows with the worl
 """
 
 import math
-import time
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from bench.experiments.depth.claims import QUADRANTS, judge
-from bench.fields.part_sizes import camera, prototypes_with, scene_hash, seed_of
+from bench.experiments.depth.claims import QUADRANTS
+from bench.fields.part_sizes import camera, prototypes_with, seed_of
+from bench.fields.part_sizes import scene_hash as fields_hash
 from bench.fields.scene import FLAT
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, run_cases
+from bench.records.points import Column, Point
+from bench.runner.experiment import Effort
 from lod.arrays import Ints
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
@@ -29,7 +27,6 @@ from lod.pruning.view import View
 from scenes.field.species import Species
 from scenes.field.species_field import SpeciesField
 
-NAME, VERSION = "depth", 1
 EXTENTS_M = (75.0, 150.0, 300.0, 450.0)
 DENSITY = 4e-3
 DETAIL_PX, WIDTH_PX = 4.0, 320
@@ -41,40 +38,36 @@ RAYS = 32
 EYE_M = 1.2
 """Height of the rays: through chests and arms."""
 
-_FIELDS, _QUICK_FIELDS = 400, 60
+
+@dataclass(frozen=True)
+class Case:
+    """Side of the world [m], the metric that prunes it, and how many fields."""
+
+    extent: float
+    metric: str
+    fields: int
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Pierce every field of every extent, pruned and not, and judge the claims."""
-    start, fields = time.perf_counter(), _QUICK_FIELDS if quick else _FIELDS
-    cases = [
-        (f"{extent:g} m, {metric}", (extent, metric, fields, seed))
-        for extent in EXTENTS_M
-        for metric in ("blake", "full")
-    ]
-    points = run_cases(progress, each, (measure, cases))
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(scene_hash([point.case for point in points]), seed),
-        points=points,
-        claims=judge(points),
-        notes={"fields": fields, "rays_in_a_quadrant": RAYS},
-        start=start,
-    )
+def cases(effort: Effort) -> list[Case]:
+    """Every extent, pruned and not."""
+    return [Case(e, m, effort["fields"]) for e in EXTENTS_M for m in ("blake", "full")]
 
 
-def measure(extent: float, metric: str, fields: int, seed: int) -> Point:
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of all cases and of what the fields hold."""
+    return fields_hash([point.case for point in points])
+
+
+def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:
+    """How many fields there were, and rays in each quadrant."""
+    return {**effort.sizes, "rays_in_a_quadrant": RAYS}
+
+
+def measure(case: Case, seed: int) -> Point:
     """Every field of one extent."""
-    rows = np.array([count(extent, metric, seed, k) for k in range(fields)])
-    samples = {f"quadrant {k}": rows[:, k].tolist() for k in range(QUADRANTS)}
-    return Point({"extent": extent, "metric": metric}, {}, samples)
+    rows = np.array([count(case.extent, case.metric, seed, k) for k in range(case.fields)])
+    pierced = (Column("pierced", rows[:, k].tolist(), {"quadrant": k}) for k in range(QUADRANTS))
+    return Point({"extent": case.extent, "metric": case.metric}, samples=tuple(pierced))
 
 
 def count(extent: float, metric: str, seed: int, index: int) -> list[int]:

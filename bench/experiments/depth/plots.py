@@ -2,7 +2,9 @@
 
 from bench.experiments.depth.claims import METRICS_TRIED, QUADRANTS, total
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
+from bench.runner.experiment import Table
 from bench.statistics.estimates import mean
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
@@ -13,7 +15,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     rays = QUADRANTS * record.notes["rays_in_a_quadrant"]
     drawn = []
     for metric in METRICS_TRIED:
-        row = [p for p in record.points if p.case["metric"] == metric]
+        row = where(record.points, metric=metric)
         found = [mean(total(p) / rays) for p in row]
         y, low, high = ([max(getattr(e, k), 1e-3) for e in found] for k in ("value", "low", "high"))
         drawn.append(Curve(_LABELS[metric], [p.case["extent"] for p in row], y, low, high))
@@ -28,14 +30,14 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return (curves("depth", title, caption, f"Log-log plot. {caption}", axis, drawn),)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: means over fields in every quadrant."""
     heads = ("side (m)", "metric", *(f"quadrant {k + 1}" for k in range(QUADRANTS)), "all")
     return heads, [_row(point, record.notes["rays_in_a_quadrant"]) for point in record.points]
 
 
 def _row(point: Point, rays: int) -> tuple[str, ...]:
-    quadrants = [sum(point.samples[f"quadrant {k}"]) / rays for k in range(QUADRANTS)]
+    quadrants = [sum(point.column("pierced", quadrant=k)) / rays for k in range(QUADRANTS)]
     fields = len(total(point))
     numbers = [each / fields for each in (*quadrants, sum(quadrants) / QUADRANTS)]
     return f"{point.case['extent']:g}", point.case["metric"], *(f"{v:.3f}" for v in numbers)

@@ -1,1 +1,26 @@
-"""The experiment `eye`."""
+"""The experiment `eye`: what it asks, how it is answered, and what is shown."""
+
+from bench.runner.experiment import Experiment, Lazy
+
+EXPERIMENT = Experiment(
+    name="eye",
+    order=40,
+    version=1,
+    about=("what display and eye leave out, from 20 to 120 pixels per degree"),
+    question=("How much detail is lost on the eye, by blur and by contrast?"),
+    full={"fields": 60},
+    quick={"fields": 10},
+    expected_seconds={"full": 300.0, "quick": 30.0},
+    cases=Lazy(f"{__name__}.measure", "cases"),
+    measure=Lazy(f"{__name__}.measure", "measure"),
+    judge=Lazy(f"{__name__}.claims", "judge"),
+    plots=Lazy(f"{__name__}.plots", "plots"),
+    point_table=Lazy(f"{__name__}.plots", "point_table"),
+    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    caveats=(
+        "Clear air, flat ground, a picture that stays 640 pixels wide.",
+        "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",
+        "A part is a half-period of a grating of its own size; what eyes make of edges, colour "
+        "and movement is not in it.",
+    ),
+)

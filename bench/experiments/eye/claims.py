@@ -1,43 +1,35 @@
 """What the eye experiment claims, judged from its raw points alone."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
-from bench.fields.part_sizes import law_total, total
+from bench.fields.part_sizes import part_counts, predicted_parts
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import share
 
 JUDGED_AT = 67.0
 """Pixels per degree of the display whose shares are claimed."""
 
 VIEWERS = ("blur", "contrast", "faint", "both")
-_DERIVED = "issue 5: derivation"
+_DERIVED = "derived: docs/method.md"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Every claim that these points decide."""
     made: list[Claim] = []
-    for species, chosen in by_species(points).items():
+    for (species,), chosen in grouped(points, "species").items():
         made += [_law(species, viewer, chosen) for viewer in VIEWERS]
-        at = [p for p in chosen if p.case["pixels_per_degree"] == JUDGED_AT]
+        at = where(chosen, pixels_per_degree=JUDGED_AT)
         made += [each for p in at for each in (_square(species, p), _beyond_blur(species, p))]
     return tuple(made)
 
 
-def by_species(points: Iterable[Point]) -> dict[str, list[Point]]:
-    """Points by species, in the order they come."""
-    kinds: dict[str, list[Point]] = {}
-    for point in points:
-        kinds.setdefault(point.case["species"], []).append(point)
-    return kinds
-
-
 def _law(species: str, viewer: str, points: list[Point]) -> Claim:
     """Over all displays together: the row of a field is the sum of one on each."""
-    kept, ideal = (np.sum([total(p, each) for p in points], axis=0) for each in (viewer, "ideal"))
-    law = [sum(law_total(p, each) for p in points) for each in (viewer, "ideal")]
+    kept, ideal = (
+        np.sum([part_counts(p, viewer=each) for p in points], axis=0) for each in (viewer, "ideal")
+    )
+    law = [sum(predicted_parts(p, viewer=each) for p in points) for each in (viewer, "ideal")]
     about = "Display and eye leave the share of the parts that is predicted, with nothing fitted."
     words = about, "share of all parts that is kept, all displays", "§2.1, §4.1"
     return claim(f"{species}/{viewer}/kept", words, law[0] / law[1], 0.02, share(kept, ideal))
@@ -46,13 +38,13 @@ def _law(species: str, viewer: str, points: list[Point]) -> Claim:
 def _square(species: str, point: Point) -> Claim:
     about = "Blur leaves one part in θ_eff² (θ_eff in pixels), at 67 pixels per degree."
     words = about, "share of the parts that blur leaves", "§2.1, §4.1"
-    found = share(total(point, "blur"), total(point, "ideal"))
+    found = share(part_counts(point, viewer="blur"), part_counts(point, viewer="ideal"))
     return claim(f"{species}/blur/square", words, point.case["blur_px"] ** -2, 0.01, found)
 
 
 def _beyond_blur(species: str, point: Point) -> Claim:
-    blurred = total(point, "blur")
-    lost = share(blurred - total(point, "both"), blurred)
+    blurred = part_counts(point, viewer="blur")
+    lost = share(blurred - part_counts(point, viewer="both"), blurred)
     about = "At 67 pixels per degree blur decides alone, even for parts of a contrast of 0.1."
     words = about, "share of what blur leaves that contrast takes", _DERIVED
     return claim(f"{species}/both/beyond_blur", words, 0, 0.01, lost, "at most")

@@ -5,84 +5,72 @@ things can leave a part out: blur, θ_eff² = θ_pixel² + θ_eye², and too lit
 fineness (Barten's sensitivity, the eye's blur in it). Each is taken alone, then both together.
 """
 
-import time
+from dataclasses import dataclass
 
-from bench.experiments.eye.claims import judge
 from bench.fields.part_sizes import (
     COARSE_M,
     DENSITY,
-    SIZES,
     camera,
     count_sizes,
     density_of,
     predicted_sizes,
     prototypes_with,
-    scene_hash,
     seed_of,
+    size_columns,
+    size_predictions,
     view_through,
 )
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, run_cases
+from bench.fields.part_sizes import (
+    scene_hash as fields_hash,
+)
+from bench.records.points import Column, Point, Prediction
+from bench.runner.experiment import Effort
 from lod.pruning.view import View
 from lod.vision.blur_cascade import BlurWidths, blur_widths
 from lod.vision.eye import Display
 from lod.vision.viewer import STANDARD_EYE, ViewingConditions
-
-NAME, VERSION = "eye", 1
 
 PIXELS_PER_DEGREE = (20.0, 30.0, 45.0, 67.0, 90.0, 120.0)
 FAINT = 0.1
 """A contrast that every part is given, in place of its own: the least class."""
 
 WIDTH = 640
-FIELDS, QUICK_FIELDS = 60, 10
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Count parts on every display, and judge every claim."""
-    start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
-    cases = [
-        (f"{species}, {ppd:g} pixels per degree", (species, ppd, fields, seed))
-        for species in DENSITY
-        for ppd in PIXELS_PER_DEGREE
-    ]
-    points = run_cases(progress, each, (measure, cases))
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(scene_hash([point.case for point in points]), seed),
-        points=points,
-        claims=judge(points),
-        notes={"fields": fields},
-        start=start,
-    )
+@dataclass(frozen=True)
+class Case:
+    """A species, pixels per degree of the display before the eye, and how many fields."""
+
+    species: str
+    pixels_per_degree: float
+    fields: int
 
 
-def measure(species: str, ppd: float, fields: int, seed: int) -> Point:
+def cases(effort: Effort) -> list[Case]:
+    """Every species on every display."""
+    return [Case(s, ppd, effort["fields"]) for s in DENSITY for ppd in PIXELS_PER_DEGREE]
+
+
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of all cases and of what the fields hold."""
+    return fields_hash([point.case for point in points])
+
+
+def measure(case: Case, seed: int) -> Point:
     """Fields of their own for each display, each looked at by every viewer."""
-    seeds = [seed_of(f"{species} {ppd}", seed, index) for index in range(fields)]
+    species, ppd = case.species, case.pixels_per_degree
+    seeds = [seed_of(f"{species} {ppd}", seed, index) for index in range(case.fields)]
     density = density_of(species, COARSE_M)
-    samples: dict[str, list[int]] = {}
-    predicted: dict[str, float] = {}
+    samples: list[Column] = []
+    predicted: list[Prediction] = []
     for viewer, (view, contrast) in viewers(ppd).items():
         things = prototypes_with(species, contrast)
-        seen = [count_sizes(things, density, view, each).by_size for each in seeds]
-        means = predicted_sizes(things, density, view)
-        for row, size in enumerate(SIZES):
-            samples[f"{viewer}, {size}"] = [counts[row] for counts in seen]
-            predicted[f"{viewer}, {size}"] = float(means[row])
+        counts = [count_sizes(things, density, view, each) for each in seeds]
+        samples += size_columns(counts, viewer=viewer)
+        predicted += size_predictions(predicted_sizes(things, density, view), viewer=viewer)
     widths = blur_widths(1.0, Display(ppd), STANDARD_EYE)
-    case = {"species": species, "pixels_per_degree": ppd, "blur_px": widths.effective}
-    return Point(case, predicted, samples)
+    named = {"species": species, "pixels_per_degree": ppd, "blur_px": widths.effective}
+    return Point(named, tuple(predicted), tuple(samples))
 
 
 def viewers(ppd: float) -> dict[str, tuple[View, float | None]]:

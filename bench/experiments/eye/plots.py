@@ -1,9 +1,11 @@
 """What the eye experiment shows: parts left against pixels per degree, and a table."""
 
-from bench.experiments.eye.claims import VIEWERS, by_species
-from bench.fields.part_sizes import law_total, total
+from bench.experiments.eye.claims import VIEWERS
+from bench.fields.part_sizes import part_counts, predicted_parts
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, grouped
+from bench.records.records import Record
+from bench.runner.experiment import Table
 
 _AXIS = "pixels per degree of sight", "share of the parts that is left"
 _LABELS = {
@@ -16,10 +18,10 @@ _LABELS = {
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """A plot for each species."""
-    return tuple(_plot(record, *each) for each in by_species(record.points).items())
+    return tuple(_plot(points, *kind) for kind, points in grouped(record.points, "species").items())
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every display and contrast."""
     heads = (
         *(
@@ -40,7 +42,10 @@ def _row(point: Point, viewer: str) -> tuple[str, ...]:
     numbers = [
         f"{value:.5g}"
         for each in ("ideal", viewer)
-        for value in (float(total(point, each).mean()), law_total(point, each))
+        for value in (
+            float(part_counts(point, viewer=each).mean()),
+            predicted_parts(point, viewer=each),
+        )
     ]
     left = [f"{100 * share:.2f}" for share in _left(point, viewer)]
     place = f"{case['pixels_per_degree']:g}", f"{case['blur_px']:.3f}"
@@ -49,11 +54,12 @@ def _row(point: Point, viewer: str) -> tuple[str, ...]:
 
 def _left(point: Point, viewer: str) -> tuple[float, float]:
     """Share of what an ideal eye sees, measured and predicted."""
-    measured_share = float(total(point, viewer).sum() / total(point, "ideal").sum())
-    return measured_share, law_total(point, viewer) / law_total(point, "ideal")
+    seen, ideal = (float(part_counts(point, viewer=each).sum()) for each in (viewer, "ideal"))
+    law, ideal_law = (predicted_parts(point, viewer=each) for each in (viewer, "ideal"))
+    return seen / ideal, law / ideal_law
 
 
-def _plot(record: Record, species: str, points: list[Point]) -> Plot:
+def _plot(points: list[Point], species: str) -> Plot:
     drawn = []
     for viewer in VIEWERS:
         x = [point.case["pixels_per_degree"] for point in points]

@@ -7,23 +7,23 @@ from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.fidelity.scene import GROUND, PIECES, PIECES_DETAIL, SPECIES
 from bench.experiments.fidelity.timing import over_unpruned, timed
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import mean
 from bench.statistics.excess_flip import FLOOR
 
 JUDGED_AT_PX = 1.0
 FEWEST_PIXELS = 30
 _QUOTED = SPECIES, GROUND, "everything"
-_SOURCE = "§2.4, issue 6"
+_SOURCE = "§2.4"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Every claim that these points decide."""
     made: list[Claim] = []
-    for view, chosen in by_view(points).items():
+    for (view,), chosen in grouped(points, "view").items():
         name = view.replace(" ", "_")
         made.append(_floor(name, view, chosen[0]))
-        at = [p for p in chosen if p.case["detail"] == JUDGED_AT_PX]
+        at = where(chosen, detail=JUDGED_AT_PX)
         made += [_excess(name, p) for p in at if p.case["pruned"] in _QUOTED]
         made += [_luminance(name, p, b) for p in at for b in BANDS[:-1] if _any_light(p, b)]
         made += _rivals(name, view, chosen) + _faster(name, chosen)
@@ -32,26 +32,18 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 def _any_light(point: Point, band: str) -> bool:
     whole = point.case["pruned"] == "everything"
-    return whole and point.samples[f"pixels {band}"][0] >= FEWEST_PIXELS
-
-
-def by_view(points: Sequence[Point]) -> dict[str, list[Point]]:
-    """Points of every view, in the order they come."""
-    views: dict[str, list[Point]] = {}
-    for point in points:
-        views.setdefault(point.case["view"], []).append(point)
-    return views
+    return whole and point.column("pixels", band=band)[0] >= FEWEST_PIXELS
 
 
 def pieces(points: Sequence[Point]) -> list[Point]:
     """What its pieces cost, each pruned alone."""
-    at = [p for p in points if p.case["detail"] == PIECES_DETAIL]
+    at = where(points, detail=PIECES_DETAIL)
     return [p for p in at if p.case["pruned"] in (*PIECES, GROUND)]
 
 
 def _floor(name: str, view: str, point: Point) -> Claim:
     about = f"The noise of the {view} view is low enough to quote an excess over it."
-    words = about, "FLIP of the reference against itself with another seed", "issue 6"
+    words = about, "FLIP of the reference against itself with another seed", _SOURCE
     return claim(f"floor/{name}", words, FLOOR, 0, mean(column(point, "flip_floor")), "at most")
 
 
@@ -64,11 +56,13 @@ def _excess(name: str, point: Point) -> Claim:
 
 
 def _luminance(name: str, point: Point, band: str) -> Claim:
-    share = column(point, f"tested {band}") / column(point, f"reference {band}")
+    tested, unpruned = (
+        column(point, "luminance", picture=which, band=band) for which in ("tested", "reference")
+    )
     about = f"Pruning by blake at one pixel keeps the light {band}, {point.case['view']}."
     words = about, "mean luminance ÷ the reference's", _SOURCE
     which = band.replace(" ", "_")
-    return claim(f"blake/{name}/luminance_{which}", words, 1.0, 0.02, mean(share))
+    return claim(f"blake/{name}/luminance_{which}", words, 1.0, 0.02, mean(tested / unpruned))
 
 
 def _rivals(name: str, view: str, points: Sequence[Point]) -> list[Claim]:
@@ -87,11 +81,11 @@ def _rivals(name: str, view: str, points: Sequence[Point]) -> list[Claim]:
 def _faster(name: str, points: Sequence[Point]) -> list[Claim]:
     """Is the pruned frame the faster one, everything but its species the same?"""
     made = []
-    for point in (p for p in timed(points) if p.case["detail"] == JUDGED_AT_PX):
+    for point in where(timed(points), detail=JUDGED_AT_PX):
         found = over_unpruned(points, point)
         if found is not None:
             view = point.case["view"]
             about = f"Pruned by blake at one pixel a frame takes less time than unpruned, {view}."
-            words = about, "time of prune, build and trace ÷ the unpruned frame's", "§4.2, issue 6"
+            words = about, "time of prune, build and trace ÷ the unpruned frame's", "§4.2"
             made.append(claim(f"blake/{name}/time", words, 1.0, 0, found, "at most"))
     return made

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from bench.experiments.fidelity.scene import SPECIES
-from bench.records.records import Point
+from bench.records.points import Key, Point, where
 from bench.statistics.estimates import CONFIDENCE, Estimate
 from lod.arrays import Reals
 
@@ -64,12 +64,12 @@ def equal_error(points: Sequence[Point]) -> dict[str, Reached]:
 
 def metrics_of(points: Sequence[Point]) -> list[str]:
     """The metrics that species are pruned by."""
-    return list(dict.fromkeys(p.case["metric"] for p in points if p.case["pruned"] == SPECIES))
+    return list(dict.fromkeys(p.case["metric"] for p in where(points, pruned=SPECIES)))
 
 
 def curve(points: Sequence[Point], metric: str) -> list[Point]:
     """The species pruned by a metric, from the finest detail to the coarsest."""
-    mine = [p for p in points if p.case["metric"] == metric and p.case["pruned"] == SPECIES]
+    mine = where(points, metric=metric, pruned=SPECIES)
     return sorted(mine, key=lambda p: p.case["detail"])
 
 
@@ -78,9 +78,9 @@ def excesses(point: Point) -> Reals:
     return column(point, "flip") - column(point, "flip_floor")
 
 
-def column(point: Point, name: str) -> Reals:
-    """A sample of every pair, out of millionths."""
-    return np.array(point.samples[name], np.float64) / 1e6
+def column(point: Point, quantity: str, **keys: Key) -> Reals:
+    """A column of millionths, as numbers of its unit."""
+    return point.values(quantity, **keys) / 1e6
 
 
 def reached(points: Sequence[Point], draws: Drawn, error: float = EQUAL_ERROR) -> Crossings:
@@ -91,7 +91,7 @@ def reached(points: Sequence[Point], draws: Drawn, error: float = EQUAL_ERROR) -
     """
     rows = np.array([excesses(p) for p in points])[:, draws].mean(axis=2)
     found = np.log(np.maximum(rows, 1e-6))
-    at = np.log([(p.case["detail"], max(p.samples["parts"][0], 1)) for p in points])
+    at = np.log([(p.case["detail"], max(p.column("parts")[0], 1)) for p in points])
     made, level = np.full((len(draws), 2), math.nan), math.log(error)
     for k in range(len(points) - 1, 0, -1):  # the first crossing is written last
         here = np.flatnonzero((found[k - 1] <= level) & (level < found[k]))
@@ -101,7 +101,7 @@ def reached(points: Sequence[Point], draws: Drawn, error: float = EQUAL_ERROR) -
 
 
 def _reached(metric: str, row: Sequence[Point]) -> Reached:
-    pairs = np.arange(len(row[0].samples["flip"]))
+    pairs = np.arange(len(row[0].column("flip")))
     rng = np.random.Generator(np.random.Philox(0))
     draws = np.array([pairs, *(rng.choice(pairs, len(pairs)) for _ in range(_DRAWS))])
     found = reached(row, draws)

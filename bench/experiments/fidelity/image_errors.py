@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64
 
+from bench.records.points import Column, columns
 from bench.statistics.excess_flip import mean_flip
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.render.pictures.tone_map import auto_exposure, to_srgb
@@ -30,7 +31,7 @@ class Reference:
     """The unpruned view: two pictures of every pair of seeds, and what is measured against them.
 
     same, other   with the seed of the tested picture, and with another
-    floors        FLIP, SSIM and relMSE of every pair against itself, as ``measured`` has them
+    floors        FLIP, SSIM and relMSE of every pair against itself, as ``picture_errors`` has them
     exposure, mean  of all pictures of ``other``; ``mean`` is exposed
     Z  (h, w) distance of what each pixel shows [m]
     """
@@ -54,17 +55,14 @@ def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
     return replace(plain, floors=floors)
 
 
-def measured(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]:
+def picture_errors(tested: Sequence[Picture], whole: Reference) -> tuple[Column, ...]:
     """All errors of every pair: FLIP and SSIM with their floors, relMSE, and its bias alone.
 
     In millionths; luminance in 10⁻⁹ of its unit.
     """
-    return {
-        **_errors(tested, whole),
-        **whole.floors,
-        "relmse_bias": [_ppm(each) for each in bias(tested, whole)],
-        **_luminances(tested, whole),
-    }
+    unbiased = {"relmse_bias": [_ppm(each) for each in bias(tested, whole)]}
+    errors = columns(_errors(tested, whole) | whole.floors | unbiased)
+    return (*errors, *_luminances(tested, whole))
 
 
 def _errors(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]:
@@ -109,17 +107,18 @@ def _product(one: Picture, two: Picture, whole: Reference) -> float:
     return float(np.mean(one * two * whole.exposure**2 / (whole.mean**2 + EPSILON)))
 
 
-def _luminances(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]:
+def _luminances(tested: Sequence[Picture], whole: Reference) -> list[Column]:
     """Mean luminance of every picture by what the reference shows there."""
     edges = (*BAND_EDGES_M, float(SKY_Z))
-    made: dict[str, list[int]] = {}
+    made: list[Column] = []
     for low, high in zip(edges, (*edges[1:], np.inf), strict=True):
         mine = (whole.Z >= low) & (whole.Z < high)
         name = band_name(low)
-        made[f"pixels {name}"] = [int(mine.sum())]
+        made.append(Column("pixels", [int(mine.sum())], {"band": name}))
         for which, row in (("tested", tested), ("reference", whole.same)):
             light = [float((p[mine] @ _LUMINANCE).mean()) if mine.any() else 0.0 for p in row]
-            made[f"{which} {name}"] = [round(1e9 * each) for each in light]
+            nano = [round(1e9 * each) for each in light]
+            made.append(Column("luminance", nano, {"picture": which, "band": name}))
     return made
 
 

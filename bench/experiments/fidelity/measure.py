@@ -6,16 +6,19 @@ distance, against parts, memory and time, as τ sweeps ⅛ to 8 pixels by every 
 
 import hashlib
 import json
-import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
-from bench.experiments.fidelity import timing as fidelity_times
-from bench.experiments.fidelity.claims import judge
-from bench.experiments.fidelity.image_errors import BAND_EDGES_M, Reference, measured, reference_of
+from bench.experiments.fidelity.image_errors import (
+    BAND_EDGES_M,
+    Reference,
+    picture_errors,
+    reference_of,
+)
 from bench.experiments.fidelity.pictures import pictures_of
 from bench.experiments.fidelity.scene import (
     GROUND_DETAIL,
@@ -23,20 +26,18 @@ from bench.experiments.fidelity.scene import (
     VIEWS,
     WORLD,
     Case,
-    cases,
     displayed,
+    grid_cases,
     parts_in,
     preset_of,
     reference,
-    tried,
+    tried_metrics,
     view_of,
 )
+from bench.experiments.fidelity.timing import SPP, TIMED, Timing, measure_times
 from bench.records.embedded_pictures import NOTE
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner import run_cases as conduct
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
+from bench.records.points import Point, columns
+from bench.runner.experiment import Effort
 from bench.statistics.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import DisplayedRepresentation
@@ -49,52 +50,42 @@ from scenes.render.pipeline.stages import build_frame, trace
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 
-NAME, VERSION = "fidelity", 3
-_SPP = {"eye level": 225, "aerial": 441, "hazy": 64}
-"""Samples a pixel with which the noise floor of each view is below that of an excess to quote."""
 
-_QUICK_SPP = 25
+@dataclass(frozen=True)
+class Pictures:
+    """A case that is rendered, the variant that does it, and samples of a pixel."""
+
+    case: Case
+    variant: str
+    spp: int
+
+    @property
+    def label(self) -> str:
+        """The case in short."""
+        return f"{self.case.view}, {self.case.metric}, {self.case.detail:g} px, {self.case.pruned}"
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-    metric: str | None = None,
-) -> Record:
-    """Render every case with every seed, time some, and judge the claims; ``metric`` is tried, too.
-
-    Quick has fewer details and samples a pixel.
-    """
-    start, variant, grid = time.perf_counter(), choose(), cases(quick, metric)
-    spp = dict.fromkeys(VIEWS, _QUICK_SPP) if quick else _SPP
-    seeds = tuple(seed + k for k in range(2 * LEAST_PAIRS))
-    jobs = [
-        (f"{c.view}, {c.metric}, {c.detail:g} px, {c.pruned}", (c, variant, spp[c.view], seeds))
-        for c in grid
+def cases(effort: Effort, metric: str | None = None) -> list[Pictures | Timing]:
+    """Every case of the grid, ``metric``'s too; then a view's frames that are timed."""
+    variant, spp = choose(), effort["samples_per_pixel"]
+    grid = grid_cases(effort["details"], effort["ground_details"], metric)
+    tried = tried_metrics(metric)
+    return [
+        *(Pictures(each, variant, spp[each.view]) for each in grid),
+        *(Timing(view, tried, tuple(effort["timed_details"]), variant) for view in VIEWS),
     ]
-    details = fidelity_times.QUICK_DETAILS if quick else fidelity_times.DETAILS
-    timed = [(f"{v}, timed", (v, tried(metric), details, variant, seed)) for v in VIEWS]
-    timing = fidelity_times.measure_times, timed
-    points = conduct.run_cases(progress, each, (measure, jobs), timing)
-    return conduct.make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(_scene_hash(grid), seed, variant=variant),
-        points=points,
-        claims=judge(points),
-        notes={
-            "samples_per_pixel": spp,
-            "samples_per_pixel_timed": fidelity_times.SPP,
-            "pairs_of_seeds": LEAST_PAIRS,
-            "pixels_per_degree": PIXELS_PER_DEGREE,
-            "ceiling_of_parts": MOST_PARTS,
-            NOTE: pictures_of(variant, quick, seed),
-        },
-        start=start,
-    )
+
+
+def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
+    """How it was rendered; and pictures to look at."""
+    return {
+        "samples_per_pixel": effort["samples_per_pixel"],
+        "samples_per_pixel_timed": SPP,
+        "pairs_of_seeds": LEAST_PAIRS,
+        "pixels_per_degree": PIXELS_PER_DEGREE,
+        "ceiling_of_parts": MOST_PARTS,
+        NOTE: pictures_of(choose(), effort["picture_spp"], seed),
+    }
 
 
 @lru_cache(maxsize=len(VIEWS))
@@ -121,16 +112,22 @@ def _pictures(
     return [trace(stage, replace(quality, seed=each)) for each in seeds]
 
 
-def measure(case: Case, variant: str, spp: int, seeds: tuple[int, ...]) -> Point:
+def measure(job: Pictures | Timing, seed: int) -> Point | list[Point]:
+    """Errors of the pictures of a case; or times of a view's frames."""
+    return measure_times(job, seed) if isinstance(job, Timing) else measure_errors(job, seed)
+
+
+def measure_errors(job: Pictures, seed: int) -> Point:
     """Pictures of a case with every second seed, against those of the unpruned view."""
+    case, variant, spp = job.case, job.variant, job.spp
+    seeds = tuple(seed + k for k in range(2 * LEAST_PAIRS))
     whole = _whole(case.view, variant, spp, seeds)
     visible = displayed(case)
     pictures = _pictures(case.view, visible, variant, spp, seeds[0::2])
     counts = pictures[0].statistics
     size = preset_of(case.view).render.size
     needed = predict_bytes(counts["sticks"], counts["triangles"], size, Quality(variant, spp))
-    samples = {
-        **measured([each.rgb.astype(np.float64) for each in pictures], whole),
+    counted = {
         "parts": [parts_in(visible)],
         "parts_of_reference": [parts_in(reference(case.view))],
         "exposure_ppm": [round(1e6 * whole.exposure)],
@@ -138,11 +135,14 @@ def measure(case: Case, variant: str, spp: int, seeds: tuple[int, ...]) -> Point
         "triangles": [counts["triangles"]],
         "foretold_bytes": [needed],
     }
-    case_ = {k: getattr(case, k) for k in ("view", "metric", "detail", "pruned")}
-    return Point(case_, {}, samples)
+    wrong = picture_errors([each.rgb.astype(np.float64) for each in pictures], whole)
+    named = {k: getattr(case, k) for k in ("view", "metric", "detail", "pruned")}
+    return Point(named, samples=(*wrong, *columns(counted)))
 
 
-def _scene_hash(grid: list[Case]) -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of every view and every case that is not timed."""
+    grid = [Case(**p.case) for p in points if p.case["pruned"] != TIMED]
     presets = [preset_of(view).model_dump(mode="json") for view in VIEWS]
     words = [presets, WORLD, [str(case) for case in grid], GROUND_DETAIL, BAND_EDGES_M]
     return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

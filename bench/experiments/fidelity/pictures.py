@@ -25,13 +25,11 @@ MAGNIFIED = 4
 DETAILS = (1.0, 4.0)
 """τ in pixels of the measurement."""
 
-_SPP, _QUICK_SPP = 64, 9
 _EVERYTHING = "everything"
 
 
-def pictures_of(variant: str, quick: bool, seed: int) -> list[dict[str, Any]]:
+def pictures_of(variant: str, spp: int, seed: int) -> list[dict[str, Any]]:
     """For a record's notes: of each view the whole scene, pruned ones, and their FLIP maps."""
-    spp = _QUICK_SPP if quick else _SPP
     return [_one(view, variant, spp, seed) for view in VIEWS]
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from bench.experiments.fidelity.claims import by_view, pieces
+from bench.experiments.fidelity.claims import pieces
 from bench.experiments.fidelity.equal_error import (
     EQUAL_ERROR,
     Reached,
@@ -22,7 +22,8 @@ from bench.experiments.fidelity.timing import (
 )
 from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, grouped, where
+from bench.records.records import Record
 from bench.runner.experiment import Table
 from bench.statistics.estimates import Estimate, median
 from bench.statistics.excess_flip import ExcessFlip, over_noise
@@ -38,7 +39,7 @@ _LEAST = 1e-5
 def plots(record: Record) -> tuple[Plot, ...]:
     """Of each view: excess FLIP against detail, parts, time and memory."""
     made = []
-    for view, points in by_view(record.points).items():
+    for (view,), points in grouped(record.points, "view").items():
         made += [_plot(view, points, "detail"), _plot(view, points, "parts")]
         if timed(points):
             made += [_by_time(view, points), _by_memory(view, points)]
@@ -50,7 +51,7 @@ def summary(record: Record) -> Table:
     at = f"τ at excess FLIP {EQUAL_ERROR} (px)"
     heads = ("view", "metric", at, "parts there", "÷ blake's", "among all metrics")
     rows: list[tuple[str, ...]] = []
-    for view, points in by_view(record.points).items():
+    for (view,), points in grouped(record.points, "view").items():
         found = equal_error(points)
         words = standing(found)
         for name, each in found.items():
@@ -65,7 +66,7 @@ def _crossing(each: Reached, ours: Reached, row: Sequence[Point]) -> tuple[str, 
         end, words = (row[-1], ("over", "under")) if below else (row[0], ("under", "over"))
         if not (below or above):
             return "not reached in every draw", "", ""
-        detail, parts = end.case["detail"], end.samples["parts"][0]
+        detail, parts = end.case["detail"], end.column("parts")[0]
         return f"{words[0]} {detail:g}, the last tried", f"{words[1]} {parts}", ""
     over = _within(each.parts_over(ours), "{:.2f}") if ours.found else ""
     return _within(each.detail, "{:.2f}"), _within(each.part_count, "{:.0f}"), over
@@ -81,21 +82,21 @@ def excess(point: Point) -> ExcessFlip:
     return over_noise(column(point, "flip"), column(point, "flip_floor"))
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every case."""
     heads = (
         *("view", "metric", "τ (px)", "pruned", "parts", "memory (MB)", "a frame's time (s)"),
         *("÷ unpruned", "excess FLIP", "at most (95 %)", "floor"),
         *("relMSE without noise", "relMSE", "its floor", "SSIM", "its floor"),
     )
-    views = by_view(record.points)
-    return heads, [_row(point, views[point.case["view"]]) for point in record.points]
+    views = grouped(record.points, "view")
+    return heads, [_row(point, views[(point.case["view"],)]) for point in record.points]
 
 
 def _row(point: Point, view: Sequence[Point]) -> tuple[str, ...]:
-    case, samples = point.case, point.samples
+    case = point.case
     place = case["view"], case["metric"], f"{case['detail']:g}", case["pruned"]
-    held = str(samples["parts"][0]), f"{megabytes(point):.0f}"
+    held = str(point.column("parts")[0]), f"{megabytes(point):.0f}"
     if case["pruned"] == TIMED:
         over = over_unpruned(view, point)
         times = _within(median(seconds(point)), "{:.3f}"), _within(over, "{:.3f}") if over else ""
@@ -202,11 +203,11 @@ def _floor(points: Sequence[Point]) -> float:
 
 
 def _frames(points: Sequence[Point]) -> list[Point]:
-    return [p for p in points if p.case["pruned"] == TIMED]
+    return where(points, pruned=TIMED)
 
 
 def _x(point: Point, against: str) -> float:
-    return float(point.case["detail"] if against == "detail" else point.samples["parts"][0])
+    return float(point.case["detail"] if against == "detail" else point.column("parts")[0])
 
 
 def standing(found: Mapping[str, Reached]) -> dict[str, str]:

@@ -29,8 +29,6 @@ VIEWS = {
     "hazy": ("air.visibility=200m",),
 }
 METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
-DETAILS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-QUICK_DETAILS = (0.25, 1.0, 4.0)
 
 SPECIES, GROUND = "species", "ground"
 """What is pruned in the sweeps: everything that stands on the ground, which is whole then; or the
@@ -71,17 +69,20 @@ class Case:
     pruned: str = SPECIES
 
 
-def tried(metric: str | None = None) -> tuple[str, ...]:
+def tried_metrics(metric: str | None = None) -> tuple[str, ...]:
     """The metrics that are tried, ``metric`` among them."""
     return (*METRICS_TRIED, *([metric] if metric else []))
 
 
-def cases(quick: bool, metric: str | None = None) -> list[Case]:
-    """Every view by every metric, ``metric`` too, and detail; and what its pieces cost."""
-    details = QUICK_DETAILS if quick else DETAILS
-    made = [Case(v, m, d) for v in VIEWS for m in tried(metric) for d in details]
-    ground = (PIECES_DETAIL,) if quick else QUICK_DETAILS
-    made += [Case(v, "blake", d, GROUND) for v in VIEWS for d in ground]
+def grid_cases(
+    details: Sequence[float], ground_details: Sequence[float], metric: str | None = None
+) -> list[Case]:
+    """Every view by every metric, ``metric`` too, and detail; and what its pieces cost.
+
+    ``ground_details`` are the details [px] at which the ground alone is pruned.
+    """
+    made = [Case(v, m, d) for v in VIEWS for m in tried_metrics(metric) for d in details]
+    made += [Case(v, "blake", d, GROUND) for v in VIEWS for d in ground_details]
     return made + [Case(v, "blake", PIECES_DETAIL, piece) for v in VIEWS for piece in PIECES]
 
 

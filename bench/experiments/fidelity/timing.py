@@ -6,12 +6,12 @@ has made each of them once before: what differs between them is then not when th
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bench.experiments.fidelity.scene import Case, displayed, parts_in, preset_of, view_of
-from bench.records.records import Point
+from bench.records.points import Column, Point, columns, where
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
 from lod.arrays import Reals
 from scenes.frame.assemble import frame_quality
@@ -25,34 +25,41 @@ TIMED = "species, timed"
 """What such a point says of ``pruned``: species as in the sweeps, under the same whole ground."""
 
 UNPRUNED = "full"
-DETAILS, QUICK_DETAILS = (0.125, 0.5, 1.0, 2.0, 8.0), (1.0,)
 SPP = 16
 STAGES = ("prune", "build", "trace")
 
 
-def measure_times(
-    view: str, metrics: tuple[str, ...], details: tuple[float, ...], variant: str, seed: int
-) -> list[Point]:
+@dataclass(frozen=True)
+class Timing:
+    """A view whose frames are timed, pruned by every metric at every detail [px]."""
+
+    view: str
+    metrics: tuple[str, ...]
+    details: tuple[float, ...]
+    variant: str
+
+
+def measure_times(job: Timing, seed: int) -> list[Point]:
     """A point for each metric and detail, one for all there is: µs of each stage in each round."""
-    cases = [Case(view, metric, detail) for metric in metrics for detail in details]
-    cases.append(Case(view, UNPRUNED, 1.0))
-    rounds = [[_frame(case, variant, seed) for case in cases] for _ in range(LEAST_REPEATS + 1)]
+    cases = [Case(job.view, metric, detail) for metric in job.metrics for detail in job.details]
+    cases.append(Case(job.view, UNPRUNED, 1.0))
+    rounds = [[_frame(case, job.variant, seed) for case in cases] for _ in range(LEAST_REPEATS + 1)]
     return [_point(case, column) for case, column in zip(cases, _columns(rounds[1:]), strict=True)]
 
 
 def seconds(point: Point) -> Reals:
     """A frame's time in every round, all stages [s]."""
-    return np.sum([point.samples[f"{stage}_us"] for stage in STAGES], axis=0) / 1e6
+    return np.asarray(np.sum([point.values("us", stage=stage) for stage in STAGES], axis=0) / 1e6)
 
 
 def megabytes(point: Point) -> float:
     """What the process that renders the frame is foretold to hold at most [MB]."""
-    return float(point.samples["foretold_bytes"][0]) / 1e6
+    return float(point.column("foretold_bytes")[0]) / 1e6
 
 
 def timed(points: Sequence[Point], metric: str = "blake") -> list[Point]:
     """The timed points of a metric, from the finest detail to the coarsest."""
-    mine = [p for p in points if p.case["pruned"] == TIMED and p.case["metric"] == metric]
+    mine = where(points, pruned=TIMED, metric=metric)
     return sorted(mine, key=lambda p: p.case["detail"])
 
 
@@ -87,7 +94,7 @@ def _columns(rounds: list[list[dict[str, int]]]) -> list[list[dict[str, int]]]:
 
 
 def _point(case: Case, rows: list[dict[str, int]]) -> Point:
-    samples = {f"{stage}_us": [row[f"{stage}_us"] for row in rows] for stage in STAGES}
-    samples |= {k: [rows[0][k]] for k in ("parts", "foretold_bytes")}
+    times = (Column("us", [row[f"{k}_us"] for row in rows], {"stage": k}) for k in STAGES)
+    counted = columns({k: [rows[0][k]] for k in ("parts", "foretold_bytes")})
     named = {"view": case.view, "metric": case.metric, "detail": case.detail, "pruned": TIMED}
-    return Point(named, {}, samples)
+    return Point(named, samples=(*times, *counted))

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
+from bench.runner.experiment import Effort
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.pruning.view import View
@@ -32,6 +33,9 @@ EXAGGERATED_PX = 16.0
 """The paper says its detail was exaggerated, and not how much: a sixteenth of what can be seen."""
 
 SIZE_PX, FOV_DEG = (640, 360), 60.0
+POINTS_PER_JOINT = {"composing": 0, "composing_and_placing": 2}
+"""The frames of all joints alone, as counting needs them; and both ends of a stick on each."""
+
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
 Distances = Float64[np.ndarray, "distances poses"]
@@ -69,6 +73,41 @@ class Curve:
         """Of the eye from the object's origin, in even ratios, (count,) [m]."""
         near = object_of(self.kind).hierarchy.B[0]
         return np.geomspace(near, self.limits[0], count + 1)[:-1]
+
+
+@dataclass(frozen=True)
+class Approach:
+    """A curve that is counted, over so many poses, at so many distances."""
+
+    curve: Curve
+    poses: int
+    distances: int
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """A kind whose parts' sizes are listed."""
+
+    kind: str
+
+
+@dataclass(frozen=True)
+class PosingTask:
+    """What is posed, so many poses in each repeat, and how many repeats."""
+
+    task: str
+    poses: int
+    repeats: int
+
+
+def cases(effort: Effort, metric: str | None = None) -> list[Approach | Sizes | PosingTask]:
+    """Every curve, ``metric``'s too; the sizes of all parts of every kind; posing in two ways."""
+    poses, distances = effort["poses"], effort["distances"]
+    return [
+        *(Approach(curve, poses, distances) for curve in curves(metric)),
+        *(Sizes(kind) for kind in EVERYTHING),
+        *(PosingTask(task, effort["posed"], effort["repeats"]) for task in POINTS_PER_JOINT),
+    ]
 
 
 def curves(more: str | None = None) -> tuple[Curve, ...]:

@@ -12,12 +12,11 @@ import numpy as np
 
 from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON, Distances, looked_from
 from bench.experiments.figure.fit import Chosen, Counts, exponent, rank_correlation
-from bench.experiments.figure.posing import POINTS_PER_JOINT, Posing
 from bench.records.claims import Claim, claim
-from bench.records.records import Point, Record
+from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import Estimate, median
 
-COUNTED, SIZED = "parts against distance", "sizes"
+COUNTED, SIZED, POSED = "parts against distance", "sizes", "posing"
 
 SQUARE_ROOT, NEARLY = -0.5, 0.1
 FEW = 0.05
@@ -57,49 +56,41 @@ class Counted:
 
 def counted(points: Iterable[Point]) -> list[Counted]:
     """The curves of a record, in the order they come."""
-    curves: dict[tuple[str, str, float], list[Point]] = {}
-    for point in points:
-        if point.case["what"] == COUNTED:
-            key = tuple(point.case[k] for k in ("kind", "metric", "detail"))
-            curves.setdefault(key, []).append(point)
+    curves = grouped(where(points, what=COUNTED), "kind", "metric", "detail")
     return [
         Counted(
-            *key,
+            kind,
+            metric,
+            detail,
             parts=rows[0].case["parts"],
             fits=rows[0].case["fits"],
             distances=looked_from(
-                np.array([row.case["distance"] for row in rows]), len(rows[0].samples["parts"])
+                np.array([row.case["distance"] for row in rows]), len(rows[0].column("parts"))
             ),
-            counts=np.array([row.samples["parts"] for row in rows], np.int64),
+            counts=np.array([row.column("parts") for row in rows], np.int64),
         )
-        for key, rows in curves.items()
+        for (kind, metric, detail), rows in curves.items()
     ]
 
 
 def sized(points: Iterable[Point]) -> dict[str, dict[str, np.ndarray]]:
     """Level, whole and P_um of every part, by kind."""
     return {
-        point.case["kind"]: {k: np.array(v, np.int64) for k, v in point.samples.items()}
-        for point in points
-        if point.case["what"] == SIZED
+        point.case["kind"]: {
+            each.quantity: np.array(each.values, np.int64) for each in point.samples
+        }
+        for point in where(points, what=SIZED)
     }
 
 
-def judge(points: tuple[Point, ...], seed: int, times: dict[str, Posing]) -> tuple[Claim, ...]:
+def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Every claim that these points decide."""
-    rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xB007))))
+    rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((0, 0xB007))))
     made = [_square_root(curve, *reading, rng) for curve in counted(points)
             for reading in readings(curve)]  # fmt: skip
     for kind, table in sized(points).items():
         made += _falls(kind, table, rng)
-    return (*made, *(_quaternions(task, found) for task, found in times.items()))
-
-
-def judge_record(record: Record) -> tuple[Claim, ...]:
-    """The same from a record, of which the notes hold the times."""
-    tasks = [task for task in POINTS_PER_JOINT if f"{task}_times" in record.notes]
-    times = {task: Posing(**record.notes[f"{task}_times"]) for task in tasks}
-    return judge(record.points, record.provenance.seed, times)
+    return (*made, *map(_quaternions, where(points, what=POSED)))
 
 
 Reading = tuple[str, str, Callable[[Counted], Chosen]]
@@ -162,8 +153,9 @@ def _alike(table: dict[str, np.ndarray]) -> np.ndarray:
     return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
 
 
-def _quaternions(task: str, times: Posing) -> Claim:
-    ratios = np.array(times.quaternions_ns) / np.array(times.matrices_ns)
+def _quaternions(point: Point) -> Claim:
+    task = point.case["task"]
+    ratios = point.values("quaternions_ns") / point.values("matrices_ns")
     about = f"{_TASKS[task]} by quaternions costs less than by rotation matrices."
     words = about, "time by quaternions ÷ time by matrices, on this machine", "§3.3"
     return claim(f"posing/{PERSON}/{task}", words, 1, 0, median(ratios), "at most")

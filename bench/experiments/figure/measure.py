@@ -1,76 +1,58 @@
 """How do the parts of a figure drop off with distance, and do they shrink with depth? (§2.3, §4)"""
 
-import time
-from dataclasses import dataclass
+from functools import singledispatch
+from typing import Any
 
-from bench.experiments.figure.cases import EVERYTHING, Curve, curves, object_of
-from bench.experiments.figure.claims import COUNTED, SIZED, judge
+from bench.experiments.figure.cases import Approach, Curve, PosingTask, Sizes, object_of
+from bench.experiments.figure.claims import COUNTED, POSED, SIZED
 from bench.experiments.figure.fit import RESAMPLES
-from bench.experiments.figure.part_counts import count, scene_hash, sizes
-from bench.experiments.figure.posing import POINTS_PER_JOINT, posing
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, run_cases
-
-NAME, VERSION = "figure", 1
+from bench.experiments.figure.part_counts import count, sizes
+from bench.experiments.figure.part_counts import scene_hash as curves_hash
+from bench.experiments.figure.posing import posing
+from bench.records.points import Point, columns, where
+from bench.runner.experiment import Effort
 
 
-@dataclass(frozen=True)
-class Effort:
-    """poses of each kind; distances of each curve; repeats of posing, and poses in each."""
-
-    poses: int
-    distances: int
-    repeats: int
-    posed: int
+@singledispatch
+def measure(case: Any, seed: int) -> Point | list[Point]:
+    """Measure a case: each kind of case has its own function. Raises TypeError for others."""
+    raise TypeError(case)
 
 
-FULL = Effort(poses=200, distances=60, repeats=101, posed=4000)
-QUICK = Effort(poses=40, distances=30, repeats=21, posed=1000)
-
-
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-    metric: str | None = None,
-) -> Record:
-    """Count every curve, compare all sizes, time both ways of posing, and judge every claim.
-
-    ``metric``: of another than its own as well.
-    """
-    grid, effort, start = curves(metric), QUICK if quick else FULL, time.perf_counter()
-    cases = [(f"{curve.kind}, {curve.metric}", (curve, effort, seed)) for curve in grid]
-    points = run_cases(progress, each, (measure, cases))
-    points += tuple(Point({"what": SIZED, "kind": kind}, {}, sizes(kind)) for kind in EVERYTHING)
-    times = {task: posing(task, effort.posed, effort.repeats, seed) for task in POINTS_PER_JOINT}
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(scene_hash(grid), seed),
-        points=points,
-        claims=judge(points, seed, times),
-        notes={
-            "poses": effort.poses,
-            "distances": effort.distances,
-            "bootstrap_samples": RESAMPLES,
-            **{f"{task}_times": found.as_json() for task, found in times.items()},
-        },
-        start=start,
-    )
-
-
-def measure(curve: Curve, effort: Effort, seed: int) -> list[Point]:
+@measure.register
+def _(case: Approach, seed: int) -> list[Point]:
     """One point a distance, with the count of every pose."""
-    distances = curve.distances(effort.distances)
+    curve = case.curve
+    distances = curve.distances(case.distances)
     same = {"parts": len(object_of(curve.kind).hierarchy), "fits": curve.fits}
-    case = {"what": COUNTED, **curve.as_json(), **same}
-    rows = count(curve, effort.poses, distances, seed)
+    named = {"what": COUNTED, **curve.as_json(), **same}
+    rows = count(curve, case.poses, distances, seed)
     return [
-        Point({**case, "distance": float(distance)}, {}, {"parts": row.tolist()})
+        Point({**named, "distance": float(distance)}, samples=columns({"parts": row.tolist()}))
         for distance, row in zip(distances, rows, strict=True)
     ]
+
+
+@measure.register
+def _(case: Sizes, seed: int) -> Point:
+    """Level, whole and size of every part."""
+    return Point({"what": SIZED, "kind": case.kind}, samples=columns(sizes(case.kind)))
+
+
+@measure.register
+def _(case: PosingTask, seed: int) -> Point:
+    """Times of both ways of posing, repeat by repeat."""
+    found, times = posing(case.task, case.poses, case.repeats, seed)
+    return Point({"what": POSED, "task": case.task, **found}, samples=columns(times))
+
+
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of every curve, and of the hierarchy and joints of every kind."""
+    keys = ("kind", "metric", "detail")
+    curves = [tuple(point.case[k] for k in keys) for point in where(points, what=COUNTED)]
+    return curves_hash(tuple(Curve(*each) for each in dict.fromkeys(curves)))
+
+
+def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
+    """Sizes of the run, and of the bootstrap."""
+    return {**effort.sizes, "bootstrap_samples": RESAMPLES}

@@ -10,6 +10,7 @@ from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.claims import Claim
 from bench.records.records import Record
+from bench.runner.experiment import Table
 from bench.statistics.power_law import LEAST_ROWS, compare_with_log
 
 _BAND = 5, 95
@@ -27,7 +28,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return (*made, _sizes_plot(record))
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every fitted exponent, with those of its nearer and farther half."""
     heads = (
         *("kind", "metric", "detail (px)", "reading", "parts", "from (m)", "to (m)"),

@@ -5,41 +5,24 @@ of one thread's processor; the two take turns, so that what else the machine doe
 """
 
 import time
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from bench.experiments.figure.cases import PERSON, object_of
+from bench.experiments.figure.cases import PERSON, POINTS_PER_JOINT, object_of
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
 from scenes.rig.rotations import matrices
 
-POINTS_PER_JOINT = {"composing": 0, "composing_and_placing": 2}
-"""The frames of all joints alone, as counting needs them; and both ends of a stick on each."""
 
+def posing(
+    task: str, poses: int, repeats: int, seed: int
+) -> tuple[dict[str, Any], dict[str, list[int]]]:
+    """Pose the person both ways, in turns; the first of each, which compiles, is not counted.
 
-@dataclass(frozen=True)
-class Posing:
-    """Interleaved repeats of one task, in order: facts of this machine at this hour.
-
-    quaternions_ns, matrices_ns  of each repeat;  poses  in each;  joints, points  of each pose
-    apart_m  the greatest difference between what the two placed
+    Gives what was posed: ``poses`` in each repeat, ``joints`` and ``points`` of each pose, and
+    ``apart_m``, the greatest difference between what the two placed [m]; and the times of every
+    repeat, ``quaternions_ns`` and ``matrices_ns``.
     """
-
-    quaternions_ns: list[int]
-    matrices_ns: list[int]
-    poses: int
-    joints: int
-    points: int
-    apart_m: float
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain data."""
-        return asdict(self)
-
-
-def posing(task: str, poses: int, repeats: int, seed: int) -> Posing:
-    """Pose the person both ways, in turns; the first of each, which compiles, is not counted."""
     rig = object_of(PERSON).rig
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xC057))))
     turns = rig.random_turns(rng, poses)
@@ -54,4 +37,5 @@ def posing(task: str, poses: int, repeats: int, seed: int) -> Posing:
             start = time.thread_time_ns()
             kernel(rig.parent, rig.offset, form, points)
             times[k].append(time.thread_time_ns() - start)
-    return Posing(times[0], times[1], poses, len(rig), points.size // 3, apart)
+    sizes = {"poses": poses, "joints": len(rig), "points": points.size // 3, "apart_m": apart}
+    return sizes, {"quaternions_ns": times[0], "matrices_ns": times[1]}

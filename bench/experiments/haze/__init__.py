@@ -1,1 +1,27 @@
-"""The experiment `haze`."""
+"""The experiment `haze`: what it asks, how it is answered, and what is shown."""
+
+from bench.runner.experiment import Experiment, Lazy
+
+EXPERIMENT = Experiment(
+    name="haze",
+    order=30,
+    version=1,
+    about=("what haze takes of each size of part, from V = 0.5 to 50 km, measured and predicted"),
+    question=("Which parts does haze hide, and does the law know how many?"),
+    full={"fields": 80},
+    quick={"fields": 12},
+    expected_seconds={"full": 150.0, "quick": 60.0},
+    cases=Lazy(f"{__name__}.measure", "cases"),
+    measure=Lazy(f"{__name__}.measure", "measure"),
+    judge=Lazy(f"{__name__}.claims", "judge"),
+    plots=Lazy(f"{__name__}.plots", "plots"),
+    point_table=Lazy(f"{__name__}.plots", "point_table"),
+    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    caveats=(
+        "Flat ground and an eye 1.6 m up that looks all round; nothing hides anything.",
+        "What is gone is what Barten's standard observer could not see on a display of 100 "
+        "cd/m²; a tone curve that steepens contrast shows more.",
+        "Shares depend on m·V alone, as long as contrast classes are the same: a finer picture "
+        "shows more far parts for haze to take.",
+    ),
+)

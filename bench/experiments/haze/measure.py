@@ -4,33 +4,29 @@ A derivation says that haze takes big far parts and hardly any small near ones: 
 ln(C₀·max S)/β, some 1.7 V, and only what is large would have been displayed from there.
 """
 
-import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from bench.experiments.haze.claims import judge
 from bench.fields.part_sizes import (
-    SIZES,
     SizeCounts,
     camera,
     count_sizes,
     density_of,
     predicted_sizes,
     prototypes_with,
-    scene_hash,
     seed_of,
+    size_columns,
+    size_predictions,
     view_through,
 )
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, run_cases
+from bench.fields.part_sizes import (
+    scene_hash as fields_hash,
+)
+from bench.records.points import Column, Point
+from bench.runner.experiment import Effort
 from lod.atmosphere.air import Air, least_extinction
 from lod.pruning.view import View
 from lod.vision.blur_cascade import BlurWidths, blur_widths
 from lod.vision.viewer import STANDARD_DISPLAY, STANDARD_EYE, ViewingConditions
-
-NAME, VERSION = "haze", 1
 
 VISIBILITIES_M = (500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4)
 
@@ -44,48 +40,50 @@ CASES = (
 """Species; who looks; width of the picture [px]. Nobody in particular: what is invisible at any
 size is gone. An eye: before a display of 67 pixels per degree."""
 
-FIELDS, QUICK_FIELDS = 80, 12
+
+@dataclass(frozen=True)
+class Case:
+    """Who looks at which species, in a picture how wide [px], over how many fields."""
+
+    species: str
+    viewer: str
+    width: int
+    fields: int
+    visibilities_m: tuple[float, ...] = VISIBILITIES_M
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Count every size of part through every air, and judge every claim."""
-    start, fields = time.perf_counter(), QUICK_FIELDS if quick else FIELDS
-    cases = [(f"{s}, {who}, {px} px", (s, who, px, fields, seed)) for s, who, px in CASES]
-    points = run_cases(progress, each, (measure, cases))
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(scene_hash([point.case for point in points]), seed),
-        points=points,
-        claims=judge(points),
-        notes={"fields": fields},
-        start=start,
-    )
+def cases(effort: Effort) -> list[Case]:
+    """Every species and viewer; each is seen through every air."""
+    return [Case(*each, effort["fields"]) for each in CASES]
 
 
-def measure(species: str, viewer: str, width: int, fields: int, seed: int) -> list[Point]:
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of all cases and of what the fields hold."""
+    return fields_hash([point.case for point in points])
+
+
+def measure(case: Case, seed: int) -> list[Point]:
     """A point for each visibility: the same fields in haze and, at the same m, in clear air."""
-    seeds = [seed_of(species, seed, index) for index in range(fields)]
-    _, clear = views_of(viewer, width, VISIBILITIES_M[0])
-    things = prototypes_with(species, None), density_of(species, clear.m)
-    unhazed = [count_sizes(*things, clear, each, VISIBILITIES_M) for each in seeds]
+    seeds = [seed_of(case.species, seed, index) for index in range(case.fields)]
+    _, clear = views_of(case.viewer, case.width, case.visibilities_m[0])
+    things = prototypes_with(case.species, None), density_of(case.species, clear.m)
+    unhazed = [count_sizes(*things, clear, each, case.visibilities_m) for each in seeds]
     made = []
-    for row, visibility in enumerate(VISIBILITIES_M):
-        hazy, _ = views_of(viewer, width, visibility)
+    for row, visibility in enumerate(case.visibilities_m):
+        hazy, _ = views_of(case.viewer, case.width, visibility)
         seen = [count_sizes(*things, hazy, each, (visibility,)) for each in seeds]
-        samples = _columns("hazy", seen, 0) | _columns("clear", unhazed, row)
-        case = {"species": species, "viewer": viewer, "width": width, "visibility": visibility}
-        means = {"hazy": predicted_sizes(*things, hazy), "clear": predicted_sizes(*things, clear)}
-        predicted = {
-            f"{a}, {s}": float(v) for a in means for s, v in zip(SIZES, means[a], strict=True)
-        }
-        made.append(Point({**case, "m": hazy.m}, predicted, samples))
+        named = {k: getattr(case, k) for k in ("species", "viewer", "width")}
+        made.append(
+            Point(
+                {**named, "visibility": visibility, "m": hazy.m},
+                tuple(
+                    each
+                    for air, view in (("hazy", hazy), ("clear", clear))
+                    for each in size_predictions(predicted_sizes(*things, view), air=air)
+                ),
+                (*_columns("hazy", seen, 0), *_columns("clear", unhazed, row)),
+            )
+        )
     return made
 
 
@@ -97,8 +95,7 @@ def views_of(viewer: str, width: int, visibility_m: float) -> tuple[View, View]:
     return view_through(sight, width), view_through(replace(sight, extinction=0.0), width)
 
 
-def _columns(air: str, seen: list[SizeCounts], row: int) -> dict[str, list[int]]:
+def _columns(air: str, seen: list[SizeCounts], row: int) -> tuple[Column, ...]:
     """Parts of every size in every field, and those nearer than the visibility."""
-    columns = zip(*(each.by_size for each in seen), strict=True)
-    by_size = {f"{air}, {s}": list(c) for s, c in zip(SIZES, columns, strict=True)}
-    return by_size | {f"{air}, nearer than V": [each.near_counts[row] for each in seen]}
+    near = [each.near_counts[row] for each in seen]
+    return (*size_columns(seen, air=air), Column("parts_nearer_than_V", near, {"air": air}))

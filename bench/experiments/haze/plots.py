@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from bench.experiments.haze.claims import Kind, by_kind
-from bench.fields.part_sizes import SIZES, law_total, total
+from bench.experiments.haze.claims import KIND
+from bench.fields.part_sizes import SIZES, part_counts, predicted_parts
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, grouped
+from bench.records.records import Record
+from bench.runner.experiment import Table
 
 _AXIS = "visibility V (m)", "share of the parts that is left"
 _VIEWERS = {"nobody": "no eye", "eye": "an eye at 67 pixels per degree"}
@@ -13,10 +15,10 @@ _VIEWERS = {"nobody": "no eye", "eye": "an eye at 67 pixels per degree"}
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """A plot for each species, viewer and width."""
-    return tuple(_plot(record, kind, points) for kind, points in by_kind(record.points).items())
+    return tuple(_plot(points, *kind) for kind, points in grouped(record.points, *KIND).items())
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: parts of each size at each visibility, in clear air and in haze."""
     heads = (
         *("species", "viewer", "width (px)", "V (km)", "P", "in clear air", "predicted"),
@@ -28,11 +30,7 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 
 def _row(point: Point, size: str) -> tuple[str, ...]:
     case = point.case
-    numbers = [
-        f"{value:.5g}"
-        for air in ("clear", "hazy")
-        for value in (float(total(point, air, [size]).mean()), law_total(point, air, [size]))
-    ]
+    numbers = [f"{value:.5g}" for air in ("clear", "hazy") for value in _means(point, size, air)]
     saved = [f"{100 * (1 - share):.1f}" for share in _left(point, size)]
     place = f"{case['width']}", f"{case['visibility'] / 1000:g}"
     return case["species"], case["viewer"], *place, size, *numbers, *saved
@@ -40,23 +38,29 @@ def _row(point: Point, size: str) -> tuple[str, ...]:
 
 def _left(point: Point, size: str) -> tuple[float, float]:
     """Share that haze leaves, measured and predicted."""
-    clear, hazy = (float(total(point, air, [size]).sum()) for air in ("clear", "hazy"))
-    wanted, law = (law_total(point, air, [size]) for air in ("clear", "hazy"))
+    clear, hazy = (float(part_counts(point, [size], air=air).sum()) for air in ("clear", "hazy"))
+    wanted, law = (predicted_parts(point, [size], air=air) for air in ("clear", "hazy"))
     return hazy / clear, law / wanted
 
 
+def _means(point: Point, size: str, air: str) -> tuple[float, float]:
+    """Parts of a field, measured and predicted."""
+    counts = part_counts(point, [size], air=air)
+    return float(counts.mean()), predicted_parts(point, [size], air=air)
+
+
 def _any(point: Point, size: str) -> bool:
-    return law_total(point, "clear", [size]) > 0 and bool(total(point, "clear", [size]).any())
+    counts = part_counts(point, [size], air="clear")
+    return predicted_parts(point, [size], air="clear") > 0 and bool(counts.any())
 
 
-def _plot(record: Record, kind: Kind, points: list[Point]) -> Plot:
-    species, viewer, width = kind
+def _plot(points: list[Point], species: str, viewer: str, width: int) -> Plot:
     drawn = []
     for size in (s for s in SIZES if _any(points[0], s)):
         V = [point.case["visibility"] for point in points]
         left = np.array([_left(point, size) for point in points])
         drawn.append(Curve(size, V, left[:, 0].tolist(), line=(V, left[:, 1].tolist())))
-    fields = len(next(iter(points[0].samples.values())))
+    fields = len(points[0].samples[0].values)
     caption = (
         f"Parts of each size P displayed in haze, over those displayed in clear air at the same "
         f"m; {_VIEWERS[viewer]}, a picture {width} pixels wide, {fields} fields. Dashed: "

@@ -4,16 +4,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, share
 from bench.statistics.excess_flip import over_noise
+from lod.arrays import Reals
 
 REDDY = "Reddy 1997"
-_ISSUE = "issue 9"
+_DERIVED = "derived: docs/method.md"
 PICTURE = "picture"
 """What the points of rendered pictures have for a world."""
 
@@ -28,18 +27,18 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
             made.append(_reddy(point))
         elif turn == speed == 0:
             about = "A camera at rest leaves out nothing more."
-            words = about, "share of the parts that motion leaves out", _ISSUE
+            words = about, "share of the parts that motion leaves out", _DERIVED
             made.append(claim("rest/parts", words, 0.0, 0.0, left_out(point)))
         elif is_fast(point):
             about = (
                 "A fast pan (90°/s, 180° shutter) leaves out at least a tenth of the parts: with "
                 "less, that its picture stays as it is would say nothing."
             )
-            words = about, "share of the parts that motion keeps", _ISSUE
+            words = about, "share of the parts that motion keeps", _DERIVED
             made.append(claim("pan/parts", words, 0.9, 0.0, kept(point), "at most"))
         elif speed == 1.4:
             about = "At walking pace motion hides next to nothing."
-            words = about, "share of the parts that motion leaves out", _ISSUE
+            words = about, "share of the parts that motion leaves out", _DERIVED
             made.append(claim("walk/parts", words, 0.0, 0.01, left_out(point), "at most"))
     return (*made, *_pictures(points, made))
 
@@ -48,17 +47,17 @@ def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
     """What the blurred pan shows; nothing where motion leaves out too little for it to say much."""
     if not any(each.name == "pan/parts" and each.verdict == "holds" for each in counted):
         return []
-    fast = [p for p in points if p.case["world"] == PICTURE and is_fast(p)]
+    fast = [p for p in where(points, world=PICTURE) if is_fast(p)]
     pictures = {point.case["cut"]: point for point in fast}
     made = []
     if "motion" in pictures:
         about = "What motion leaves out of a fast pan is not missed in its blurred picture."
-        words = about, "excess FLIP over the picture cut by size and distance, 67 px/°", _ISSUE
+        words = about, "excess FLIP over the picture cut by size and distance, 67 px/°", _DERIVED
         bound = one_sided(pictures["motion"])
         made.append(claim("pan/excess", words, EQUAL_ERROR, 0.0, bound, "at most"))
     if "planted" in pictures:
         about = "The same test fails a planted cut of the pan, with m doubled."
-        words = about, "0.01 − its excess FLIP", _ISSUE
+        words = about, "0.01 − its excess FLIP", _DERIVED
         found = one_sided(pictures["planted"])
         under = replace(
             found,
@@ -77,7 +76,7 @@ def is_fast(point: Point) -> bool:
 
 def one_sided(point: Point) -> Estimate:
     """Excess FLIP with its one-sided 95 % bounds (``excess_flip``)."""
-    tested, floor = (_column(point, k) / 1e6 for k in ("flip", "flip_floor"))
+    tested, floor = (point.values(k) / 1e6 for k in ("flip", "flip_floor"))
     found = over_noise(tested, floor)
     error = float((tested - floor).std(ddof=1)) / math.sqrt(found.pairs)
     return Estimate(found.excess, found.low, found.high, error, 1.0, found.pairs)
@@ -85,25 +84,24 @@ def one_sided(point: Point) -> Estimate:
 
 def kept(point: Point) -> Estimate:
     """Share of the parts that are left by size and distance that motion keeps."""
-    return share(_column(point, "motion"), _column(point, "spatial"))
+    return share(parts(point, "motion"), parts(point, "spatial"))
 
 
 def left_out(point: Point) -> Estimate:
     """The rest of them."""
-    spatial = _column(point, "spatial")
-    return share(spatial - _column(point, "motion"), spatial)
+    spatial = parts(point, "spatial")
+    return share(spatial - parts(point, "motion"), spatial)
 
 
 def _reddy(point: Point) -> Claim:
     """Of all that is left out of a fast pan, what size and distance had left out already."""
-    everything, spatial, motion = (
-        _column(point, name) for name in ("everything", "spatial", "motion")
-    )
+    everything, spatial, motion = (parts(point, cut) for cut in ("everything", "spatial", "motion"))
     about = "Size and distance give about 95 % of any gain, velocity the rest."
     words = about, "share of the parts left out that size and distance leave out", REDDY
     found = share(everything - spatial, everything - motion)
     return claim("finite/size_and_distance", words, 0.95, 0.05, found)
 
 
-def _column(point: Point, name: str) -> np.ndarray:
-    return np.array(point.samples[name], np.float64)
+def parts(point: Point, cut: str) -> Reals:
+    """Parts that every field displays by a cut, (fields,)."""
+    return point.values("parts", cut=cut)

@@ -7,17 +7,13 @@ Whether what motion leaves out is missed in the blurred picture is asked by ``mo
 
 import hashlib
 import json
-import time
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 
 from bench.experiments.motion import pictures as motion_picture
-from bench.experiments.motion.claims import judge
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, merge_points, run_cases
+from bench.experiments.motion.pictures import Pictures
+from bench.records.points import Column, Point
+from bench.runner.experiment import Effort
 from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
@@ -25,8 +21,6 @@ from scenes.render.mitsuba.variants import choose
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
 
-NAME, VERSION = "motion", 2
-FIELDS, QUICK_FIELDS = 12, 4
 FRAME = 5
 
 WORLD = "world.extent=400"
@@ -44,45 +38,45 @@ CUTS: dict[str, dict[str, tuple[str, ...]]] = {
 """Settings of every cut of the endless world, and of the finite one."""
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Count every field by every cut, render, and judge the claims; quick renders one pan."""
-    start, variant = time.perf_counter(), choose()
-    seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
-    cases = [(f"field {each_seed}", (each_seed,)) for each_seed in seeds]
-    spp = motion_picture.QUICK_SPP if quick else motion_picture.SPP
-    pictures = [
-        (f"pictures of {_name(move)}", (move, pair, cuts, (variant, _samples(move, spp), seed)))
-        for move, cuts in (PICTURED[:1] if quick else PICTURED)
-        for pair in range(LEAST_PAIRS)
+@dataclass(frozen=True)
+class Field:
+    """A field whose parts are counted; its number is added to the run's seed."""
+
+    number: int
+
+
+def cases(effort: Effort) -> list[Field | Pictures]:
+    """So many fields; then pairs of pictures of the moves that are rendered, too."""
+    variant, spp = choose(), effort["samples_per_pixel"]
+    return [
+        *(Field(number) for number in range(effort["fields"])),
+        *(
+            Pictures(move, pair, cuts, variant, _samples(move, spp))
+            for move, cuts in PICTURED[: effort["pictured"]]
+            for pair in range(LEAST_PAIRS)
+        ),
     ]
-    found = run_cases(progress, each, (measure, cases), (motion_picture.measure, pictures))
-    points = merge_points(found)
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(_scene_hash(), seed, variant=variant),
-        points=points,
-        claims=judge(points),
-        notes={"fields": len(seeds), "samples_per_pixel": spp},
-        start=start,
-    )
 
 
-def measure(seed: int) -> list[Point]:
+def measure(case: Field | Pictures, seed: int) -> list[Point]:
+    """Parts of one field by every cut of every camera; or how far blurred pictures are apart."""
+    if isinstance(case, Pictures):
+        return motion_picture.measure(case, seed)
+    return count_field(seed + case.number)
+
+
+def count_field(seed: int) -> list[Point]:
     """Parts of one field in either world, by each of its cuts, of every camera."""
     points = []
     for name, moves in (("endless", MOVES), ("finite", (FAST,))):
         world = world_of(seed, CUTS[name]["spatial"])
         for move in moves:
             cuts = CUTS[name].items()
-            samples = {cut: [parts(world, move, seed, settings)] for cut, settings in cuts}
-            points.append(Point({"world": name, **asdict(move)}, {}, samples))
+            counts = (
+                Column("parts", [parts(world, move, seed, settings)], {"cut": cut})
+                for cut, settings in cuts
+            )
+            points.append(Point({"world": name, **asdict(move)}, samples=tuple(counts)))
     return points
 
 
@@ -103,11 +97,7 @@ def _samples(move: Move, spp: int) -> int:
     return spp if move == FAST else min(spp, motion_picture.SHOWN_SPP)
 
 
-def _name(move: Move) -> str:
-    return f"{move.turn:g}°/s, {move.speed:g} m/s, shutter {move.shutter:g}°"
-
-
-def _scene_hash() -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
     """SHA-256 of the preset and of every case."""
     preset = load_preset("meadow").model_dump(mode="json")
     moves = [asdict(move) for move in MOVES]

@@ -7,13 +7,13 @@ the experiment ``fidelity``. The planted cut has m doubled.
 """
 
 import math
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 
 import numpy as np
 
 from bench.experiments.motion.moves import Move
-from bench.records.records import Point
+from bench.records.points import Point, columns
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
@@ -25,9 +25,9 @@ from scenes.world.world import World, build_world
 
 FRAME = 2
 SIZE, WHOLE_PX, WHOLE_DEG = (96, 54), 640, 60.0
-SPP, SHOWN_SPP, QUICK_SPP = 576, 64, 32
-"""36 in each sub-frame, at which the noise floor is low enough to quote an excess (``FLOOR``); what
-only shows how errors grow has less."""
+SHOWN_SPP = 64
+"""At most, of what only shows how errors grow. The fast pan of a full run has 36 in each sub-frame,
+at which the noise floor is low enough to quote an excess (``FLOOR``)."""
 
 SUBFRAMES = 16
 
@@ -55,12 +55,23 @@ def preset_of(move: Move, cut: str, heading: float, spp: int) -> Preset:
     return load_preset("meadow", (*window, *move.settings, *CUTS[cut]))
 
 
-def measure(move: Move, pair: int, cuts: tuple[str, ...], how: tuple[str, int, int]) -> list[Point]:
-    """One pair of seeds, one way to look, every cut; how: variant, samples a pixel, first seed."""
-    variant, spp, seed = how
+@dataclass(frozen=True)
+class Pictures:
+    """A move, a pair of seeds, the cuts that are compared, and how they are rendered."""
+
+    move: Move
+    pair: int
+    cuts: tuple[str, ...]
+    variant: str
+    spp: int
+
+
+def measure(case: Pictures, seed: int) -> list[Point]:
+    """One pair of seeds, one way to look, every cut."""
+    move, pair, cuts, spp = case.move, case.pair, case.cuts, case.spp
     heading, world = 360.0 * pair / LEAST_PAIRS - 180.0, _world()
     spatial, *tested = (
-        assemble_frame(world, preset_of(move, cut, heading, spp), FRAME, variant)
+        assemble_frame(world, preset_of(move, cut, heading, spp), FRAME, case.variant)
         for cut in ("spatial", *cuts)
     )
     one, two = (seed + 2 * pair + k for k in (0, 1))
@@ -72,8 +83,8 @@ def measure(move: Move, pair: int, cuts: tuple[str, ...], how: tuple[str, int, i
     for cut, made in zip(cuts, tested, strict=True):
         flip = mean_flip(_shown(_picture(made, one), exposure), reference)
         samples = {"flip": [round(1e6 * flip)], "flip_floor": [round(1e6 * floor)]}
-        case = {"world": "picture", **asdict(move), "cut": cut, "spp": spp}
-        points.append(Point(case, {}, samples))
+        named = {"world": "picture", **asdict(move), "cut": cut, "spp": spp}
+        points.append(Point(named, samples=columns(samples)))
     return points
 
 

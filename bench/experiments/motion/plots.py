@@ -1,13 +1,15 @@
 """What the motion experiment shows: parts that motion keeps against speed, and a table."""
 
-from bench.experiments.motion.claims import PICTURE, kept, one_sided
+from bench.experiments.motion.claims import PICTURE, kept, one_sided, parts
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
+from bench.runner.experiment import Table
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """Pans at one shutter."""
-    pans = [p for p in record.points if _is_pan(p)]
+    pans = where(record.points, world="endless", speed=0.0, shutter=180.0)
     found = [kept(point) for point in pans]
     turns = [point.case["turn"] for point in pans]
     shares, low, high = ([getattr(e, k) for e in found] for k in ("value", "low", "high"))
@@ -18,7 +20,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return (curves("motion", "What a pan hides", caption, caption, axis, drawn, "linear"),)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every case."""
     heads = ("world", "pan (°/s)", "ahead (m/s)", "shutter (°)", "by size and distance")
     rows = [_pictured(p) if p.case["world"] == PICTURE else _row(p) for p in record.points]
@@ -28,7 +30,7 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 def _row(point: Point) -> tuple[str, ...]:
     case, found = point.case, kept(point)
     moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
-    counts = (f"{sum(point.samples[k]) / len(point.samples[k]):.0f}" for k in ("spatial", "motion"))
+    counts = (f"{parts(point, k).mean():.0f}" for k in ("spatial", "motion"))
     kept_ = f"{found.value:.3f}", f"{found.low:.3f}-{found.high:.3f}"
     return case["world"], *moves, *counts, *kept_, ""
 
@@ -37,11 +39,6 @@ def _pictured(point: Point) -> tuple[str, ...]:
     """A rendered move: how far the picture cut by motion is from that cut without."""
     case, found = point.case, one_sided(point)
     moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
-    floor = sum(point.samples["flip_floor"]) / len(point.samples["flip_floor"]) / 1e6
+    floor = float(point.values("flip_floor").mean()) / 1e6
     excess = f"{found.value:.4f} ({found.low:.4f}-{found.high:.4f}) over a floor of {floor:.3f}"
     return f"picture, {case['cut']}", *moves, *[""] * 4, excess
-
-
-def _is_pan(point: Point) -> bool:
-    case = point.case
-    return case["world"] == "endless" and case["speed"] == 0 and case["shutter"] == 180.0

@@ -1,1 +1,27 @@
-"""The experiment `pixels`."""
+"""The experiment `pixels`: what it asks, how it is answered, and what is shown."""
+
+from bench.runner.experiment import Experiment, Lazy
+
+EXPERIMENT = Experiment(
+    name="pixels",
+    order=90,
+    version=1,
+    about=("parts of an object against the pixels that it covers alone"),
+    question=("Does an object ever consist of many more parts than the pixels it covers?"),
+    full={"objects": 1000},
+    quick={"objects": 150},
+    expected_seconds={"full": 60.0, "quick": 15.0},
+    cases=Lazy(f"{__name__}.measure", "cases"),
+    measure=Lazy(f"{__name__}.measure", "measure"),
+    judge=Lazy(f"{__name__}.claims", "judge"),
+    plots=Lazy(f"{__name__}.plots", "plots"),
+    point_table=Lazy(f"{__name__}.plots", "point_table"),
+    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    accepts_metric=True,
+    caveats=(
+        "Objects nearer than two of their bounds are left out: they cover far more pixels than "
+        "they have parts.",
+        "Flat ground and an eye 1.6 m up; each object is aimed at, as by a small picture.",
+        "A pixel counts as covered when any of 16 places in it is.",
+    ),
+)

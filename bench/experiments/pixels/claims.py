@@ -1,16 +1,14 @@
 """What the pixels experiment claims, judged from its raw counts alone."""
 
-import numpy as np
-
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point
 from bench.statistics.estimates import quantile
 from lod.arrays import Reals
 
 MOST, SHARE = 4.0, 0.95
 """Refuted where more than 5 % of the objects have more parts to a pixel than this."""
 
-_SOURCE = "§4.1, issue 6"
+_SOURCE = "§4.1"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
@@ -31,7 +29,7 @@ def _claim(point: Point) -> Claim:
 
 def ratios(point: Point, out_of: str = "pixels") -> Reals:
     """Parts over pixels of every object; over ``area``, where it is not 0, in pixels."""
-    parts, covered = (np.array(point.samples[k], np.float64) for k in ("parts", out_of))
+    parts, covered = (point.values(k) for k in ("parts", out_of))
     if out_of == "area":
         covered = covered / 1000
     return parts[covered > 0] / covered[covered > 0]

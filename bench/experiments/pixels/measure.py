@@ -5,19 +5,15 @@ two discs on the picture plane, looked up at FINENESS² places of each pixel. A 
 any of its places is; ``area`` counts the places themselves.
 """
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
 
-from bench.experiments.pixels.claims import judge
-from bench.fields.part_sizes import camera, density_of, prototypes_with, scene_hash, seed_of
+from bench.fields.part_sizes import camera, density_of, prototypes_with, seed_of
+from bench.fields.part_sizes import scene_hash as fields_hash
 from bench.fields.scene import FLAT
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, run_cases
+from bench.records.points import Point, columns
+from bench.runner.experiment import Effort
 from lod.arrays import Ints
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
@@ -29,7 +25,6 @@ from scenes.field.species_field import SpeciesField
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.visible_area import first_met
 
-NAME, VERSION = "pixels", 1
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")
 DETAILS = (1.0, 4.0)
@@ -43,8 +38,6 @@ THINNER = 1 / 2
 NEAREST = 2.0
 """Nearer than so many bounds an object is left out: it is about the eye, not before it."""
 
-_OBJECTS, _QUICK_OBJECTS = 1000, 150
-
 
 @dataclass(frozen=True)
 class Covered:
@@ -55,39 +48,32 @@ class Covered:
     area: list[int]
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-    metric: str | None = None,
-) -> Record:
-    """Draw objects of every species by every metric, and ``metric``, and judge the claims."""
-    start, most = time.perf_counter(), _QUICK_OBJECTS if quick else _OBJECTS
-    cases = [
-        (f"{species}, {tried}, {detail:g} px", (species, tried, detail, most, seed))
-        for species in SPECIES
-        for tried in (*METRICS_TRIED, *([metric] if metric else []))
-        for detail in DETAILS
-    ]
-    points = run_cases(progress, each, (measure, cases))
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(scene_hash([point.case for point in points]), seed),
-        points=points,
-        claims=judge(points),
-        notes={"objects": most},
-        start=start,
-    )
+@dataclass(frozen=True)
+class Case:
+    """A species, the metric and detail [px] that prune it, and at most how many objects."""
+
+    species: str
+    metric: str
+    detail: float
+    objects: int
 
 
-def measure(species: str, metric: str, detail: float, most: int, seed: int) -> Point:
-    """What ``drawn`` finds."""
-    found = drawn(species, metric, detail, most, seed)
-    case = {"species": species, "metric": metric, "detail": detail}
-    return Point(case, {}, dict(vars(found)))
+def cases(effort: Effort, metric: str | None = None) -> list[Case]:
+    """Every species by every metric, ``metric`` too, and detail."""
+    metrics = (*METRICS_TRIED, *([metric] if metric else []))
+    return [Case(s, m, d, effort["objects"]) for s in SPECIES for m in metrics for d in DETAILS]
+
+
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of all cases and of what the fields hold."""
+    return fields_hash([point.case for point in points])
+
+
+def measure(case: Case, seed: int) -> Point:
+    """Parts, pixels and area of objects of one field."""
+    found = drawn(case.species, case.metric, case.detail, case.objects, seed)
+    named = {"species": case.species, "metric": case.metric, "detail": case.detail}
+    return Point(named, samples=columns(vars(found)))
 
 
 def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Covered:

@@ -4,7 +4,9 @@ import numpy as np
 
 from bench.experiments.pixels.claims import MOST, ratios
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, grouped
+from bench.records.records import Record
+from bench.runner.experiment import Table
 
 _SHARES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 _AXIS = "parts ÷ pixels covered", "share of the objects that have more"
@@ -12,11 +14,11 @@ _AXIS = "parts ÷ pixels covered", "share of the objects that have more"
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """A plot for each species and detail: the share of objects beyond each ratio."""
-    kinds = dict.fromkeys((p.case["species"], p.case["detail"]) for p in record.points)
-    return tuple(_plot(record, species, detail) for species, detail in kinds)
+    kinds = grouped(record.points, "species", "detail")
+    return tuple(_plot(points, *kind) for kind, points in kinds.items())
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: percentiles by pixels covered and by area."""
     heads = ("species", "metric", "τ (px)", "objects", "median", "95 %", "largest")
     return (*heads, "by area: median", "95 %"), [_row(point) for point in record.points]
@@ -29,11 +31,9 @@ def _row(point: Point) -> tuple[str, ...]:
     return *place, *(f"{v:.2f}" for v in numbers)
 
 
-def _plot(record: Record, species: str, detail: float) -> Plot:
+def _plot(points: list[Point], species: str, detail: float) -> Plot:
     drawn, words = [], []
-    for point in record.points:
-        if (point.case["species"], point.case["detail"]) != (species, detail):
-            continue
+    for point in points:
         found = ratios(point)
         x = np.quantile(found, [1 - share for share in _SHARES]).tolist()
         drawn.append(Curve(point.case["metric"], x, _SHARES))

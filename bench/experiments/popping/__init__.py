@@ -1,1 +1,25 @@
-"""The experiment `popping`."""
+"""The experiment `popping`: what it asks, how it is answered, and what is shown."""
+
+from bench.runner.experiment import Experiment, Lazy
+
+EXPERIMENT = Experiment(
+    name="popping",
+    order=140,
+    version=2,
+    about=("what comes and goes from frame to frame, how large it is, and what fading leaves"),
+    question=("How many parts switch in a step, and does one see it?"),
+    full={"fields": 100, "walks": 6},
+    quick={"fields": 24, "walks": 2},
+    expected_seconds={"full": 170.0, "quick": 60.0},
+    cases=Lazy(f"{__name__}.measure", "cases"),
+    measure=Lazy(f"{__name__}.measure", "measure"),
+    judge=Lazy(f"{__name__}.claims", "judge"),
+    plots=Lazy(f"{__name__}.plots", "plots"),
+    point_table=Lazy(f"{__name__}.plots", "point_table"),
+    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    rendered=True,
+    caveats=(
+        "Switches are counted all round on flat ground, at steps of two metres.",
+        "Walks are rendered as albedo alone, in a window of 120 m: no light, no air, no noise.",
+    ),
+)

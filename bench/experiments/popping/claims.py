@@ -3,8 +3,9 @@
 import numpy as np
 
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, where
 from bench.statistics.estimates import mean, paired_ratio, quantile, ratio
+from lod.arrays import Reals
 
 WAYS = {
     "unpruned": ("view.metric=full",),
@@ -13,26 +14,27 @@ WAYS = {
 }
 """How a walk is pruned, and the settings that say so."""
 
-WORST, SWITCHED = "unexplained 0.9999", "switched 0.9999"
+QUANTILES = (0.99, 0.999, 0.9999)
+UNEXPLAINED, SWITCHED = "unexplained", "switched"
 """Of what motion does not explain: with samples of its own in each frame, and with the same."""
 
 _PLANTED = "clipped"
 """The way that is there to pop, so that the test is seen to find it."""
 
-_SOURCE = "§1.2, issue 6"
+_SOURCE = "§1.2"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Switches against the law; their size; and what fading leaves of popping."""
-    counted = [p for p in points if p.case["what"] == "switches"]
-    walks = {p.case["way"]: p for p in points if p.case["what"] == "walk"}
+    counted = where(points, what="switches")
+    walks = {p.case["way"]: p for p in where(points, what="walk")}
     made = [each for point in counted for each in (_law(point), _size(point))]
     return (*made, *(_popped(walks[way]) for way in ("fading", "clipped")), *_residuals(walks))
 
 
 def _law(point: Point) -> Claim:
-    counts = np.array(point.samples["switches"], np.float64)
-    predicted = np.full(len(counts), point.predicted["switches"])
+    counts = point.values("switches")
+    predicted = np.full(len(counts), point.prediction("switches"))
     species = point.case["species"]
     about = f"As many parts of {species}s switch in a step as the law predicts, nothing fitted."
     words = about, "switches, measured ÷ predicted", "§4.1"
@@ -43,7 +45,7 @@ def _size(point: Point) -> Claim:
     species = point.case["species"]
     about = f"A part of a {species} is no larger than τ = 1 px when it switches."
     words = about, "95th percentile of P ÷ (d·θ) at the switch (px)", "§2.4"
-    sizes = np.array(point.samples["size_mpx"], np.float64) / 1000
+    sizes = point.values("size_mpx") / 1000
     return claim(f"blake/{species}/size", words, 1.0, 0, quantile(sizes, 0.95), "at most")
 
 
@@ -51,20 +53,25 @@ def _popped(point: Point) -> Claim:
     way = point.case["way"]
     about = f"No part comes or goes at more than half its size: {way}."
     words = about, "parts popped between two frames", _SOURCE
-    found = mean(np.array(point.samples["popped"], np.float64))
+    found = mean(point.values("popped"))
     return claim(f"walk/{way}/popped", words, 0, 0, found, "at most", way == _PLANTED)
 
 
 def _residuals(walks: dict[str, Point]) -> list[Claim]:
-    whole, made = np.array(walks["unpruned"].samples[WORST], np.float64), []
+    whole, made = _worst(walks["unpruned"]), []
     for way in ("fading", "clipped"):
         about = f"The largest changes that motion does not explain are those of no pruning: {way}."
         words = about, "99.99th percentile ÷ that of the unpruned walk", _SOURCE
-        found = paired_ratio(np.array(walks[way].samples[WORST], np.float64), whole)
+        found = paired_ratio(_worst(walks[way]), whole)
         name = f"walk/{way}/residual"
         made.append(claim(name, words, 1.1, 0, found, "at most", way == _PLANTED))
-    both = (np.array(walks[way].samples[SWITCHED], np.float64) for way in ("fading", "clipped"))
+    both = (_worst(walks[way], SWITCHED) for way in ("fading", "clipped"))
     about = "What switches at once, all noise left out, is less than half of that of clipping."
     words = about, "99.99th percentile with the same samples, fading ÷ clipping", _SOURCE
     made.append(claim("walk/fading/switched", words, 0.5, 0, paired_ratio(*both), "at most"))
     return made
+
+
+def _worst(point: Point, quantity: str = UNEXPLAINED) -> Reals:
+    """The largest changes of every walk, at the highest quantile."""
+    return point.values(quantity, quantile=QUANTILES[-1])

@@ -9,20 +9,18 @@ with fading and without, and what motion does not explain of each is told (``pop
 import hashlib
 import json
 import math
-import time
+from dataclasses import dataclass
 
 import numpy as np
 
-from bench.experiments.popping.claims import SWITCHED, WAYS, judge
+from bench.experiments.popping.claims import QUANTILES, SWITCHED, UNEXPLAINED, WAYS
 from bench.experiments.popping.unexplained_change import seen_of, walk
 from bench.fields.cases import EYE_HEIGHT_M
-from bench.fields.part_sizes import density_of, prototypes_with, scene_hash, seed_of
+from bench.fields.part_sizes import density_of, prototypes_with, seed_of
+from bench.fields.part_sizes import scene_hash as fields_hash
 from bench.fields.scene import FLAT
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, run_cases
+from bench.records.points import Column, Point, columns, predictions
+from bench.runner.experiment import Effort
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits
@@ -37,7 +35,6 @@ from scenes.render.mitsuba.variants import choose
 from scenes.sticks.prototype import Prototype
 from scenes.world.world import build_world
 
-NAME, VERSION = "popping", 2
 SPECIES = ("figure", "tree")
 WIDTH_PX, STEP_M, FRAMES = 640, 2.0, 8
 DENSER = {"figure": 0.25, "tree": 1.0}
@@ -46,10 +43,7 @@ DENSER = {"figure": 0.25, "tree": 1.0}
 SIZED = 8
 """Fields of which the size and distance of every switch are kept."""
 
-_FIELDS, _QUICK_FIELDS = 100, 24
-_WALKS, _QUICK_WALKS = 6, 2
 _RENDERED = 5
-QUANTILES = (0.99, 0.999, 0.9999)
 
 WALK = (
     "render.size=128x72",
@@ -69,28 +63,32 @@ WALK = (
 )
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Count the switches of every species, render the walks, and judge the claims."""
-    start, variant = time.perf_counter(), choose()
-    fields, walks = (_QUICK_FIELDS, _QUICK_WALKS) if quick else (_FIELDS, _WALKS)
-    switched = [(f"switches of {name}s", (name, fields, seed)) for name in SPECIES]
-    walked = [(f"walks, {way}", (way, walks, variant, seed)) for way in WAYS]
-    points = run_cases(progress, each, (_switches, switched), (_walks, walked))
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(_scene_hash([p.case for p in points]), seed, variant=variant),
-        points=points,
-        claims=judge(points),
-        notes={"fields": fields, "walks": walks},
-        start=start,
-    )
+@dataclass(frozen=True)
+class Switches:
+    """A species whose switches are counted, over so many fields."""
+
+    species: str
+    fields: int
+
+
+@dataclass(frozen=True)
+class Walks:
+    """So many walks that are pruned in one way, and the variant that renders them."""
+
+    way: str
+    walks: int
+    variant: str
+
+
+def cases(effort: Effort) -> list[Switches | Walks]:
+    """Switches of every species; then walks in every way."""
+    switches = [Switches(name, effort["fields"]) for name in SPECIES]
+    return [*switches, *(Walks(way, effort["walks"], choose()) for way in WAYS)]
+
+
+def measure(case: Switches | Walks, seed: int) -> Point:
+    """Switches of a species, or changes that motion does not explain."""
+    return _switches(case, seed) if isinstance(case, Switches) else _walks(case, seed)
 
 
 def view_at_step(step: int) -> View:
@@ -100,12 +98,13 @@ def view_at_step(step: int) -> View:
     return View(camera, METRICS["blake"], look_around=True)
 
 
-def _switches(species: str, fields: int, seed: int) -> Point:
+def _switches(case: Switches, seed: int) -> Point:
     """Every field's switches; and of each switch its size and its distance, in thousandths."""
+    species = case.species
     prototypes, m = prototypes_with(species, None), view_at_step(0).m
     density = DENSER[species] * density_of(species, m)
     counts, sizes, distances = [], [], []
-    for index in range(fields):
+    for index in range(case.fields):
         own = seed_of(f"popping {species}", seed, index)
         field = SpeciesField(Species("popping", prototypes, density), own, FLAT)
         P = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])
@@ -125,8 +124,9 @@ def _switches(species: str, fields: int, seed: int) -> Point:
             before = after
         counts.append(count)
     samples = {"switches": counts, "size_mpx": sizes, "distance_mm": distances}
-    case = {"what": "switches", "species": species}
-    return Point(case, {"switches": FRAMES * expected_switches(prototypes, density, m)}, samples)
+    mean = FRAMES * expected_switches(prototypes, density, m)
+    named = {"what": "switches", "species": species}
+    return Point(named, predictions({"switches": mean}), columns(samples))
 
 
 def only_in(here: Cut, there: Cut) -> np.ndarray:
@@ -153,22 +153,25 @@ def in_one_only(radius: Reals, step: float) -> Reals:
     return 2 * (math.pi * radius**2 - lens)
 
 
-def _walks(way: str, walks: int, variant: str, seed: int) -> Point:
+def _walks(case: Walks, seed: int) -> Point:
     """Parts popped between frames, and the largest changes that motion does not explain."""
-    settings = WAYS[way]
-    samples: dict[str, list[int]] = {}
-    for number in range(walks):
-        heading = f"camera.heading={360.0 * number / walks - 170.0}"
-        preset = load_preset("meadow", (*WALK, *settings, heading, f"seed={seed + 6}"))
-        found = walk(build_world(preset), (preset,), range(1, _RENDERED + 1), variant)
-        samples.setdefault("popped", []).extend(found.popped.tolist())
+    popped: list[int] = []
+    changes: dict[tuple[str, float], list[int]] = {}
+    for number in range(case.walks):
+        heading = f"camera.heading={360.0 * number / case.walks - 170.0}"
+        preset = load_preset("meadow", (*WALK, *WAYS[case.way], heading, f"seed={seed + 6}"))
+        found = walk(build_world(preset), (preset,), range(1, _RENDERED + 1), case.variant)
+        popped += found.popped.tolist()
         for share, value in zip(QUANTILES, np.quantile(found.unexplained, QUANTILES), strict=True):
-            samples.setdefault(f"unexplained {share:g}", []).append(round(1e6 * float(value)))
+            changes.setdefault((UNEXPLAINED, share), []).append(round(1e6 * float(value)))
         same = np.quantile(found.switched, QUANTILES[-1])
-        samples.setdefault(SWITCHED, []).append(round(1e6 * float(same)))
-    return Point({"what": "walk", "way": way}, {}, samples)
+        changes.setdefault((SWITCHED, QUANTILES[-1]), []).append(round(1e6 * float(same)))
+    changed = (Column(name, row, {"quantile": q}) for (name, q), row in changes.items())
+    return Point({"what": "walk", "way": case.way}, samples=(Column("popped", popped), *changed))
 
 
-def _scene_hash(cases: list[dict[str, object]]) -> str:
-    words = json.dumps([WALK, WAYS, STEP_M, FRAMES, DENSER, scene_hash(cases)], sort_keys=True)
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of the walks, of all cases and of what the fields hold."""
+    cases = [point.case for point in points]
+    words = json.dumps([WALK, WAYS, STEP_M, FRAMES, DENSER, fields_hash(cases)], sort_keys=True)
     return hashlib.sha256(words.encode()).hexdigest()

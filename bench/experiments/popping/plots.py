@@ -3,17 +3,19 @@
 import numpy as np
 
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
+from bench.runner.experiment import Table
 
 _SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99)
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """How switching distances are spread."""
-    points = [p for p in record.points if p.case["what"] == "switches"]
+    points = where(record.points, what="switches")
     drawn, words = [], []
     for point in points:
-        metres = np.array(point.samples["distance_mm"]) / 1000
+        metres = point.values("distance_mm") / 1000
         x = np.quantile(metres, _SHARES).tolist()
         drawn.append(Curve(point.case["species"], x, _SHARES))
         words.append(f"of {point.case['species']}s half within {x[4]:.1f} m, 9 in 10 {x[6]:.1f} m")
@@ -23,7 +25,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return (curves("popping", title, caption, f"Log-log plot. {caption}", axis, drawn),)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: switches of every species, then the walks."""
     heads = ("what", "of", "switches a field", "predicted", "size, median (px)", "size, 95 % (px)")
     changes = "popped a frame", "unexplained, 99 %", "99.9 %", "99.99 %", "same samples"
@@ -31,11 +33,10 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 
 
 def _row(point: Point) -> tuple[str, ...]:
-    samples = point.samples
     if point.case["what"] == "switches":
-        sizes = np.quantile(np.array(samples["size_mpx"]) / 1000, (0.5, 0.95))
-        counts = f"{np.mean(samples['switches']):.1f}", f"{point.predicted['switches']:.1f}"
+        sizes = np.quantile(point.values("size_mpx") / 1000, (0.5, 0.95))
+        counts = f"{point.values('switches').mean():.1f}", f"{point.prediction('switches'):.1f}"
         return "switches", point.case["species"], *counts, *(f"{v:.2f}" for v in sizes), *[""] * 5
-    changes = [np.mean(row) / 1e6 for name, row in samples.items() if name != "popped"]
-    popped = f"{np.mean(samples['popped']):.1f}"
+    changes = [np.mean(each.values) / 1e6 for each in point.samples if each.keys]
+    popped = f"{point.values('popped').mean():.1f}"
     return "walk", point.case["way"], *[""] * 4, popped, *(f"{v:.4f}" for v in changes)

@@ -1,1 +1,32 @@
-"""The experiment `scaling`."""
+"""The experiment `scaling`: what it asks, how it is answered, and what is shown."""
+
+from bench.runner.experiment import Experiment, Lazy
+
+EXPERIMENT = Experiment(
+    name="scaling",
+    order=10,
+    version=2,
+    about=("objects and parts against K(P+R)²/m², prefactor and all; and where that breaks"),
+    question=(
+        "Does the number of things in a frame depend on what the viewer can resolve, "
+        "and not on the size of the world?"
+    ),
+    full={"target": 0.005, "least": 4, "most": 20_000},
+    quick={"target": 0.02, "least": 2, "most": 2_000},
+    expected_seconds={"full": 260.0, "quick": 40.0},
+    cases=Lazy(f"{__name__}.measure", "cases"),
+    measure=Lazy(f"{__name__}.measure", "measure"),
+    judge=Lazy(f"{__name__}.claims", "judge"),
+    plots=Lazy(f"{__name__}.plots", "plots"),
+    point_table=Lazy(f"{__name__}.plots", "point_table"),
+    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    notes=Lazy(f"{__name__}.measure", "notes"),
+    accepts_metric=True,
+    caveats=(
+        "An eye that looks all round; a field of view has predictions of its own (`lodbench "
+        "count`).",
+        "Hills of one shape, patches of one kind, haze of one visibility: they show where the "
+        "bare law breaks, and that the law with its terms does not.",
+        "Counts, not seconds: what a frame costs is another experiment.",
+    ),
+)

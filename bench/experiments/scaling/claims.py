@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from bench.experiments.scaling.claims_beyond import judge_beyond
 from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, grouped
 from bench.statistics.estimates import Estimate, ratio, slope
 
 FAR = 20.0
@@ -52,7 +53,7 @@ def swept(point: Point) -> float:
         case "density":
             return case.density
         case "size":
-            return point.predicted["P_plus_R"]
+            return point.prediction("P_plus_R")
         case "world":
             return float(case.extent or np.inf)
     return case.m
@@ -63,9 +64,9 @@ def rows(points: Iterable[Point], what: str, examined: bool = False) -> Rows:
     column = f"{what}_examined" if examined else what
     counts, values = [], []
     for point in points:
-        mean = point.predicted[what]
-        row = swept(point), mean, point.predicted[f"{what}_variance"] / mean
-        counts.append(np.array(point.samples[column], np.float64))
+        mean = point.prediction(what)
+        row = swept(point), mean, point.prediction(f"{what}_variance") / mean
+        counts.append(point.values(column))
         values.append(np.tile(row, (len(counts[-1]), 1)))
     return Rows(np.concatenate(counts), *np.concatenate(values).T)
 
@@ -91,12 +92,10 @@ def noise_of(points: Sequence[Point]) -> dict[str, float]:
     }
 
 
-def by_kind(points: Iterable[Point]) -> dict[tuple[str, str], list[Point]]:
+def by_kind(points: Iterable[Point]) -> dict[tuple[Any, ...], list[Point]]:
     """Points of SWEEPS by species and metric, in the order they come."""
-    kinds: dict[tuple[str, str], list[Point]] = {}
-    for point in (point for point in points if point.case["sweep"] in SWEEPS):
-        kinds.setdefault((point.case["species"], point.case["metric"]), []).append(point)
-    return kinds
+    swept_points = (point for point in points if point.case["sweep"] in SWEEPS)
+    return grouped(swept_points, "species", "metric")
 
 
 def _powers(name: str, points: list[Point]) -> list[Claim]:
@@ -154,12 +153,12 @@ def _any(_: Point) -> bool:
 
 
 def _far(point: Point) -> bool:
-    return point.predicted["nearest_limit"] > FAR * EYE_HEIGHT_M
+    return point.prediction("nearest_limit") > FAR * EYE_HEIGHT_M
 
 
 def beyond(point: Point) -> bool:
     """Whether the world reaches beyond the limit distance on all sides."""
-    return float(point.case["extent"] or np.inf) > 2 * point.predicted["farthest_limit"]
+    return float(point.case["extent"] or np.inf) > 2 * point.prediction("farthest_limit")
 
 
 Power = tuple[str, str, float, float, Keep]

@@ -12,7 +12,7 @@ import numpy as np
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.fields.cases import Case
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, ratio
 
 _KNOWS = "§4.1, with what the case adds"
@@ -35,7 +35,7 @@ def judge_beyond(points: Sequence[Point]) -> list[Claim]:
     """Of every sweep: does the law know it, and does the bare one, mildest and hardest?"""
     made: list[Claim] = []
     for sweep, words in _WORDS.items():
-        chosen = [p for p in points if p.case["sweep"] == sweep]
+        chosen = where(points, sweep=sweep)
         made += [_known(sweep, words, chosen, what) for what in ("objects", "parts") if chosen]
         ends = (chosen[0], chosen[-1]) if len(chosen) > 1 else ()
         made += [_bare(sweep, words, point) for point in ends]
@@ -44,9 +44,9 @@ def judge_beyond(points: Sequence[Point]) -> list[Claim]:
 
 def over_law(points: Sequence[Point], what: str) -> Estimate:
     """Measured ÷ predicted over all fields of some points, each with its own dispersion."""
-    counts = [np.array(p.samples[what], np.float64) for p in points]
-    means = [p.predicted[what] for p in points]
-    noise = [p.predicted[f"{what}_variance"] / p.predicted[what] for p in points]
+    counts = [p.values(what) for p in points]
+    means = [p.prediction(what) for p in points]
+    noise = [p.prediction(f"{what}_variance") / p.prediction(what) for p in points]
     lengths = [len(each) for each in counts]
     return ratio(np.concatenate(counts), np.repeat(means, lengths), np.repeat(noise, lengths))
 
@@ -55,7 +55,7 @@ def over_bare(point: Point) -> Estimate:
     """Objects measured ÷ those of the bare law, of one point."""
     found, share = (
         over_law([point], "objects"),
-        point.predicted["objects"] / point.predicted["bare"],
+        point.prediction("objects") / point.prediction("bare"),
     )
     low, value, high = (share * v for v in (found.low, found.value, found.high))
     return Estimate(value, low, high, share * found.standard_error, found.scale, found.rows)
@@ -71,7 +71,7 @@ def _bare(sweep: str, words: str, point: Point) -> Claim:
     question, at = BEYOND[sweep], swept_beyond(Case(**point.case))
     about = f"With {words} the bare πK((P + R)/m)² still holds: {question.axis} at {at:.3g}."
     said = about, "objects measured ÷ bare law", _BARE
-    foretold = point.predicted["objects"] / point.predicted["bare"]
+    foretold = point.prediction("objects") / point.prediction("bare")
     found, known = over_bare(point), abs(foretold - 1) > _WITHIN
     name = f"beyond/{sweep}/bare_at_{at:.3g}"
     return claim(name, said, 1, _WITHIN, found, expected_to_fail=known)

@@ -10,7 +10,9 @@ from bench.experiments.scaling.claims import by_kind, case_of, noise_of, swept
 from bench.experiments.scaling.count_field import COLUMNS
 from bench.experiments.scaling.plots_beyond import beyond_plots, half_beyond
 from bench.plots.plot import Plot, Series, against_law, examined_over_displayed
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
+from bench.runner.experiment import Table
 from bench.statistics.estimates import CONFIDENCE
 
 _AXES = {
@@ -51,7 +53,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return tuple(made)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every point with what was predicted, measured and examined."""
     heads = (
         *("species", "metric", "sweep", "swept", "fields", "objects predicted", "measured", "±"),
@@ -63,12 +65,12 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 
 
 def _row(point: Point, noise: Noise) -> tuple[str, ...]:
-    case, count = case_of(point), len(point.samples[COLUMNS[0]])
+    case, count = case_of(point), len(point.column(COLUMNS[0]))
     beyond = case.sweep in BEYOND
     value = swept_beyond(case) if beyond else swept(point)
     cells = [case.species, case.metric, case.sweep, f"{value:.4g}", str(count)]
     for what in ("objects", "parts"):
-        predicted, measured = point.predicted[what], mean(point, what)
+        predicted, measured = point.prediction(what), mean(point, what)
         half = half_beyond(point, what) if beyond else half_interval(point, what, noise)
         cells += [f"{predicted:.5g}", f"{measured:.5g}", f"{half:.2g}"]
         cells.append(f"{measured / predicted:.4f}")
@@ -79,7 +81,7 @@ def _row(point: Point, noise: Noise) -> tuple[str, ...]:
 
 def mean(point: Point, column: str) -> float:
     """Mean count of a field."""
-    return float(np.mean(point.samples[column]))
+    return float(np.mean(point.column(column)))
 
 
 def half_interval(point: Point, what: str, noise: Noise) -> float:
@@ -89,7 +91,7 @@ def half_interval(point: Point, what: str, noise: Noise) -> float:
     (``noise``): a point of a few large fields could not say by itself.
     """
     scale = noise[f"{point.case['metric']}/{point.case['species']}/{what}"]
-    variance = scale * point.predicted[f"{what}_variance"] / len(point.samples[what])
+    variance = scale * point.prediction(f"{what}_variance") / len(point.column(what))
     return float(stats.norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance))
 
 
@@ -100,7 +102,7 @@ def _sweep_plot(record: Record, species: str, sweep: str, noise: Noise) -> Plot:
     ]
     mark = None
     if sweep == "world":
-        mark = 2 * max(p.predicted["farthest_limit"] for p in points), "L = 2D"
+        mark = 2 * max(p.prediction("farthest_limit") for p in points), "L = 2D"
     return against_law(
         name=f"{species}-{sweep}",
         title=f"{_TITLES[sweep]} ({species}s)",
@@ -122,7 +124,7 @@ def _caption(record: Record, name: str) -> str:
 
 def _law_plot(record: Record, what: str, noise: Noise) -> Plot:
     def predicted(point: Point) -> float:
-        return point.predicted[what]
+        return point.prediction(what)
 
     series = [
         _series(f"{metric}, {species}", points, what, predicted, noise)
@@ -163,12 +165,11 @@ def _series(
     return Series(
         label,
         [along(p) for p in points],
-        [p.predicted[what] for p in points],
+        [p.prediction(what) for p in points],
         [mean(p, what) for p in points],
         [half_interval(p, what, noise) for p in points],
     )
 
 
 def _chosen(record: Record, species: str, metric: str, sweep: str) -> list[Point]:
-    wanted = {"species": species, "metric": metric, "sweep": sweep}
-    return [p for p in record.points if wanted.items() <= p.case.items()]
+    return where(record.points, species=species, metric=metric, sweep=sweep)

@@ -4,20 +4,21 @@ from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims_beyond import over_bare, over_law
 from bench.fields.cases import Case
 from bench.plots.plot import Plot, Series, against_law
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
 from bench.statistics.estimates import Estimate
 
 
 def beyond_plots(record: Record) -> tuple[Plot, ...]:
     """A plot for each sweep."""
-    chosen = {sweep: [p for p in record.points if p.case["sweep"] == sweep] for sweep in BEYOND}
+    chosen = {sweep: where(record.points, sweep=sweep) for sweep in BEYOND}
     return tuple(_plot(sweep, points) for sweep, points in chosen.items() if points)
 
 
 def half_beyond(point: Point, what: str) -> float:
     """Half the 95 % interval of the mean of a point."""
     found = over_law([point], what)
-    return (found.high - found.low) / 2 * point.predicted[what]
+    return (found.high - found.low) / 2 * point.prediction(what)
 
 
 def _plot(sweep: str, points: list[Point]) -> Plot:
@@ -42,13 +43,15 @@ def _at(point: Point) -> str:
 
 def _known(points: list[Point], what: str) -> Series:
     found = [over_law([p], what) for p in points]
-    predicted = [p.predicted[what] for p in points]
+    predicted = [p.prediction(what) for p in points]
     return _series(f"{what} displayed", points, predicted, found)
 
 
 def _bare(points: list[Point]) -> Series:
     found = [over_bare(p) for p in points]
-    return _series("objects, by the bare law", points, [p.predicted["bare"] for p in points], found)
+    return _series(
+        "objects, by the bare law", points, [p.prediction("bare") for p in points], found
+    )
 
 
 def _series(

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point
 from bench.statistics.estimates import paired_ratio, share
 from lod.arrays import Reals
 
@@ -20,15 +20,16 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 def power(point: Point, name: str, above: bool) -> Reals:
     """Power above the cut-off, or below it, in every direction, (directions,)."""
-    cutoff = point.predicted["cutoff"]
+    cutoff = point.prediction("cutoff")
     chosen = [k for k in range(len(EDGES) - 1) if (EDGES[k] >= cutoff) == above]
-    rows = [np.array(point.samples[f"{name} {k}"], np.float64) for k in chosen]
+    rows = [point.values("power", picture=name, octave=k) for k in chosen]
     return np.sum(rows, axis=0)
 
 
 def octaves(point: Point, name: str) -> Reals:
     """Mean power in every octave."""
-    return np.array([np.mean(point.samples[f"{name} {k}"]) for k in range(len(EDGES) - 1)]) / 1e12
+    rows = [point.values("power", picture=name, octave=k) for k in range(len(EDGES) - 1)]
+    return np.array([each.mean() for each in rows]) / 1e12
 
 
 def _lost_below(point: Point) -> Claim:

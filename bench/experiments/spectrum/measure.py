@@ -8,19 +8,15 @@ the same places: there is no noise in them.
 
 import hashlib
 import json
-import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float64
 
-from bench.experiments.spectrum.claims import EDGES, judge
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, merge_points, run_cases
+from bench.experiments.spectrum.claims import EDGES
+from bench.records.points import Column, Point, Prediction
+from bench.runner.experiment import Effort
 from lod.arrays import Reals
 from lod.atmosphere.air import CLEAR
 from lod.metric.family import METRICS
@@ -36,9 +32,7 @@ from scenes.world.light import Light
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
 
-NAME, VERSION = "spectrum", 1
 DETAILS = (2.0, 4.0, 8.0, 16.0)
-_DIRECTIONS, _QUICK_DIRECTIONS = 8, 3
 _SPP = 36
 SCENE = (
     "world.extent=200",
@@ -58,40 +52,33 @@ _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 Picture = Float64[np.ndarray, "h w"]
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Render every direction whole and pruned, and judge the claims; quick has fewer directions."""
-    start, variant = time.perf_counter(), choose()
-    count = _QUICK_DIRECTIONS if quick else _DIRECTIONS
-    headings = [360.0 * number / count - 180.0 for number in range(count)]
-    cases = [(f"towards {heading:g}°", (heading, variant, seed)) for heading in headings]
-    points = merge_points(run_cases(progress, each, (measure, cases)))
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(_scene_hash(count), seed, variant=variant),
-        points=points,
-        claims=judge(points),
-        notes={"directions": count},
-        start=start,
-    )
+@dataclass(frozen=True)
+class Case:
+    """Where a picture looks to [degrees], and the variant that renders it."""
+
+    heading: float
+    variant: str
 
 
-def measure(heading: float, variant: str, seed: int) -> list[Point]:
+def cases(effort: Effort) -> list[Case]:
+    """So many directions, evenly all round."""
+    count, variant = effort["directions"], choose()
+    return [Case(360.0 * number / count - 180.0, variant) for number in range(count)]
+
+
+def measure(case: Case, seed: int) -> list[Point]:
     """A point for each detail: the powers of every octave, in 10⁻¹²."""
-    whole, points = picture(heading, None, variant, seed), []
+    whole, points = picture(case.heading, None, case.variant, seed), []
     for detail in DETAILS:
-        pruned = picture(heading, detail, variant, seed)
-        samples = {}
-        for name, each in (("whole", whole), ("pruned", pruned), ("lost", whole - pruned)):
-            for k, power in enumerate(spectrum(each)):
-                samples[f"{name} {k}"] = [round(1e12 * float(power))]
-        points.append(Point({"detail": detail}, {"cutoff": 1 / (2 * detail)}, samples))
+        pruned = picture(case.heading, detail, case.variant, seed)
+        pictures = {"whole": whole, "pruned": pruned, "lost": whole - pruned}
+        powers = tuple(
+            Column("power", [round(1e12 * float(power))], {"picture": name, "octave": k})
+            for name, each in pictures.items()
+            for k, power in enumerate(spectrum(each))
+        )
+        cutoff = Prediction("cutoff", 1 / (2 * detail))
+        points.append(Point({"detail": detail}, (cutoff,), powers))
     return points
 
 
@@ -134,6 +121,8 @@ def _world(seed: int) -> World:
     return build_world(_preset(0.0).model_copy(update={"seed": seed}))
 
 
-def _scene_hash(count: int) -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """SHA-256 of the preset and of what is measured in how many directions."""
+    count = len(points[0].samples[0].values)
     words = [_preset(0.0).model_dump(mode="json"), DETAILS, EDGES, _SPP, count]
     return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

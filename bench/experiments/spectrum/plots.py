@@ -6,7 +6,9 @@ import numpy as np
 
 from bench.experiments.spectrum.claims import EDGES, octaves
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point
+from bench.records.records import Record
+from bench.runner.experiment import Table
 
 _MIDDLES = [float(np.sqrt(a * b)) for a, b in pairwise(EDGES)]
 _NAMES = {"whole": "unpruned", "pruned": "pruned", "lost": "difference"}
@@ -18,7 +20,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return tuple(_plot(record, point) for point in record.points)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: power in every octave."""
     heads = ("τ (px)", "cut-off (cycles/px)", "from", "to", *_NAMES.values())
     return heads, [row for point in record.points for row in _rows(point)]
@@ -26,7 +28,7 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 
 def _rows(point: Point) -> list[tuple[str, ...]]:
     columns = [octaves(point, name) for name in _NAMES]
-    place = f"{point.case['detail']:g}", f"{point.predicted['cutoff']:g}"
+    place = f"{point.case['detail']:g}", f"{point.prediction('cutoff'):g}"
     return [
         (*place, f"{EDGES[k]:g}", f"{EDGES[k + 1]:g}", *(f"{each[k]:.3g}" for each in columns))
         for k in range(len(EDGES) - 1)
@@ -34,7 +36,7 @@ def _rows(point: Point) -> list[tuple[str, ...]]:
 
 
 def _plot(record: Record, point: Point) -> Plot:
-    detail, cutoff = point.case["detail"], point.predicted["cutoff"]
+    detail, cutoff = point.case["detail"], point.prediction("cutoff")
     drawn = [
         Curve(label, _MIDDLES, np.maximum(octaves(point, name), _LEAST).tolist())
         for name, label in _NAMES.items()

@@ -11,15 +11,12 @@ import json
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from bench.experiments.updates.claims import judge
-from bench.records.provenance import provenance
-from bench.records.records import Point, Record
-from bench.runner.dask_cases import CaseExecutor, serial_executor
-from bench.runner.experiment import Progress, silent
-from bench.runner.run_cases import make_record, merge_points, run_cases
+from bench.records.points import Column, Key, Point
+from bench.runner.experiment import Effort
 from lod.pruning.pruner import prune
 from lod.pruning.update_schedule import (
     WINDOW,
@@ -41,10 +38,7 @@ from scenes.render.pipeline.render import render_frame
 from scenes.world.view import frame_time, view_at
 from scenes.world.world import World, build_world
 
-NAME, VERSION = "updates", 2
 FRAME = WINDOW + 8
-FIELDS, QUICK_FIELDS = 8, 3
-ROUNDS, QUICK_ROUNDS = 6, 3
 THRESHOLDS = (0.25, 0.5, 1.0)
 BUDGET = 0.1
 """Share of the parts that the rule of a budget draws anew."""
@@ -72,34 +66,34 @@ TIMED = ("render.size=160x90", "render.spp=16", "render.max_depth=3")
 TIMED_PX = 0.5
 
 
-def run(
-    quick: bool = False,
-    progress: Progress = silent,
-    seed: int = 0,
-    each: CaseExecutor = serial_executor,
-) -> Record:
-    """Schedule every field, time frames here, and judge the claims."""
-    start, variant = time.perf_counter(), choose()
-    seeds = [seed + k for k in range(QUICK_FIELDS if quick else FIELDS)]
-    cases = [(f"field {each_seed}", (each_seed,)) for each_seed in seeds]
-    rounds = QUICK_ROUNDS if quick else ROUNDS
-    points = (
-        *merge_points(run_cases(progress, each, (measure, cases))),
-        timed(rounds, variant, seed),
-    )
-    return make_record(
-        NAME,
-        VERSION,
-        quick=quick,
-        provenance=provenance(_scene_hash(), seed, variant=variant),
-        points=points,
-        claims=judge(points),
-        notes={"fields": len(seeds), "rounds": rounds},
-        start=start,
-    )
+@dataclass(frozen=True)
+class Field:
+    """A field whose updates are counted; its number is added to the run's seed."""
+
+    number: int
 
 
-def measure(seed: int) -> list[Point]:
+@dataclass(frozen=True)
+class Timing:
+    """So many rounds of frames that are timed, and the variant that renders them."""
+
+    rounds: int
+    variant: str
+
+
+def cases(effort: Effort) -> list[Field | Timing]:
+    """So many fields; then frames that are timed."""
+    return [*map(Field, range(effort["fields"])), Timing(effort["rounds"], choose())]
+
+
+def measure(case: Field | Timing, seed: int) -> Point | list[Point]:
+    """One frame of a field by every rule; or times of frames."""
+    if isinstance(case, Timing):
+        return timed(case.rounds, case.variant, seed)
+    return schedule(seed + case.number)
+
+
+def schedule(seed: int) -> list[Point]:
     """One frame of a field by every rule, of every camera."""
     presets = {
         move: load_preset("crowd", (*CROWD, *settings, f"seed={seed}"))
@@ -107,16 +101,12 @@ def measure(seed: int) -> list[Point]:
     }
     world = build_world(presets["rest"])  # cameras are no part of it
     return [
-        Point(
-            {"what": "schedule", "move": move},
-            {},
-            {name: [value] for name, value in counted(world, preset).items()},
-        )
+        Point({"what": "schedule", "move": move}, samples=counted(world, preset))
         for move, preset in presets.items()
     ]
 
 
-def counted(world: World, preset: Preset) -> dict[str, int]:
+def counted(world: World, preset: Preset) -> tuple[Column, ...]:
     """Parts that could move, those drawn anew and the farthest that another is off [px/1000], by
     every rule; and by their speed.
     """
@@ -129,15 +119,18 @@ def counted(world: World, preset: Preset) -> dict[str, int]:
     states = dict(zip(rules, replay(iter(frames), list(rules.values())), strict=True))
     (before,) = replay(iter(frames[-2:-1]), [threshold_rule(0.0)])
     kind = np.searchsorted(SPEEDS, displacement_px(before, last), "right") - 1
-    found = {"parts": parts}
-    for name, state in states.items():
-        found[f"redrawn {name}"] = int(state.updated.sum())
-        found[f"off {name}"] = math.ceil(1000 * float(state.error_px.max(initial=0)))
+    found = [Column("parts", [parts])]
+    for rule, state in states.items():
+        farthest = math.ceil(1000 * float(state.error_px.max(initial=0)))
+        found.append(Column("redrawn", [int(state.updated.sum())], {"rule": rule}))
+        found.append(Column("off_mpx", [farthest], {"rule": rule}))
     for k, low in enumerate(SPEEDS):
-        found[f"parts from {low:g}"] = int((kind == k).sum())
-        for name, state in states.items():
-            found[f"redrawn {name} from {low:g}"] = int(state.updated[kind == k].sum())
-    return found
+        mine = kind == k
+        found.append(Column("parts", [int(mine.sum())], {"speed_from": low}))
+        for rule, state in states.items():
+            keys: dict[str, Key] = {"rule": rule, "speed_from": low}
+            found.append(Column("redrawn", [int(state.updated[mine].sum())], keys))
+    return tuple(found)
 
 
 def movers(world: World, preset: Preset, frame: int) -> list[DisplayedRepresentation]:
@@ -173,13 +166,14 @@ def timed(rounds: int, variant: str, seed: int) -> Point:
         name: load_preset("crowd", (*CROWD, *TIMED, f"seed={seed}", f"view.update_threshold={t}"))
         for name, t in ways.items()
     }
-    world, samples = build_world(presets["all"]), dict[str, list[int]]()
+    world, found = build_world(presets["all"]), dict[tuple[str, str], list[int]]()
     for number in range(rounds + 1):
         for name, preset in presets.items():
-            found = _stages(world, preset, FRAME + number, variant)
-            for stage, seconds in found.items() if number else ():  # the first is compiled
-                samples.setdefault(f"{name}{stage}", []).append(round(1e6 * seconds))
-    return Point({"what": "time", "move": "rest"}, {}, samples)
+            stages = _stages(world, preset, FRAME + number, variant)
+            for stage, seconds in stages.items() if number else ():  # the first is compiled
+                found.setdefault((name, stage), []).append(round(1e6 * seconds))
+    times = (Column("cpu_us", t, {"way": way, "stage": s}) for (way, s), t in found.items())
+    return Point({"what": "time", "move": "rest"}, samples=tuple(times))
 
 
 def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str, float]:
@@ -201,7 +195,7 @@ def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str,
     clock.append(time.process_time())
     shot, rendered, _, posed, decided = np.diff(clock).tolist()
     stages = {"before rendering": shot, "posing": posed, "deciding": decided}
-    return {"": shot + rendered, **{f", {name}": each for name, each in stages.items()}}
+    return {"frame": shot + rendered, **stages}
 
 
 def _posed(
@@ -211,7 +205,7 @@ def _posed(
     return [each for one in shown for each in poses_over(world, preset, (frame,), one)]
 
 
-def _scene_hash() -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
     """SHA-256 of the preset and of every case."""
     preset = load_preset("crowd", CROWD).model_dump(mode="json")
     words = [preset, MOVES, TIMED, TIMED_PX, FRAME, THRESHOLDS, BUDGET, SPEEDS]

@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from bench.experiments.updates.claims import JUDGED_PX, off_px, redrawn
+from bench.experiments.updates.claims import JUDGED_PX, cpu_us, off_px, redrawn
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
+from bench.runner.experiment import Table
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE
 from lod.motion.window_of_visibility import critical_hz
 
@@ -15,9 +17,10 @@ FINEST_CPD = PIXELS_PER_DEGREE / 2
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """How often parts of each class of speed are drawn anew, at rest, and what the eye asks for."""
-    point = next(p for p in record.points if p.case.get("move") == "rest" and "parts" in p.samples)
-    lows = [float(name.split()[-1]) for name in point.samples if name.startswith("parts from")]
-    lows = [low for low in lows if low > 0 and any(point.samples[f"parts from {low:g}"])]
+    point = where(record.points, what="schedule", move="rest")[0]
+    classes = [c for c in point.samples if c.quantity == "parts" and c.keys]
+    lows = [float(c.keys["speed_from"]) for c in classes if any(c.values)]
+    lows = [low for low in lows if low > 0]
     speeds = [low * 2**0.5 for low in lows]  # the middle of a class that ends at twice its start
     drawn, words = [], []
     for threshold in JUDGED_PX:
@@ -38,21 +41,21 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def _share(point: Point, threshold: float, low: float) -> float:
-    anew = sum(point.samples[f"redrawn {threshold:g} px from {low:g}"])
-    return anew / sum(point.samples[f"parts from {low:g}"])
+    anew = sum(point.column("redrawn", rule=f"{threshold:g} px", speed_from=low))
+    return anew / sum(point.column("parts", speed_from=low))
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every camera by every rule; then the time of a frame."""
     heads = "camera", "rule", "parts", "drawn anew", "95 % interval", "farthest off (px)"
-    rows = [row for p in record.points if p.case["what"] == "schedule" for row in _rows(p)]
-    return heads, [*rows, *(_timed(p) for p in record.points if p.case["what"] == "time")]
+    rows = [row for p in where(record.points, what="schedule") for row in _rows(p)]
+    return heads, [*rows, *map(_timed, where(record.points, what="time"))]
 
 
 def _rows(point: Point) -> list[tuple[str, ...]]:
     made: list[tuple[str, ...]] = []
     for rule in (*(f"{t:g} px" for t in JUDGED_PX), "budget"):
-        found, parts = redrawn(point, rule), sum(point.samples["parts"])
+        found, parts = redrawn(point, rule), sum(point.column("parts"))
         interval = f"{found.low:.3f}-{found.high:.3f}"
         share = f"{found.value:.3f}"
         row = point.case["move"], rule, str(parts), share, interval, f"{off_px(point, rule):.3f}"
@@ -61,5 +64,5 @@ def _rows(point: Point) -> list[tuple[str, ...]]:
 
 
 def _timed(point: Point) -> tuple[str, ...]:
-    whole, kept = (np.mean(point.samples[name]) / 1e6 for name in ("all", "scheduled"))
+    whole, kept = (cpu_us(point, way).mean() / 1e6 for way in ("all", "scheduled"))
     return "time of a frame", f"all {whole:.2f} s", "", f"scheduled {kept:.2f} s", "", ""

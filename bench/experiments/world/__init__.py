@@ -1,1 +1,28 @@
-"""The experiment `world`."""
+"""The experiment `world`: what it asks, how it is answered, and what is shown."""
+
+from bench.runner.experiment import Experiment, Lazy
+
+EXPERIMENT = Experiment(
+    name="world",
+    order=130,
+    version=1,
+    about=("one frame in worlds of 10³ to 10¹⁵ objects, and everything of small ones"),
+    question=("Does a frame cost the same, however large the world is?"),
+    full={"repeats": 31},
+    quick={"repeats": 8},
+    expected_seconds={"full": 120.0, "quick": 40.0},
+    cases=Lazy(f"{__name__}.measure", "cases"),
+    measure=Lazy(f"{__name__}.measure", "measure"),
+    judge=Lazy(f"{__name__}.claims", "judge"),
+    plots=Lazy(f"{__name__}.plots", "plots"),
+    point_table=Lazy(f"{__name__}.plots", "point_table"),
+    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    notes=Lazy(f"{__name__}.measure", "notes"),
+    timed=True,
+    caveats=(
+        "Worlds are endless fields seen through a window: none of their objects is stored, "
+        "so that what grows with the world is what a frame examines, and nothing else.",
+        "Seconds of one core, from prune to plain scene; rendering is the same for the same scene.",
+        "Unpruned, only as far as the stated number of parts.",
+    ),
+)

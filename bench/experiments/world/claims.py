@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.records.claims import Claim, claim
-from bench.records.records import Point
+from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, median
 from bench.statistics.power_law import fit_exponent
 
@@ -18,7 +18,7 @@ middle, and whoever walks may come from a little further."""
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Every claim that these points can decide."""
     beyond = beyond_limit(points)
-    unpruned = [p for p in points if p.case["metric"] == "full"]
+    unpruned = where(points, metric="full")
     return (*_of_pruned(beyond), *_of_everything(unpruned, beyond[-1]))
 
 
@@ -73,7 +73,7 @@ def beyond_limit(points: Sequence[Point]) -> list[Point]:
 
 def seconds(point: Point, column: str = "cpu_us") -> np.ndarray:
     """Processor's seconds of every repeat; or a millionth of what another column holds."""
-    return np.array(point.samples[column], np.float64) / 1e6
+    return point.values(column) / 1e6
 
 
 def power_of_worlds(points: Sequence[Point], column: str = "cpu_us") -> Estimate:
@@ -99,7 +99,7 @@ def added_by_parts(
     """Parts beyond those of the smallest world, and the time that they add [s], every repeat; or
     what other columns hold.
     """
-    parts = np.array([float(p.samples[by][0]) for p in points])
+    parts = np.array([float(p.column(by)[0]) for p in points])
     rounds = np.array([seconds(p, column) for p in points])
     added = (rounds[1:] - np.median(rounds[0])).ravel()
     x = np.repeat(parts[1:] - parts[0], rounds.shape[1])

@@ -4,7 +4,9 @@ import numpy as np
 
 from bench.experiments.world.claims import added_by_parts, beyond_limit, seconds
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point, Record
+from bench.records.points import Point, where
+from bench.records.records import Record
+from bench.runner.experiment import Table
 from bench.statistics.estimates import median
 from bench.statistics.power_law import RivalModels, compare_with_log
 
@@ -16,7 +18,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return _time(record), _parts(record)
 
 
-def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def point_table(record: Record) -> Table:
     """Heads and rows: every world."""
     heads = ("pruned", "objects in the world", "side (m)", "limit (m)", "objects", "parts")
     return (*heads, "scene (MB)", "scene's hash", "s (95 %)"), [_row(p) for p in record.points]
@@ -24,34 +26,31 @@ def table(record: Record) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
 
 def _row(point: Point) -> tuple[str, ...]:
     case, found = point.case, median(seconds(point))
-    counts = f"{point.samples['objects'][0]:,}", f"{point.samples['parts'][0]:,}"
+    counts = f"{point.column('objects')[0]:,}", f"{point.column('parts')[0]:,}"
     return (
         *(_LABELS[case["metric"]], f"{case['objects']:.0e}", f"{case['side_m']:.4g}"),
         *(f"{case['limit_m']:.4g}" if case["limit_m"] else "none", *counts),
-        *(f"{point.samples['bytes'][0] / 1e6:.1f}", case["scene"]),
+        *(f"{point.column('bytes')[0] / 1e6:.1f}", case["scene"]),
         f"{found.value:.4f} ({found.low:.4f} to {found.high:.4f})",
     )
-
-
-def _of(record: Record, metric: str) -> list[Point]:
-    return [p for p in record.points if p.case["metric"] == metric]
 
 
 def _time(record: Record) -> Plot:
     drawn = []
     for metric, label in _LABELS.items():
-        points = _of(record, metric)
+        points = where(record.points, metric=metric)
         found = [median(seconds(p)) for p in points]
         bands = [f.low for f in found], [f.high for f in found]
         x = [float(p.case["objects"]) for p in points]
         drawn.append(Curve(label, x, [f.value for f in found], *bands, line=_line(metric, points)))
+    rivals = _rival_models(where(record.points, metric="full"))
     same = len({p.case["scene"] for p in beyond_limit(record.points)})
     caption = (
         "From prune to plain scene, seconds of one core: medians with their 95 % intervals. Of the "
         f"worlds larger than the limit distance, {len(beyond_limit(record.points))} give {same} "
         f"scene{'s' if same > 1 else ''}, compared bit for bit. {_words(drawn)} Dashed: no growth "
         f"once the world is larger than the limit; unpruned, what parts add to the smallest "
-        f"world, of which {_rival_models(_of(record, 'full')).words}, x being the parts added."
+        f"world, of which {rivals.words}, x being the parts added."
     )
     axis = "objects in the world", "seconds for a frame"
     return curves("time", "A frame in ever larger worlds", caption, caption, axis, drawn)
@@ -63,9 +62,9 @@ def _line(metric: str, points: list[Point]) -> tuple[list[float], list[float]]:
         beyond = beyond_limit(tuple(points))
         middle = float(np.median(np.concatenate([seconds(p) for p in beyond])))
         return [float(p.case["objects"]) for p in beyond], [middle] * len(beyond)
-    parts = np.array([float(p.samples["parts"][0]) for p in points[1:]])
+    parts = np.array([float(p.column("parts")[0]) for p in points[1:]])
     first = float(np.median(seconds(points[0])))
-    fitted = first + _rival_models(points).line(parts - points[0].samples["parts"][0])
+    fitted = first + _rival_models(points).line(parts - points[0].column("parts")[0])
     return [float(p.case["objects"]) for p in points[1:]], fitted.tolist()
 
 
@@ -76,8 +75,8 @@ def _rival_models(points: list[Point]) -> RivalModels:
 def _parts(record: Record) -> Plot:
     drawn = []
     for metric, label in _LABELS.items():
-        points = _of(record, metric)
-        y = [float(np.maximum(p.samples["parts"][0], 1)) for p in points]
+        points = where(record.points, metric=metric)
+        y = [float(np.maximum(p.column("parts")[0], 1)) for p in points]
         drawn.append(Curve(label, [float(p.case["objects"]) for p in points], y))
     caption = f"Parts displayed from the same eye. {_words(drawn)}"
     axis = "objects in the world", "parts displayed"

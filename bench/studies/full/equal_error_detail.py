@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR, column, equal_error, excesses
-from bench.experiments.fidelity.image_errors import measured, reference_of
+from bench.experiments.fidelity.image_errors import picture_errors, reference_of
 from bench.experiments.fidelity.scene import SPECIES
-from bench.records.records import Point
+from bench.records.points import Column, Point
 from bench.statistics.estimates import Estimate
 from bench.statistics.excess_flip import ExcessFlip, over_noise
 from bench.studies.full.worlds import Kind, Picture, world_preset
@@ -56,10 +56,10 @@ class DetailSearch:
         def at(detail: float) -> Point:
             preset = self._preset(detail)
             tested = render_pictures(world, preset, self.variant, seeds[0::2])
-            errors = measured([each.rgb.astype(np.float64) for each in tested], reference)
+            errors = picture_errors([each.rgb.astype(np.float64) for each in tested], reference)
             parts = parts_displayed(world, view_at(world, preset, 1))
             case = {"metric": _METRIC, "detail": detail, "pruned": SPECIES}
-            return Point(case, {}, {**errors, "parts": [parts]})
+            return Point(case, samples=(*errors, Column("parts", [parts])))
 
         return at
 

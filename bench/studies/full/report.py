@@ -13,7 +13,7 @@ import numpy as np
 from bench.cli.output import table
 from bench.experiments.world.claims import added_by_parts, beyond_limit, power_of_worlds, seconds
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.records import Point
+from bench.records.points import Point, point_from_json
 from bench.statistics.estimates import Estimate, mean
 from bench.statistics.power_law import fit_exponent
 from lod.arrays import Reals
@@ -34,7 +34,7 @@ _TIME, _CPU, _MEMORY = "wall_us", "cpu_us", "peak_bytes"
 
 def points_by_metric(found: dict[str, Any], metric: str) -> list[Point]:
     """Select the points of one metric, from the smallest world to the largest."""
-    points = [Point(**each) for each in found["points"]]
+    points = [point_from_json(each) for each in found["points"]]
     mine = [each for each in points if each.case["metric"] == metric]
     return sorted(mine, key=lambda each: each.case["objects"])
 
@@ -71,8 +71,8 @@ def _row(pruned: Point, full: Point | None) -> tuple[object, ...]:
     cells.insert(4, _middle(pruned, "trace_us"))
     held = seconds(pruned, _MEMORY)[0], seconds(full, _MEMORY)[0] if full else None
     cells += [held[1] and f"{held[1]:.0f}", f"{held[0]:.0f}"]
-    cells += [held[1] and f"{held[1] / held[0]:.2f}", full and f"{full.samples['sticks'][0]:,}"]
-    return (*cells, f"{pruned.samples['sticks'][0]:,}")
+    cells += [held[1] and f"{held[1] / held[0]:.2f}", full and f"{full.column('sticks')[0]:,}"]
+    return (*cells, f"{pruned.column('sticks')[0]:,}")
 
 
 def _middle(point: Point, column: str) -> str:

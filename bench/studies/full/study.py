@@ -23,8 +23,8 @@ from typing import Any
 import click
 
 from bench.cli.frame_flags import memory_size
+from bench.records.points import Point, columns, point_json
 from bench.records.provenance import provenance
-from bench.records.records import Point
 from bench.statistics.excess_flip import LEAST_PAIRS
 from bench.studies.full.equal_error_detail import (
     COARSEST_PX,
@@ -122,7 +122,7 @@ def _point(
 ) -> Point:
     side = world_preset(kind, objects, picture, None).world.extent
     case = {"metric": metric, "objects": objects, "side_m": side, "limit_m": limit}
-    return Point(case, {}, runner.samples())
+    return Point(case, samples=columns(runner.samples()))
 
 
 def run(name: str, kind: Kind, detail: float | None, effort: Effort, say: Say) -> dict[str, Any]:
@@ -139,7 +139,7 @@ def run(name: str, kind: Kind, detail: float | None, effort: Effort, say: Say) -
         "effort": asdict(effort),
         "tau_px": detail,
         "search": how,
-        "points": [asdict(each) for each in points],
+        "points": [point_json(each) for each in points],
         "load": os.getloadavg(),
         "provenance": asdict(provenance(scene, 0, threads, choose())),
     }

@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -11,8 +10,9 @@ from bench.cli.main import main
 from bench.experiments import registry as experiments
 from bench.experiments.registry import EXPERIMENTS
 from bench.records.claims import Claim
-from bench.records.provenance import provenance
-from bench.records.records import Record, read_record
+from bench.records.points import Point
+from bench.records.records import read_record
+from bench.runner.experiment import Effort
 from scenes.render.mitsuba import variants
 
 HELD = Claim("slope", "slope of objects", "an exponent", "§4.1", 1.0, 0.02, 1.001, 0.99, 1.01)
@@ -31,13 +31,23 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[bool, int]]:
     """Plants an experiment that takes no time; gives what it was asked for."""
     calls: list[tuple[bool, int]] = []
 
-    def run(quick: bool = False, progress: Any = None, seed: int = 0) -> Record:
-        calls.append((quick, seed))
-        progress(0, 1, "a point")
-        found = provenance("scene", seed)
-        return Record("scaling", 1, quick, "2024-01-01T00:00:00Z", found, (), (HELD, FAILED), {})
+    def cases(effort: Effort, metric: str | None) -> list[bool]:
+        return [effort.name == "quick"]
 
-    fake = replace(EXPERIMENTS["scaling"], run=run, timed=True, expected_seconds=(1.0, 1.0))
+    def measure(quick: bool, seed: int) -> Point:
+        calls.append((quick, seed))
+        return Point({"n": 1})
+
+    fake = replace(
+        EXPERIMENTS["scaling"],
+        cases=cases,
+        measure=measure,
+        judge=lambda points: (HELD, FAILED),
+        scene_hash=lambda points: "scene",
+        notes=None,
+        timed=True,
+        expected_seconds={"full": 1.0, "quick": 1.0},
+    )
     monkeypatch.setitem(experiments.EXPERIMENTS, "scaling", fake)
     return calls
 

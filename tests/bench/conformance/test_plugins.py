@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,12 @@ import pytest
 from bench.cli.main import main
 from bench.conformance.metric_rules import FORMULA, rabbits
 from bench.conformance.plugin_rules import broken_plugin_rules
+from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import measure as scaling
 from bench.fields import cases as scaling_cases
 from bench.fields.cases import metric_cases
 from bench.records.provenance import provenance
 from bench.runner.journal import sources
-from bench.statistics.sample_size import Effort
 from lod.errors import InputError
 from lod.metric.family import METRICS, Metric
 from lod.pruning.pruner import prune
@@ -131,10 +132,13 @@ def test_check_refuses_what_is_not_there(capfd):
 @pytest.mark.usefixtures("package")
 def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, monkeypatch):
     even = scaling_cases.cases()
-    monkeypatch.setattr(scaling, "cases", lambda: even[:3])
     some = [case for case in metric_cases("halfway") if case.sweep == "detail"][:3]
-    monkeypatch.setattr(scaling, "metric_cases", lambda name: tuple(some))
-    monkeypatch.setattr(scaling, "QUICK", Effort(0.2, 2, 4))
+    fast = replace(
+        EXPERIMENTS["scaling"],
+        cases=lambda effort, metric: scaling.sampled_cases((*even[:3], *some), effort),
+        quick={"target": 0.2, "least": 2, "most": 4},
+    )
+    monkeypatch.setitem(EXPERIMENTS, "scaling", fast)
     code, out, err = said(
         capfd, "run", "scaling", "--quick", *HALFWAY, "-o", str(tmp_path), "--json"
     )

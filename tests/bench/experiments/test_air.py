@@ -9,8 +9,9 @@ from bench.experiments.air import plots as air_plots
 from bench.experiments.air.claims import SKY, judge
 from bench.experiments.air.measure import delta_e
 from bench.experiments.air.targets import order
+from bench.records.points import Column, Point, columns
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
 from lod.atmosphere.air import Air, rgb_extinction
 
 
@@ -19,17 +20,18 @@ def targets(way="jit", factor=1.0, visibility=5e3):
     step, albedo = order(0)
     through = np.exp(-factor * rgb_extinction(Air(visibility)) * visibility * step[:, None] / 20)
     seen = np.where(albedo == 1, 0.5, 0.0)[:, None] * through + 0.2 * (1 - through)
-    samples = {"step": step.tolist(), "grey": albedo.tolist()}
+    samples = list(columns({"step": step.tolist(), "grey": albedo.tolist()}))
     for k, band in enumerate("rgb"):
-        samples[f"target_{band}"] = np.rint(1e9 * seen[:, k]).astype(int).tolist()
-        samples[f"beyond_{band}"] = [200_000_000] * len(step)
-    return Point({"what": "targets", "way": way, "visibility": visibility}, {}, samples)
+        target = np.rint(1e9 * seen[:, k]).astype(int).tolist()
+        samples.append(Column("target", target, {"band": band}))
+        samples.append(Column("beyond", [200_000_000] * len(step), {"band": band}))
+    return Point({"what": "targets", "way": way, "visibility": visibility}, samples=tuple(samples))
 
 
 def band(analytic, delta, low=100.0, pixels=50):
     samples = {"pixels": [pixels] * 3, "analytic": analytic, "scattered": [100, 101, 99]}
     samples |= {"medium": [100] * 3, "spectral": [100] * 3, "delta_e": delta}
-    return Point({"what": "bands", "from": low}, {}, samples)
+    return Point({"what": "bands", "from": low}, samples=columns(samples))
 
 
 def verdicts(*points):
@@ -62,7 +64,7 @@ def test_bands_of_few_pixels_are_not_judged():
 def test_the_table_names_every_band():
     points = (targets(), band([100] * 3, [1000] * 3), band([100] * 3, [1000] * 3, SKY))
     made = Record("air", 1, True, "", provenance("", 0), points, judge(points), {})
-    heads, rows = air_plots.table(made)
+    heads, rows = air_plots.point_table(made)
     assert [row[0] for row in rows] == ["from 100 m", "in the sky"]
     assert all(len(row) == len(heads) for row in rows)
     assert not any(re.search(r"\bnan\b", plot.svg) for plot in air_plots.plots(made))

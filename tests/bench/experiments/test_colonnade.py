@@ -2,14 +2,13 @@
 
 import math
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from bench.experiments.colonnade import plots as colonnade_plots
 from bench.experiments.colonnade.claims import judge
-from bench.experiments.colonnade.measure import SHOTS, run
+from bench.experiments.colonnade.measure import SHOTS
 from bench.experiments.colonnade.scene import (
     COUNT,
     Shot,
@@ -21,9 +20,12 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
+from bench.experiments.registry import EXPERIMENTS
+from bench.runner.run_experiment import run_experiment
 from scenes.frame.quality import Quality
 from scenes.models.column import column
 from scenes.render.mitsuba.variants import choose
+from tests.bench.edited import edited
 
 
 def test_images_grow_and_angles_shrink_to_the_side():
@@ -67,17 +69,18 @@ def test_nothing_pruned_is_no_error():
 
 @pytest.mark.slow
 def test_a_quick_run_holds_what_it_must_and_is_judged_by_its_samples():
-    record = run(quick=True)
+    experiment = EXPERIMENTS["colonnade"]
+    record = run_experiment(experiment, experiment.effort("quick"))
     verdict = {claim.name: claim.verdict for claim in record.claims}
     for name in ("sizes/column/image_width", "sizes/column/solid_angle", "blake/column/error_eye"):
         assert verdict[name] == "holds", name
     worse = tuple(
-        replace(p, samples={**p.samples, "error_eye_ppm": [10**6] * 3})
+        edited(p, "error_ppm", lambda _: [10**6] * 3, weight="eye")
         if p.case["metric"] == "blake"
         else p
         for p in record.points
     )
     again = {claim.name: claim.verdict for claim in judge(worse)}
     assert again["blake/column/error_eye"] == "refuted"
-    assert len(colonnade_plots.table(record)[1]) == len(SHOTS) * (COUNT // 2 + 1)
+    assert len(colonnade_plots.point_table(record)[1]) == len(SHOTS) * (COUNT // 2 + 1)
     assert not any(re.search(r"\bnan\b", plot.svg) for plot in colonnade_plots.plots(record))

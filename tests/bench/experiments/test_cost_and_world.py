@@ -13,8 +13,9 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.world import measure as world_experiment
 from bench.experiments.world.claims import beyond_limit
 from bench.experiments.world.claims import judge as judge_world
+from bench.records.points import Column, Point, columns
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
 from scenes.render.mitsuba.variants import choose
 
 
@@ -23,12 +24,14 @@ def frames(**share):
     chance = np.random.default_rng(0)
     noise = chance.normal(1, 0.02, 12)
     stages = {**dict.fromkeys(STAGES, 0.0), "trace": 1 - sum(share.values()), **share}
-    samples = {k: [round(1e6 * v * n) for n in noise] for k, v in stages.items()}
-    samples["metric"] = [round(n / 100) for n in samples["prune"]]
-    samples["haze"] = [0] * 12
+    times = {k: [round(1e6 * v * n) for n in noise] for k, v in stages.items()}
+    times["metric"] = [round(n / 100) for n in times["prune"]]
+    times["haze"] = [0] * 12
+    warm = tuple(Column("us", row, {"stage": stage}) for stage, row in times.items())
     cold = {"world": [2_000_000] * 8, "first_trace": [1_500_000] * 8}
     cold |= {f"{k}_bytes": [10**9] * 8 for k in ("world", "shoot", "render")}
-    return Point({"what": "frames"}, {}, samples), Point({"what": "processes"}, {}, cold)
+    named = ({"what": each} for each in ("frames", "processes"))
+    return tuple(map(Point, named, ((), ()), (warm, columns(cold))))
 
 
 def test_shares_of_a_frame_are_judged():
@@ -42,7 +45,7 @@ def test_shares_of_a_frame_are_judged():
 
 def test_without_enough_processes_nothing_is_said_of_setting_up():
     warm, cold = frames(prune=0.05)
-    few = replace(cold, samples={k: v[:2] for k, v in cold.samples.items()})
+    few = replace(cold, samples=tuple(replace(c, values=c.values[:2]) for c in cold.samples))
     assert "setup_share" not in {c.name for c in judge_cost((warm, few))}
 
 
@@ -51,7 +54,9 @@ def world(metric, objects, parts, seconds, scene="a", side=None):
     times = [round(1e6 * seconds * n) for n in chance.normal(1, 0.01, 12)]
     case = {"metric": metric, "objects": objects, "scene": scene, "limit_m": 100.0}
     case["side_m"] = side or objects**0.5
-    return Point(case, {}, {"objects": [1], "parts": [parts], "bytes": [9], "cpu_us": times})
+    return Point(
+        case, samples=columns({"objects": [1], "parts": [parts], "bytes": [9], "cpu_us": times})
+    )
 
 
 def worlds(growth=0.0, scenes="aaaa", unpruned=1.0):
@@ -95,7 +100,7 @@ def test_figures_and_table_tell_the_record(name, points):
     here = provenance("ab" * 32, 0)
     record = Record(name, 1, True, "2026-01-01T00:00:00Z", here, points, (), {})
     experiment = EXPERIMENTS[name]
-    heads, rows = experiment.table(record)
+    heads, rows = experiment.point_table(record)
     assert rows and {len(row) for row in rows} == {len(heads)}
     assert all(len(plot.alt) > 80 and plot.drawn for plot in experiment.plots(record))
 
@@ -107,9 +112,9 @@ def test_every_stage_of_a_real_frame_is_timed():
     assert all(row[stage] > 0 for stage in STAGES) and row["tests"] > 10
     cold = found["cold"]
     assert 0 < cold["world_bytes"] <= cold["shoot_bytes"] <= cold["render_bytes"]
-    warm, processes = (cost_experiment._columns([each]) for each in (row, cold))
-    whole = frame_us(Point({}, {}, warm))
-    assert whole[0] == sum(row[stage] for stage in STAGES) and processes["world"][0] > 0
+    warm, processes = cost_experiment.process_points(found)
+    assert frame_us(warm)[0] == sum(row[stage] for stage in STAGES)
+    assert processes.column("world")[0] > 0 and processes.column("drawn", what="sticks")[0] > 0
 
 
 def test_a_world_is_named_for_its_objects():

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from bench.experiments.cover import plots as cover_plots
-from bench.experiments.cover.claims import bands, judge, room, same_rays, tone
+from bench.experiments.cover.claims import SAME_RAYS, bands, judge, room, same_rays, tone
 from bench.experiments.cover.measure import in_bands
 from bench.experiments.cover.scene import LOOKS, Case, cases, displayed, preset_of, whole
 from bench.experiments.registry import EXPERIMENTS
+from bench.records.points import Column, Point
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view_geometry import in_view
@@ -32,9 +33,14 @@ def test_light_is_summed_by_the_distances_of_each_picture():
     unpruned = picture([[5, 10, 19], [20, 39, 1e10]], 0.5)
     tested = picture([[5, 15, 25], [25, 1e10, 39]], 0.25)
     found = in_bands(tested, unpruned, edges)
-    assert found["whole"] == [1_000_000, 1_000_000] and found["whole rays"] == [2, 2]
-    assert found["tested"] == [250_000, 750_000] and found["tested rays"] == [1, 3]
-    assert found["same rays"] == [500_000, 500_000]
+    point = Point({}, samples=found)
+
+    def sums(quantity, seen):
+        return [point.column(quantity, picture=seen, band=k)[0] for k in (0, 1)]
+
+    assert sums("light", "whole") == [1_000_000, 1_000_000] and sums("rays", "whole") == [2, 2]
+    assert sums("light", "pruned") == [250_000, 750_000] and sums("rays", "pruned") == [1, 3]
+    assert sums("light", SAME_RAYS) == [500_000, 500_000]
 
 
 def test_a_tree_that_stands_elsewhere_keeps_its_tone():
@@ -47,7 +53,8 @@ def test_a_tree_that_stands_elsewhere_keeps_its_tone():
         light = np.where(tree, 0.01, 0.1)[..., None].repeat(3, axis=2)
         pictures.append(replace(picture(np.where(tree, 30.0, 1e10), 0.0), rgb=light))
     found = in_bands(*pictures, (10.0, 40.0))
-    point = Point(vars(cases()[0]), {}, {f"{k} 0": row * 4 for k, row in found.items()})
+    four = tuple(replace(each, values=each.values * 4) for each in found)
+    point = Point(vars(cases()[0]), samples=four)
     assert tone(point, 0).value == pytest.approx(1.0, abs=1e-6)
     assert room(point, 0) == pytest.approx(1.0, abs=0.1) and same_rays(point, 0) > 4
 
@@ -62,14 +69,15 @@ def test_edges_rise_and_lie_in_the_window():
 def planted(shift=0.0):
     points = []
     for case in cases():
-        samples = {}
+        samples = []
         for k in range(8):
-            samples[f"whole {k}"] = [1_000_000 + 1000 * n for n in range(4)]
-            samples[f"whole rays {k}"] = samples[f"tested rays {k}"] = [500] * 4
+            whole_light = [1_000_000 + 1000 * n for n in range(4)]
             share = 1.0 + (shift if case.cover and k == 3 else 0.0) + (0.0 if case.cover else 0.5)
-            samples[f"tested {k}"] = [round(share * v) for v in samples[f"whole {k}"]]
-            samples[f"same rays {k}"] = samples[f"tested {k}"]
-        points.append(Point(vars(case), {}, samples))
+            pruned = [round(share * v) for v in whole_light]
+            for seen, light in (("pruned", pruned), ("whole", whole_light), (SAME_RAYS, pruned)):
+                samples.append(Column("light", light, {"picture": seen, "band": k}))
+                samples.append(Column("rays", [500] * 4, {"picture": seen, "band": k}))
+        points.append(Point(vars(case), samples=tuple(samples)))
     return tuple(points)
 
 
@@ -83,8 +91,8 @@ def test_verdicts_follow_from_the_light_of_each_band():
 def test_the_report_shows_all_of_it():
     points = planted(0.03)
     made = Record("cover", 1, True, "", provenance("", 0), points, judge(points), {})
-    assert EXPERIMENTS["cover"].judge(made) == made.claims
-    heads, rows = cover_plots.table(made)
+    assert EXPERIMENTS["cover"].judge(made.points) == made.claims
+    heads, rows = cover_plots.point_table(made)
     assert len(rows) == sum(bands(p) for p in points)
     assert all(len(row) == len(heads) for row in rows)
     assert any("1.500" in row for row in rows), "without cover it stands in the table as well"

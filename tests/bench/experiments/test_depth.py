@@ -7,8 +7,9 @@ import numpy as np
 from bench.experiments.depth import plots as depth_plots
 from bench.experiments.depth.claims import QUADRANTS, judge
 from bench.experiments.depth.measure import EXTENTS_M, RAYS, pierced
+from bench.records.points import Column, Point
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
 from lod.pruning.shapes import Sticks
 
 NORTH = np.array([[0.0, 1.0, 0.0]])
@@ -54,8 +55,10 @@ def planted(favoured=1.0, growing=0.0):
         for metric in ("blake", "full"):
             by = extent / EXTENTS_M[0] if metric == "full" else extent**growing
             rows = np.rint(draws * by).astype(int)
-            samples = {f"quadrant {k}": rows[:, k].tolist() for k in range(QUADRANTS)}
-            points.append(Point({"extent": extent, "metric": metric}, {}, samples))
+            samples = tuple(
+                Column("pierced", rows[:, k].tolist(), {"quadrant": k}) for k in range(QUADRANTS)
+            )
+            points.append(Point({"extent": extent, "metric": metric}, samples=samples))
     return tuple(points)
 
 
@@ -73,6 +76,6 @@ def test_the_report_shows_all_of_it():
     points = planted()
     notes = {"rays_in_a_quadrant": RAYS}
     made = Record("depth", 1, True, "", provenance("", 0), points, judge(points), notes)
-    heads, rows = depth_plots.table(made)
+    heads, rows = depth_plots.point_table(made)
     assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
     assert not any(re.search(r"\bnan\b", plot.svg) for plot in depth_plots.plots(made))

@@ -13,9 +13,8 @@ from bench.experiments.fidelity import pictures as fidelity_pictures
 from bench.experiments.fidelity import plots as fidelity_plots
 from bench.experiments.fidelity.claims import judge
 from bench.experiments.fidelity.equal_error import equal_error, reached
-from bench.experiments.fidelity.image_errors import BANDS, bias, measured, reference_of
+from bench.experiments.fidelity.image_errors import BANDS, bias, picture_errors, reference_of
 from bench.experiments.fidelity.scene import (
-    DETAILS,
     GROUND,
     METRICS_TRIED,
     PIECES,
@@ -23,19 +22,22 @@ from bench.experiments.fidelity.scene import (
     SPECIES,
     VIEWS,
     Case,
-    cases,
     displayed,
+    grid_cases,
     parts_in,
     reference,
 )
-from bench.experiments.fidelity.timing import STAGES, TIMED, UNPRUNED, measure_times
+from bench.experiments.fidelity.timing import STAGES, TIMED, UNPRUNED, Timing, measure_times
 from bench.experiments.figure.cases import curves
+from bench.experiments.registry import EXPERIMENTS
 from bench.records.embedded_pictures import NOTE, pictures_of
+from bench.records.points import Column, Point, columns
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
 from scenes.frame.layers import Layers
 from scenes.render.mitsuba.variants import choose
 
+DETAILS = EXPERIMENTS["fidelity"].full["details"]
 SHAPE = (12, 16)
 PAIRS = 8
 
@@ -75,23 +77,29 @@ def test_bias_is_found_beneath_noise_four_times_as_large():
 
 def test_nothing_changed_measures_as_its_floor():
     known = whole()
-    found = measured(list(known.same), known)
+    found = Point({}, samples=picture_errors(list(known.same), known))
     for name in ("flip", "ssim", "relmse"):
-        assert found[name] == found[f"{name}_floor"]
-    assert found["relmse_bias"] == [0] * PAIRS
-    for band in (b for b in BANDS if found[f"pixels {b}"][0]):
-        assert found[f"tested {band}"] == found[f"reference {band}"]
-    worse = measured(offset_by(0.2), known)
-    assert min(worse["flip"]) > max(worse["flip_floor"])
-    assert max(worse["ssim"]) < min(worse["ssim_floor"]) + 100_000
+        assert found.column(name) == found.column(f"{name}_floor")
+    assert found.column("relmse_bias") == [0] * PAIRS
+    for band in (b for b in BANDS if found.column("pixels", band=b)[0]):
+        tested, same = (
+            found.column("luminance", picture=each, band=band) for each in ("tested", "reference")
+        )
+        assert tested == same
+    worse = Point({}, samples=picture_errors(offset_by(0.2), known))
+    assert min(worse.column("flip")) > max(worse.column("flip_floor"))
+    assert max(worse.column("ssim")) < min(worse.column("ssim_floor")) + 100_000
 
 
 def point(metric, detail, excess, parts, floor=5000, view="aerial", pruned=SPECIES):
-    flat = {f"{which} {b}": [1000] * PAIRS for which in ("tested", "reference") for b in BANDS}
+    bands = [
+        Column("luminance", [1000] * PAIRS, {"picture": which, "band": b})
+        for which in ("tested", "reference")
+        for b in BANDS
+    ]
+    bands += [Column("pixels", [100], {"band": b}) for b in BANDS]
     spread = [-20, 20] * (PAIRS // 2)
     samples = {
-        **flat,
-        **{f"pixels {b}": [100] for b in BANDS},
         "flip": [floor + round(1e6 * excess) + each for each in spread],
         "flip_floor": [floor] * PAIRS,
         **{k: [990_000] * PAIRS for k in ("ssim", "ssim_floor")},
@@ -99,15 +107,21 @@ def point(metric, detail, excess, parts, floor=5000, view="aerial", pruned=SPECI
         **{k: [5] for k in ("sticks", "triangles", "foretold_bytes")},
         "parts": [parts],
     }
-    return Point({"view": view, "metric": metric, "detail": detail, "pruned": pruned}, {}, samples)
+    return Point(
+        {"view": view, "metric": metric, "detail": detail, "pruned": pruned},
+        samples=(*bands, *columns(samples)),
+    )
 
 
 def timed_point(metric, detail, seconds, view="aerial"):
     """A frame that takes so long in all, now a third more and now a third less."""
     micros = [round(1e6 * seconds * (4 / 3 if k % 2 else 2 / 3)) for k in range(PAIRS)]
-    samples = {f"{stage}_us": [us // 3 for us in micros] for stage in STAGES}
-    samples |= {"parts": [7], "foretold_bytes": [5]}
-    return Point({"view": view, "metric": metric, "detail": detail, "pruned": TIMED}, {}, samples)
+    times = [Column("us", [us // 3 for us in micros], {"stage": stage}) for stage in STAGES]
+    counted = columns({"parts": [7], "foretold_bytes": [5]})
+    return Point(
+        {"view": view, "metric": metric, "detail": detail, "pruned": TIMED},
+        samples=(*times, *counted),
+    )
 
 
 def planted(rival=2.0, faster=0.5):
@@ -167,7 +181,7 @@ def test_at_equal_error_every_metric_is_summed_up_with_its_interval():
 
 
 def test_another_metric_is_tried_in_every_view():
-    more = set(cases(False, "halfway")) - set(cases(False))
+    more = set(grid_cases(DETAILS, (1.0,), "halfway")) - set(grid_cases(DETAILS, (1.0,)))
     assert {(c.view, c.metric, c.detail, c.pruned) for c in more} == {
         (view, "halfway", detail, SPECIES) for view in VIEWS for detail in DETAILS
     }
@@ -176,19 +190,19 @@ def test_another_metric_is_tried_in_every_view():
 
 @pytest.mark.slow
 def test_a_timed_frame_has_every_stage_and_the_unpruned_one_has_more_parts():
-    made = measure_times("hazy", ("blake", "depth"), (1.0,), choose(), 0)
+    made = measure_times(Timing("hazy", ("blake", "depth"), (1.0,), choose()), 0)
     assert [p.case["metric"] for p in made] == ["blake", "depth", UNPRUNED]
-    one, other, whole = (p.samples["parts"][0] for p in made)
+    one, other, whole = (p.column("parts")[0] for p in made)
     assert 0 < other < one < whole
     for point in made:
-        assert all(len(point.samples[f"{stage}_us"]) == PAIRS for stage in STAGES)
+        assert all(len(point.column("us", stage=stage)) == PAIRS for stage in STAGES)
         assert min(map(min, point.samples.values())) > 0
 
 
 def test_the_report_draws_every_view_with_its_floor():
     points = planted()
     made = Record("fidelity", 1, True, "", provenance("", 0), points, judge(points), {})
-    heads, rows = fidelity_plots.table(made)
+    heads, rows = fidelity_plots.point_table(made)
     assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
     shown = {plot.name: plot for plot in fidelity_plots.plots(made)}
     assert list(shown) == [f"fidelity-aerial-{k}" for k in ("detail", "parts", "time", "memory")]
@@ -230,14 +244,16 @@ def test_pieces_put_together_are_the_whole():
     saved = [everything - parts_in(by_piece[k]) for k in ("objects", "casters")]
     assert sum(saved) == everything - pruned
     assert parts_in(by_piece["no casters"]) < parts_in(by_piece["casters"]) < everything
-    assert len(cases(False)) == 3 * (4 * 7 + 3 + 4)
+    assert len(grid_cases(DETAILS, EXPERIMENTS["fidelity"].full["ground_details"])) == 3 * (
+        4 * 7 + 3 + 4
+    )
 
 
 @pytest.mark.slow
 def test_pictures_show_whole_pruned_and_where_they_differ(monkeypatch):
     monkeypatch.setattr(fidelity_pictures, "VIEWS", {"hazy": ()})
     monkeypatch.setattr(fidelity_pictures, "MAGNIFIED", 1)
-    (note,) = fidelity_pictures.pictures_of(choose(), True, 0)
+    (note,) = fidelity_pictures.pictures_of(choose(), 9, 0)
     made = Record("fidelity", 1, True, "", provenance("", 0), planted(), (), {NOTE: [note]})
     names, files = zip(*pictures_of(made)[0].layers, strict=True)
     assert names[0] == "everything there is" and len(names) == 5

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bench.experiments.figure import measure as figure_experiment
 from bench.experiments.figure.cases import (
     EVERYTHING,
     METRICS,
     PERSON,
+    POINTS_PER_JOINT,
     Curve,
     curves,
     looked_from,
@@ -18,6 +18,7 @@ from bench.experiments.figure.cases import (
 )
 from bench.experiments.figure.claims import (
     COUNTED,
+    POSED,
     SIZED,
     Counted,
     counted,
@@ -27,13 +28,15 @@ from bench.experiments.figure.claims import (
     sized,
 )
 from bench.experiments.figure.fit import RESAMPLES, exponent, halves, line, rank_correlation
-from bench.experiments.figure.measure import Effort
 from bench.experiments.figure.part_counts import approaches, count, displayed_parts, sizes
-from bench.experiments.figure.plots import plots, table
-from bench.experiments.figure.posing import POINTS_PER_JOINT, Posing, posing
+from bench.experiments.figure.plots import plots, point_table
+from bench.experiments.figure.posing import posing
 from bench.experiments.registry import EXPERIMENTS
-from bench.records.records import Point, read_record, write_record
+from bench.records.points import Point, columns
+from bench.records.records import read_record, write_record
 from bench.report.write import write_report
+from bench.runner.experiment import Effort
+from bench.runner.run_experiment import run_experiment
 from bench.statistics.estimates import median
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
@@ -41,7 +44,7 @@ from lod.pruning.parts import Parts
 from lod.pruning.pruner import prune
 from lod.pruning.shapes import Sticks
 
-SMALL = Effort(poses=6, distances=8, repeats=8, posed=3)
+SMALL = Effort("quick", {"poses": 6, "distances": 8, "repeats": 8, "posed": 3})
 
 
 def chance(seed):
@@ -241,7 +244,7 @@ def planted(power, parts=1000):
     case = {"what": COUNTED, "kind": "rabbit", "metric": "blake", "detail": 1.0}
     case |= {"parts": parts, "fits": 1.0}
     return tuple(
-        Point({**case, "distance": float(d)}, {}, {"parts": row.astype(int).tolist()})
+        Point({**case, "distance": float(d)}, samples=columns({"parts": row.astype(int).tolist()}))
         for d, row in zip(base, counts, strict=True)
     )
 
@@ -250,16 +253,17 @@ def levels(sizes_um):
     """A kind with one part a level, each the whole of the next."""
     n = len(sizes_um)
     samples = {"level": list(range(n)), "whole": list(range(-1, n - 1)), "P_um": sizes_um}
-    return Point({"what": SIZED, "kind": "rabbit"}, {}, samples)
+    return Point({"what": SIZED, "kind": "rabbit"}, samples=columns(samples))
 
 
-def times(ratio):
+def posed(ratio):
     matrices = [1000 + k for k in range(31)]
-    return {"composing": Posing([round(ratio * t) for t in matrices], matrices, 1, 1, 1, 0.0)}
+    times = {"quaternions_ns": [round(ratio * t) for t in matrices], "matrices_ns": matrices}
+    return Point({"what": POSED, "task": "composing"}, samples=columns(times))
 
 
 def verdicts(*points, ratio=0.9):
-    return {c.name: c.verdict for c in judge(tuple(points), 0, times(ratio))}
+    return {c.name: c.verdict for c in judge((*points, posed(ratio)))}
 
 
 def test_each_reading_counts_over_its_own_distances():
@@ -305,18 +309,16 @@ def test_cheaper_holds_and_dearer_is_refuted():
 
 def test_both_ways_of_posing_agree():
     for task, points in POINTS_PER_JOINT.items():
-        found = posing(task, 20, 6, 0)
-        assert found.points == points * found.joints
-        assert found.apart_m <= 1e-12
-        assert len(found.quaternions_ns) == len(found.matrices_ns) == 6
-        assert min(*found.quaternions_ns, *found.matrices_ns) > 0
+        found, times = posing(task, 20, 6, 0)
+        assert found["points"] == points * found["joints"]
+        assert found["apart_m"] <= 1e-12
+        assert [len(each) for each in times.values()] == [6, 6]
+        assert min(map(min, times.values())) > 0
 
 
 @pytest.fixture(scope="module")
 def record():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figure_experiment, "QUICK", SMALL)
-        return EXPERIMENTS["figure"].run(quick=True, seed=3)
+    return run_experiment(EXPERIMENTS["figure"], SMALL, seed=3)
 
 
 def test_a_run_is_its_record_and_its_report(record, tmp_path):
@@ -327,10 +329,10 @@ def test_a_run_is_its_record_and_its_report(record, tmp_path):
     assert record.notes["poses"] == 6 and record.notes["bootstrap_samples"] == RESAMPLES
 
 
-def test_the_same_seed_gives_the_same_samples(record, monkeypatch):
-    monkeypatch.setattr(figure_experiment, "QUICK", SMALL)
-    again = figure_experiment.run(quick=True, seed=3)
-    assert again.samples_sha256 == record.samples_sha256
+def test_the_same_seed_gives_the_same_samples(record):
+    again = run_experiment(EXPERIMENTS["figure"], SMALL, seed=3)
+    timeless = [[p for p in r.points if p.case["what"] != POSED] for r in (record, again)]
+    assert timeless[0] == timeless[1]
     judged = [[c for c in r.claims if not c.name.startswith("posing")] for r in (record, again)]
     assert judged[0] == judged[1]
 
@@ -341,7 +343,7 @@ def test_every_kind_is_claimed_alike_and_every_reading_has_its_row(record):
     for kind in EVERYTHING:
         wanted = {f"{metric}/{kind}/exponent" for metric in METRICS}
         assert wanted | {f"sizes/{kind}/rank", f"sizes/{kind}/no_smaller"} <= set(names)
-    heads, rows = table(record)
+    heads, rows = point_table(record)
     assert len(rows) == sum(len(readings(c)) for c in counted(record.points)) == 33
     assert {len(row) for row in rows} == {len(heads)}
 
@@ -356,8 +358,8 @@ def test_every_figure_is_told_in_words(record):
 def test_the_record_holds_every_part(record):
     tables = sized(record.points)
     assert set(tables) == set(EVERYTHING)
-    for kind, columns in tables.items():
+    for kind, found in tables.items():
         tree = object_of(kind).hierarchy
-        assert np.array_equal(columns["level"], tree.level)
-        assert np.abs(columns["P_um"] / 1e6 - tree.P).max() < 1e-6
+        assert np.array_equal(found["level"], tree.level)
+        assert np.abs(found["P_um"] / 1e6 - tree.P).max() < 1e-6
         assert sizes(kind)["whole"] == tree.parent.tolist()

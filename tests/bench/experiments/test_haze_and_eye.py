@@ -1,34 +1,38 @@
 """The experiments haze and eye: one m on both sides, a law apart from the pruner, honest shares."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bench.experiments.eye import measure as eye_experiment
+from bench.experiments.eye.measure import Case as EyeCase
 from bench.experiments.haze import measure as haze_experiment
+from bench.experiments.haze.measure import Case as HazeCase
 from bench.experiments.registry import EXPERIMENTS
 from bench.fields import part_sizes as sight_measure
-from bench.fields.part_sizes import SIZES, prototypes_with, size_class, total
+from bench.fields.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with, size_class
+from bench.runner.run_experiment import run_experiment
 from bench.statistics.estimates import share
 from lod.errors import InputError
 from lod.vision.contrast import CONTRAST_CLASSES
 
 
+def run_cases_of(name, cases, seed=5):
+    experiment = replace(EXPERIMENTS[name], cases=lambda effort: cases)
+    return run_experiment(experiment, experiment.effort("quick"), seed)
+
+
 @pytest.fixture(scope="module")
 def haze():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(haze_experiment, "CASES", (("figure", "nobody", 640), ("tree", "eye", 1280)))
-        patch.setattr(haze_experiment, "VISIBILITIES_M", (500.0, 2e3, 5e4))
-        patch.setattr(haze_experiment, "QUICK_FIELDS", 4)
-        return EXPERIMENTS["haze"].run(quick=True, seed=5)
+    seen = (500.0, 2e3, 5e4)
+    cases = [HazeCase("figure", "nobody", 640, 4, seen), HazeCase("tree", "eye", 1280, 4, seen)]
+    return run_cases_of("haze", cases)
 
 
 @pytest.fixture(scope="module")
 def eye():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(eye_experiment, "DENSITY", {"figure": 2e-3})
-        patch.setattr(eye_experiment, "PIXELS_PER_DEGREE", (30.0, 67.0, 120.0))
-        patch.setattr(eye_experiment, "QUICK_FIELDS", 4)
-        return EXPERIMENTS["eye"].run(quick=True, seed=5)
+    return run_cases_of("eye", [EyeCase("figure", ppd, 4) for ppd in (30.0, 67.0, 120.0)])
 
 
 def verdicts(record):
@@ -81,12 +85,12 @@ def test_haze_only_takes_and_takes_what_is_predicted(haze):
     assert verdicts(haze)["figure/nobody/640/kept"] == "holds"
     for point in haze.points:
         for size in SIZES:
-            clear, hazy = (total(point, air, [size]) for air in ("clear", "hazy"))
+            clear, hazy = (part_counts(point, [size], air=air) for air in ("clear", "hazy"))
             assert (hazy <= clear).all()
             for air, counts in (("clear", clear), ("hazy", hazy)):
-                mean = point.predicted[f"{air}, {size}"]
+                mean = predicted_parts(point, [size], air=air)
                 assert abs(counts.mean() - mean) < 0.35 * mean + 5
-    thick, _, thin = (total(p, "hazy").sum() for p in haze.points[3:])
+    thick, _, thin = (part_counts(p, air="hazy").sum() for p in haze.points[3:])
     assert thick < 0.9 * thin
 
 
@@ -96,10 +100,8 @@ def test_a_law_that_knows_no_haze_is_refuted(haze, monkeypatch):
 
     sight_measure_limits = sight_measure.chained_limits
     monkeypatch.setattr(sight_measure, "chained_limits", blind)
-    monkeypatch.setattr(haze_experiment, "VISIBILITIES_M", (500.0, 2e3))
-    monkeypatch.setattr(haze_experiment, "CASES", (("figure", "nobody", 640),))
-    monkeypatch.setattr(haze_experiment, "QUICK_FIELDS", 4)
-    assert verdicts(haze_experiment.run(quick=True))["figure/nobody/640/kept"] == "refuted"
+    blinded = run_cases_of("haze", [HazeCase("figure", "nobody", 640, 4, (500.0, 2e3))], seed=0)
+    assert verdicts(blinded)["figure/nobody/640/kept"] == "refuted"
 
 
 def test_every_part_can_be_given_one_contrast():
@@ -116,7 +118,7 @@ def test_blur_leaves_one_part_in_its_square_and_a_fine_display_more_than_contras
     assert names["figure/both/beyond_blur"] == "holds"
     assert {names[f"figure/{v}/kept"] for v in ("blur", "contrast", "faint", "both")} == {"holds"}
     fine = eye.points[-1]
-    counts = {v: total(fine, v).sum() for v in ("ideal", "contrast", "faint", "blur")}
+    counts = {v: part_counts(fine, viewer=v).sum() for v in ("ideal", "contrast", "faint", "blur")}
     assert counts["ideal"] > counts["contrast"] > counts["faint"] > counts["blur"]
 
 
@@ -130,13 +132,13 @@ def test_records_are_drawn_and_told(name, request):
         assert plot.svg.startswith("<svg")
         assert "predicted" in plot.caption
         assert "nan" not in plot.alt
-    heads, rows = experiment.table(record)
+    heads, rows = experiment.point_table(record)
     assert all(len(row) == len(heads) for row in rows)
     assert record.provenance.scene
 
 
 def test_the_same_seed_counts_the_same(eye):
     point = eye.points[0]
-    again = eye_experiment.measure("figure", 30.0, 4, 5)
+    again = eye_experiment.measure(EyeCase("figure", 30.0, 4), 5)
     assert again == point
     assert eye_experiment.measure("figure", 30.0, 4, 6).samples != point.samples

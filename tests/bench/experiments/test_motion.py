@@ -1,7 +1,7 @@
 """What motion leaves out is counted and judged from the counts alone."""
 
 import re
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 import pytest
 
@@ -11,10 +11,11 @@ from bench.experiments.motion import plots as motion_plots
 from bench.experiments.motion.claims import judge, kept, one_sided
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.experiments.registry import EXPERIMENTS
-from bench.records.records import Point
-from bench.runner.run_cases import merge_points
+from bench.records.points import Column, Point, columns, merge_points
+from bench.runner.run_experiment import run_experiment
 from bench.statistics.excess_flip import LEAST_PAIRS
 from scenes.render.mitsuba.variants import choose
+from tests.bench.edited import edited
 
 
 def fake(settings, move, seed):
@@ -25,15 +26,17 @@ def fake(settings, move, seed):
     return (250 if moving else 1000) + seed % 3
 
 
-def fake_pictures(move, pair, cuts, how):
+def fake_pictures(case, seed):
     """Excess FLIP of 0.004 by motion and 0.05 by the planted cut, above a floor of 0.009."""
-    flips = {"motion": 13_000 + pair, "planted": 59_000 + pair}
-    return [picture(cut, [flips[cut]], [9_000], move) for cut in cuts]
+    flips = {"motion": 13_000 + case.pair, "planted": 59_000 + case.pair}
+    return [picture(cut, [flips[cut]], [9_000], case.move) for cut in case.cuts]
 
 
 def picture(cut, flips, floors, move=FAST):
     samples = {"flip": flips, "flip_floor": floors}
-    return Point({"world": "picture", **asdict(move), "cut": cut, "spp": 1}, {}, samples)
+    return Point(
+        {"world": "picture", **asdict(move), "cut": cut, "spp": 1}, samples=columns(samples)
+    )
 
 
 @pytest.fixture
@@ -43,7 +46,8 @@ def record(monkeypatch):
     )
     monkeypatch.setattr(motion_experiment, "world_of", lambda seed, settings: None)
     monkeypatch.setattr(motion_picture, "measure", fake_pictures)
-    return EXPERIMENTS["motion"].run(quick=True)
+    experiment = EXPERIMENTS["motion"]
+    return run_experiment(experiment, experiment.effort("quick"))
 
 
 def test_every_claim_is_judged_from_the_points(record):
@@ -59,7 +63,7 @@ def test_the_picture_is_judged_by_its_upper_bound_and_only_where_parts_are_left_
     (_, excess) = judge((pan, worse))
     assert excess.measured == pytest.approx(0.0095)
     assert excess.verdict == "undecided"
-    vacuous = replace(pan, samples={**pan.samples, "motion": pan.samples["spatial"]})
+    vacuous = edited(pan, "parts", lambda _: pan.column("parts", cut="spatial"), cut="motion")
     assert [c.name for c in judge((vacuous, worse))] == ["pan/parts"]
 
 
@@ -83,20 +87,26 @@ def test_a_pan_that_keeps_everything_is_refuted_and_so_is_a_rest_that_does_not(r
         next(p for p in record.points if p.case["turn"] == turn and p.case["world"] == "endless")
         for turn in (90.0, 0.0)
     )
-    vacuous = replace(pan, samples={**pan.samples, "motion": pan.samples["spatial"]})
+    vacuous = edited(pan, "parts", lambda _: pan.column("parts", cut="spatial"), cut="motion")
     assert judge((vacuous,))[0].verdict == "refuted"
-    moved = replace(rest, samples={**rest.samples, "motion": [0] * len(rest.samples["spatial"])})
+    moved = edited(rest, "parts", lambda row: [0] * len(row), cut="motion")
     assert judge((moved,))[0].verdict == "refuted"
 
 
 def test_it_has_a_row_for_every_case_and_a_figure_without_gaps(record):
-    assert len(motion_plots.table(record)[1]) == len(MOVES) + 1 + len(PICTURED[0][1])
+    assert len(motion_plots.point_table(record)[1]) == len(MOVES) + 1 + len(PICTURED[0][1])
     (plot,) = motion_plots.plots(record)
     assert not re.search(r"\bnan\b", plot.svg)
 
 
 def test_the_share_kept_is_that_of_all_fields_together():
-    point = Point({}, {}, {"spatial": [100, 300], "motion": [50, 50]})
+    point = Point(
+        {},
+        samples=(
+            Column("parts", [100, 300], {"cut": "spatial"}),
+            Column("parts", [50, 50], {"cut": "motion"}),
+        ),
+    )
     assert kept(point).value == 0.25
 
 

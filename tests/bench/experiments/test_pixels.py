@@ -10,8 +10,9 @@ from bench.experiments.pixels import plots as pixels_plots
 from bench.experiments.pixels.claims import judge
 from bench.experiments.pixels.measure import covered, drawn
 from bench.fields.part_sizes import camera
+from bench.records.points import Point, columns
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
 from bench.statistics.estimates import quantile
 from lod.metric.family import METRICS
 from lod.pruning.view import View
@@ -44,7 +45,7 @@ def test_what_is_seen_twice_covers_once():
 def point(metric, parts, pixels):
     case = {"species": "tree", "metric": metric, "detail": 1.0}
     area = [1000 * each for each in pixels]
-    return Point(case, {}, {"parts": parts, "pixels": pixels, "area": area})
+    return Point(case, samples=columns({"parts": parts, "pixels": pixels, "area": area}))
 
 
 def test_verdicts_follow_from_counts():
@@ -66,8 +67,12 @@ def test_parts_are_those_of_the_objects_drawn_and_repeat():
     found = drawn("figure", "bounded", 4.0, 20, 1)
     assert found == drawn("figure", "bounded", 4.0, 20, 1)
     assert len(found.parts) == len(found.pixels) == 20 and min(found.parts) >= 1
-    points = (Point({"species": "figure", "metric": "bounded", "detail": 4.0}, {}, vars(found)),)
+    points = (
+        Point(
+            {"species": "figure", "metric": "bounded", "detail": 4.0}, samples=columns(vars(found))
+        ),
+    )
     record = Record("pixels", 1, True, "", provenance("", 1), points, judge(points), {})
-    heads, rows = pixels_plots.table(record)
+    heads, rows = pixels_plots.point_table(record)
     assert all(len(row) == len(heads) for row in rows)
     assert not any(re.search(r"\bnan\b", plot.svg) for plot in pixels_plots.plots(record))

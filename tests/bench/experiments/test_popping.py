@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from bench.experiments.popping import plots as popping_plots
-from bench.experiments.popping.claims import SWITCHED, WAYS, judge
-from bench.experiments.popping.measure import QUANTILES, in_one_only
+from bench.experiments.popping.claims import QUANTILES, SWITCHED, WAYS, judge
+from bench.experiments.popping.measure import in_one_only
+from bench.records.points import Column, Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
 
 
 def test_area_in_one_disc_only():
@@ -28,15 +29,22 @@ def planted(switches=100.0, popped=0, worst=1.0):
     rng = np.random.Generator(np.random.Philox(5))
     counts = rng.poisson(switches, 200).tolist()
     samples = {"switches": counts, "size_mpx": [400] * 100, "distance_mm": [9000, 20_000] * 50}
-    points = [Point({"what": "switches", "species": "tree"}, {"switches": 100.0}, samples)]
+    points = [
+        Point(
+            {"what": "switches", "species": "tree"},
+            predictions({"switches": 100.0}),
+            columns(samples),
+        )
+    ]
     for way in WAYS:
         by = worst if way == "fading" else 1.0
-        changes = {f"unexplained {q:g}": [round(1e5 * by) + k for k in range(6)] for q in QUANTILES}
-        changes[SWITCHED] = [
-            round(1e5 * by * (0.3 if way == "fading" else 1.0)) + k for k in range(6)
-        ]
+        rows = {("unexplained", q): [round(1e5 * by) + k for k in range(6)] for q in QUANTILES}
+        small = by * (0.3 if way == "fading" else 1.0)
+        rows[SWITCHED, QUANTILES[-1]] = [round(1e5 * small) + k for k in range(6)]
         many = [popped, popped + 1, popped] if way == "clipped" else [popped] * 3
-        points.append(Point({"what": "walk", "way": way}, {}, {"popped": many, **changes}))
+        changes = (Column(name, row, {"quantile": q}) for (name, q), row in rows.items())
+        samples = (*columns({"popped": many}), *changes)
+        points.append(Point({"what": "walk", "way": way}, samples=samples))
     return tuple(points)
 
 
@@ -56,6 +64,6 @@ def test_verdicts_follow_from_counts():
 def test_the_report_shows_switches_and_walks():
     points = planted()
     made = Record("popping", 1, True, "", provenance("", 0), points, judge(points), {})
-    heads, rows = popping_plots.table(made)
+    heads, rows = popping_plots.point_table(made)
     assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
     assert not any(re.search(r"\bnan\b", plot.svg) for plot in popping_plots.plots(made))

@@ -1,6 +1,7 @@
 """The scaling experiment: its grid, its predictions, its sampling and its verdicts."""
 
 from dataclasses import replace
+from functools import partial
 from itertools import count
 
 import numpy as np
@@ -15,11 +16,15 @@ from bench.experiments.scaling import count_field as scaling_measure
 from bench.experiments.scaling import measure as scaling
 from bench.experiments.scaling.claims import FAR, beyond, judge, noise_of, swept
 from bench.experiments.scaling.count_field import COLUMNS, count_field, scene_hash, seed_of
+from bench.experiments.scaling.measure import SampledCase, sampled_cases
 from bench.experiments.scaling.prediction import disc_in_square, predict, shown_areas
 from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case, cases
 from bench.fields.scene import prototypes_of, view_of
-from bench.records.records import Point, read_record, write_record
-from bench.statistics.sample_size import Effort, sample, worst_error
+from bench.records.points import Point, columns, predictions
+from bench.records.records import read_record, write_record
+from bench.runner.experiment import Effort, silent
+from bench.runner.run_experiment import run_experiment
+from bench.statistics.sample_size import StoppingRule, sample, worst_error
 from lod.law.flat_ground import chained_limits
 from lod.metric.family import METRICS
 
@@ -39,7 +44,10 @@ def test_every_sweep_spans_two_decades(metric):
     for sweep in SWEEPS:
         chosen = of(sweep, metric)
         if chosen:
-            values = [swept(Point(case.as_json(), predict(case).as_json(), {})) for case in chosen]
+            values = [
+                swept(Point(case.as_json(), predictions(predict(case).as_json())))
+                for case in chosen
+            ]
             assert max(values) / min(values) >= 100, sweep
 
 
@@ -141,9 +149,9 @@ def test_nothing_is_displayed_unexamined():
 
 
 def test_counts_are_near_their_prediction():
-    point = scaling.measure(SMALL, Effort(0.03, 4, 4000), seed=0)
+    point = scaling.measure(SampledCase(SMALL, StoppingRule(0.03, 4, 4000)), seed=0)
     for what in ("objects", "parts"):
-        found = np.mean(point.samples[what]) / point.predicted[what]
+        found = np.mean(point.column(what)) / point.prediction(what)
         assert found == pytest.approx(1.0, abs=0.09)  # three standard errors
 
 
@@ -155,17 +163,17 @@ def test_sampling_goes_on_until_the_error_is_small():
         assert index == next(asked)
         return int(chance.poisson(30)), int(chance.poisson(400)), int(chance.poisson(1))
 
-    rows = sample(draw, needed=10, judged=2, effort=Effort(0.01, 4, 5000))
+    rows = sample(draw, needed=10, judged=2, rule=StoppingRule(0.01, 4, 5000))
     assert worst_error(rows, 2) < 0.01 < worst_error(rows[: len(rows) // 2], 2)
     assert 200 < len(rows) < 800
 
 
 def test_sampling_stops_at_the_cap_and_starts_with_the_least():
     noisy = iter(range(10**9))
-    rows = sample(lambda _: (next(noisy) % 2 * 1000, 1), 3, 2, Effort(0.001, 4, 50))
+    rows = sample(lambda _: (next(noisy) % 2 * 1000, 1), 3, 2, StoppingRule(0.001, 4, 50))
     assert len(rows) == 50
-    assert len(sample(lambda _: (5, 5), 1, 2, Effort(0.001, 4, 50))) == 4
-    assert len(sample(lambda _: (0, 0), 1, 2, Effort(0.1, 4, 50))) == 50
+    assert len(sample(lambda _: (5, 5), 1, 2, StoppingRule(0.001, 4, 50))) == 4
+    assert len(sample(lambda _: (0, 0), 1, 2, StoppingRule(0.1, 4, 50))) == 50
 
 
 # The verdicts, on synthetic counts
@@ -176,17 +184,17 @@ def synthetic(chance, prefactor=1.0, drift=0.0, power=1.0, search=0.0, effort=0.
     points = []
     for case in FIGURES:
         law = predict(case).as_json()
-        point = Point(case.as_json(), law, {})
+        samples = {}
         factor = prefactor * (case.extent or 1.0) ** drift
         for what in ("objects", "parts"):
             mean = factor * law[what] ** power
             spread = np.sqrt(law[f"{what}_variance"] * mean / law[what])
             fields = max(4, int((spread / mean / effort) ** 2))
             drawn = np.maximum(np.rint(chance.normal(mean, spread, min(fields, 2000))), 0)
-            point.samples[what] = [int(n) for n in drawn]
+            samples[what] = [int(n) for n in drawn]
             wasted = 2 * (case.extent or 1.0) ** search
-            point.samples[f"{what}_examined"] = [round(wasted * n) for n in drawn]
-        points.append(point)
+            samples[f"{what}_examined"] = [round(wasted * n) for n in drawn]
+        points.append(Point(case.as_json(), predictions(law), columns(samples)))
     return tuple(points)
 
 
@@ -245,46 +253,49 @@ def test_the_noise_is_told():
 # From end to end
 
 
-@pytest.fixture
-def few(monkeypatch):
-    grid = tuple(
-        replace(SMALL, sweep=sweep, density=0.02 * factor, detail=20 * factor)
-        for sweep in ("density", "detail")
-        for factor in (0.5, 1.0)
-    )
-    monkeypatch.setattr(scaling, "cases", lambda: grid)
-    monkeypatch.setattr(scaling, "QUICK", Effort(0.1, 3, 50))
-    return grid
+FEW = tuple(
+    replace(SMALL, sweep=sweep, density=0.02 * factor, detail=20 * factor)
+    for sweep in ("density", "detail")
+    for factor in (0.5, 1.0)
+)
 
 
-def test_a_run_is_its_record(few, tmp_path):
+def run_few(seed=0, progress=silent):
+    cases = partial(sampled_cases, FEW)
+    experiment = replace(EXPERIMENTS["scaling"], cases=lambda effort, metric: cases(effort))
+    effort = Effort("quick", {"target": 0.1, "least": 3, "most": 50})
+    return run_experiment(experiment, effort, seed, progress=progress)
+
+
+def test_a_run_is_its_record(tmp_path):
     told = []
-    record = EXPERIMENTS["scaling"].run(quick=True, progress=lambda *args: told.append(args))
+    record = run_few(progress=lambda *args: told.append(args))
     assert [done for done, _, _ in told] == [0, 1, 2, 3, 4]
     assert record.quick and record.experiment == "scaling"
-    assert [point.case for point in record.points] == [case.as_json() for case in few]
-    assert record.provenance.scene == scene_hash(few)
-    assert record.notes["target_standard_error"] == scaling.QUICK.target
+    assert [point.case for point in record.points] == [case.as_json() for case in FEW]
+    assert record.provenance.scene == scene_hash(FEW)
+    assert record.notes["target_standard_error"] == 0.1
     back = read_record(write_record(record, tmp_path))
     assert back == record and judge(back.points) == record.claims
 
 
-def test_the_same_seed_gives_the_same_samples(few):
-    one, same, other = (scaling.run(quick=True, seed=seed) for seed in (0, 0, 1))
+def test_the_same_seed_gives_the_same_samples():
+    one, same, other = (run_few(seed) for seed in (0, 0, 1))
     assert one.samples_sha256 == same.samples_sha256 != other.samples_sha256
     assert one.provenance.scene == other.provenance.scene
 
 
-def test_the_scene_hash_tells_shapes_apart(few, monkeypatch):
-    before = scene_hash(few)
+def test_the_scene_hash_tells_shapes_apart(monkeypatch):
+    before = scene_hash(FEW)
     monkeypatch.setattr(scaling_measure, "prototypes_of", lambda name, _: prototypes_of(name, 2.0))
-    assert scene_hash(few) != before
+    assert scene_hash(FEW) != before
 
 
-def test_the_scene_hash_tells_scenes_apart(few):
-    assert scene_hash(few) != scene_hash(few[:-1])
-    assert scene_hash(few) != scene_hash((*few[:-1], replace(few[-1], density=0.5)))
+def test_the_scene_hash_tells_scenes_apart():
+    assert scene_hash(FEW) != scene_hash(FEW[:-1])
+    assert scene_hash(FEW) != scene_hash((*FEW[:-1], replace(FEW[-1], density=0.5)))
 
 
 def test_a_full_run_aims_at_half_a_per_cent():
-    assert scaling.FULL.target <= 0.005 < scaling.QUICK.target
+    experiment = EXPERIMENTS["scaling"]
+    assert experiment.full["target"] <= 0.005 < experiment.quick["target"]

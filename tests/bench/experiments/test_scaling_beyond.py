@@ -14,8 +14,10 @@ from bench.experiments.scaling.plots_beyond import beyond_plots
 from bench.experiments.scaling.prediction import cleared, clumping, predict
 from bench.fields.cases import GATHERED, Case
 from bench.fields.scene import KEPT
+from bench.records.points import Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
+from tests.bench.edited import edited
 
 CASES = [case for case in beyond_cases() if case.sweep != "mixed"]
 
@@ -26,7 +28,9 @@ def measured(case, fields):
 
 
 def point(case, fields=6):
-    return Point(case.as_json(), predict(case).as_json(), measured(case, fields))
+    return Point(
+        case.as_json(), predictions(predict(case).as_json()), columns(measured(case, fields))
+    )
 
 
 @pytest.fixture(scope="module")
@@ -47,8 +51,8 @@ def test_the_law_that_knows_is_within_its_own_noise_everywhere(points):
     """31 points, objects and parts: no mean of six fields is 4.5 standard errors off."""
     for each in points:
         for what in ("objects", "parts"):
-            mean, spread = np.mean(each.samples[what]), each.predicted[f"{what}_variance"] / 6
-            assert abs(mean - each.predicted[what]) < 4.5 * spread**0.5, (each.case, what)
+            mean, spread = np.mean(each.column(what)), each.prediction(f"{what}_variance") / 6
+            assert abs(mean - each.prediction(what)) < 4.5 * spread**0.5, (each.case, what)
 
 
 def test_where_the_bare_law_breaks(points):
@@ -103,26 +107,31 @@ def test_a_slope_has_its_density_at_the_eye_and_none_far_to_the_west():
         assert there.mean() == pytest.approx(share, abs=0.03)
 
 
+def twice(row):
+    return [2 * n for n in row]
+
+
 def test_verdicts_follow_from_the_samples(points):
     before = {c.name: c.verdict for c in judge_beyond(points)}
     assert {c.name for c in judge(tuple(points))} == set(before)
     assert before["beyond/near/bare_at_0.72"] == "fails as expected"
-    edited = [
-        replace(p, samples={**p.samples, "objects": [2 * n for n in p.samples["objects"]]})
-        for p in points
-    ]
-    after = {c.name: c.verdict for c in judge_beyond(edited)}
+    doubled = [edited(p, "objects", twice) for p in points]
+    after = {c.name: c.verdict for c in judge_beyond(doubled)}
     assert {v for k, v in after.items() if k.endswith("objects_ratio")} == {"refuted"}
 
 
 def test_the_bare_law_is_expected_to_fail_where_the_knowing_one_says_so_alone(points):
     """Where the two laws agree, counts that are off refute the bare one."""
     alike = [
-        replace(p, predicted={**p.predicted, "bare": p.predicted["objects"]}, samples={
-            **p.samples, "objects": [2 * n for n in p.samples["objects"]]
-        })
+        replace(
+            edited(p, "objects", twice),
+            predicted=tuple(
+                replace(each, value=p.prediction("objects")) if each.quantity == "bare" else each
+                for each in p.predicted
+            ),
+        )
         for p in points
-    ]  # fmt: skip
+    ]
     bare = [c for c in judge_beyond(alike) if "/bare_at_" in c.name]
     assert bare and {c.verdict for c in bare} == {"refuted"}
     mild = [c for c in judge_beyond(points) if c.name.startswith("beyond/hills/bare_at_")]

@@ -8,8 +8,9 @@ import pytest
 from bench.experiments.spectrum import plots as spectrum_plots
 from bench.experiments.spectrum.claims import EDGES, judge
 from bench.experiments.spectrum.measure import DETAILS, picture, spectrum
+from bench.records.points import Column, Point, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record
+from bench.records.records import Record
 from scenes.render.mitsuba.variants import choose
 
 OCTAVES = len(EDGES) - 1
@@ -37,14 +38,18 @@ def planted(low, high, left):
     """Difference of so much power below and above the cut-off, and a share left above it."""
     points = []
     for detail in DETAILS:
-        cutoff, samples = 1 / (2 * detail), {}
+        cutoff, samples = 1 / (2 * detail), []
         for k in range(OCTAVES):
             above = EDGES[k] >= cutoff
-            samples[f"whole {k}"] = [1000, 1010, 990]
-            samples[f"pruned {k}"] = [round(v * (left if above else 1)) for v in (1000, 1010, 990)]
             lost = high if above else low
-            samples[f"lost {k}"] = [lost, lost + 1, lost + 2]
-        points.append(Point({"detail": detail}, {"cutoff": cutoff}, samples))
+            rows = {
+                "whole": [1000, 1010, 990],
+                "pruned": [round(v * (left if above else 1)) for v in (1000, 1010, 990)],
+                "lost": [lost, lost + 1, lost + 2],
+            }
+            for name, row in rows.items():
+                samples.append(Column("power", row, {"picture": name, "octave": k}))
+        points.append(Point({"detail": detail}, predictions({"cutoff": cutoff}), tuple(samples)))
     return tuple(points)
 
 
@@ -56,7 +61,7 @@ def test_verdicts_follow_from_powers():
 def test_the_report_shows_every_detail():
     points = planted(1, 500, 0.5)
     made = Record("spectrum", 1, True, "", provenance("", 0), points, judge(points), {})
-    heads, rows = spectrum_plots.table(made)
+    heads, rows = spectrum_plots.point_table(made)
     assert len(rows) == len(points) * OCTAVES and all(len(row) == len(heads) for row in rows)
     assert not any(re.search(r"\bnan\b", plot.svg) for plot in spectrum_plots.plots(made))
 

@@ -10,11 +10,13 @@ import pytest
 from bench.cli.main import main
 from bench.records.claims import Claim
 from bench.records.compare_runs import compare, compare_paths
+from bench.records.points import Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record, write_record
+from bench.records.records import Record, write_record
+from bench.records.schema import record_schema
 from lod.errors import InputError
 
-SCHEMA = json.loads(Path("bench/records/record.schema.json").read_text(encoding="utf-8"))
+SCHEMA = record_schema()
 RESULTS = Path("results/reference")
 HELD = Claim("a", "about", "a ratio", "§4.1", 1.0, 0.02, 1.0, 0.99, 1.01)
 NEAR = replace(HELD, measured=1.002, low=0.992, high=1.012)
@@ -23,7 +25,7 @@ FALSE = replace(HELD, measured=1.5, low=1.4, high=1.6)
 
 
 def a_record(claims=(HELD,), samples=(1, 2), made="2026-01-01T00:00:00Z", **origin):
-    point = Point({"x": 1}, {"n": 1.0}, {"n": list(samples)})
+    point = Point({"x": 1}, predictions({"n": 1.0}), columns({"n": list(samples)}))
     found = replace(provenance("ab" * 32, 0), **origin)
     return Record("scaling", 1, True, made, found, (point,), tuple(claims), {})
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from bench.records.claims import Claim, claim, claim_from
+from bench.records.points import Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record, pool, read_record, read_records, write_record
+from bench.records.records import Record, pool, read_record, read_records, write_record
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
@@ -31,9 +32,11 @@ def a_claim(low, high, predicted=2.0, tolerance=0.02, relation="equals"):
 def a_record(seed=0, made="2026-01-01T00:00:00Z", **changes):
     points = (
         Point(
-            {"K": 0.01, "name": "größe [ 1,\n 2 ]"}, {"objects": 3.5}, {"objects": [3, 4, 2**60]}
+            {"K": 0.01, "name": "größe [ 1,\n 2 ]"},
+            predictions({"objects": 3.5}),
+            columns({"objects": [3, 4, 2**60]}),
         ),
-        Point({"K": 0.1}, {"objects": 0.1 + 0.2}, {"objects": []}),
+        Point({"K": 0.1}, predictions({"objects": 0.1 + 0.2}), columns({"objects": []})),
     )
     made_here = provenance(scene="ab" * 32, seed=seed)
     record = Record(
@@ -128,13 +131,14 @@ def test_a_record_that_names_another_hash_is_refused(tmp_path):
         read_record(path)
 
 
-def test_a_record_of_the_first_format_is_read_and_keeps_its_hash(tmp_path):
-    record = a_record()
-    path = write_record(record, tmp_path)
+@pytest.mark.parametrize("version", [1, 2, 4, None])
+def test_a_record_of_another_format_is_refused(tmp_path, version):
+    path = write_record(a_record(), tmp_path)
     body = json.loads(path.read_text(encoding="utf-8"))
-    assert body["format_version"] == 2
-    path.write_text(json.dumps(body | {"format_version": 1}), encoding="utf-8")
-    assert read_record(path) == record and read_record(path).name == path.name
+    assert body["format_version"] == 3
+    path.write_text(json.dumps(body | {"format_version": version}), encoding="utf-8")
+    with pytest.raises(InputError, match="format version 3"):
+        read_record(path)
 
 
 def test_a_renamed_record_is_refused(tmp_path):
@@ -231,5 +235,5 @@ def test_provenance_names_the_machine_and_the_packages():
 
 def test_readable_text(tmp_path):
     lines = write_record(a_record(), tmp_path).read_text().splitlines()
-    assert sum('"objects": [3,4,' in line for line in lines) == 1
+    assert sum('"values": [3,4,' in line for line in lines) == 1
     assert json.loads("\n".join(lines))["format"] == "lodbench-record"

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bench.experiments.scaling.plots import half_interval, plots, table
+from bench.experiments.scaling.plots import half_interval, plots, point_table
 from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, Series, against_law, curves
 from bench.records.embedded_pictures import pictures
@@ -303,13 +303,13 @@ def test_a_report_that_cannot_be_written_leaves_nothing_half(bare, tmp_path, mon
 
 def test_error_bars_are_those_of_the_model(record):
     point = record.points[0]
-    fields = len(point.samples["objects"])
+    fields = len(point.column("objects"))
     half = half_interval(point, "objects", {"blake/figure/objects": 4.0})
-    assert half == pytest.approx(1.959964 * 2 * np.sqrt(point.predicted["objects"] / fields))
+    assert half == pytest.approx(1.959964 * 2 * np.sqrt(point.prediction("objects") / fields))
 
 
 def test_the_table_has_every_point(record):
-    heads, rows = table(record)
+    heads, rows = point_table(record)
     assert len(rows) == len(record.points) and {len(row) for row in rows} == {len(heads)}
 
 

@@ -6,18 +6,19 @@ import pytest
 
 from bench.cli.main import main
 from bench.experiments.registry import EXPERIMENTS
-from bench.experiments.scaling.measure import measure
+from bench.experiments.scaling.measure import SampledCase, measure
 from bench.fields.cases import cases
 from bench.runner.dask_cases import dask_executor, serial_executor
-from bench.statistics.sample_size import Effort
+from bench.runner.run_experiment import run_experiment
+from bench.statistics.sample_size import StoppingRule
 
-EFFORT = Effort(target=0.5, least=2, most=2)
+RULE = StoppingRule(target=0.5, least=2, most=2)
 
 
 def test_a_cluster_counts_what_is_counted_here():
     pytest.importorskip("distributed")
     grid = sorted(cases(), key=lambda case: case.density)[:3]
-    jobs, said = [(case, EFFORT, 7) for case in grid], []
+    jobs, said = [(SampledCase(case, RULE), 7) for case in grid], []
     with dask_executor("1", said.append) as each:
         there = list(each(measure, jobs))
     here = list(serial_executor(measure, jobs))
@@ -44,21 +45,23 @@ def test_cases_of_every_experiment_that_is_not_timed_can_be_sent_to_a_cluster(na
 
     def send(function, cases):
         again, there = pickle.loads(pickle.dumps((function, list(cases))))
-        assert again is function and there == list(cases) and cases
+        assert again == function and there == list(cases) and cases
         sent.append(function)
         raise Gone
 
     with pytest.raises(Gone):
-        EXPERIMENTS[name].run(quick=True, seed=3, each=send)
+        experiment = EXPERIMENTS[name]
+        run_experiment(experiment, experiment.effort("quick"), 3, send)
     assert len(sent) == 1
 
 
 @pytest.mark.slow
 def test_pictures_compared_on_a_cluster_are_those_compared_here():
     pytest.importorskip("distributed")
-    here = EXPERIMENTS["spectrum"].run(quick=True, seed=3)
+    experiment = EXPERIMENTS["spectrum"]
+    here = run_experiment(experiment, experiment.effort("quick"), 3)
     with dask_executor("2", lambda _: None) as each:
-        there = EXPERIMENTS["spectrum"].run(quick=True, seed=3, each=each)
+        there = run_experiment(experiment, experiment.effort("quick"), 3, each)
     assert there.samples_sha256 == here.samples_sha256 and there.claims == here.claims
 
 

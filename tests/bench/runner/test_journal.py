@@ -14,11 +14,12 @@ from bench.experiments import registry as experiments
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import measure as scaling
 from bench.fields.cases import Case
-from bench.records.records import Point, Record, read_record, read_records
+from bench.records.points import Point, columns
+from bench.records.records import read_record, read_records
 from bench.runner import journal as journal_file
 from bench.runner.dask_cases import serial_executor
 from bench.runner.journal import Elapsed, Journal, RunRequest, journal
-from bench.statistics.sample_size import Effort
+from bench.statistics.sample_size import StoppingRule
 
 BASE = Case("density", "figure", "blake", density=0.01, detail=20.0)
 GRID = tuple(replace(BASE, density=0.01 * k) for k in range(1, 9))
@@ -26,9 +27,12 @@ GRID = tuple(replace(BASE, density=0.01 * k) for k in range(1, 9))
 
 @pytest.fixture
 def small(monkeypatch):
-    monkeypatch.setattr(scaling, "cases", lambda: GRID)
-    monkeypatch.setattr(scaling, "QUICK", Effort(0.5, 2, 4))
-    fast = replace(EXPERIMENTS["scaling"], expected_seconds=(1.0, 1.0))
+    fast = replace(
+        EXPERIMENTS["scaling"],
+        cases=lambda effort, metric: scaling.sampled_cases(GRID, effort),
+        quick={"target": 0.5, "least": 2, "most": 4},
+        expected_seconds={"full": 1.0, "quick": 1.0},
+    )
     monkeypatch.setattr(experiments, "EXPERIMENTS", {"scaling": fast})
 
 
@@ -42,13 +46,12 @@ def stop_after(monkeypatch, cases: int) -> list[Case]:
     """Have Ctrl-C come after so many cases; gives what was measured."""
     measured, measure = [], scaling.measure
 
-    def counted(case, effort, seed):
+    def counted(case, seed):
         if len(measured) == cases:
             raise KeyboardInterrupt
-        measured.append(case)
-        return measure(case, effort, seed)
+        measured.append(case.case)
+        return measure(case, seed)
 
-    counted.__qualname__ = measure.__qualname__
     monkeypatch.setattr(scaling, "measure", counted)
     return measured
 
@@ -100,12 +103,12 @@ def test_nothing_is_taken_for_what_was_asked_otherwise(tmp_path, monkeypatch):
     asked, kept = RunRequest("scaling", True, 0), Journal(tmp_path, "maker")
     calls = []
 
-    def double(case, effort, seed):
+    def double(case, seed):
         calls.append(case)
-        return scaling.measure(case, effort, seed)
+        return scaling.measure(case, seed)
 
     def once(kept, asked, fields=2, seed=0):
-        case = BASE, Effort(0.5, 2, fields), seed
+        case = scaling.SampledCase(BASE, StoppingRule(0.5, 2, fields)), seed
         return next(iter(kept.memoised(asked, serial_executor)(double, [case])))
 
     assert once(kept, asked) == once(kept, asked) and len(calls) == 1
@@ -122,9 +125,9 @@ def test_nothing_is_taken_for_what_was_asked_otherwise(tmp_path, monkeypatch):
 
 def test_a_record_counts_the_time_before_it_was_stopped(small, tmp_path):
     asked, kept = RunRequest("scaling", True, 0), journal(tmp_path)
-    assert kept.spent(asked) == Elapsed(0.0, 0.0)
+    assert kept.elapsed(asked) == Elapsed(0.0, 0.0)
     list(kept.memoised(asked, serial_executor)(slowly, [(0.02,), (0.03,)]))
-    spent = kept.spent(asked)
+    spent = kept.elapsed(asked)
     assert 0.05 <= spent.seconds < 5 and 0.0 <= spent.processor_seconds < 5
     for path in tmp_path.glob(".journal/cases-*/*.json"):
         path.write_text(json.dumps(json.loads(path.read_text()) | {"seconds": 1000.0}))
@@ -136,12 +139,12 @@ def test_a_record_counts_the_time_before_it_was_stopped(small, tmp_path):
 
 def slowly(seconds):
     time.sleep(seconds)
-    return Point({"seconds": seconds}, {}, {"n": [1]})
+    return Point({"seconds": seconds}, samples=columns({"n": [1]}))
 
 
 def test_half_a_file_is_measured_again(tmp_path):
     asked, kept = RunRequest("scaling", True, 0), Journal(tmp_path, "maker")
-    cases = [(BASE, Effort(0.5, 2, 2), 0)]
+    cases = [(scaling.SampledCase(BASE, StoppingRule(0.5, 2, 2)), 0)]
     (first,) = kept.memoised(asked, serial_executor)(scaling.measure, cases)
     (path,) = tmp_path.glob(".journal/cases-*/*.json")
     path.write_text(path.read_text()[:-20])
@@ -150,10 +153,10 @@ def test_half_a_file_is_measured_again(tmp_path):
 
 
 def test_one_that_fails_does_not_end_the_others(small, tmp_path, monkeypatch, capfd):
-    def fail(quick=False, progress=None, seed=0) -> Record:
+    def fail(case, seed):
         raise RuntimeError("the lamp went out")
 
-    broken = replace(EXPERIMENTS["scaling"], run=fail, timed=True)
+    broken = replace(EXPERIMENTS["scaling"], cases=lambda effort, metric: [1], measure=fail)
     others = {"broken": broken, **experiments.EXPERIMENTS}
     monkeypatch.setattr(experiments, "EXPERIMENTS", others)
     assert run(tmp_path) == 1

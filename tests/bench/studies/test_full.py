@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench.experiments.fidelity.scene import SPECIES
-from bench.records.records import Point
+from bench.records.points import Point, columns, point_from_json, where
 from bench.statistics.excess_flip import over_noise
 from bench.studies.full import study as full_study
 from bench.studies.full.equal_error_detail import detail_at_equal_error, search_detail
@@ -40,7 +40,7 @@ def planted(at_px, power=1.5):
         flip = 5000 + 1e4 * (detail / at_px) ** power + noise
         samples = {"flip": flip.round().astype(int).tolist(), "flip_floor": [5000] * PAIRS}
         case = {"metric": "blake", "detail": detail, "pruned": SPECIES}
-        return Point(case, {}, {**samples, "parts": [round(1e6 / detail**2)]})
+        return Point(case, samples=columns({**samples, "parts": [round(1e6 / detail**2)]}))
 
     return at
 
@@ -116,7 +116,7 @@ def world(metric, objects, seconds, megabytes, sticks):
     case = {"metric": metric, "objects": objects, "side_m": objects**0.5, "limit_m": 40.0}
     times = dict.fromkeys(("wall_us", "cpu_us", "trace_us"), micros)
     samples = {**times, "peak_bytes": [round(1e6 * megabytes)]}
-    return Point(case, {}, {**samples, "sticks": [sticks]})
+    return Point(case, samples=columns({**samples, "sticks": [sticks]}))
 
 
 def told(power=0.0):
@@ -200,11 +200,11 @@ def test_the_command_measures_prints_and_keeps(monkeypatch, tmp_path):
     assert said.exit_code == 0, said.output
     found = json.loads((tmp_path / "crowd.json").read_text())
     kind = KINDS["crowd"]
-    full = [p for p in found["points"] if p["case"]["metric"] == "full"]
-    cut = [p for p in found["points"] if p["case"]["metric"] == "blake"]
+    points = [point_from_json(each) for each in found["points"]]
+    full, cut = where(points, metric="full"), where(points, metric="blake")
     assert len(full) == len(kind.worlds) + 1 and len(cut) == len(full) + len(kind.beyond)
-    assert 0.8 * 8e9 < full[-1]["samples"]["peak_bytes"][0] <= 8e9
-    assert all(len(each["samples"]["wall_us"]) == 3 for each in (*full, *cut))
+    assert 0.8 * 8e9 < full[-1].column("peak_bytes")[0] <= 8e9
+    assert all(len(each.column("wall_us")) == 3 for each in (*full, *cut))
 
 
 @pytest.mark.parametrize(
