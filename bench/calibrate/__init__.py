@@ -1,1 +1,1 @@
-"""What measures constants of the scenes."""
+"""Commands that measure tables of the scenes and write them to their data files."""

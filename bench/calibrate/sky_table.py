@@ -1,9 +1,9 @@
-"""Where the light of the sky comes from: ``python -m bench.calibrate.sky_table`` writes
-``scenes/far_cover/sky.csv``.
+"""Write the light of the sky by direction: ``python -m bench.calibrate.sky_table``.
 
-Mitsuba's ``sunsky`` by turbidity, elevation of the sun and cells of directions, the mean over the
-solid angle of each, in red, green and blue, over what white level ground sends in the light of sun
-and sky. The two sides of the sun are alike.
+The table ``scenes/far_cover/sky.csv`` holds the radiance of Mitsuba's ``sunsky`` by turbidity,
+elevation of the sun and cells of directions, the mean over the solid angle of each, in red, green
+and blue, over what white level ground sends in the light of sun and sky. The two sides of the sun
+are alike.
 """
 
 from collections.abc import Iterator

@@ -1,4 +1,7 @@
-"""What an object can be: the models that presets name, and how each is made."""
+"""The models that presets name, and the prototypes of each.
+
+A species of tree or an animal is a model by its file being there (``scenes.model_files.names``).
+"""
 
 from collections.abc import Callable
 from dataclasses import replace

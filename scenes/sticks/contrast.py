@@ -6,7 +6,7 @@ the driest in the sun, or the sky at the horizon, which is also the airlight, fr
 usual. The greatest contrast of all these counts, so that nothing visible is dropped. It is seldom
 below 1/2, because anything may stand against the sky: classes 1, 2 and 5 are what objects get.
 
-A whole has at least the class of its parts: it is what holds them in the cut.
+A whole has at least the class of its parts, for without it they are not in the cut.
 """
 
 from itertools import product

@@ -1,4 +1,4 @@
-"""How large sticks look: the area of their outline, seen from far off along a direction [m²].
+"""Area of a stick's silhouette: of its outline, seen from far off along a direction [m²].
 
 A stick is the convex hull of two spheres, radii r₀ and r₁, a distance L apart. Along a direction
 at an angle φ to its axis it looks like the convex hull of two discs whose centres are l = L·sin φ
@@ -15,7 +15,8 @@ r₁)/L:
 
     S = 2π·r₀²·(1 + sin α) + 2π·r₁²·(1 − sin α) + π·(r₀ + r₁)·L·cos²α.
 
-Several sticks hide one another: their union is measured by ``scenes.sticks.union_area``.
+Several sticks hide one another: the area of the union of their outlines is measured by
+``scenes.sticks.union_area``.
 """
 
 from collections.abc import Callable
@@ -111,7 +112,7 @@ def _exact_where_single(
     measured: Callable[[StickTable], Reals],
     closed_form: Callable[[StickTable], Reals],
 ) -> Reals:
-    """Parts of one stick in closed form, composite ones measured."""
+    """Areas of parts, (n,): of one stick in closed form, of several measured, else 0."""
     areas, count = np.zeros(len(table.count)), table.count
     single, several = np.flatnonzero(count == 1), np.flatnonzero(count > 1)
     areas[single] = closed_form(table)[table.first[single]]
@@ -121,7 +122,7 @@ def _exact_where_single(
 
 
 def parts_alone(table: StickTable, parts: Flags) -> StickTable:
-    """The flagged parts (n,) with their sticks, and no others."""
+    """The table of the flagged parts (n,) alone, in their order."""
     keep = parts[table.owner]
     names = ("start", "end", "start_radius", "end_radius", "tint")
     first = np.concatenate(([0], np.cumsum(table.count[parts])))

@@ -1,4 +1,4 @@
-"""Straight lines through the sticks of objects, by a grid of boxes about each object.
+"""Intersection of rays with the sticks of objects, by a grid of boxes about each object.
 
 Every box lists the sticks that reach into it; a line goes from box to box (Amanatides & Woo, "A
 fast voxel traversal algorithm for ray tracing", Eurographics 1987) until what it has met is nearer

@@ -1,7 +1,8 @@
-"""Area that several sticks cover together, seen along a direction: rows sampled, lengths exact.
+"""Area of the union of the outlines of several sticks, seen along a direction.
 
-The outlines are cut by evenly spaced parallel rows; in each row the union of the intervals is
-measured exactly, and the area is the sum over rows times their spacing (Cavalieri; midpoint rule).
+Rows are sampled, lengths are exact: the outlines are cut by evenly spaced parallel rows; in each
+row the union of the intervals is measured exactly, and the area is the sum over rows times their
+spacing (Cavalieri; midpoint rule).
 Rows are a fraction of the sticks' own radius apart, less fine where many sticks average out, which
 keeps the error of a composite well under 0.5 %.
 """

@@ -1,7 +1,7 @@
-"""What is seen of each stick of an object from far off: who hides whom, sample by sample.
+"""Visible area of each stick of an object from far off, with sticks hidden behind others.
 
-Rays in a square grid, all in one direction, each of which sees the stick that it meets first. A
-stick looks like the convex hull of two discs (``stick_area``), which is the union of all discs
+Rays in a square grid, all in one direction, each see the stick that they meet first. A
+stick looks like the convex hull of two discs (``outline_area``), which is the union of all discs
 between them: a point p at x along the axis from the first, in units of the disc's distance l, and
 h aside, is inside if it is inside the disc at t = clamp(x − h·tan a), sin a = (r₁ − r₀)/l, where
 the outline is tangent. Samples fall evenly, so that areas are unbiased, and their error is that of
@@ -21,9 +21,9 @@ from scenes.sticks.union_area import _along, _frame
 def visible_areas(
     table: StickTable, directions: Float64[np.ndarray, "d 3"], spacing: float
 ) -> Float64[np.ndarray, "d k"]:
-    """Area that is seen of each stick of the table, seen against each direction, (d, k) [m²].
+    """Area of each stick that an eye far off in each direction sees, (d, k) [m²].
 
-    The eye is far off, towards the direction. ``spacing``: of the rays [m].
+    ``spacing`` of the rays [m].
     """
     areas = np.empty((len(directions), len(table)))
     for row, direction in enumerate(directions):
@@ -35,8 +35,10 @@ def visible_areas(
 def first_met(
     table: StickTable, direction: Float64[np.ndarray, "3"], spacing: float, reach: int
 ) -> Int64[np.ndarray, "rows columns"]:
-    """The stick that each ray of a grid meets first, −1 where it passes all: ``reach`` rays to
-    each side of the frame's origin.
+    """Row of the stick that each ray of a grid meets first, −1 where it meets none.
+
+    The grid reaches ``reach`` rays to each side of the origin of the object's frame; ``spacing`` of
+    the rays [m].
     """
     return _first_met(*_columns(table), np.ascontiguousarray(direction), spacing, reach)
 
@@ -66,7 +68,7 @@ def _first_met(start, end, r0, r1, direction, spacing, reach):  # type: ignore[n
 
 @njit(cache=True)
 def _draw(k, disc0, disc1, spacing, nearest, seen):  # type: ignore[no-untyped-def]
-    """One stick over what is there; rays go through the middles of the squares."""
+    """Draw one stick over those drawn before; rays go through the middles of the squares."""
     ax, ay, az, ra = disc0
     bx, by, bz, rb = disc1
     ux, uy = bx - ax, by - ay

@@ -163,7 +163,7 @@ def _match_uprightness(
 
 
 def _wanted_albedos(
-    blobs: StickTable, own: Points, kept: StickTable, full: FullDetailViews, palette: Points
+    blobs: StickTable, own: Points, kept: StickTable, full: FullDetailViews, palette: np.ndarray
 ) -> tuple[Reals, Points]:
     """Area that is seen of each blob (g,) [m²], and its albedo (g, 3) about its own with which all
     that is seen has the tree's mean colour."""
@@ -174,13 +174,13 @@ def _wanted_albedos(
     return of_blobs, np.clip(own + (left - of_blobs @ own) / of_blobs.sum(), 0, 1)
 
 
-def _tints(weight: Reals, wanted: Points, palette: Points) -> Ints:
+def _tints(weight: Reals, wanted: Points, palette: np.ndarray) -> Ints:
     """Rows of the palette for blobs of these weights and albedos; the trunk's bark is for it
     alone."""
     return error_diffusion(weight, wanted, palette, np.arange(1, len(palette)))
 
 
-def _mean_albedos(hidden: StickTable, group: Ints, groups: int, palette: Points) -> Points:
+def _mean_albedos(hidden: StickTable, group: Ints, groups: int, palette: np.ndarray) -> np.ndarray:
     """Mean albedo of the sticks that each blob stands for, weighted by their area, (g, 3)."""
     area, colour = mean_outline_areas(hidden), palette[hidden.tint]
     sums = [np.bincount(group, area * c, groups) for c in colour.T]

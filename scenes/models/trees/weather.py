@@ -1,4 +1,4 @@
-"""What the world does to what grows in it: the season, and the wind."""
+"""The weather that trees grow and sway in: the season and the wind."""
 
 from dataclasses import dataclass
 
