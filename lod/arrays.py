@@ -38,7 +38,8 @@ def check_columns(where: str, data: Any, **shapes: tuple[int, ...]) -> None:
         values = getattr(data, name)
         if values.shape != shape:
             raise InputError(f"{where}.{name}", values.shape, f"its shape is {shape}")
-        wrong = np.argwhere(~np.isfinite(values))
-        if len(wrong):
-            row, arrived = int(wrong[0][0]), float(values[tuple(wrong[0])])
+        finite = np.isfinite(values)
+        if not finite.all():
+            first = np.argwhere(~finite)[0]
+            row, arrived = int(first[0]), float(values[tuple(first)])
             raise InputError(f"{where}.{name}[{row}]", arrived, "every number is finite")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from lod.arrays import freeze
+from lod.arrays import check_columns, freeze
 from lod.errors import InputError
 
 
@@ -39,12 +39,8 @@ class Feet:
         freeze(self, legs=np.int64, bend=np.float64, strike=np.float64, duty=np.float64)
         freeze(self, sticks_out=np.bool_, home=np.float64, steepest=np.float64, sole=np.float64)
         n = len(self.legs)
-        shapes = {"legs": (n, 3), "bend": (n,), "strike": (n,), "duty": (n,), "home": (n, 2)}
-        for key, shape in (
-            shapes | {"steepest": (n,), "sole": (n, 3, 2), "sticks_out": (n,)}
-        ).items():
-            if getattr(self, key).shape != shape:
-                raise InputError(f"feet.{key}", getattr(self, key).shape, f"its shape is {shape}")
+        check_columns("feet", self, legs=(n, 3), bend=(n,), strike=(n,), duty=(n,), home=(n, 2))
+        check_columns("feet", self, steepest=(n,), sole=(n, 3, 2), sticks_out=(n,))
         if not np.all((self.duty > 0) & (self.duty <= 1)):
             raise InputError("feet.duty", self.duty.tolist(), "above 0, at most 1")
         if n and np.abs(np.linalg.det(_edges(self.sole))).min() < 1e-12:

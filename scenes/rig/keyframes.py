@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.arrays import Reals, freeze
+from lod.arrays import Reals, check_columns, freeze
 from lod.errors import InputError
 from scenes.rig.footprints import NO_FEET, Feet
 from scenes.rig.rig import Rig
@@ -98,10 +98,7 @@ def _check(motion: Motion) -> None:
     keys = len(motion.rotations)
     if motion.rotations.ndim != 3 or keys == 0 or motion.rotations.shape[2] != 4:
         raise InputError("motion.rotations", motion.rotations.shape, "at least one key, (K, j, 4)")
-    if motion.shift.shape != (keys, 3):
-        raise InputError("motion.shift", motion.shift.shape, f"its shape is ({keys}, 3)")
-    if not (np.isfinite(motion.rotations).all() and np.isfinite(motion.shift).all()):
-        raise InputError("motion", "a number that is not finite", "every key is finite")
+    check_columns("motion", motion, rotations=motion.rotations.shape, shift=(keys, 3))
     if not (math.isfinite(motion.stride) and motion.stride >= 0):
         raise InputError("motion.stride", motion.stride, "finite, at least 0 m")
     if not (math.isfinite(motion.period) and motion.period > 0):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.arrays import freeze, frozen
+from lod.arrays import check_columns, freeze, frozen
 from lod.errors import InputError
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
@@ -116,7 +116,7 @@ class Instances:
         how far that is AHEAD of the prototype's own [m]; and the rotation that tilts the ground
         under it, SLOPE_X and SLOPE_Y of a quaternion whose z is 0
 
-    Raises InputError where shapes do not match or a phase is not finite.
+    Raises InputError where shapes do not match or a number is not finite.
     """
 
     origin: np.ndarray
@@ -130,14 +130,7 @@ class Instances:
         freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, prototype=np.int64)
         freeze(self, phase=np.float64, foot_contacts=np.float64)
         n = len(self.prototype)
-        shapes = {"origin": (n, 3), "cos": (n,), "sin": (n,), "phase": (n,)}
-        for key, shape in shapes.items():
-            arrived = getattr(self, key).shape
-            if arrived != shape:
-                raise InputError(f"instances.{key}", arrived, f"its shape is {shape}")
-        if not np.isfinite(self.phase).all():
-            arrived = "a number that is not finite"
-            raise InputError("instances.phase", arrived, "every phase is finite")
+        check_columns("instances", self, origin=(n, 3), cos=(n,), sin=(n,), phase=(n,))
         contacts = self.foot_contacts
         if contacts.ndim != 3 or contacts.shape[::2] != (n, 6):
             rule = f"its shape is ({n}, legs, 6)"

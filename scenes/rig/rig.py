@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.arrays import Flags, Ints, Points, freeze, frozen
+from lod.arrays import Flags, Ints, Points, check_columns, freeze, frozen
 from lod.errors import InputError
 from lod.rotations import rotate_vectors
 from lod.stick_table import StickTable
@@ -172,13 +172,8 @@ def _frames(parent, offset, rotations, shift):  # type: ignore[no-untyped-def]
 
 def _check(rig: Rig) -> None:
     j = len(rig.name)
-    shapes = {"parent": (j,), "offset": (j, 3), "rest": (j, 4), "low": (j, 3), "high": (j, 3)}
-    for key, shape in (shapes | {"shift_low": (3,), "shift_high": (3,)}).items():
-        values = getattr(rig, key)
-        if values.shape != shape:
-            raise InputError(f"rig.{key}", values.shape, f"its shape is {shape}")
-        if not np.isfinite(values).all():
-            raise InputError(f"rig.{key}", "a number that is not finite", "every number is finite")
+    check_columns("rig", rig, parent=(j,), offset=(j, 3), rest=(j, 4), low=(j, 3), high=(j, 3))
+    check_columns("rig", rig, shift_low=(3,), shift_high=(3,))
     for row in np.flatnonzero((rig.parent >= np.arange(j)) | (rig.parent < -1)):
         rule = "a joint stands after its parent; -1 is the object's frame"
         raise InputError(f"rig.parent[{row}]", int(rig.parent[row]), rule)
