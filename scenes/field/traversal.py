@@ -126,20 +126,21 @@ def _traverse(given, first, last, out):  # type: ignore[no-untyped-def]
 
     Gives the object it stopped before, rows filled, and parts examined.
     """
-    view, tables, limits = given.compiled_view, given.nodes, given.limits
-    instances, nodes, extent = given.instances, tables.nodes, tables.extent
-    feet, buffers = instances.foot_contacts, pose_buffers(given.max_joints)
-    frame, state = buffers.frame, buffers.state
-    node = np.empty(tables.max_parts, np.int32)
+    # Arrays are unpacked here once: whatever a tuple gives up inside the loop is counted anew.
+    t, max_joints, view, instances, motion_step, tables, limits = given
+    origin, _, _, nodes, rests, extent, max_parts = tables
+    feet, buffers = instances.foot_contacts, pose_buffers(max_joints)
+    prototype, frame, state = instances.prototype, buffers.frame, buffers.state
+    node = np.empty(max_parts, np.int32)
     n, examined, o = 0, 0, first
-    while o < last and n + tables.max_parts <= out.shape[1]:
-        v = instances.prototype[o]
-        rest = _rest_origin(instances, o, tables.rest[v, 0], tables.rest[v, 1], tables.rest[v, 2])
+    while o < last and n + max_parts <= out.shape[1]:
+        v = prototype[o]
+        rest = _rest_origin(instances, o, rests[v, 0], rests[v, 1], rests[v, 2])
         d, seen = distance_to(view, *rest), _UNKNOWN
         pose, turn, begun = NO_POSE, IDENTITY, False
         base, i, parent, k, end = n, n, -1, v, v + 1
-        step = int(given.motion_step[o])
-        share = given.motion_step[o] - step
+        step = int(motion_step[o])
+        share = motion_step[o] - step
         while True:
             examined += end - k
             while k < end:
@@ -155,13 +156,13 @@ def _traverse(given, first, last, out):  # type: ignore[no-untyped-def]
                 passed = known == _PASSES
                 if known == _BY_POSITION:
                     if not begun:
-                        pose = begin_pose(given.pose, buffers, instances, o)
+                        pose = begin_pose(t, buffers, instances, o)
                         turn, begun = rotation_matrix(frame, 0), True
                     row = np.int64(nodes[k, 1])
                     if state[row] != POSED:
-                        lowest = mark_joint(given.pose, buffers, pose, row)
-                        pose_marked(given.pose, buffers, pose, feet, o, lowest, row)
-                    x, y, z = _node_origin(frame, row, turn, tables.origin, k)
+                        lowest = mark_joint(t, buffers, pose, row)
+                        pose_marked(t, buffers, pose, feet, o, lowest, row)
+                    x, y, z = _node_origin(frame, row, turn, origin, k)
                     passed = is_displayed(view, x, y, z, limits[step, k, 3], inside, outside)
                 if passed:
                     out[0, n], out[1, n], out[2, n] = o, nodes[k, 0], parent
