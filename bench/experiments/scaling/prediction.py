@@ -1,4 +1,4 @@
-"""What the law predicts for a case; P, R and D are derived without the pruner (§4.1, DESIGN §1)."""
+"""What the law predicts for a case; P, R and D are derived without the pruner (Blake 1987 §4.1)."""
 
 from dataclasses import asdict, dataclass
 
