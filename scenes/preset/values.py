@@ -173,7 +173,7 @@ MostParts = Annotated[
 ]
 MostMemory = Annotated[
     Annotated[int, Field(ge=10**6, le=10**15)] | None,
-    key("bytes a frame may be foretold to need, 1e6 to 1e15: they choose the detail; absent = any"),
+    key("bytes a frame may be foreseen to need, 1e6 to 1e15: they choose the detail; absent = any"),
 ]
 Size = Annotated[
     tuple[Side, Side],

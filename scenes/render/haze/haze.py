@@ -37,7 +37,7 @@ class Haze:
     eye_m     height of the eye above the datum
     airlight  (planes, rows, columns, bands) by distance (see ``plane_index``) and direction
         (scenes.render.description.direction_table.row_sqrt_sine)
-    seen      (rows, columns, bands) of what meets nothing, see row_above; None = as it is rendered
+    seen      (rows, columns, bands) of what meets nothing, see row_upper; None = as it is rendered
     lowest    sine of the elevation below which a ray that meets nothing gets the airlight
     to_sun    (3,); sun (bands,) radiance of the disc; sun_cosine of its angular radius
     """

@@ -57,8 +57,8 @@ _LEVEL_M = 1.0
 class Layer:
     """Light that a layer of air scatters and lets through, in tables by direction.
 
-    airlight  (planes, rows, columns, bands) from the eye; rows by row_by_root
-    seen      (rows, columns, bands) radiance from above the horizon, at the eye; rows by row_above
+    airlight  (planes, rows, columns, bands) from the eye; rows by row_sqrt_sine
+    seen      (rows, columns, bands) radiance from above the horizon, at the eye; rows by row_upper
     arriving  the same at the ground
     sun       (bands,) the share of the sun's light that is left at the ground
     through_to_sun  (bands,) the same at the eye
