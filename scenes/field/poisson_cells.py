@@ -6,10 +6,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float64
 from numba import njit
 from scipy.stats import poisson
 
-from lod.arrays import Points, freeze
+from lod.arrays import freeze
 from lod.camera import Corner
 from lod.pruning.compiled_test import compile_view, sphere_in_frustum
 from lod.pruning.view import View
@@ -118,7 +119,7 @@ class PoissonCells:
         kept, examined = _candidates(cells, self.key, lattice, compiled, bounds, name, u)
         return CellSamples(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
 
-    def positions(self, corner: Corner, samples: CellSamples) -> Points:
+    def positions(self, corner: Corner, samples: CellSamples) -> Float64[np.ndarray, "n 2"]:
         """Places of objects in their cells, (n, 2) [m] from the corner: where they are at home."""
         lattice = self.lattice(corner)
         side = lattice.side
