@@ -24,6 +24,9 @@ EXPERIMENT = [
 
 FEW = 24
 
+OF_NOTHING = {"haze": {"figure/eye/640/lost_near"}}
+"""Shares of what is none: haze takes no part of a person that an eye before a display sees."""
+
 Points = tuple[Point, ...]
 Intervals = dict[str, tuple[float, float, float]]
 
@@ -45,6 +48,11 @@ def more(row: list[int]) -> list[int]:
     return [v + 1 + (k % 3) * v // 4 for k, v in enumerate(row)]
 
 
+def one_less(row: list[int]) -> list[int]:
+    """Numbers that fall by one: a share of few among many stays a share."""
+    return [max(v - 1, 0) for v in row]
+
+
 def shifted(row: list[int]) -> list[int]:
     """Numbers that follow a new order."""
     return [*row[1:], *row[:1]]
@@ -63,13 +71,19 @@ def edits(points: Points) -> Iterator[Points]:
     scenes."""
     for naming in (quantity, full_name):
         names = dict.fromkeys(naming(c) for p in points for c in p.samples)
-        for change in (less, more, shifted):
+        for change in (less, more, shifted, one_less):
             for name in names:
                 yield tuple(edited(p, naming, name, change) for p in points)
     for bit in range(4):
         for name in dict.fromkeys(c.quantity for p in points for c in p.samples):
             yield tuple(
                 edited(p, quantity, name, less) if number >> bit & 1 else p
+                for number, p in enumerate(points)
+            )
+    for name in dict.fromkeys(full_name(c) for p in points for c in p.samples):
+        for only in range(len(points)):
+            yield tuple(
+                edited(p, full_name, name, one_less) if number == only else p
                 for number, p in enumerate(points)
             )
     yield tuple(replace(p, case=p.case | {"scene": str(k)}) for k, p in enumerate(points))
@@ -124,7 +138,7 @@ def unmoved(judge, points: Points) -> set[str]:
 def test_every_claim_changes_with_its_columns(name):
     experiment, points = EXPERIMENTS[name], thinned(reference(name).points)
     assert {claim.verdict for claim in experiment.judge(points)} <= set(MARKS)
-    assert unmoved(experiment.judge, points) == set()
+    assert unmoved(experiment.judge, points) == OF_NOTHING.get(name, set())
 
 
 def test_a_claim_that_rests_on_no_column_is_found():
