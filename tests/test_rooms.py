@@ -1,12 +1,18 @@
-"""The house keeps its rules: bench imports scenes, scenes imports lod, never the other way."""
+"""The house keeps its rules: imports run one way, between rooms and between their packages.
+
+The limits are for readers: a folder, a file and a function each fit on a page or two.
+"""
 
 import ast
 import importlib.util
 import re
+import statistics
 import sys
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -33,15 +39,27 @@ OPENS = {
     *("savez_compressed", "tofile", "read_bytes", "read_text", "write_bytes", "write_text"),
 }
 
+MOST_ENTRIES = 20  # of a folder
+MOST_LINES = 320  # of a file
+MEDIAN_LINES = 130  # of all files
+MOST_LINES_OF_A_FUNCTION = 60  # its docstring aside
+MOST_PARAMETERS = 8
+FLAGS = "bench/cli/commands/"  # a command has as many parameters as it has flags
+# A reader has neither the plan nor the tracker that such a reference points to.
+UNKNOWN_TO_READERS = re.compile(r"\bDESIGN(\.md)?\b|\bissues? #?\d+", re.IGNORECASE)
+
 
 @dataclass(frozen=True)
 class Source:
-    """One file of a room: where it is, what it imports and calls."""
+    """One file of a room: where it is, what it imports, calls and defines, how long it is."""
 
     path: str
     imports: frozenset[str]
     calls: frozenset[str]
     has_global: bool
+    lines: int
+    functions: tuple["Function", ...]
+    references: tuple[str, ...]
 
     @property
     def room(self) -> str:
@@ -50,6 +68,19 @@ class Source:
     @property
     def tops(self) -> set[str]:
         return {name.split(".")[0] for name in self.imports}
+
+    @property
+    def package(self) -> str:
+        return str(Path(self.path).parent)
+
+
+@dataclass(frozen=True)
+class Function:
+    """One function: its lines without its docstring, and its parameters without self."""
+
+    name: str
+    lines: int
+    parameters: int
 
 
 def imported(node: ast.AST, package: list[str]) -> Iterator[str]:
@@ -76,12 +107,37 @@ def sources(root: Path) -> list[Source]:
     for room in MAY_IMPORT:
         for file in sorted((root / room).rglob("*.py")):
             path = file.relative_to(root)
-            nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"), str(path))))
+            text = file.read_text(encoding="utf-8")
+            nodes = list(ast.walk(ast.parse(text, str(path))))
             names = (name for node in nodes for name in imported(node, list(path.parts[:-1])))
             calls = (called(node.func) for node in nodes if isinstance(node, ast.Call))
             has_global = any(isinstance(node, ast.Global) for node in nodes)
-            found.append(Source(path.as_posix(), frozenset(names), frozenset(calls), has_global))
+            functions = (
+                measured(node)
+                for node in nodes
+                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+            )
+            found.append(
+                Source(
+                    path.as_posix(),
+                    frozenset(names),
+                    frozenset(calls),
+                    has_global,
+                    text.count("\n"),
+                    tuple(functions),
+                    tuple(match[0] for match in UNKNOWN_TO_READERS.finditer(text)),
+                )
+            )
     return found
+
+
+def measured(node: ast.FunctionDef | ast.AsyncFunctionDef) -> Function:
+    """The size of one function as a reader meets it."""
+    lines = (node.end_lineno or node.lineno) - node.lineno + 1
+    if docstring := ast.get_docstring(node, clean=False):
+        lines -= docstring.count("\n") + 1
+    names = [each.arg for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+    return Function(node.name, lines, len([name for name in names if name not in ("self", "cls")]))
 
 
 def declared(pyproject: str) -> set[str]:
@@ -136,6 +192,59 @@ def shared(files: list[Source]) -> Iterator[str]:
             yield f"{library} is imported by {len(users)} files, not one: {', '.join(users)}"
 
 
+def too_large(root: Path, files: list[Source]) -> Iterator[str]:
+    """Folders, files and functions that are larger than a reader can take in."""
+    for room in (*MAY_IMPORT, "tests"):
+        for folder in (root / room, *(root / room).rglob("*/")):
+            entries = [each for each in folder.glob("*") if each.name != "__pycache__"]
+            if len(entries) > MOST_ENTRIES and folder.name != "__pycache__":
+                name = folder.relative_to(root).as_posix()
+                yield f"{name}: {len(entries)} entries, at most {MOST_ENTRIES}"
+    for source in files:
+        if source.lines > MOST_LINES:
+            yield f"{source.path}: {source.lines} lines, at most {MOST_LINES}"
+        for each in source.functions:
+            place = f"{source.path}: {each.name}"
+            if each.lines > MOST_LINES_OF_A_FUNCTION:
+                yield f"{place} has {each.lines} lines, at most {MOST_LINES_OF_A_FUNCTION}"
+            if each.parameters > MOST_PARAMETERS and not source.path.startswith(FLAGS):
+                yield f"{place} has {each.parameters} parameters, at most {MOST_PARAMETERS}"
+    middle = statistics.median(source.lines for source in files)
+    if middle > MEDIAN_LINES:
+        yield f"half of all files have more than {middle:g} lines, at most {MEDIAN_LINES}"
+
+
+def package_imports(root: Path, files: list[Source]) -> dict[str, set[str]]:
+    """Of each folder that holds modules: the other folders whose modules it imports."""
+    graph: dict[str, set[str]] = {}
+    for source in files:
+        users = graph.setdefault(source.package, set())
+        for name in source.imports:
+            if name.split(".")[0] in MAY_IMPORT:
+                target = Path(*name.split("."))
+                folder = target if (root / target).is_dir() else target.parent
+                users.add(folder.as_posix())
+        users.discard(source.package)
+    return graph
+
+
+def cycles(root: Path, files: list[Source]) -> Iterator[str]:
+    """Packages that import one another, round about."""
+    try:
+        TopologicalSorter(package_imports(root, files)).prepare()
+    except CycleError as error:
+        # Each of the cycle's packages is imported by the one after it.
+        steps = (f"{user} imports {used}" for used, user in pairwise(error.args[1]))
+        yield f"packages in a circle: {', '.join(steps)}"
+
+
+def unreadable(files: list[Source]) -> Iterator[str]:
+    """References that a reader of the repository cannot look up."""
+    for source in files:
+        for reference in source.references:
+            yield f"{source.path}: refers to {reference}, which no reader can open"
+
+
 def violations(root: Path, distributions: set[str]) -> list[str]:
     """Every breach of the house's rules in the tree at `root`, one line each."""
     files = sources(root)
@@ -143,7 +252,7 @@ def violations(root: Path, distributions: set[str]) -> list[str]:
         f"{source.path}: {breach}"
         for source in files
         for breach in (*misplaced(source, distributions), *impure(source))
-    ] + list(shared(files))
+    ] + [*shared(files), *too_large(root, files), *cycles(root, files), *unreadable(files)]
 
 
 DECLARED = declared((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -209,8 +318,43 @@ def test_a_sound_house_is_left_alone(tmp_path):
         ("bench__a", "import requests", "imports requests, which pyproject.toml does not declare"),
         ("scenes__a", "import pytest", "imports pytest, which pyproject.toml does not declare"),
         ("scenes__a", "from tests import conftest", "imports tests, which"),
+        ("scenes__a", "x = 1\n" * 321, "321 lines, at most 320"),
+        ("lod__a", "def f():\n" + "    g()\n" * 60, "f has 61 lines, at most 60"),
+        ("lod__a", "def f(a, b, c, /, d, e, f, g, *, h, i): ...", "f has 9 parameters"),
+        ("lod__a", '"""As DESIGN §1 has it."""', "refers to DESIGN"),
+        ("bench__a", 'SOURCE = "issue 5"', "refers to issue 5"),
     ],
 )
 def test_a_planted_breach_is_found(tmp_path, file, text, says):
     plant(tmp_path, **{file: text})
     assert any(says in breach for breach in violations(tmp_path, DECLARED))
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("bench__cli__commands__a", "def f(a, b, c, d, e, f, g, h, i, j): ..."),
+        ("lod__a", 'def f():\n    """One.\n' + "\n" * 60 + '    """\n'),
+        ("lod__a", "class A:\n    def f(self, a, b, c, d, e, f, g, h): ..."),
+    ],
+)
+def test_what_is_allowed_is_left_alone(tmp_path, file, text):
+    plant(tmp_path, **{file: text})
+    assert violations(tmp_path, DECLARED) == []
+
+
+def test_packages_in_a_circle_are_found(tmp_path):
+    circle = {"scenes__rig__a": "import scenes.gait.b", "scenes__gait__b": "import scenes.rig.a"}
+    plant(tmp_path, **circle)
+    found = violations(tmp_path, DECLARED)
+    assert any("packages in a circle" in breach and "scenes/rig" in breach for breach in found)
+
+
+def test_a_crowded_folder_is_found(tmp_path):
+    plant(tmp_path, **{f"scenes__crowded__a{k}": "" for k in range(21)})
+    assert "scenes/crowded: 21 entries, at most 20" in violations(tmp_path, DECLARED)
+
+
+def test_long_files_are_the_exception(tmp_path):
+    plant(tmp_path, **{f"lod__long__a{k}": "x = 1\n" * 131 for k in range(8)})
+    assert any("half of all files" in breach for breach in violations(tmp_path, DECLARED))
