@@ -1,4 +1,4 @@
-"""The page on architecture is true: a frame passes through the functions that it names, in order."""
+"""The page on architecture is true: a frame takes the steps that it names, in that order."""
 
 import json
 import re
@@ -74,7 +74,7 @@ def is_ours(value):
 @pytest.fixture(scope="module")
 def trace(tmp_path_factory):
     seen, folder = Trace(), tmp_path_factory.mktemp("frame")
-    arguments = ["render", "meadow", "-o", f"{folder}/a.####.exr", "--size", "32x18", "--spp", "1"]
+    arguments = ["render", "crowd", "-o", f"{folder}/a.####.exr", "--size", "32x18", "--spp", "1"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(worker, "Worker", InThisProcess)
         before = sys.getprofile()

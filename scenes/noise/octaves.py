@@ -45,18 +45,6 @@ class Octaves(NamedTuple):
     weight: np.ndarray
 
 
-class CellCache(NamedTuple):
-    """The last lattice cell of each octave that was looked up; points side by side share cells.
-
-    corners (k, t, 12)  values and gradients at its corners, of t independent noises
-    cell (k, 2) int64   the cell; filled (k,) whether there is one yet
-    """
-
-    corners: np.ndarray
-    cell: np.ndarray
-    filled: np.ndarray
-
-
 def octaves_at(corner: Corner, key: int, sides: Reals, weights: Reals) -> Octaves:
     """Octaves with lattices of these sides (k,) [m] and weights (k,), for a frame at ``corner``."""
     lattices = [corner.squares(side) for side in sides.tolist()]
@@ -115,65 +103,65 @@ def height_slack(
 
 
 @njit(cache=True, inline="always")
-def _empty_cache(octaves, twins):  # type: ignore[no-untyped-def]
-    k = len(octaves.key)
-    return CellCache(np.empty((k, twins, 12)), np.empty((k, 2), np.int64), np.zeros(k, np.bool_))
-
-
-@njit(cache=True, inline="always")
-def _cell_of(point, k, octaves, cache):  # type: ignore[no-untyped-def]
-    """Place of a point in its cell of octave k, in [0, 1)²; the cell's corners are then cached."""
+def _cell_of(square, offset, inverse, point):  # type: ignore[no-untyped-def]
+    """The lattice cell that a point is in, and its place in that cell, in [0, 1)²."""
     # Where the side is a power of two, multiplying by its inverse divides exactly.
-    inverse = 1.0 / octaves.side[k]
-    u = (octaves.offset[k, 0] + point[0]) * inverse
-    v = (octaves.offset[k, 1] + point[1]) * inverse
+    u, v = (offset[0] + point[0]) * inverse, (offset[1] + point[1]) * inverse
     fu, fv = math.floor(u), math.floor(v)
-    ix, iy = octaves.square[k, 0] + np.int64(fu), octaves.square[k, 1] + np.int64(fv)
-    if not cache.filled[k] or ix != cache.cell[k, 0] or iy != cache.cell[k, 1]:
-        if cache.corners.shape[1] == 1:
-            fill_corners(octaves.key[k], ix, iy, cache.corners[k, 0])
-        else:
-            fill_twin_corners(octaves.key[k], ix, iy, cache.corners[k])
-        cache.cell[k, 0], cache.cell[k, 1], cache.filled[k] = ix, iy, True
-    return u - fu, v - fv
+    return square[0] + np.int64(fu), square[1] + np.int64(fv), u - fu, v - fv
+
+
+# Points side by side share lattice cells: each kernel keeps the last cell of every octave, with the
+# values and gradients at its corners. Arrays are taken out of the tuple once, above the loops:
+# inside, each access would count a reference.
 
 
 @njit(cache=True, nogil=True)
 def _values(octaves, points, shortest, crest, sums):  # type: ignore[no-untyped-def]
     """Add the weighted octaves at points to ``sums`` (n,)."""
-    cache = _empty_cache(octaves, 1)
+    key, square, offset, side, weight = octaves
+    count = len(key)
+    corners, cell = np.empty((count, 12)), np.empty((count, 2), np.int64)
+    filled = np.zeros(count, np.bool_)
     for i in range(len(points)):
-        for k in range(len(octaves.key)):
-            share = _octave_share(octaves.side[k], shortest[i])
+        for k in range(count):
+            share = _octave_share(side[k], shortest[i])
             if share == 0.0:
                 break
-            u, v = _cell_of(points[i], k, octaves, cache)
-            value = cell_value(cache.corners[k, 0], u, v)
+            ix, iy, u, v = _cell_of(square[k], offset[k], 1.0 / side[k], points[i])
+            if not filled[k] or ix != cell[k, 0] or iy != cell[k, 1]:
+                fill_corners(key[k], ix, iy, corners[k])
+                cell[k, 0], cell[k, 1], filled[k] = ix, iy, True
+            value = cell_value(corners[k], u, v)
             if crest > 0.0:
                 value = crest - abs(value)
-            sums[i] += share * octaves.weight[k] * value
+            sums[i] += share * weight[k] * value
 
 
 @njit(cache=True, nogil=True)
 def _slopes(octaves, points, shortest, crest, sums):  # type: ignore[no-untyped-def]
     """Add the slopes of what ``_values`` adds up, two for each column of ``shortest``."""
-    cache = _empty_cache(octaves, 1)
-    columns = shortest.shape[1]
+    key, square, offset, side, weight = octaves
+    count, columns = len(key), shortest.shape[1]
+    corners, cell = np.empty((count, 12)), np.empty((count, 2), np.int64)
+    filled = np.zeros(count, np.bool_)
     for i in range(len(points)):
         least = math.inf
         for column in range(columns):
             least = min(least, shortest[i, column])
-        for k in range(len(octaves.key)):
-            side, weight = octaves.side[k], octaves.weight[k]
-            if _octave_share(side, least) == 0.0:
+        for k in range(count):
+            if _octave_share(side[k], least) == 0.0:
                 break
-            u, v = _cell_of(points[i], k, octaves, cache)
-            slope_x, slope_y = cell_slopes(cache.corners[k, 0], u, v)
-            falls = crest > 0.0 and cell_value(cache.corners[k, 0], u, v) > 0.0
+            ix, iy, u, v = _cell_of(square[k], offset[k], 1.0 / side[k], points[i])
+            if not filled[k] or ix != cell[k, 0] or iy != cell[k, 1]:
+                fill_corners(key[k], ix, iy, corners[k])
+                cell[k, 0], cell[k, 1], filled[k] = ix, iy, True
+            slope_x, slope_y = cell_slopes(corners[k], u, v)
+            falls = crest > 0.0 and cell_value(corners[k], u, v) > 0.0
             for column in range(columns):
-                share = _octave_share(side, shortest[i, column])
+                share = _octave_share(side[k], shortest[i, column])
                 if share > 0.0:
-                    steep = share * weight / side * (-1.0 if falls else 1.0)
+                    steep = share * weight[k] / side[k] * (-1.0 if falls else 1.0)
                     sums[i, 2 * column] += steep * slope_x
                     sums[i, 2 * column + 1] += steep * slope_y
 
@@ -181,16 +169,21 @@ def _slopes(octaves, points, shortest, crest, sums):  # type: ignore[no-untyped-
 @njit(cache=True, nogil=True)
 def _twin_values(octaves, points, shortest, _crest, sums):  # type: ignore[no-untyped-def]
     """Add what ``_values`` adds up of one noise, of two independent ones, to ``sums`` (n, 2)."""
-    cache = _empty_cache(octaves, 2)
+    key, square, offset, side, weight = octaves
+    count = len(key)
+    corners, cell = np.empty((count, 2, 12)), np.empty((count, 2), np.int64)
+    filled = np.zeros(count, np.bool_)
     for i in range(len(points)):
-        for k in range(len(octaves.key)):
-            share = _octave_share(octaves.side[k], shortest[i])
+        for k in range(count):
+            share = _octave_share(side[k], shortest[i])
             if share == 0.0:
                 break
-            u, v = _cell_of(points[i], k, octaves, cache)
+            ix, iy, u, v = _cell_of(square[k], offset[k], 1.0 / side[k], points[i])
+            if not filled[k] or ix != cell[k, 0] or iy != cell[k, 1]:
+                fill_twin_corners(key[k], ix, iy, corners[k])
+                cell[k, 0], cell[k, 1], filled[k] = ix, iy, True
             for twin in range(2):
-                noise = cell_value(cache.corners[k, twin], u, v)
-                sums[i, twin] += share * octaves.weight[k] * noise
+                sums[i, twin] += share * weight[k] * cell_value(corners[k, twin], u, v)
 
 
 def octave_values(
