@@ -1,11 +1,15 @@
-"""How sure: slopes, ratios and errors of counts whose noise is compound Poisson. Pure, no files.
+"""How sure is a slope, a ratio, a mean or a median? Estimates with two-sided 95 % intervals.
 
-Every row is one field (one independent seed). Its count has mean μ and variance scale·φ·μ, where
-φ is the dispersion that the law predicts for its row: 1 for objects; for parts more, because the
-parts of one object come together, and not the same at every point of a sweep. Rows are weighted by
-1/φ, and the one scale left is measured (Pearson's χ² over its degrees of freedom), so that a wrong
-φ widens the interval instead of hiding in it: a quasi-Poisson model (Wedderburn 1974; McCullagh &
-Nelder, "Generalized Linear Models", 2nd ed., §9.2) with Student's t for the interval.
+Functions here take arrays and touch no files. Every interval is two-sided: the truth is expected
+below it in 2.5 % of experiments, and above it in 2.5 %. (One-sided bounds are only in
+``bench.statistics.excess_flip``.)
+
+For slopes and ratios of counts every row is one field (one independent seed). Its count has mean μ
+and variance scale·φ·μ, where φ is the dispersion that the law predicts for its row: 1 for objects;
+more for parts, because the parts of one object come together, and it varies along a sweep. Rows are
+weighted by 1/φ, and the one scale left is measured (Pearson's χ² over its degrees of freedom), so
+that a wrong φ widens the interval instead of hiding in it: a quasi-Poisson model (Wedderburn 1974;
+McCullagh & Nelder, "Generalized Linear Models", 2nd ed., §9.2) with Student's t for the interval.
 
 Without the weights one pooled dispersion stands for all points: it is that of the points with the
 most fields. Where dispersion varies from point to point, its 95 % intervals of a slope covered the
@@ -22,18 +26,25 @@ from scipy import stats
 from lod.arrays import Reals
 from lod.errors import InputError
 
-CONFIDENCE = 0.95
+TWO_SIDED_CONFIDENCE = 0.95
+"""The probability that an interval holds the truth."""
+
+TWO_SIDED_TAILS = (1 - TWO_SIDED_CONFIDENCE) / 2, (1 + TWO_SIDED_CONFIDENCE) / 2
+"""The cumulative probabilities of both ends of an interval: 0.025 and 0.975."""
 
 LEAST_REPEATS = 8
-"""Repeats of whatever is timed, after a first one that is not counted, before a median is told."""
+"""The fewest values of which a median is estimated; a first repeat that compiles is not one."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A measured number with its 95 % interval.
+    """A measured number with its interval, 95 % and two-sided unless its maker says otherwise.
 
-    scale is the variance measured over the variance assumed (1: the law's noise is right too);
-    rows is the number of fields behind it.
+    value           the number
+    low, high       both ends of the interval
+    standard_error  the standard error of the value
+    scale           the variance measured ÷ the variance assumed; 1 where no variance is assumed
+    rows            how many independent values are behind it
     """
 
     value: float
@@ -44,8 +55,15 @@ class Estimate:
     rows: int
 
 
-def slope(counts: Reals, covariate: Reals, dispersion: Reals | None = None) -> Estimate:
-    """Exponent b of E[count] = a·covariate^b: a quasi-Poisson GLM with log link."""
+def two_sided_slope(counts: Reals, covariate: Reals, dispersion: Reals | None = None) -> Estimate:
+    """Estimate the exponent b of E[count] = a·covariate^b by a quasi-Poisson GLM with log link.
+
+    counts      (n,) counts of fields
+    covariate   (n,) what is swept, above 0
+    dispersion  (n,) φ of each row; None = 1
+
+    Raises InputError for fewer than 3 rows, for one covariate only and where nothing was counted.
+    """
     log_x = np.log(_positive("covariate", covariate))
     if len(log_x) < 3 or np.ptp(log_x) == 0:
         raise InputError("slope", len(log_x), "at least 3 rows at 2 or more different covariates")
@@ -54,8 +72,14 @@ def slope(counts: Reals, covariate: Reals, dispersion: Reals | None = None) -> E
     return _fit(counts, design, None, dispersion)
 
 
-def ratio(counts: Reals, predicted: Reals, dispersion: Reals | None = None) -> Estimate:
-    """Measured ÷ predicted, one number over all rows: a GLM with offset log(predicted)."""
+def two_sided_ratio(counts: Reals, predicted: Reals, dispersion: Reals | None = None) -> Estimate:
+    """Estimate measured ÷ predicted, one number over all rows, by a GLM with offset log(predicted).
+
+    counts, predicted   (n,) counts of fields, and their expected values, above 0
+    dispersion          (n,) φ of each row; None = 1
+
+    Raises InputError for fewer than 2 rows and where nothing was counted.
+    """
     offset = np.log(_positive("predicted", predicted))
     if len(offset) < 2:
         raise InputError("ratio", len(offset), "at least 2 rows")
@@ -65,11 +89,12 @@ def ratio(counts: Reals, predicted: Reals, dispersion: Reals | None = None) -> E
     return Estimate(value, low, high, value * fit.standard_error, fit.scale, fit.rows)
 
 
-def share(counts: Reals, out_of: Reals) -> Estimate:
-    """Σcounts ÷ Σout_of over fields, each field's counts being among its ``out_of``.
+def two_sided_share(counts: Reals, out_of: Reals) -> Estimate:
+    """Estimate the share Σcounts ÷ Σout_of over fields, (n,) each, where 0 ≤ counts ≤ out_of.
 
-    The standard error of a ratio of means, by linearisation (Cochran, "Sampling Techniques", 3rd
-    ed., §6.3), with Student's t; the interval is kept within 0 to 1.
+    The standard error is that of a ratio of means, by linearisation (Cochran, "Sampling
+    Techniques", 3rd ed., §6.3), with Student's t; the interval is clipped to 0 to 1. Raises
+    InputError for fewer than 2 fields and for counts outside 0 to ``out_of``.
     """
     counts, out_of = np.asarray(counts, np.float64), np.asarray(out_of, np.float64)
     if len(counts) != len(out_of) or len(counts) < 2:
@@ -81,27 +106,34 @@ def share(counts: Reals, out_of: Reals) -> Estimate:
     value = float(counts.sum() / out_of.sum())
     spread = float(np.std(counts - value * out_of, ddof=1)) / math.sqrt(len(counts))
     error = spread / float(out_of.mean())
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(counts) - 1)) * error
+    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], len(counts) - 1)) * error
     low, high = max(0.0, value - reach), min(1.0, value + reach)
     return Estimate(value, low, high, error, 1.0, len(counts))
 
 
-def paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
-    """Σcounts ÷ Σwholes over pairs, by leaving one pair out at a time (the jackknife: Efron and
-    Tibshirani, "An Introduction to the Bootstrap", §11), with Student's t."""
+def two_sided_paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
+    """Estimate the ratio of means Σcounts ÷ Σwholes over n pairs, (n,) each, by the jackknife.
+
+    One pair at a time is left out (Efron & Tibshirani, "An Introduction to the Bootstrap", §11);
+    the interval is Student's. Members of a pair may depend on each other; pairs may not. Raises
+    InputError for fewer than 2 pairs and where all ``wholes`` are 0.
+    """
     n = len(counts)
     if n < 2 or len(wholes) != n or not (wholes > 0).any():
         raise InputError("paired_ratio", (n, len(wholes)), "2 pairs or more, not all of nothing")
     value = float(counts.sum() / wholes.sum())
     without = (counts.sum() - counts) / (wholes.sum() - wholes)
     error = math.sqrt((n - 1) * float(without.var()))
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, n - 1)) * error
+    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], n - 1)) * error
     return Estimate(value, value - reach, value + reach, error, 1.0, n)
 
 
-def ratio_of_means(sums: Reals, counts: Reals, wholes: Reals, out_of: Reals) -> Estimate:
-    """(Σsums ÷ Σcounts) ÷ (Σwholes ÷ Σout_of) over groups, by leaving one group out at a time, as
-    in ``paired_ratio``."""
+def two_sided_ratio_of_means(sums: Reals, counts: Reals, wholes: Reals, out_of: Reals) -> Estimate:
+    """Estimate (Σsums ÷ Σcounts) ÷ (Σwholes ÷ Σout_of) over n groups, (n,) each, by the jackknife.
+
+    One group at a time is left out, as in ``two_sided_paired_ratio``. Raises InputError for fewer
+    than 2 groups and where one group alone has all of ``counts``, ``wholes`` or ``out_of``.
+    """
     columns = sums, counts, wholes, out_of
     n, rest = len(sums), [each.sum() - each for each in columns]
     if n < 2 or not all((each > 0).all() for each in rest[1:]):
@@ -111,18 +143,20 @@ def ratio_of_means(sums: Reals, counts: Reals, wholes: Reals, out_of: Reals) -> 
     value = float(total[0] / total[1] / (total[2] / total[3]))
     without = rest[0] / rest[1] / (rest[2] / rest[3])
     error = math.sqrt((n - 1) * float(without.var()))
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, n - 1)) * error
+    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], n - 1)) * error
     return Estimate(value, value - reach, value + reach, error, 1.0, n)
 
 
-def median(values: Reals) -> Estimate:
-    """The median; its interval from order statistics, whatever the distribution.
+def two_sided_median(values: Reals) -> Estimate:
+    """Estimate the median of n values, with an interval between two order statistics.
 
-    The k-th smallest and k-th largest of n hold it with probability 1 − 2·B(k − 1; n, ½) (David &
-    Nagaraja, "Order Statistics", 3rd ed. 2003, §7.1): the greatest k for which that is enough.
+    It assumes no distribution: the k-th smallest and the k-th largest value enclose the median with
+    probability 1 − 2·B(k − 1; n, ½) (David & Nagaraja, "Order Statistics", 3rd ed. 2003, §7.1), and
+    k is the greatest for which that is at least 0.95. Raises InputError for fewer than
+    LEAST_REPEATS values and for values that are not finite.
     """
     n = len(values)
-    k = int(stats.binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))
+    k = int(stats.binom.ppf(TWO_SIDED_TAILS[0], n, 0.5))
     if n < LEAST_REPEATS or not np.isfinite(values).all():
         raise InputError("median", n, f"at least {LEAST_REPEATS} finite values")
     up = np.sort(values)
@@ -130,25 +164,29 @@ def median(values: Reals) -> Estimate:
     return Estimate(float(np.median(values)), low, high, (high - low) / 4, 1.0, n)
 
 
-def quantile(values: Reals, share: float) -> Estimate:
-    """A quantile with its interval by order statistics, whatever the distribution."""
+def two_sided_quantile(values: Reals, share: float) -> Estimate:
+    """Estimate the quantile at a share of 0 to 1, with an interval between two order statistics.
+
+    It assumes no distribution. Where n values are too few for an end of the interval, that end is
+    the least or the largest value.
+    """
     ordered, n = np.sort(values), len(values)
-    ends = stats.binom.ppf([(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], n, share).astype(int)
+    ends = stats.binom.ppf(TWO_SIDED_TAILS, n, share).astype(int)
     low, high = ordered[np.clip(ends - [1, 0], 0, n - 1)]
     value = float(np.clip(np.quantile(ordered, share), low, high))
     return Estimate(value, float(low), float(high), float(high - low) / 4, 1.0, n)
 
 
-def mean(values: Reals) -> Estimate:
-    """Mean with Student's interval."""
+def two_sided_mean(values: Reals) -> Estimate:
+    """Estimate the mean of n ≥ 2 values, (n,), with Student's t interval."""
     error = float(values.std(ddof=1)) / len(values) ** 0.5
-    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(values) - 1)) * error
+    half = float(stats.t.ppf(TWO_SIDED_TAILS[1], len(values) - 1)) * error
     value = float(values.mean())
     return Estimate(value, value - half, value + half, error, 1.0, len(values))
 
 
 def standard_error(counts: Reals) -> float:
-    """Standard error of the mean, as a share of the mean; infinite where nothing was counted."""
+    """Return the standard error of the mean ÷ the mean; infinite where the mean is 0 or n < 2."""
     mean = float(np.mean(counts))
     if len(counts) < 2 or mean == 0:
         return math.inf
@@ -156,7 +194,11 @@ def standard_error(counts: Reals) -> float:
 
 
 def fields_needed(mean: float, variance: float, target: float) -> int:
-    """Fields for which a mean of that variance has a relative standard error below ``target``."""
+    """Return how many fields bring the relative standard error of their mean below ``target``.
+
+    ``mean`` and ``variance`` are those of one field. Raises InputError unless mean and target are
+    above 0 and the variance is at least 0.
+    """
     if not (mean > 0 and variance >= 0 and target > 0):
         raise InputError("fields", (mean, variance, target), "a mean and a target above 0")
     return math.floor(variance / (mean * target) ** 2) + 1
@@ -165,7 +207,7 @@ def fields_needed(mean: float, variance: float, target: float) -> int:
 def _fit(
     counts: Reals, design: np.ndarray, offset: Reals | None, dispersion: Reals | None
 ) -> Estimate:
-    """The last coefficient of the weighted quasi-Poisson model, with its t interval."""
+    """Estimate the last coefficient of the weighted quasi-Poisson model, with its t interval."""
     counts = np.asarray(counts, np.float64)
     if len(counts) != len(design) or not (np.isfinite(counts).all() and (counts >= 0).all()):
         raise InputError("counts", len(counts), f"{len(design)} finite counts, none below 0")
@@ -175,7 +217,7 @@ def _fit(
     model = sm.GLM(counts, design, sm.families.Poisson(), offset=offset, var_weights=weights)
     fit = model.fit(scale="X2")
     value, error = float(fit.params[-1]), float(fit.bse[-1])
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, fit.df_resid)) * error
+    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], fit.df_resid)) * error
     return Estimate(value, value - reach, value + reach, error, float(fit.scale), len(counts))
 
 

@@ -1,4 +1,4 @@
-"""Excess FLIP: how far a picture is from another beyond the noise that both have. Pure, no files.
+"""Excess FLIP: how far is a picture from another, beyond the noise that both have?
 
 FLIP (Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG 2020) is what is
 perceived when two pictures are flipped between, 0 to 1 a pixel; here its mean over the picture.
@@ -6,9 +6,11 @@ Two noisy renders of one scene differ too. So, with seeds a and b,
 
     excess = FLIP(tested, a; reference, b) − FLIP(reference, a; reference, b),
 
-and the second term is the noise floor. It is taken over independent pairs of seeds and quoted with
-one-sided 95 % bounds (Student's t). FLIP does not add up: noise hides part of a difference, so the
-excess is only worth quoting where the floor is low (FLOOR).
+and the second term is the noise floor. It is the mean over independent pairs of seeds, and its
+bounds are one-sided (Student's t): the truth is above the upper bound in 5 % of experiments, and
+below the lower bound in 5 %, so both together are a two-sided 90 % interval. FLIP does not add up:
+noise hides part of a difference, so the excess is only worth quoting where the floor is low
+(FLOOR). Functions here touch no files.
 """
 
 import math
@@ -23,28 +25,32 @@ from lod.arrays import Reals
 from lod.errors import InputError
 
 PIXELS_PER_DEGREE = 67.0
-"""Of the viewer's sight, unless said otherwise: a 0.7 m wide 4K screen at 0.7 m."""
+"""The usual fineness of a display before a viewer: a 0.7 m wide 4K screen at 0.7 m."""
 
 LEAST_PAIRS = 8
+"""The fewest pairs of seeds of which an excess is estimated."""
+
 FLOOR = 0.01
 """The highest noise floor at which an excess is quoted."""
 
-CONFIDENCE = 0.95
+ONE_SIDED_CONFIDENCE = 0.95
+"""The probability that one bound alone is on the right side of the truth."""
 
 Picture = Float[np.ndarray, "_ _ 3"]
-"""As it is displayed: sRGB-encoded, 0 to 1, exposure and tone curve applied."""
+"""A picture as it is displayed: sRGB-encoded, 0 to 1, exposure and tone curve applied."""
 
 Trio = tuple[Picture, Picture, Picture]
-"""Tested with seed a, reference with seed a, reference with seed b."""
+"""Three pictures: the tested one with seed a, the reference with seed a and with seed b."""
 
 
 @dataclass(frozen=True)
 class ExcessFlip:
-    """Means over pairs of seeds.
+    """An excess of FLIP over its noise floor, means over pairs of seeds.
 
-    excess, low, high   and its one-sided 95 % bounds: each is passed in 1 of 20 experiments
-    floor               FLIP of the reference against itself with another seed
-    pairs               independent pairs of seeds
+    excess     the mean excess
+    low, high  its one-sided 95 % bounds: the truth is past each of them in 1 of 20 experiments
+    floor      FLIP of the reference against itself with another seed
+    pairs      how many independent pairs of seeds there are
     """
 
     excess: float
@@ -55,52 +61,64 @@ class ExcessFlip:
 
     @property
     def within_noise(self) -> bool:
-        """Whether it is shown to be no more than the floor, and that to be low enough."""
+        """Whether the excess is shown to be at most the floor, and the floor is at most FLOOR."""
         return self.floor <= FLOOR and self.high <= self.floor
 
     @property
     def beyond_noise(self) -> bool:
-        """Whether it is shown to be more than the floor."""
+        """Whether the excess is shown to be more than the floor."""
         return self.low > self.floor
 
 
 def excess_flip(trios: Sequence[Trio], pixels_per_degree: float = PIXELS_PER_DEGREE) -> ExcessFlip:
-    """The excess over these pairs of seeds, at least LEAST_PAIRS of them."""
+    """Compute the excess over pairs of seeds. Raises InputError for fewer than LEAST_PAIRS."""
     tested, noise = [], []
     for picture, same, other in trios:
         tested.append(mean_flip(picture, other, pixels_per_degree))
         noise.append(mean_flip(same, other, pixels_per_degree))
-    return over_noise(np.array(tested), np.array(noise))
+    return one_sided_excess(np.array(tested), np.array(noise))
 
 
-def over_noise(tested: Reals, noise: Reals) -> ExcessFlip:
-    """The excess from its two terms, FLIP of each pair of seeds, (pairs,) each."""
+def one_sided_excess(tested: Reals, noise: Reals) -> ExcessFlip:
+    """Compute the excess and its one-sided bounds from both terms of each pair, (pairs,) each.
+
+    Raises InputError for fewer than LEAST_PAIRS pairs.
+    """
     if len(tested) < LEAST_PAIRS:
         raise InputError("pairs", len(tested), f"at least {LEAST_PAIRS} pairs of seeds")
     excess = tested - noise
     error = float(excess.std(ddof=1)) / math.sqrt(len(excess))
-    mean, reach = float(excess.mean()), float(stats.t.ppf(CONFIDENCE, len(excess) - 1)) * error
+    mean, reach = (
+        float(excess.mean()),
+        float(stats.t.ppf(ONE_SIDED_CONFIDENCE, len(excess) - 1)) * error,
+    )
     return ExcessFlip(mean, mean - reach, mean + reach, float(noise.mean()), len(excess))
 
 
 def mean_flip(
     test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
 ) -> float:
-    """Mean FLIP of two displayed pictures, by its authors' own evaluator."""
+    """Return the mean FLIP of two displayed pictures, by its authors' evaluator.
+
+    Raises InputError for pictures of different shapes and for values outside 0 to 1.
+    """
     return _evaluated(test, reference, pixels_per_degree, False)[1]
 
 
 def flip_map(
     test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
 ) -> Picture:
-    """FLIP of every pixel in its authors' colours: dark for none, bright for the largest."""
+    """Return FLIP of every pixel in its authors' colours: dark where it is 0, bright where it is 1.
+
+    Raises InputError for pictures of different shapes and for values outside 0 to 1.
+    """
     return _evaluated(test, reference, pixels_per_degree, True)[0]
 
 
 def _evaluated(
     test: Picture, reference: Picture, pixels_per_degree: float, coloured: bool
 ) -> tuple[np.ndarray, float]:
-    """Map and mean."""
+    """Return the map of FLIP and its mean."""
     import flip_evaluator
 
     for name, picture in (("test", test), ("reference", reference)):

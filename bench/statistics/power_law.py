@@ -1,7 +1,7 @@
-"""Is it a power law? Log-log fits with robust errors, and a rival by Akaike's criterion. Pure.
+"""Is a relation a power law? Log-log fits with robust errors, and Akaike's criterion.
 
 Errors are heteroscedasticity-consistent (HC3: MacKinnon & White, J. Econometrics 29, 1985), because
-what is timed scatters in proportion to itself, or not, and nobody knows which.
+whether the scatter of a time is in proportion to the time is not known. Functions touch no files.
 """
 
 import math
@@ -11,23 +11,25 @@ import numpy as np
 import statsmodels.api as sm
 from scipy import stats
 
-from bench.statistics.estimates import CONFIDENCE, Estimate
+from bench.statistics.estimates import TWO_SIDED_TAILS, Estimate
 from lod.arrays import Reals
 from lod.errors import InputError
 
 EVEN = 2.0
-"""A difference of AIC that says nothing (Burnham & Anderson, "Model Selection and Multimodel
-Inference", 2nd ed. 2002, §2.6)."""
+"""A difference of AIC that does not decide between two models (Burnham & Anderson, "Model Selection
+and Multimodel Inference", 2nd ed. 2002, §2.6)."""
 
 LEAST_ROWS = 4
+"""The fewest rows of which two models are compared."""
 
 
 @dataclass(frozen=True)
 class RivalModels:
-    """Two models of the same rows: y = a·x^b, scattering by factors, and y = a + b·log x.
+    """Two models of one set of rows: y = a·x^b with log-normal errors, and y = a + b·ln x.
 
-    power       (a, b) of the first;  logarithm: (a, b) of the second, by natural logarithms
-    aic_gained  AIC of the second less that of the first: above 0 the power law describes y better
+    power       (a, b) of the power law
+    logarithm   (a, b) of the logarithm
+    aic_gained  AIC of the logarithm − AIC of the power law: above 0 the power law is better
     """
 
     power: tuple[float, float]
@@ -36,31 +38,36 @@ class RivalModels:
 
     @property
     def words(self) -> str:
-        """Which describes the rows better, and by how much."""
+        """A phrase that says which model describes the rows better, and by how much."""
         if abs(self.aic_gained) < EVEN:
             return "a power law and a + b·log x describe it equally well (AIC)"
         better, worse = ("a power law", "a + b·log x")[:: 1 if self.aic_gained > 0 else -1]
         return f"{better} describes it better than {worse}, by {abs(self.aic_gained):.0f} in AIC"
 
     def line(self, x: Reals) -> Reals:
-        """What the better of the two gives."""
+        """Return y of the better model at each x, (n,)."""
         if self.aic_gained >= 0:
             return np.asarray(self.power[0] * x ** self.power[1])
         return np.asarray(self.logarithm[0] + self.logarithm[1] * np.log(x))
 
 
 def fit_exponent(x: Reals, y: Reals) -> Estimate:
-    """b of y = a·x^b by least squares of logarithms, errors HC3, with Student's t."""
+    """Estimate b of y = a·x^b, (n,) each, with a two-sided 95 % interval.
+
+    The fit is least squares of logarithms; errors are HC3, the interval is Student's. Raises
+    InputError for fewer than 3 values and for values that are not finite and above 0.
+    """
     fit = sm.OLS(np.log(_positive(y)), sm.add_constant(np.log(_positive(x)))).fit(cov_type="HC3")
     value, error = float(fit.params[1]), float(fit.bse[1])
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, fit.df_resid)) * error
+    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], fit.df_resid)) * error
     return Estimate(value, value - reach, value + reach, error, 1.0, len(y))
 
 
 def compare_with_log(x: Reals, y: Reals) -> RivalModels:
-    """Both models, by least squares. Both AICs are of y itself: the density of log y gains Σ log y.
+    """Fit both models to rows (n,) by least squares, and compare them by AIC.
 
-    Raises InputError for fewer than 4 rows, or what has no logarithm.
+    Both AICs are of y: that of log y is raised by 2·Σ log y, for the change of variable. Raises
+    InputError for fewer than LEAST_ROWS rows and for values that have no logarithm.
     """
     if len(x) < LEAST_ROWS:
         raise InputError("compare_with_log", len(x), f"at least {LEAST_ROWS} rows")

@@ -1,4 +1,4 @@
-"""How many fields: as many as it takes for every mean to be known well enough, and no more."""
+"""How many fields does a case need, for every mean to be known well enough?"""
 
 import math
 from collections.abc import Callable
@@ -13,10 +13,10 @@ Row = tuple[int, ...]
 
 @dataclass(frozen=True)
 class StoppingRule:
-    """When there are enough fields of a case.
+    """The rule that says when a case has enough fields.
 
-    target   relative standard error that every mean must get below
-    least, most   fields of a case
+    target       relative standard error that every mean must get below
+    least, most  the fewest and the most fields of a case
     """
 
     target: float
@@ -24,14 +24,15 @@ class StoppingRule:
     most: int
 
     def planned(self, needed: int) -> int:
-        """Fields to begin with where the law expects to need so many: a tenth more."""
+        """Return how many fields to begin with: a tenth more than the law expects to be needed."""
         return min(self.most, max(self.least, math.ceil(1.1 * needed)))
 
 
 def sample(draw: Callable[[int], Row], needed: int, judged: int, rule: StoppingRule) -> list[Row]:
-    """Rows draw(0), draw(1), … until the first ``judged`` columns' means meet the target.
+    """Draw the rows of fields 0, 1, … until the means of the first ``judged`` columns are known.
 
-    Begins with what the law expects to be needed; adds fields where their own spread asks for it.
+    The sample begins with as many fields as the law expects to be needed, and grows while their
+    own spread is too large for the target.
     """
     rows = [draw(index) for index in range(rule.planned(needed))]
     while len(rows) < rule.most:
@@ -45,6 +46,6 @@ def sample(draw: Callable[[int], Row], needed: int, judged: int, rule: StoppingR
 
 
 def worst_error(rows: list[Row], judged: int) -> float:
-    """The largest relative standard error of the first ``judged`` columns."""
+    """Return the largest relative standard error of the means of the first ``judged`` columns."""
     columns = np.array(rows, np.float64).T[:judged]
     return max(standard_error(column) for column in columns)

@@ -18,7 +18,7 @@ import click
 import numpy as np
 
 from bench.cli.output import table
-from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
+from bench.statistics.estimates import LEAST_REPEATS, Estimate, two_sided_median
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
@@ -98,7 +98,7 @@ def tried(name: str, size: str, spp: int, pairs: int) -> list[tuple[Any, ...]]:
             each.name,
             f"{np.median(found):.4f}",
             f"{np.median(seconds) / 2:.2f}",
-            _among(median(found * seconds / used)),
+            _among(two_sided_median(found * seconds / used)),
             f"{np.mean(held) / deepest:.3f}",
         )
         for each, held, (found, seconds) in zip(all_settings, pictures, rows, strict=True)

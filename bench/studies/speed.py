@@ -23,7 +23,7 @@ import psutil
 from bench.cli.output import table
 from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
 from bench.runner.timing import interleaved_seconds
-from bench.statistics.estimates import Estimate, median
+from bench.statistics.estimates import Estimate, two_sided_median
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
@@ -60,7 +60,7 @@ def memory_bandwidth(repeats: int) -> float:
 
 def rate_text(count: int, seconds: Sequence[float]) -> str:
     """Write millions a second, with the interval of the median."""
-    found = median(count / np.array(seconds) / 1e6)
+    found = two_sided_median(count / np.array(seconds) / 1e6)
     return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f})"
 
 
@@ -89,7 +89,7 @@ def species_rows(name: str, field: SpeciesField, view: View, repeats: int, speed
     ]
     test_s, away_s, emit_s, look_s = interleaved_seconds(tasks, repeats)
     floor = (len(cut) * _OUT_BYTES + len(instances) * _BODY_BYTES) / speed
-    one, any_way = (median(np.array(away_s) * 1e9 / n) for n in (away, searched))
+    one, any_way = (two_sided_median(np.array(away_s) * 1e9 / n) for n in (away, searched))
     return [
         (f"{name}: part tests", f"{tests:,}", f"{rate_text(tests, test_s)} M/s"),
         (f"{name}: time ÷ floor", "", f"{np.median(test_s) / floor:.1f}"),
@@ -128,7 +128,7 @@ def thread_rows(name: str, field: SpeciesField, view: View, repeats: int) -> Row
             field.cut(view)
             seconds.append(time.perf_counter() - start)
     numba.set_num_threads(1)
-    found = median(np.array(spent[1]) / np.array(spent[2]))
+    found = two_sided_median(np.array(spent[1]) / np.array(spent[2]))
     among = f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})"
     return [(f"{name}: prune on two cores, times as fast", "", among)]
 
@@ -146,7 +146,7 @@ def world_rows(name: str, species: str, size: str, repeats: int) -> Rows:
     last = np.array(seconds[-1])
     rows: Rows = [("objects in the window", "scene MB", "hash", "s", "÷ the largest world's")]
     for objects, each, spent in zip(WORLDS, made, seconds, strict=True):
-        ratio = median(np.array(spent) / last)
+        ratio = two_sided_median(np.array(spent) / last)
         among = f"{ratio.value:.3f} ({ratio.low:.3f} to {ratio.high:.3f})"
         megabytes = f"{scene_bytes(each) / 1e6:.1f}"
         rows.append(
@@ -179,7 +179,7 @@ def ready_scene_rows(variant: str, size: str, repeats: int) -> Rows:
             grown = grown or process.memory_info().rss - before
             primitives = sum(map(len, held.owners))
             del held, seen
-    share, found = 1e6 / len(shape), median(np.array(spent))
+    share, found = 1e6 / len(shape), two_sided_median(np.array(spent))
     among = f"{found.value * share:.2f} ({found.low * share:.2f} to {found.high * share:.2f}) s"
     what = f"cut to ready scene ({primitives:,} primitives), for 1 M sticks"
     return [(what, f"{len(shape):,}", f"{among}, {grown * share / 1e6:.0f} MB")]

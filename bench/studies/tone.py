@@ -25,7 +25,7 @@ from bench.experiments.cover.measure import Bands as Columns
 from bench.experiments.cover.measure import field, pruned_alone
 from bench.experiments.cover.scene import LOOKS, Case
 from bench.records.claims import Claim, claim
-from bench.statistics.estimates import ratio_of_means
+from bench.statistics.estimates import two_sided_ratio_of_means
 
 DETAIL, FIRST_SEED = 12.0, 1000
 FIELDS = {"aerial": 200, "forest": 500}
@@ -105,7 +105,7 @@ def judge_bands(fields: dict[Key, Bands], look: str) -> list[Claim]:
             words,
             1.0,
             TOLERANCE,
-            ratio_of_means(*sums[:, k].T),
+            two_sided_ratio_of_means(*sums[:, k].T),
         )
         for k in range(band_count(look))
     ]

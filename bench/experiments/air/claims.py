@@ -7,7 +7,7 @@ import numpy as np
 from bench.experiments.air.targets import DISTANCES, extinction_seen, visibility_seen
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped, where
-from bench.statistics.estimates import Estimate, mean
+from bench.statistics.estimates import Estimate, two_sided_mean
 from lod.atmosphere.air import Air, rgb_extinction
 
 BAND_EDGES_M = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)
@@ -66,7 +66,7 @@ def _extinction(way: str, points: Sequence[Point]) -> list[Claim]:
     for number, band in enumerate(("red", "green", "blue")):
         about = f"Contrast falls as exp(−βd) in {band}."
         words = about, "β ÷ what it is, over targets and visibilities", _SOURCE
-        share = mean(shares[:, number])
+        share = two_sided_mean(shares[:, number])
         made.append(claim(f"{way}/beta/{band}", words, 1.0, TOLERANCE[way], share))
     return made
 
@@ -78,7 +78,7 @@ def _medium(point: Point) -> list[Claim]:
     for kind, airlight in (("analytic", "the horizon's sky"), ("scattered", "its layer")):
         about = f"With the airlight of {airlight} the meadow is as bright as the medium's, {where}."
         words = about, "mean luminance ÷ the medium's", _SOURCE
-        share = mean(point.values(kind) / medium)
+        share = two_sided_mean(point.values(kind) / medium)
         name = f"{kind}/meadow/from_{point.case['from']:g}m"
         made.append(claim(name, words, 1.0, 0.03, share))
     return made
@@ -88,7 +88,7 @@ def _colour(point: Point) -> list[Claim]:
     where = label(point)
     about = f"RGB haze has the colour of spectral haze, {where}."
     words = about, "median CIEDE2000 over pixels", _SOURCE
-    share = mean(point.values("delta_e") / 1000)
+    share = two_sided_mean(point.values("delta_e") / 1000)
     name = "sky" if point.case["from"] == SKY else f"from_{point.case['from']:g}m"
     return [claim(f"spectral/meadow/{name}", words, 2.0, 0.0, share, "at most")]
 

@@ -8,7 +8,7 @@ from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
-from bench.statistics.estimates import mean
+from bench.statistics.estimates import two_sided_mean
 from lod.atmosphere.air import Air, rgb_extinction
 
 _VISIBILITY_M = 5e3
@@ -31,7 +31,7 @@ def point_table(record: Record) -> Table:
 
 def _row(point: Point) -> tuple[str, ...]:
     shares = [f"{_share(point, kind):.3f}" for kind in ("analytic", "scattered")]
-    difference = mean(point.values("delta_e") / 1000).value
+    difference = two_sided_mean(point.values("delta_e") / 1000).value
     return (label(point), str(point.column("pixels")[0]), *shares, f"{difference:.2f}")
 
 

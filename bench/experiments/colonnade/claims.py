@@ -7,7 +7,7 @@ import numpy as np
 from bench.experiments.colonnade.scene import COUNT, image_width, places
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import Estimate, mean
+from bench.statistics.estimates import Estimate, two_sided_mean
 
 BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)
 """Metric and detail of the two cuts that are compared: they display about as many parts."""
@@ -71,7 +71,7 @@ def _error(weight: str, what: str, blake: list[Point], depth: list[Point]) -> Cl
     ratios = _mean_error(blake, weight, size) / _mean_error(depth, weight, size)
     about = f"For as many parts, true distance makes less {what} than depth."
     words = about, f"{what} over all columns, blake at 8 px ÷ depth at 12 px", _SOURCE
-    return claim(f"blake/column/error_{weight}", words, 1.0, 0.0, mean(ratios), "at most")
+    return claim(f"blake/column/error_{weight}", words, 1.0, 0.0, two_sided_mean(ratios), "at most")
 
 
 def _mean_error(row: list[Point], weight: str, size: str) -> np.ndarray:
@@ -86,7 +86,7 @@ def _total(row: list[Point]) -> float:
 
 def _over_middle(row: list[Point], name: str) -> Estimate:
     outer = np.mean([row[k].values(name) for k in OUTER], axis=0)
-    return mean(outer / row[MIDDLE].values(name))
+    return two_sided_mean(outer / row[MIDDLE].values(name))
 
 
 def _counted(value: float) -> Estimate:

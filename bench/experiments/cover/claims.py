@@ -3,7 +3,7 @@
 from bench.experiments.cover.scene import LOOKS
 from bench.records.claims import Claim, claim
 from bench.records.points import Point
-from bench.statistics.estimates import Estimate, ratio_of_means
+from bench.statistics.estimates import Estimate, two_sided_ratio_of_means
 from lod.arrays import Reals
 
 TOLERANCE = 0.02
@@ -32,7 +32,7 @@ def band_name(point: Point, band: int) -> str:
 
 def tone(point: Point, band: int) -> Estimate:
     """Mean luminance of the band, pruned ÷ whole, over fields: each picture by its distances."""
-    return ratio_of_means(
+    return two_sided_ratio_of_means(
         *(
             _sums(point, band, quantity, picture)
             for picture in ("pruned", "whole")

@@ -4,7 +4,7 @@ import numpy as np
 
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import paired_ratio, slope
+from bench.statistics.estimates import two_sided_paired_ratio, two_sided_slope
 from lod.arrays import Reals
 
 QUADRANTS = 4
@@ -33,7 +33,7 @@ def _growth(points: list[Point]) -> Claim:
     extent = np.concatenate([np.full(len(total(p)), p.case["extent"]) for p in points])
     about = "Unpruned, depth complexity grows with the side of the world."
     words = about, "exponent against the world's side", _SOURCE
-    return claim("full/growth", words, 1.0, 0.2, slope(counts, extent))
+    return claim("full/growth", words, 1.0, 0.2, two_sided_slope(counts, extent))
 
 
 def _beyond(near: Point, far: Point) -> Claim:
@@ -41,12 +41,12 @@ def _beyond(near: Point, far: Point) -> Claim:
     about = "Pruned, depth complexity does not grow with a world that is larger than the limit."
     sides = f"{far.case['extent']:g} m ÷ {near.case['extent']:g} m"
     words = about, f"surfaces pierced in the same fields, {sides}", _SOURCE
-    return claim("blake/growth", words, 1.0, 0.02, paired_ratio(total(far), total(near)))
+    return claim("blake/growth", words, 1.0, 0.02, two_sided_paired_ratio(total(far), total(near)))
 
 
 def _direction(point: Point, quadrant: int) -> Claim:
     counts = point.values("pierced", quadrant=quadrant)
     about = f"Pruned, depth complexity is the same in every direction: quadrant {quadrant + 1}."
     words = about, "surfaces pierced ÷ the mean of all directions", _SOURCE
-    found = paired_ratio(QUADRANTS * counts, total(point))
+    found = two_sided_paired_ratio(QUADRANTS * counts, total(point))
     return claim(f"blake/direction_{quadrant + 1}", words, 1.0, 0.15, found)

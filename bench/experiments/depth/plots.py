@@ -5,7 +5,7 @@ from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
-from bench.statistics.estimates import mean
+from bench.statistics.estimates import two_sided_mean
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 
@@ -16,7 +16,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     drawn = []
     for metric in METRICS_TRIED:
         row = where(record.points, metric=metric)
-        found = [mean(total(p) / rays) for p in row]
+        found = [two_sided_mean(total(p) / rays) for p in row]
         y, low, high = ([max(getattr(e, k), 1e-3) for e in found] for k in ("value", "low", "high"))
         drawn.append(Curve(_LABELS[metric], [p.case["extent"] for p in row], y, low, high))
     words = "; ".join(f"{c.label} {c.y[0]:.2f} to {c.y[-1]:.2f}" for c in drawn)

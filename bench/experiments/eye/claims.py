@@ -5,7 +5,7 @@ import numpy as np
 from bench.fields.part_sizes import part_counts, predicted_parts
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped, where
-from bench.statistics.estimates import share
+from bench.statistics.estimates import two_sided_share
 
 JUDGED_AT = 67.0
 """Pixels per degree of the display whose shares are claimed."""
@@ -32,19 +32,21 @@ def _law(species: str, viewer: str, points: list[Point]) -> Claim:
     law = [sum(predicted_parts(p, viewer=each) for p in points) for each in (viewer, "ideal")]
     about = "Display and eye leave the share of the parts that is predicted, with nothing fitted."
     words = about, "share of all parts that is kept, all displays", "§2.1, §4.1"
-    return claim(f"{species}/{viewer}/kept", words, law[0] / law[1], 0.02, share(kept, ideal))
+    return claim(
+        f"{species}/{viewer}/kept", words, law[0] / law[1], 0.02, two_sided_share(kept, ideal)
+    )
 
 
 def _square(species: str, point: Point) -> Claim:
     about = "Blur leaves one part in θ_eff² (θ_eff in pixels), at 67 pixels per degree."
     words = about, "share of the parts that blur leaves", "§2.1, §4.1"
-    found = share(part_counts(point, viewer="blur"), part_counts(point, viewer="ideal"))
+    found = two_sided_share(part_counts(point, viewer="blur"), part_counts(point, viewer="ideal"))
     return claim(f"{species}/blur/square", words, point.case["blur_px"] ** -2, 0.01, found)
 
 
 def _beyond_blur(species: str, point: Point) -> Claim:
     blurred = part_counts(point, viewer="blur")
-    lost = share(blurred - part_counts(point, viewer="both"), blurred)
+    lost = two_sided_share(blurred - part_counts(point, viewer="both"), blurred)
     about = "At 67 pixels per degree blur decides alone, even for parts of a contrast of 0.1."
     words = about, "share of what blur leaves that contrast takes", _DERIVED
     return claim(f"{species}/both/beyond_blur", words, 0, 0.01, lost, "at most")

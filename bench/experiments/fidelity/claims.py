@@ -8,7 +8,7 @@ from bench.experiments.fidelity.scene import GROUND, PIECES, PIECES_DETAIL, SPEC
 from bench.experiments.fidelity.timing import over_unpruned, timed
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped, where
-from bench.statistics.estimates import mean
+from bench.statistics.estimates import two_sided_mean
 from bench.statistics.excess_flip import FLOOR
 
 JUDGED_AT_PX = 1.0
@@ -44,7 +44,9 @@ def pieces(points: Sequence[Point]) -> list[Point]:
 def _floor(name: str, view: str, point: Point) -> Claim:
     about = f"The noise of the {view} view is low enough to quote an excess over it."
     words = about, "FLIP of the reference against itself with another seed", _SOURCE
-    return claim(f"floor/{name}", words, FLOOR, 0, mean(column(point, "flip_floor")), "at most")
+    return claim(
+        f"floor/{name}", words, FLOOR, 0, two_sided_mean(column(point, "flip_floor")), "at most"
+    )
 
 
 def _excess(name: str, point: Point) -> Claim:
@@ -52,7 +54,7 @@ def _excess(name: str, point: Point) -> Claim:
     about = f"As good as whole by {metric} at one pixel, {point.case['view']}; pruned: {pruned}."
     words = about, "excess FLIP, 67 pixels per degree", _SOURCE
     which = f"{metric}/{name}/excess_{pruned}"
-    return claim(which, words, EQUAL_ERROR, 0, mean(excesses(point)), "at most")
+    return claim(which, words, EQUAL_ERROR, 0, two_sided_mean(excesses(point)), "at most")
 
 
 def _luminance(name: str, point: Point, band: str) -> Claim:
@@ -62,7 +64,9 @@ def _luminance(name: str, point: Point, band: str) -> Claim:
     about = f"Pruning by blake at one pixel keeps the light {band}, {point.case['view']}."
     words = about, "mean luminance ÷ the reference's", _SOURCE
     which = band.replace(" ", "_")
-    return claim(f"blake/{name}/luminance_{which}", words, 1.0, 0.02, mean(tested / unpruned))
+    return claim(
+        f"blake/{name}/luminance_{which}", words, 1.0, 0.02, two_sided_mean(tested / unpruned)
+    )
 
 
 def _rivals(name: str, view: str, points: Sequence[Point]) -> list[Claim]:

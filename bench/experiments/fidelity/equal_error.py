@@ -13,7 +13,7 @@ from jaxtyping import Float64, Int64
 
 from bench.experiments.fidelity.scene import SPECIES
 from bench.records.points import Key, Point, where
-from bench.statistics.estimates import CONFIDENCE, Estimate
+from bench.statistics.estimates import TWO_SIDED_TAILS, Estimate
 from lod.arrays import Reals
 
 EQUAL_ERROR = 0.01
@@ -111,6 +111,6 @@ def _reached(metric: str, row: Sequence[Point]) -> Reached:
 def _estimate(draws: Reals) -> Estimate:
     """The first, with the percentiles of the others."""
     value, others = float(draws[0]), draws[1:]
-    low, high = np.quantile(others, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
+    low, high = np.quantile(others, TWO_SIDED_TAILS)
     ends = min(float(low), value), max(float(high), value)
     return Estimate(value, *ends, float(others.std(ddof=1)), 1.0, len(draws))

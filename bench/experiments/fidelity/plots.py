@@ -25,8 +25,8 @@ from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, grouped, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
-from bench.statistics.estimates import Estimate, median
-from bench.statistics.excess_flip import ExcessFlip, over_noise
+from bench.statistics.estimates import Estimate, two_sided_median
+from bench.statistics.excess_flip import ExcessFlip, one_sided_excess
 
 FEWEST, ALIKE, MORE = "the fewest", "not told apart from the fewest", "more"
 """How a metric's parts at equal error stand among those of all."""
@@ -79,7 +79,7 @@ def _within(found: Estimate, form: str) -> str:
 
 def excess(point: Point) -> ExcessFlip:
     """Excess FLIP of a point with its bounds and floor."""
-    return over_noise(column(point, "flip"), column(point, "flip_floor"))
+    return one_sided_excess(column(point, "flip"), column(point, "flip_floor"))
 
 
 def point_table(record: Record) -> Table:
@@ -99,7 +99,10 @@ def _row(point: Point, view: Sequence[Point]) -> tuple[str, ...]:
     held = str(point.column("parts")[0]), f"{megabytes(point):.0f}"
     if case["pruned"] == TIMED:
         over = over_unpruned(view, point)
-        times = _within(median(seconds(point)), "{:.3f}"), _within(over, "{:.3f}") if over else ""
+        times = (
+            _within(two_sided_median(seconds(point)), "{:.3f}"),
+            _within(over, "{:.3f}") if over else "",
+        )
         return (*place, *held, *times, *[""] * 8)
     found = excess(point)
     errors = [f"{column(point, f'relmse{k}').mean():.5f}" for k in ("_bias", "", "_floor")]
@@ -124,10 +127,10 @@ def _by_time(view: str, points: list[Point]) -> Plot:
     """Error against a frame's time; the unpruned frame's beside it."""
 
     def time(point: Point) -> float:
-        return median(seconds(point)).value
+        return two_sided_median(seconds(point)).value
 
     told = "; ".join(
-        f"τ = {p.case['detail']:g} px: {_within(median(seconds(p)), '{:.3f}')} s"
+        f"τ = {p.case['detail']:g} px: {_within(two_sided_median(seconds(p)), '{:.3f}')} s"
         for p in timed(points)
     )
     caption = (
@@ -135,7 +138,7 @@ def _by_time(view: str, points: list[Point]) -> Plot:
         f"samples a pixel, medians of {len(seconds(timed(points)[0]))} rounds in which all metrics "
         f"and details take turns. By blake: {told}. "
         + "".join(
-            f"Unpruned: {_within(median(seconds(p)), '{:.3f}')} s. "
+            f"Unpruned: {_within(two_sided_median(seconds(p)), '{:.3f}')} s. "
             for p in timed(points, UNPRUNED)
         )
         + "The ground is whole in all of them, and most of their time is its own."

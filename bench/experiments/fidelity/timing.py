@@ -12,7 +12,7 @@ import numpy as np
 
 from bench.experiments.fidelity.scene import Case, displayed, parts_in, preset_of, view_of
 from bench.records.points import Column, Point, columns, where
-from bench.statistics.estimates import LEAST_REPEATS, Estimate, median
+from bench.statistics.estimates import LEAST_REPEATS, Estimate, two_sided_median
 from lod.arrays import Reals
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
@@ -66,7 +66,7 @@ def timed(points: Sequence[Point], metric: str = "blake") -> list[Point]:
 def over_unpruned(points: Sequence[Point], point: Point) -> Estimate | None:
     """Median of its time ÷ that of the unpruned frame of the same round; None without one."""
     whole = timed(points, UNPRUNED)
-    return median(seconds(point) / seconds(whole[0])) if whole else None
+    return two_sided_median(seconds(point) / seconds(whole[0])) if whole else None
 
 
 def _frame(case: Case, variant: str, seed: int) -> dict[str, int]:

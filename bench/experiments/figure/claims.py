@@ -14,7 +14,7 @@ from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON, Distances, lo
 from bench.experiments.figure.fit import Chosen, Counts, exponent, rank_correlation
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped, where
-from bench.statistics.estimates import Estimate, median
+from bench.statistics.estimates import Estimate, two_sided_median
 
 COUNTED, SIZED, POSED = "parts against distance", "sizes", "posing"
 
@@ -158,7 +158,7 @@ def _quaternions(point: Point) -> Claim:
     ratios = point.values("quaternions_ns") / point.values("matrices_ns")
     about = f"{_TASKS[task]} by quaternions costs less than by rotation matrices."
     words = about, "time by quaternions ÷ time by matrices, on this machine", "§3.3"
-    return claim(f"posing/{PERSON}/{task}", words, 1, 0, median(ratios), "at most")
+    return claim(f"posing/{PERSON}/{task}", words, 1, 0, two_sided_median(ratios), "at most")
 
 
 _TASKS = {

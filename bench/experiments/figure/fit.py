@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from bench.experiments.figure.cases import Distances
-from bench.statistics.estimates import CONFIDENCE, Estimate
+from bench.statistics.estimates import TWO_SIDED_TAILS, Estimate
 from lod.arrays import Ints, Reals
 from lod.errors import InputError
 
@@ -95,7 +95,7 @@ def _ranks(values: Ints, weight: Weights) -> Weights:
 
 
 def _estimate(value: float, drawn: Reals, rows: int) -> Estimate:
-    share = (1 - CONFIDENCE) / 2
+    share = TWO_SIDED_TAILS[0]
     low, high = (float(v) for v in np.quantile(drawn, (share, 1 - share)))
     # scale is of models that assume a variance; a bootstrap assumes none
     return Estimate(value, min(low, value), max(high, value), float(drawn.std()), 1.0, rows)

@@ -5,7 +5,7 @@ import numpy as np
 from bench.fields.part_sizes import BOUNDS_M, SIZES, part_counts, predicted_parts
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped
-from bench.statistics.estimates import share
+from bench.statistics.estimates import two_sided_share
 
 BIG = SIZES[len(BOUNDS_M) - 1 :]
 """Over 1 m."""
@@ -41,7 +41,7 @@ def _law(name: str, points: list[Point]) -> Claim:
     law = [sum(predicted_parts(p, air=air) for p in points) for air in AIRS]
     about = "Haze leaves the share of the parts that is predicted, with nothing fitted."
     words = about, "share of all parts that is kept, all visibilities", "§2.1, §4.1"
-    return claim(f"{name}/kept", words, law[0] / law[1], 0.02, share(hazy, clear))
+    return claim(f"{name}/kept", words, law[0] / law[1], 0.02, two_sided_share(hazy, clear))
 
 
 def _near(name: str, points: list[Point]) -> Claim:
@@ -50,7 +50,7 @@ def _near(name: str, points: list[Point]) -> Claim:
     lost = sum(part_counts(p, air="clear") - part_counts(p, air="hazy") for p in points)
     about = "Haze takes nothing that is nearer than the visibility."
     words = about, "share of the parts lost that were nearer than V", _DERIVED
-    found = share(np.asarray(near, np.float64), np.asarray(lost, np.float64))
+    found = two_sided_share(np.asarray(near, np.float64), np.asarray(lost, np.float64))
     return claim(f"{name}/lost_near", words, 0, 0.01, found, "at most")
 
 
@@ -62,12 +62,14 @@ def _shares(name: str, species: str, point: Point) -> list[Claim]:
     """At V = 2 km: of the big at most half are kept, of the small at least 95 %."""
     made = []
     if species == "tree":
-        kept = share(part_counts(point, BIG, air="hazy"), part_counts(point, BIG, air="clear"))
+        kept = two_sided_share(
+            part_counts(point, BIG, air="hazy"), part_counts(point, BIG, air="clear")
+        )
         about = "At V = 2 km at least half of the parts over 1 m are gone."
         words = about, "share of parts over 1 m that is kept", _DERIVED
         made.append(claim(f"{name}/kept_over_1m", words, 0.5, 0, kept, "at most"))
     clear = part_counts(point, SMALL, air="clear")
-    lost = share(clear - part_counts(point, SMALL, air="hazy"), clear)
+    lost = two_sided_share(clear - part_counts(point, SMALL, air="hazy"), clear)
     about = "At V = 2 km hardly any part under 1 m is gone."
     words = about, "share of parts under 1 m that is lost", _DERIVED
     made.append(claim(f"{name}/lost_under_1m", words, 0, 0.05, lost, "at most"))

@@ -7,8 +7,8 @@ from dataclasses import replace
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import Estimate, share
-from bench.statistics.excess_flip import over_noise
+from bench.statistics.estimates import Estimate, two_sided_share
+from bench.statistics.excess_flip import one_sided_excess
 from lod.arrays import Reals
 
 REDDY = "Reddy 1997"
@@ -53,12 +53,12 @@ def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
     if "motion" in pictures:
         about = "What motion leaves out of a fast pan is not missed in its blurred picture."
         words = about, "excess FLIP over the picture cut by size and distance, 67 px/°", _DERIVED
-        bound = one_sided(pictures["motion"])
+        bound = one_sided_excess_flip(pictures["motion"])
         made.append(claim("pan/excess", words, EQUAL_ERROR, 0.0, bound, "at most"))
     if "planted" in pictures:
         about = "The same test fails a planted cut of the pan, with m doubled."
         words = about, "0.01 − its excess FLIP", _DERIVED
-        found = one_sided(pictures["planted"])
+        found = one_sided_excess_flip(pictures["planted"])
         under = replace(
             found,
             value=EQUAL_ERROR - found.value,
@@ -74,23 +74,23 @@ def is_fast(point: Point) -> bool:
     return {"turn": 90.0, "speed": 0.0, "shutter": 180.0}.items() <= point.case.items()
 
 
-def one_sided(point: Point) -> Estimate:
-    """Excess FLIP with its one-sided 95 % bounds (``excess_flip``)."""
+def one_sided_excess_flip(point: Point) -> Estimate:
+    """Estimate excess FLIP; low and high are one-sided 95 % bounds (``excess_flip``)."""
     tested, floor = (point.values(k) / 1e6 for k in ("flip", "flip_floor"))
-    found = over_noise(tested, floor)
+    found = one_sided_excess(tested, floor)
     error = float((tested - floor).std(ddof=1)) / math.sqrt(found.pairs)
     return Estimate(found.excess, found.low, found.high, error, 1.0, found.pairs)
 
 
 def kept(point: Point) -> Estimate:
     """Share of the parts that are left by size and distance that motion keeps."""
-    return share(parts(point, "motion"), parts(point, "spatial"))
+    return two_sided_share(parts(point, "motion"), parts(point, "spatial"))
 
 
 def left_out(point: Point) -> Estimate:
     """The rest of them."""
     spatial = parts(point, "spatial")
-    return share(spatial - parts(point, "motion"), spatial)
+    return two_sided_share(spatial - parts(point, "motion"), spatial)
 
 
 def _reddy(point: Point) -> Claim:
@@ -98,7 +98,7 @@ def _reddy(point: Point) -> Claim:
     everything, spatial, motion = (parts(point, cut) for cut in ("everything", "spatial", "motion"))
     about = "Size and distance give about 95 % of any gain, velocity the rest."
     words = about, "share of the parts left out that size and distance leave out", REDDY
-    found = share(everything - spatial, everything - motion)
+    found = two_sided_share(everything - spatial, everything - motion)
     return claim("finite/size_and_distance", words, 0.95, 0.05, found)
 
 

@@ -1,6 +1,6 @@
 """What the motion experiment shows: parts that motion keeps against speed, and a table."""
 
-from bench.experiments.motion.claims import PICTURE, kept, one_sided, parts
+from bench.experiments.motion.claims import PICTURE, kept, one_sided_excess_flip, parts
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, where
 from bench.records.records import Record
@@ -37,7 +37,7 @@ def _row(point: Point) -> tuple[str, ...]:
 
 def _pictured(point: Point) -> tuple[str, ...]:
     """A rendered move: how far the picture cut by motion is from that cut without."""
-    case, found = point.case, one_sided(point)
+    case, found = point.case, one_sided_excess_flip(point)
     moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
     floor = float(point.values("flip_floor").mean()) / 1e6
     excess = f"{found.value:.4f} ({found.low:.4f}-{found.high:.4f}) over a floor of {floor:.3f}"

@@ -2,7 +2,7 @@
 
 from bench.records.claims import Claim, claim
 from bench.records.points import Point
-from bench.statistics.estimates import quantile
+from bench.statistics.estimates import two_sided_quantile
 from lod.arrays import Reals
 
 MOST, SHARE = 4.0, 0.95
@@ -24,7 +24,7 @@ def _claim(point: Point) -> Claim:
     )
     words = about, "95th percentile of parts ÷ pixels covered", _SOURCE
     name = f"{case['metric']}/{case['species']}/pixels_{case['detail']:g}px"
-    return claim(name, words, MOST, 0, quantile(ratios(point), SHARE), "at most")
+    return claim(name, words, MOST, 0, two_sided_quantile(ratios(point), SHARE), "at most")
 
 
 def ratios(point: Point, out_of: str = "pixels") -> Reals:

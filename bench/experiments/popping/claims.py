@@ -4,7 +4,12 @@ import numpy as np
 
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import mean, paired_ratio, quantile, ratio
+from bench.statistics.estimates import (
+    two_sided_mean,
+    two_sided_paired_ratio,
+    two_sided_quantile,
+    two_sided_ratio,
+)
 from lod.arrays import Reals
 
 WAYS = {
@@ -38,7 +43,7 @@ def _law(point: Point) -> Claim:
     species = point.case["species"]
     about = f"As many parts of {species}s switch in a step as the law predicts, nothing fitted."
     words = about, "switches, measured ÷ predicted", "§4.1"
-    return claim(f"blake/{species}/switches", words, 1.0, 0.1, ratio(counts, predicted))
+    return claim(f"blake/{species}/switches", words, 1.0, 0.1, two_sided_ratio(counts, predicted))
 
 
 def _size(point: Point) -> Claim:
@@ -46,14 +51,14 @@ def _size(point: Point) -> Claim:
     about = f"A part of a {species} is no larger than τ = 1 px when it switches."
     words = about, "95th percentile of P ÷ (d·θ) at the switch (px)", "§2.4"
     sizes = point.values("size_mpx") / 1000
-    return claim(f"blake/{species}/size", words, 1.0, 0, quantile(sizes, 0.95), "at most")
+    return claim(f"blake/{species}/size", words, 1.0, 0, two_sided_quantile(sizes, 0.95), "at most")
 
 
 def _popped(point: Point) -> Claim:
     way = point.case["way"]
     about = f"No part comes or goes at more than half its size: {way}."
     words = about, "parts popped between two frames", _SOURCE
-    found = mean(point.values("popped"))
+    found = two_sided_mean(point.values("popped"))
     return claim(f"walk/{way}/popped", words, 0, 0, found, "at most", way == _PLANTED)
 
 
@@ -62,13 +67,15 @@ def _residuals(walks: dict[str, Point]) -> list[Claim]:
     for way in ("fading", "clipped"):
         about = f"The largest changes that motion does not explain are those of no pruning: {way}."
         words = about, "99.99th percentile ÷ that of the unpruned walk", _SOURCE
-        found = paired_ratio(_worst(walks[way]), whole)
+        found = two_sided_paired_ratio(_worst(walks[way]), whole)
         name = f"walk/{way}/residual"
         made.append(claim(name, words, 1.1, 0, found, "at most", way == _PLANTED))
     both = (_worst(walks[way], SWITCHED) for way in ("fading", "clipped"))
     about = "What switches at once, all noise left out, is less than half of that of clipping."
     words = about, "99.99th percentile with the same samples, fading ÷ clipping", _SOURCE
-    made.append(claim("walk/fading/switched", words, 0.5, 0, paired_ratio(*both), "at most"))
+    made.append(
+        claim("walk/fading/switched", words, 0.5, 0, two_sided_paired_ratio(*both), "at most")
+    )
     return made
 
 

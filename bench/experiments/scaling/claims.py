@@ -10,7 +10,7 @@ from bench.experiments.scaling.claims_beyond import judge_beyond
 from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped
-from bench.statistics.estimates import Estimate, ratio, slope
+from bench.statistics.estimates import Estimate, two_sided_ratio, two_sided_slope
 
 FAR = 20.0
 """Slopes against m are claimed where the limit distance exceeds this many eye heights."""
@@ -30,15 +30,15 @@ class Rows:
 
     def against_sweep(self) -> Estimate:
         """Exponent against what was swept."""
-        return slope(self.counts, self.swept, self.dispersion)
+        return two_sided_slope(self.counts, self.swept, self.dispersion)
 
     def against_prediction(self) -> Estimate:
         """Exponent against the law's own prediction."""
-        return slope(self.counts, self.predicted, self.dispersion)
+        return two_sided_slope(self.counts, self.predicted, self.dispersion)
 
     def over_prediction(self) -> Estimate:
         """Measured ÷ predicted."""
-        return ratio(self.counts, self.predicted, self.dispersion)
+        return two_sided_ratio(self.counts, self.predicted, self.dispersion)
 
 
 def case_of(point: Point) -> Case:

@@ -13,7 +13,7 @@ from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.fields.cases import Case
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import Estimate, ratio
+from bench.statistics.estimates import Estimate, two_sided_ratio
 
 _KNOWS = "§4.1, with what the case adds"
 _BARE = "§4.1, bare"
@@ -48,7 +48,9 @@ def over_law(points: Sequence[Point], what: str) -> Estimate:
     means = [p.prediction(what) for p in points]
     noise = [p.prediction(f"{what}_variance") / p.prediction(what) for p in points]
     lengths = [len(each) for each in counts]
-    return ratio(np.concatenate(counts), np.repeat(means, lengths), np.repeat(noise, lengths))
+    return two_sided_ratio(
+        np.concatenate(counts), np.repeat(means, lengths), np.repeat(noise, lengths)
+    )
 
 
 def over_bare(point: Point) -> Estimate:

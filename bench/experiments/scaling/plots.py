@@ -13,7 +13,7 @@ from bench.plots.plot import Plot, Series, against_law, examined_over_displayed
 from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
-from bench.statistics.estimates import CONFIDENCE
+from bench.statistics.estimates import TWO_SIDED_TAILS
 
 _AXES = {
     "density": "K, objects per m²",
@@ -92,7 +92,7 @@ def half_interval(point: Point, what: str, noise: Noise) -> float:
     """
     scale = noise[f"{point.case['metric']}/{point.case['species']}/{what}"]
     variance = scale * point.prediction(f"{what}_variance") / len(point.column(what))
-    return float(stats.norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance))
+    return float(stats.norm.ppf(TWO_SIDED_TAILS[1]) * np.sqrt(variance))
 
 
 def _sweep_plot(record: Record, species: str, sweep: str, noise: Noise) -> Plot:

@@ -4,7 +4,7 @@ import numpy as np
 
 from bench.records.claims import Claim, claim
 from bench.records.points import Point
-from bench.statistics.estimates import paired_ratio, share
+from bench.statistics.estimates import two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 
 EDGES = tuple(2.0**k for k in range(-6, 0))
@@ -36,12 +36,12 @@ def _lost_below(point: Point) -> Claim:
     below, above = power(point, "lost", False), power(point, "lost", True)
     about = f"What pruning at {point.case['detail']:g} px takes lies above its cut-off."
     words = about, "share of the difference's power below 1/(2τ)", _SOURCE
-    found = share(below, below + above)
+    found = two_sided_share(below, below + above)
     return claim(f"lost_below/tau_{point.case['detail']:g}px", words, 0.1, 0, found, "at most")
 
 
 def _left_above(point: Point) -> Claim:
     about = f"Pruning at {point.case['detail']:g} px leaves little above its cut-off."
     words = about, "power above 1/(2τ) ÷ the whole picture's", _SOURCE
-    found = paired_ratio(power(point, "pruned", True), power(point, "whole", True))
+    found = two_sided_paired_ratio(power(point, "pruned", True), power(point, "whole", True))
     return claim(f"left_above/tau_{point.case['detail']:g}px", words, 0.1, 0, found, "at most")

@@ -2,7 +2,7 @@
 
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import Estimate, paired_ratio, share
+from bench.statistics.estimates import Estimate, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 
 _PAPER, _DERIVED = "§2", "derived: docs/method.md"
@@ -21,7 +21,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 def redrawn(point: Point, rule: str) -> Estimate:
     """Share of the parts that a frame draws anew by a rule."""
-    return share(point.values("redrawn", rule=rule), point.values("parts"))
+    return two_sided_share(point.values("redrawn", rule=rule), point.values("parts"))
 
 
 def off_px(point: Point, rule: str) -> float:
@@ -53,14 +53,16 @@ def _time(point: Point) -> list[Claim]:
     whole, kept = cpu_us(point, "all"), cpu_us(point, "scheduled")
     about = "A whole frame takes less time where parts are kept (each by itself, ½ px)."
     words = about, "CPU time, scheduled ÷ all drawn", _DERIVED
-    made = [claim("time/whole", words, 1.0, 0.0, paired_ratio(kept, whole), "at most")]
+    made = [claim("time/whole", words, 1.0, 0.0, two_sided_paired_ratio(kept, whole), "at most")]
     posing = cpu_us(point, "all", "posing")
     about = "Posing what moves is all that keeping parts could save: a fiftieth of a frame at most."
     words = about, "CPU time of posing all that moves ÷ CPU time of the frame, all drawn", _DERIVED
-    made.append(claim("time/posing", words, 0.02, 0.0, paired_ratio(posing, whole), "at most"))
+    made.append(
+        claim("time/posing", words, 0.02, 0.0, two_sided_paired_ratio(posing, whole), "at most")
+    )
     about = "Finding out what to keep takes less time than posing it again."
     words = about, "CPU time of comparing with what was drawn ÷ CPU time of posing", _DERIVED
-    ratio = paired_ratio(cpu_us(point, "all", "deciding"), posing)
+    ratio = two_sided_paired_ratio(cpu_us(point, "all", "deciding"), posing)
     return [*made, claim("time/deciding", words, 1.0, 0.0, ratio, "at most")]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import Estimate, median
+from bench.statistics.estimates import Estimate, two_sided_median
 from bench.statistics.power_law import fit_exponent
 
 _LAW = "§4.1"
@@ -44,7 +44,7 @@ def _of_pruned(beyond: list[Point]) -> tuple[Claim, ...]:
 def _of_everything(unpruned: list[Point], last: Point) -> tuple[Claim, ...]:
     """What everything costs, beside what is displayed of the largest world, ``last``."""
     largest = unpruned[-1]
-    saved = median(seconds(largest) / float(np.median(seconds(last))))
+    saved = two_sided_median(seconds(largest) / float(np.median(seconds(last))))
     added = (
         "Unpruned, every object adds its time.",
         "exponent of added time against added parts",

@@ -7,7 +7,7 @@ from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
-from bench.statistics.estimates import median
+from bench.statistics.estimates import two_sided_median
 from bench.statistics.power_law import RivalModels, compare_with_log
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
@@ -25,7 +25,7 @@ def point_table(record: Record) -> Table:
 
 
 def _row(point: Point) -> tuple[str, ...]:
-    case, found = point.case, median(seconds(point))
+    case, found = point.case, two_sided_median(seconds(point))
     counts = f"{point.column('objects')[0]:,}", f"{point.column('parts')[0]:,}"
     return (
         *(_LABELS[case["metric"]], f"{case['objects']:.0e}", f"{case['side_m']:.4g}"),
@@ -39,7 +39,7 @@ def _time(record: Record) -> Plot:
     drawn = []
     for metric, label in _LABELS.items():
         points = where(record.points, metric=metric)
-        found = [median(seconds(p)) for p in points]
+        found = [two_sided_median(seconds(p)) for p in points]
         bands = [f.low for f in found], [f.high for f in found]
         x = [float(p.case["objects"]) for p in points]
         drawn.append(Curve(label, x, [f.value for f in found], *bands, line=_line(metric, points)))

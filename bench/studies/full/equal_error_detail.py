@@ -15,7 +15,7 @@ from bench.experiments.fidelity.image_errors import picture_errors, reference_of
 from bench.experiments.fidelity.scene import SPECIES
 from bench.records.points import Column, Point
 from bench.statistics.estimates import Estimate
-from bench.statistics.excess_flip import ExcessFlip, over_noise
+from bench.statistics.excess_flip import ExcessFlip, one_sided_excess
 from bench.studies.full.worlds import Kind, Picture, world_preset
 from lod.errors import InputError
 from scenes.frame.assemble import assemble_frame
@@ -113,4 +113,4 @@ def detail_at_equal_error(points: list[Point]) -> Estimate:
 
 def excess_flip(point: Point) -> ExcessFlip:
     """Give the excess FLIP that a detail leaves, with its interval and noise floor."""
-    return over_noise(column(point, "flip"), column(point, "flip_floor"))
+    return one_sided_excess(column(point, "flip"), column(point, "flip_floor"))

@@ -14,7 +14,7 @@ from bench.cli.output import table
 from bench.experiments.world.claims import added_by_parts, beyond_limit, power_of_worlds, seconds
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, point_from_json
-from bench.statistics.estimates import Estimate, mean
+from bench.statistics.estimates import Estimate, two_sided_mean
 from bench.statistics.power_law import fit_exponent
 from lod.arrays import Reals
 
@@ -41,7 +41,7 @@ def points_by_metric(found: dict[str, Any], metric: str) -> list[Point]:
 
 def factor(values: Reals) -> Estimate:
     """Geometric mean, with Student's interval of the mean of the logarithms."""
-    found = mean(np.log(values))
+    found = two_sided_mean(np.log(values))
     value, low, high = np.exp([found.value, found.low, found.high]).tolist()
     return Estimate(value, low, high, value * found.standard_error, 1.0, len(values))
 

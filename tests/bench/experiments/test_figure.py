@@ -37,7 +37,7 @@ from bench.records.records import read_record, write_record
 from bench.report.write import write_report
 from bench.runner.experiment import Effort
 from bench.runner.run_experiment import run_experiment
-from bench.statistics.estimates import median
+from bench.statistics.estimates import two_sided_median
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.pruning.parts import Parts
@@ -224,13 +224,13 @@ def test_rank_correlation_is_spearmans_and_twins_count_once():
 
 
 def test_the_interval_of_a_median():
-    found = median(np.arange(1.0, 22.0))
+    found = two_sided_median(np.arange(1.0, 22.0))
     assert (found.low, found.value, found.high) == (6.0, 11.0, 16.0)  # David & Nagaraja's table
     rng = chance(3)
-    hits = [median(rng.lognormal(0, 1, 21)) for _ in range(600)]
+    hits = [two_sided_median(rng.lognormal(0, 1, 21)) for _ in range(600)]
     assert 0.93 < np.mean([h.low <= 1.0 <= h.high for h in hits]) <= 0.99
     with pytest.raises(InputError, match="at least 8"):
-        median(np.ones(7))
+        two_sided_median(np.ones(7))
 
 
 # The verdicts

@@ -13,7 +13,7 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.fields import part_sizes as sight_measure
 from bench.fields.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with, size_class
 from bench.runner.run_experiment import run_experiment
-from bench.statistics.estimates import share
+from bench.statistics.estimates import two_sided_share
 from lod.errors import InputError
 from lod.vision.contrast import CONTRAST_CLASSES
 
@@ -40,11 +40,11 @@ def verdicts(record):
 
 
 def test_a_share_by_hand():
-    found = share(np.array([1.0, 3.0]), np.array([4.0, 4.0]))
+    found = two_sided_share(np.array([1.0, 3.0]), np.array([4.0, 4.0]))
     assert found.value == 0.5
     assert found.standard_error == pytest.approx(np.std([1 - 2, 3 - 2], ddof=1) / 2**0.5 / 4)
     assert (found.low, found.high) == (0.0, 1.0)
-    assert share(np.zeros(3), np.zeros(3)).value == 0.0
+    assert two_sided_share(np.zeros(3), np.zeros(3)).value == 0.0
 
 
 def test_the_interval_of_a_share_covers_it_as_often_as_it_says():
@@ -54,7 +54,7 @@ def test_the_interval_of_a_share_covers_it_as_often_as_it_says():
     for _ in range(1000):
         out_of = rng.poisson(3.0, (12, 40)) * 30.0
         kept = rng.binomial(30, 0.3, (12, 40)) / 30.0
-        found = share((out_of * kept).sum(axis=1), out_of.sum(axis=1))
+        found = two_sided_share((out_of * kept).sum(axis=1), out_of.sum(axis=1))
         hits += found.low <= 0.3 <= found.high
     assert 920 <= hits <= 980
 
@@ -64,7 +64,7 @@ def test_the_interval_of_a_share_covers_it_as_often_as_it_says():
 )
 def test_what_is_no_share_is_refused(counts, out_of):
     with pytest.raises(InputError, match="share"):
-        share(np.array(counts), np.array(out_of))
+        two_sided_share(np.array(counts), np.array(out_of))
 
 
 def test_size_classes_begin_at_their_bounds():

@@ -6,8 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bench.statistics.estimates import fields_needed, ratio, ratio_of_means, slope, standard_error
-from bench.statistics.sample_size import Effort, sample
+from bench.statistics.estimates import (
+    fields_needed,
+    standard_error,
+    two_sided_ratio,
+    two_sided_ratio_of_means,
+    two_sided_slope,
+)
+from bench.statistics.sample_size import StoppingRule, sample
 from lod.errors import InputError
 
 
@@ -35,7 +41,7 @@ class Kind:
         count = chance.poisson(mean * area, (fields, len(area)))
         return count.sum(1), count @ parts
 
-    def sampled(self, chance, mean: float, effort: Effort) -> list[tuple[int, ...]]:
+    def sampled(self, chance, mean: float, effort: StoppingRule) -> list[tuple[int, ...]]:
         """As many fields as the experiment would take, by its own rule."""
         per_object, dispersion = self.moments()
         variance = dispersion * per_object * mean
@@ -63,7 +69,7 @@ def sweep(chance, kinds, means, target):
     rows = []
     for kind, mean in zip(kinds, means, strict=True):
         per_object, dispersion = kind.moments()
-        drawn = kind.sampled(chance, mean, Effort(target, 4, 20_000))
+        drawn = kind.sampled(chance, mean, StoppingRule(target, 4, 20_000))
         rows += [(o, p, mean, per_object * mean, dispersion) for o, p in drawn]
     return (np.array(column, np.float64) for column in zip(*rows, strict=True))
 
@@ -75,10 +81,10 @@ def coverage(draws: int, seed: int, *case) -> dict[str, float]:
     for _ in range(draws):
         objects, parts, mean, parts_mean, dispersion = sweep(chance, *case)
         found = {
-            "objects slope": slope(objects, mean),
-            "parts slope": slope(parts, parts_mean, dispersion),
-            "objects ratio": ratio(objects, mean),
-            "parts ratio": ratio(parts, parts_mean, dispersion),
+            "objects slope": two_sided_slope(objects, mean),
+            "parts slope": two_sided_slope(parts, parts_mean, dispersion),
+            "objects ratio": two_sided_ratio(objects, mean),
+            "parts ratio": two_sided_ratio(parts, parts_mean, dispersion),
         }
         for name, estimate in found.items():
             hits.setdefault(name, []).append(estimate.low <= 1.0 <= estimate.high)
@@ -123,7 +129,7 @@ def test_the_weights_are_needed():
     hits = []
     for _ in range(300):
         _, parts, _, mean, dispersion = sweep(chance, *SWEEPS["the small fields quieter"])
-        found = slope(parts, mean), slope(parts, mean, dispersion)
+        found = two_sided_slope(parts, mean), two_sided_slope(parts, mean, dispersion)
         hits.append([estimate.low <= 1 <= estimate.high for estimate in found])
     pooled, weighted = np.mean(hits, axis=0)
     assert pooled < 0.9 < weighted
@@ -132,23 +138,23 @@ def test_the_weights_are_needed():
 def test_a_false_slope_is_found():
     chance = np.random.default_rng(4)
     _, parts, _, mean, dispersion = sweep(chance, *SWEEPS["many small fields to few large ones"])
-    found = slope(parts, mean**0.95, dispersion)
+    found = two_sided_slope(parts, mean**0.95, dispersion)
     assert found.low > 1.02 and found.value == pytest.approx(1 / 0.95, abs=0.01)
 
 
 def test_scale_tells_whether_the_noise_is_the_predicted_one():
     chance = np.random.default_rng(5)
     _, parts, _, mean, dispersion = sweep(chance, [SHRUB] * 4, [50, 100, 200, 400], 0.01)
-    assert ratio(parts, mean, dispersion).scale == pytest.approx(1.0, abs=0.05)
-    assert ratio(parts, mean).scale == pytest.approx(SHRUB.moments()[1], rel=0.05)
+    assert two_sided_ratio(parts, mean, dispersion).scale == pytest.approx(1.0, abs=0.05)
+    assert two_sided_ratio(parts, mean).scale == pytest.approx(SHRUB.moments()[1], rel=0.05)
 
 
 @pytest.mark.filterwarnings("ignore:Perfect separation")
 def test_exact_data_give_the_exact_power():
     x = np.repeat(np.geomspace(1, 1e4, 9), 2)
-    found = slope(3 * x**-2.0, x)
+    found = two_sided_slope(3 * x**-2.0, x)
     assert found.value == pytest.approx(-2.0, abs=1e-6) and found.high - found.low < 1e-6
-    assert ratio(3 * x, x).value == pytest.approx(3.0)
+    assert two_sided_ratio(3 * x, x).value == pytest.approx(3.0)
 
 
 def test_standard_error_and_the_fields_it_takes():
@@ -162,15 +168,15 @@ def test_standard_error_and_the_fields_it_takes():
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: slope(np.ones(2), np.array([1.0, 2.0])),
-        lambda: slope(np.ones(4), np.ones(4)),
-        lambda: slope(np.ones(3), np.array([1.0, 2.0, -1.0])),
-        lambda: slope(np.array([1.0, np.nan, 2.0]), np.array([1.0, 2.0, 3.0])),
-        lambda: slope(np.array([1.0, -1.0, 2.0]), np.array([1.0, 2.0, 3.0])),
-        lambda: slope(np.zeros(3), np.array([1.0, 2.0, 3.0])),
-        lambda: ratio(np.ones(1), np.ones(1)),
-        lambda: ratio(np.ones(3), np.zeros(3)),
-        lambda: ratio(np.ones(3), np.ones(3), np.zeros(3)),
+        lambda: two_sided_slope(np.ones(2), np.array([1.0, 2.0])),
+        lambda: two_sided_slope(np.ones(4), np.ones(4)),
+        lambda: two_sided_slope(np.ones(3), np.array([1.0, 2.0, -1.0])),
+        lambda: two_sided_slope(np.array([1.0, np.nan, 2.0]), np.array([1.0, 2.0, 3.0])),
+        lambda: two_sided_slope(np.array([1.0, -1.0, 2.0]), np.array([1.0, 2.0, 3.0])),
+        lambda: two_sided_slope(np.zeros(3), np.array([1.0, 2.0, 3.0])),
+        lambda: two_sided_ratio(np.ones(1), np.ones(1)),
+        lambda: two_sided_ratio(np.ones(3), np.zeros(3)),
+        lambda: two_sided_ratio(np.ones(3), np.ones(3), np.zeros(3)),
         lambda: fields_needed(0.0, 1.0, 0.005),
     ],
 )
@@ -186,13 +192,13 @@ def test_a_ratio_of_means_knows_its_error_and_refuses_what_has_none():
     for _ in range(300):
         counts, out_of = (rng.poisson(mean, 12).astype(np.float64) for mean in (200.0, 100.0))
         sums = counts * (0.02 + 1e-4 * counts) * (1 + 0.1 * rng.normal(size=12))
-        found = ratio_of_means(sums, counts, 0.02 * out_of, out_of)
+        found = two_sided_ratio_of_means(sums, counts, 0.02 * out_of, out_of)
         inside += found.low <= 2.005 <= found.high
     # E[Σc²] / E[Σc] = 201: the mean is 0.02 + 0.0201, over 0.02
     assert 270 <= inside <= 297
     one = np.array((4.0, 6.0))
-    assert ratio_of_means(one, one, 2 * one, one).value == 0.5
+    assert two_sided_ratio_of_means(one, one, 2 * one, one).value == 0.5
     with pytest.raises(InputError):
-        ratio_of_means(one[:1], one[:1], one[:1], one[:1])
+        two_sided_ratio_of_means(one[:1], one[:1], one[:1], one[:1])
     with pytest.raises(InputError):
-        ratio_of_means(one, np.array((0.0, 1.0)), one, one)
+        two_sided_ratio_of_means(one, np.array((0.0, 1.0)), one, one)

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from bench.experiments.fidelity.scene import SPECIES
 from bench.records.points import Point, columns, point_from_json, where
-from bench.statistics.excess_flip import over_noise
+from bench.statistics.excess_flip import one_sided_excess
 from bench.studies.full import study as full_study
 from bench.studies.full.equal_error_detail import detail_at_equal_error, search_detail
 from bench.studies.full.report import factor, growth, plots, ratios, results_table, summary_text
@@ -125,7 +125,7 @@ def told(power=0.0):
     full = [world("full", n, 1 + n / 1e3, 300 + n / 1e2, round(100 * n)) for n in sizes]
     cut = [world("blake", n, 2 * (n / 1e4) ** power, 400, 5000) for n in (*sizes, 1e9)]
     tau = asdict(detail_at_equal_error(search_detail(planted(3.0), 2.0, 1)))
-    again = {"objects": 1e4, **asdict(over_noise(np.full(8, 0.02), np.full(8, 0.01)))}
+    again = {"objects": 1e4, **asdict(one_sided_excess(np.full(8, 0.02), np.full(8, 0.01)))}
     return {
         "kind": "crowd",
         "effort": {"picture": {"size": "320x180", "spp": 64}},
