@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
+from bench.cli.kernel_cache import use_kernel_cache
 from lod.errors import InputError
 
 COMMANDS = (
@@ -32,6 +33,7 @@ class Commands(click.Group):
         """Import the command of that name; None for an unknown one."""
         if cmd_name not in COMMANDS:
             return None
+        use_kernel_cache()
         command: click.Command = importlib.import_module(f"bench.cli.commands.{cmd_name}").command
         return command
 

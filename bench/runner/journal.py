@@ -20,13 +20,12 @@ from typing import Any
 from bench.records.points import Point, point_from_json, point_json
 from bench.records.provenance import provenance
 from bench.records.records import read_record
+from bench.records.source_digest import PACKAGES, source_digest
 from bench.runner.dask_cases import CaseExecutor
 from lod.errors import InputError
 from scenes.plugins.entry_points import modules
 
 JOURNAL = ".journal"
-_ROOT = Path(__file__).resolve().parents[2]
-_ROOMS = ("lod", "scenes", "bench")
 
 
 @dataclass(frozen=True)
@@ -143,13 +142,7 @@ def journal(folder: Path) -> Journal:
 @lru_cache(maxsize=1)
 def sources() -> str:
     """SHA-256 of every file that could change a number, of the program and of what adds to it."""
-    digest = hashlib.sha256()
-    for folder in (*(_ROOT / room for room in _ROOMS), *map(_source, modules())):
-        for path in sorted(folder.rglob("*")) if folder.is_dir() else [folder]:
-            if path.suffix in (".py", ".toml"):
-                name = path.relative_to(folder.parent)
-                digest.update(f"{name}\n".encode() + path.read_bytes())
-    return digest.hexdigest()
+    return source_digest((*PACKAGES, *map(_source, modules())))
 
 
 def _source(module: str) -> Path:

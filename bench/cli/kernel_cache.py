@@ -1,0 +1,70 @@
+"""Where does a command keep the compiled kernels, so that none of other sources is ever used?
+
+Numba keeps what it compiled in files, and compares only the file that defines a kernel with the
+one that was compiled. After a change elsewhere it goes on using machine code that holds the old
+functions of other files, or dies because a type that the kept signature names is gone. Commands
+therefore keep their kernels in a folder that is named for the digest of all sources: other sources
+find it empty and compile again. The environment's ``NUMBA_CACHE_DIR`` has precedence.
+"""
+
+import atexit
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import click
+
+from bench.records.source_digest import PACKAGES, source_digest
+
+VARIABLE = "NUMBA_CACHE_DIR"
+KEPT = 3  # folders of as many states of the sources are kept, the last used ones
+
+
+def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
+    """Set ``NUMBA_CACHE_DIR`` for this process, if Numba is not imported yet, and its children.
+
+    ``parents`` are the folders that may hold it, the first writable one is taken; None for those of
+    the installation and the user. Where none is writable, kernels are kept in a temporary folder
+    until the process ends, and one line on standard error says so.
+    """
+    if os.environ.get(VARIABLE) or "numba" in sys.modules:
+        return
+    name = f"kernels-{source_digest(PACKAGES)[:16]}"
+    for parent in _parents() if parents is None else parents:
+        with suppress(OSError):
+            _make_writable(parent / name)
+            _remove_all_but_newest(parent)
+            os.environ[VARIABLE] = str(parent / name)
+            return
+    folder = tempfile.mkdtemp(prefix="lodbench-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ[VARIABLE] = folder
+    click.echo(
+        "lodbench: no writable folder for compiled kernels: they are compiled for this run only"
+        f" ({VARIABLE} names a folder)",
+        err=True,
+    )
+
+
+def _parents() -> Iterator[Path]:
+    """Yield the folder of the installation's compiled files, then the user's cache folder."""
+    yield Path(__file__).resolve().parents[1] / "__pycache__"
+    with suppress(RuntimeError):  # a user without a home
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lodbench"
+
+
+def _make_writable(folder: Path) -> None:
+    """Make the folder, or raise OSError where no file can be written into it; mark it as used."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tempfile.TemporaryFile(dir=folder).close()
+    os.utime(folder)
+
+
+def _remove_all_but_newest(parent: Path) -> None:
+    folders = sorted(parent.glob("kernels-*"), key=lambda each: each.stat().st_mtime)
+    for old in folders[:-KEPT]:
+        shutil.rmtree(old, ignore_errors=True)

@@ -1,0 +1,22 @@
+"""Which sources is the program made of: one digest of the bytes of its files."""
+
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+
+_ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = tuple(_ROOT / name for name in ("lod", "scenes", "bench"))
+
+
+def source_digest(paths: Iterable[Path]) -> str:
+    """Give the SHA-256 [hex] of the Python and TOML files at or below the paths, with their names.
+
+    A path that is no folder is read as a file, if its suffix is one of the two.
+    """
+    digest = hashlib.sha256()
+    for folder in paths:
+        for path in sorted(folder.rglob("*")) if folder.is_dir() else [folder]:
+            if path.suffix in (".py", ".toml"):
+                name = path.relative_to(folder.parent)
+                digest.update(f"{name}\n".encode() + path.read_bytes())
+    return digest.hexdigest()

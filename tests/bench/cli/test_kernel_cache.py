@@ -1,0 +1,112 @@
+"""Commands never use a kernel that was compiled from other sources, nor need a writable folder."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench.cli import kernel_cache
+from bench.records.source_digest import source_digest
+
+ROOT = Path(__file__).parents[3]
+PHILOX = (
+    "import numpy as np; from scenes.noise.philox import philox;"
+    "print(philox(*np.arange(6, dtype=np.uint64))[0])"
+)
+WITH_CACHE = f"from bench.cli.kernel_cache import use_kernel_cache; use_kernel_cache(); {PHILOX}"
+
+
+def installation(folder: Path) -> Path:
+    """Copy what the small kernel needs, without caches."""
+    for name in ("bench/cli", "bench/records", "scenes/noise", "lod"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in ("bench", "scenes"):
+        shutil.copy(ROOT / name / "__init__.py", folder / name)
+    return folder
+
+
+def python(code: str, folder: Path, **variables: str) -> subprocess.CompletedProcess[str]:
+    """Run code in the installation, without what the tests' environment says of the cache."""
+    kept = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "NUMBA_CACHE_DIR")}
+    command = [sys.executable, "-c", code]
+    return subprocess.run(
+        command, cwd=folder, env=kept | variables, capture_output=True, text=True, check=False
+    )
+
+
+def test_a_kernel_whose_index_cannot_be_read_is_compiled_again(tmp_path: Path) -> None:
+    folder = installation(tmp_path)
+    first = python(PHILOX, folder)
+    for index in (folder / "scenes/noise/__pycache__").glob("*.nbi"):
+        # As a type's new name leaves it: the version can be read, the signatures cannot.
+        index.write_bytes(index.read_bytes().replace(b"Integer", b"Removed"))
+    assert python(PHILOX, folder).returncode != 0
+    again = python(WITH_CACHE, folder)
+    assert again.returncode == 0, again.stderr
+    assert again.stdout == first.stdout != ""
+
+
+def test_other_sources_find_an_empty_folder(tmp_path: Path) -> None:
+    folder = installation(tmp_path)
+    assert python(WITH_CACHE, folder).returncode == 0
+    with (folder / "scenes/noise/lattice.py").open("a") as file:
+        file.write("# changed\n")
+    assert python(WITH_CACHE, folder).returncode == 0
+    assert len([*(folder / "bench/__pycache__").glob("kernels-*/*/*.nbi")]) >= 2
+    assert len([*(folder / "bench/__pycache__").glob("kernels-*")]) == 2
+
+
+def test_the_digest_changes_with_each_byte_and_name(tmp_path: Path) -> None:
+    (tmp_path / "a.py").write_text("x = 1")
+    digests = [source_digest([tmp_path])]
+    (tmp_path / "a.py").write_text("x = 2")
+    digests.append(source_digest([tmp_path]))
+    (tmp_path / "a.py").rename(tmp_path / "b.py")
+    digests.append(source_digest([tmp_path]))
+    assert len(set(digests)) == 3
+
+
+@pytest.fixture
+def before_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stand for a process that has not imported Numba and has no folder named."""
+    monkeypatch.delitem(sys.modules, "numba", raising=False)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")  # and what the function sets is undone
+
+
+@pytest.mark.usefixtures("before_numba")
+def test_the_first_writable_folder_is_taken(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no folder can be made below a file")
+    kernel_cache.use_kernel_cache([tmp_path / "file", tmp_path / "cache"])
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == tmp_path / "cache"
+
+
+@pytest.mark.usefixtures("before_numba")
+def test_without_a_writable_folder_one_line_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("no folder can be made below a file")
+    for _ in range(2):
+        kernel_cache.use_kernel_cache([tmp_path / "file"])
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).is_dir()
+    assert capsys.readouterr().err.count("no writable folder") == 1
+
+
+@pytest.mark.usefixtures("before_numba")
+def test_a_named_folder_has_precedence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "named")
+    kernel_cache.use_kernel_cache([tmp_path])
+    assert os.environ["NUMBA_CACHE_DIR"] == "named"
+
+
+@pytest.mark.usefixtures("before_numba")
+def test_few_old_folders_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for k in range(5):
+        (tmp_path / f"kernels-{k}").mkdir()
+        os.utime(tmp_path / f"kernels-{k}", (k, k))
+    kernel_cache.use_kernel_cache([tmp_path])
+    left = {each.name for each in tmp_path.iterdir()}
+    assert left == {"kernels-3", "kernels-4", Path(os.environ["NUMBA_CACHE_DIR"]).name}
