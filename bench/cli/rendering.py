@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from scenes.render.sequence.sequence import Job
-    from scenes.render.sequence.worker import Watch
+    from scenes.render.sequence.worker import ProcessWatch
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Workers:
 
 
 def render_job(
-    job: "Job", workers: Workers, watch: "Watch", note: Callable[[str], object]
+    job: "Job", workers: Workers, watch: "ProcessWatch", note: Callable[[str], object]
 ) -> Iterator[dict[str, Any]]:
     """Render the frames of a job that are not done, giving a record after each.
 

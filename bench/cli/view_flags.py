@@ -50,12 +50,14 @@ def view_flags(command: Command) -> Command:
         click.option("--metric", metavar="NAME", help="Member of the metric family."),
         click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
         click.option(
-            "--max-parts", metavar="N", help="Choose τ so that every frame holds N parts."
+            "--max-parts", metavar="N", help="Set --detail so that every frame displays N parts."
         ),
         click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
-        click.option("--shutter", metavar="DEGREES", help="Open, of 360 a frame; 0 = no time."),
         click.option(
-            "--smear", metavar="NAME", help="Leave out what it hides: shutter, window (eye), off."
+            "--shutter", metavar="DEGREES", help="Shutter angle, 360 = a whole frame; 0 = no blur."
+        ),
+        click.option(
+            "--smear", metavar="NAME", help="Leave out what blur hides: shutter, window (eye), off."
         ),
         click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
         click.option(

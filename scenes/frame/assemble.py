@@ -9,7 +9,7 @@ from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.frame.schedule import update_counts, with_schedule
-from scenes.frame.subframes import subframes
+from scenes.frame.subframes import subframe_inputs
 from scenes.preset.tables import Preset
 from scenes.world.light import Light, sun_and_sky
 from scenes.world.view import preset_air, view_at
@@ -17,9 +17,9 @@ from scenes.world.world import World
 
 
 def assemble_frame(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
-    """Prune every representation for a frame, and draw what it displays.
+    """Prune every representation for a frame, and make the shapes of the parts displayed.
 
-    The input is of one frame, numbered from 1, in a Mitsuba variant that works here.
+    ``frame`` counts from 1; ``variant`` is a Mitsuba variant that works here.
     """
     view, displayed = view_at(world, preset, frame), []
     after = view_at(world, preset, frame + 1) if preset.output.motion else None
@@ -43,7 +43,7 @@ def assemble_frame(world: World, preset: Preset, frame: int, variant: str) -> Fr
         seconds=seconds,
         counts=update_counts([each.drawn for each in displayed if each.drawn]),
     )
-    inputs = subframes(world, preset, frame, frame_input)
+    inputs = subframe_inputs(world, preset, frame, frame_input)
     if inputs:
         return replace(frame_input, subframes=inputs)
     at_rest = tuple(replace(each, posing=None) for each in displayed)  # which holds memory

@@ -2,6 +2,7 @@
 
 import hashlib
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from lod.errors import InputError
@@ -12,6 +13,10 @@ SEED_LIMIT = 2**63
 HAZES = ("analytic", "scattered", "medium")
 """Closed form whose airlight is the horizon's sky; closed form in the light of a layer of air,
 which scatters what sun, sky and ground send; a medium that scatters light (the reference)."""
+
+
+SampleWatch = Callable[[int], object]
+"""Called again and again while a frame is traced, with the number of samples just taken."""
 
 
 @dataclass(frozen=True)

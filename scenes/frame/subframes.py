@@ -1,4 +1,7 @@
-"""The sub-frames of a frame whose shutter is open."""
+"""Inputs of the sub-frames of a frame whose shutter is open: cameras and poses at instants.
+
+scenes/render/pipeline/render_subframes.py renders and averages them.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,10 +17,10 @@ from scenes.world.view import camera_between, frame_time
 from scenes.world.world import World
 
 
-def subframes(
+def subframe_inputs(
     world: World, preset: Preset, frame: int, frame_input: FrameInput
 ) -> tuple[Callable[[], FrameInput], ...]:
-    """Inputs of the sub-frames while the shutter is open, all of one cut; none where all is still.
+    """Make the inputs of the sub-frames, all of one cut; there are none where all is still.
 
     There are as many as ``render.subframes`` says, or as there are samples a pixel if those are
     fewer. Where only the camera moves they all hold the same tuple of what is displayed.

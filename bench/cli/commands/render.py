@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
 @click.option("--haze", metavar="NAME", help="analytic, scattered or medium.")
 @click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
-@click.option("--update-threshold", metavar="PX", help="Keep what has moved less; 0 = nothing.")
+@click.option(
+    "--update-threshold", metavar="PX", help="Redraw parts once they moved so far; 0 = always."
+)
 @file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear.")
@@ -43,7 +45,7 @@ if TYPE_CHECKING:
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option("--max-memory", metavar="SIZE", help="Refuse frames that need more, as 4GB.")
-@click.option("--fit", is_flag=True, help="Choose τ so that frames fill --max-memory instead.")
+@click.option("--fit", is_flag=True, help="Set --detail so that frames fill --max-memory instead.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )

@@ -7,15 +7,16 @@ def interpolate(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndar
     """Interpolate between the four nearest entries of a table (rows, columns, bands), (…, bands).
 
     ``row`` (…) counts from 0 and stays within the table; ``turn`` (…) is in whole turns.
+    drivers/jit.py does the same for Dr.Jit arrays.
     """
     rows, columns = table.shape[:2]
     row, column = np.clip(row, 0, rows - 1), turn % 1.0 * columns
-    low, left = np.floor(row).astype(np.int64), np.floor(column).astype(np.int64)
-    down, across = (row - low)[..., None], (column - left)[..., None]
-    high, left, right = np.minimum(low + 1, rows - 1), left % columns, (left + 1) % columns
-    lower = table[low, left] * (1 - across) + table[low, right] * across
-    upper = table[high, left] * (1 - across) + table[high, right] * across
-    return lower * (1 - down) + upper * down
+    lower, left = np.floor(row).astype(np.int64), np.floor(column).astype(np.int64)
+    up_share, right_share = (row - lower)[..., None], (column - left)[..., None]
+    upper, left, right = np.minimum(lower + 1, rows - 1), left % columns, (left + 1) % columns
+    below = table[lower, left] * (1 - right_share) + table[lower, right] * right_share
+    above = table[upper, left] * (1 - right_share) + table[upper, right] * right_share
+    return below * (1 - up_share) + above * up_share
 
 
 def interpolate_planes(
@@ -24,10 +25,10 @@ def interpolate_planes(
     """Interpolate in a table (planes, rows, columns, bands); ``plane`` (…) counts from 0."""
     planes, rows = table.shape[:2]
     plane, row = np.clip(plane, 0, planes - 1), np.clip(row, 0, rows - 1)
-    low = np.floor(plane)
-    share, high = (plane - low)[..., None], np.minimum(low + 1, planes - 1)
-    flat = table.reshape(planes * rows, *table.shape[2:])  # a last row is followed by none
-    near, far = (interpolate(flat, each * rows + row, turn) for each in (low, high))
+    near_plane = np.floor(plane)
+    share, far_plane = (plane - near_plane)[..., None], np.minimum(near_plane + 1, planes - 1)
+    flat = table.reshape(planes * rows, *table.shape[2:])  # the last row has none after it
+    near, far = (interpolate(flat, each * rows + row, turn) for each in (near_plane, far_plane))
     return near * (1 - share) + far * share
 
 

@@ -1,6 +1,5 @@
 """Sums over samples, on the way to a frame's layers."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,9 +7,6 @@ import numpy as np
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.render.drivers.motion_vectors import motion_vectors
 from scenes.render.mitsuba.build import BuiltScene
-
-Watch = Callable[[int], object]
-"""Called by the drivers with the number of samples that were just taken."""
 
 
 @dataclass(eq=False)

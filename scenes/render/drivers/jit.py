@@ -10,11 +10,11 @@ import numpy as np
 
 from lod.atmosphere.air import haze_extinction, mist_extinction
 from lod.atmosphere.mist import Mist
-from scenes.frame.quality import Quality, sampler_seed
-from scenes.render.drivers.accumulate import Samples, Watch
+from scenes.frame.quality import Quality, SampleWatch, sampler_seed
+from scenes.render.drivers.accumulate import Samples
 from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
 from scenes.render.drivers.sample_counts import sample_groups
-from scenes.render.haze.haze import Haze
+from scenes.render.haze.haze import Haze, in_scattered_light
 from scenes.render.haze.scattered_layer import NEAR_M, RATIO
 from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
 
@@ -28,7 +28,7 @@ _NO_END = 1e30
 
 
 def render_jit(
-    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: Watch
+    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: SampleWatch
 ) -> Samples:
     """Render group by group of samples, run by run of pixels.
 
@@ -66,7 +66,7 @@ def _wavefront(
     colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray)
     guides = values[_IMAGE_CHANNELS:]
     finite = dr.all(dr.isfinite(colour))
-    colour = _hazy(haze, dr.select(finite, colour, 0.0), guides[0], ray.d)
+    colour = composite_haze(haze, dr.select(finite, colour, 0.0), guides[0], ray.d)
     # All outputs together, or every channel would trace the scene again.
     bad = dr.select(finite, mi.UInt32(0), mi.UInt32(1))
     dr.eval(colour, guides, bad)
@@ -86,78 +86,100 @@ def _add(
         total.keep(pixels, np.stack(chosen, axis=-1))
 
 
-def _hazy(haze: Haze, colour: Any, distance: Any, direction: Any) -> Any:
-    """Radiance of samples in their air; distance 0 means that nothing was met."""
-    depth = distance * _opaque(haze_extinction(haze.air, haze.wavelengths))
+def composite_haze(haze: Haze, radiance: Any, distance: Any, direction: Any) -> Any:
+    """Apply L·T + L_air·(1 − T) to samples; distance 0 says that a sample met nothing.
+
+    scalar_passes.composite_haze does the same to whole pixels: the two change together. The path of
+    each sample is known here, so that one that goes level or lower (``<= horizon_sine``) shows the
+    airlight, and any other the sky. Of a pixel only the centre is known there, and the comparison
+    leaves room for the rays about it. Level rays count as below: with scattered haze horizon_sine
+    is 0, and a level ray never leaves the layer.
+    """
+    depth = distance * _kernel_input(haze_extinction(haze.air, haze.wavelengths))
     if haze.air.mist:
-        metres = _mist_metres(haze.air.mist, haze.eye_m, distance, direction.z, haze.lowest)
-        depth += metres * _opaque(mist_extinction(haze.air, haze.wavelengths))
-    air = _airlight(haze, direction, dr.select(distance > 0, distance, _NO_END))
-    low = direction.z <= haze.lowest
-    sky = dr.select(low, air, colour if haze.seen is None else _visible_sky(haze.seen, direction))
-    disc = dr.dot(direction, mi.Vector3f(_opaque(haze.to_sun))) > haze.sun_cosine
-    sky += dr.select(disc, _opaque(haze.sun), 0.0)
-    if haze.seen is not None:  # which holds what the air does to the sky
+        metres = mist_equivalent_length(
+            haze.air.mist, haze.eye_m, distance, direction.z, haze.horizon_sine
+        )
+        depth += metres * _kernel_input(mist_extinction(haze.air, haze.wavelengths))
+    airlight = airlight_along(haze, direction, dr.select(distance > 0, distance, _NO_END))
+    below_horizon = direction.z <= haze.horizon_sine
+    above = radiance if haze.sky_table is None else visible_sky(haze.sky_table, direction)
+    sky = dr.select(below_horizon, airlight, above)
+    disc = dr.dot(direction, mi.Vector3f(_kernel_input(haze.to_sun))) > haze.sun_cosine
+    sky += dr.select(disc, _kernel_input(haze.sun), 0.0)
+    if haze.sky_table is not None:  # the table includes what the air does to the sky
         depth = dr.select(distance > 0, depth, 0.0)
-    through = dr.exp(-depth)
-    return dr.fma(dr.select(distance > 0, colour, sky), through, air * (1 - through))
+    transmittance = dr.exp(-depth)
+    added = in_scattered_light(airlight, transmittance)
+    return dr.fma(dr.select(distance > 0, radiance, sky), transmittance, added)
 
 
-def _mist_metres(mist: Mist, eye_m: float, distance: Any, rise: Any, lowest: float) -> Any:
-    """Metres at its base that hold as much mist as each ray: mist.mean_share and depth_beyond."""
+def mist_equivalent_length(
+    mist: Mist, eye_m: float, distance: Any, rise: Any, horizon_sine: float
+) -> Any:
+    """Length [m] of a path at the mist's base with as much mist as each ray, on Dr.Jit arrays.
+
+    lod.atmosphere.mist and haze.mist_transmittance do the same for NumPy arrays.
+    """
     scale = dr.opaque(mi.Float, mist.scale_m)
     start = dr.opaque(mi.Float, eye_m - mist.base_m)
     end = dr.fma(distance, rise, start)
-    low, high = dr.minimum(start, end), dr.maximum(start, end)
-    low_above, high_above = dr.maximum(low, 0.0), dr.maximum(high, 0.0)
-    above = dr.select(high > low, (high_above - low_above) / (high - low), 1.0)
-    x = (high_above - low_above) / scale
+    lower, upper = dr.minimum(start, end), dr.maximum(start, end)
+    lower_above, upper_above = dr.maximum(lower, 0.0), dr.maximum(upper, 0.0)
+    above = dr.select(upper > lower, (upper_above - lower_above) / (upper - lower), 1.0)
+    x = (upper_above - lower_above) / scale
     mean = dr.select(x > _SMALL, (1 - dr.exp(-x)) / x, 1 - x / 2)
-    share = 1 - above + above * mean * dr.exp(-low_above / scale)
+    share = 1 - above + above * mean * dr.exp(-lower_above / scale)
     beyond = dr.maximum(-start, 0.0) + scale * dr.exp(-dr.maximum(start, 0.0) / scale)
-    return dr.select(distance > 0, distance * share, beyond / dr.maximum(rise, lowest))
+    return dr.select(distance > 0, distance * share, beyond / dr.maximum(rise, horizon_sine))
 
 
-def _opaque(values: np.ndarray) -> Any:
-    """Three numbers as memory, not as code: the kernel stays the same when they change."""
+def _kernel_input(values: np.ndarray) -> Any:
+    """Make three numbers an input of the kernel (``dr.opaque``), not constants in its code.
+
+    This is a barrier to Dr.Jit's optimiser: a kernel is not compiled anew when the numbers change.
+    """
     return mi.Color3f([dr.opaque(mi.Float, float(value)) for value in values])
 
 
-def _airlight(haze: Haze, direction: Any, distance: Any) -> Any:
+def airlight_along(haze: Haze, direction: Any, distance: Any) -> Any:
     """Look up the airlight as haze.airlight_along does, for Dr.Jit arrays."""
-    planes, rows = haze.airlight.shape[:2]
-    flat = haze.airlight.reshape(planes * rows, *haze.airlight.shape[2:])
+    table = haze.airlight_table
+    planes, rows = table.shape[:2]
+    flat = table.reshape(planes * rows, *table.shape[2:])
     root = dr.mulsign(dr.sqrt(dr.abs(direction.z)), direction.z)
     row = dr.clip((root + 1) / 2 * (rows - 1), 0.0, rows - 1.0)
     if planes == 1:
         return _interpolate(flat, row, direction)
     plane = dr.log(dr.maximum(distance, NEAR_M) / NEAR_M) / math.log(RATIO)
     plane = dr.clip(plane, 0.0, planes - 1.0)
-    low = dr.floor(plane)
-    near = _interpolate(flat, low * rows + row, direction)
-    far = _interpolate(flat, dr.minimum(low + 1, planes - 1.0) * rows + row, direction)
-    return dr.fma(far - near, plane - low, near)
+    near_plane = dr.floor(plane)
+    far_plane = dr.minimum(near_plane + 1, planes - 1.0)
+    near = _interpolate(flat, near_plane * rows + row, direction)
+    far = _interpolate(flat, far_plane * rows + row, direction)
+    return dr.fma(far - near, plane - near_plane, near)
 
 
-def _visible_sky(seen: np.ndarray, direction: Any) -> Any:
-    """Look up the sky as it is seen, by direction_table.row_upper, for Dr.Jit arrays."""
-    row = dr.sqrt(dr.maximum(direction.z, 0.0)) * (len(seen) - 1)
-    return _interpolate(seen, row, direction)
+def visible_sky(table: np.ndarray, direction: Any) -> Any:
+    """Look up the sky in a table as haze.sky_through_air does, for Dr.Jit arrays."""
+    row = dr.sqrt(dr.maximum(direction.z, 0.0)) * (len(table) - 1)
+    return _interpolate(table, row, direction)
 
 
 def _interpolate(table: np.ndarray, row: Any, direction: Any) -> Any:
-    """Interpolate in a direction's azimuth as direction_table does, for Dr.Jit arrays."""
+    """Interpolate as direction_table.interpolate does in a direction's azimuth, for Dr.Jit."""
     rows, columns = table.shape[:2]
     values = mi.Float(table.astype(np.float32).reshape(-1))
     turn = dr.atan2(direction.x, direction.y) / (2 * math.pi)
     row, column = dr.clip(row, 0.0, rows - 1.0), (turn - dr.floor(turn)) * columns
-    low, left = mi.UInt32(row), mi.UInt32(column)
-    down, across = row - mi.Float(low), column - mi.Float(left)
-    high, left, right = dr.minimum(low + 1, rows - 1), left % columns, (left + 1) % columns
+    lower, left = mi.UInt32(row), mi.UInt32(column)
+    up_share, right_share = row - mi.Float(lower), column - mi.Float(left)
+    upper, left, right = dr.minimum(lower + 1, rows - 1), left % columns, (left + 1) % columns
 
     def between(line: Any) -> Any:
         first = dr.gather(mi.Color3f, values, line * columns + left)
-        return dr.fma(dr.gather(mi.Color3f, values, line * columns + right) - first, across, first)
+        last = dr.gather(mi.Color3f, values, line * columns + right)
+        return dr.fma(last - first, right_share, first)
 
-    lower = between(low)
-    return dr.fma(between(high) - lower, down, lower) if rows > 1 else lower
+    below = between(lower)
+    return dr.fma(between(upper) - below, up_share, below) if rows > 1 else below

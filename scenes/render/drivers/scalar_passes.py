@@ -26,24 +26,25 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.quality import Quality, sampler_seed
-from scenes.render.drivers.accumulate import Samples, Watch
+from scenes.frame.quality import Quality, SampleWatch, sampler_seed
+from scenes.render.drivers.accumulate import Samples
 from scenes.render.drivers.camera_rays import pixel_directions
 from scenes.render.drivers.sample_counts import sample_groups, square_sides
 from scenes.render.haze.haze import (
     Haze,
     airlight_along,
+    in_scattered_light,
     mist_transmittance,
     optical_depth_to,
     sky_through_air,
 )
 from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
 
-_IMAGE, _THROUGH, _CORRECTION, _GUIDES = range(4)
+_IMAGE, _DISTANCE, _CORRECTION, _GUIDES = range(4)
 
 
 def render_passes(
-    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: Watch
+    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: SampleWatch
 ) -> Samples:
     """Render band by band of rows.
 
@@ -86,17 +87,29 @@ class _Band:
         return self.built.description["camera"]
 
     def colour(self) -> tuple[np.ndarray, int]:
-        """The picture in its air, linear Rec.709, (h, w, 3), and how many pixels were not
-        finite."""
+        """Picture in its air, linear Rec.709, (h, w, 3), and number of pixels not finite."""
         image = self._image()
         bad = ~np.isfinite(image)
+        picture = self.composite_haze(np.where(bad, 0.0, image))
+        return picture @ self.haze.bands.to_rgb, int(np.count_nonzero(bad.any(axis=-1)))
+
+    def composite_haze(self, image: np.ndarray) -> np.ndarray:
+        """Apply L·T + L_air·(1 − T) to the mean radiance L of pixels, (h, w, bands).
+
+        jit.composite_haze does the same to single samples: the two change together. Below the
+        horizon the sky that the renderer traces is black. A pixel whose centre is above the horizon
+        by less than half its diagonal (``_half_diagonal``) has rays that go below it, and so shows
+        the airlight, too: hence ``max``, where jit.py, which knows each ray, compares with
+        horizon_sine alone.
+        """
         directions = pixel_directions(self.camera, 1, self.rows)
-        low = directions[..., 2] < max(self.haze.lowest, self._slack)
-        through, added = self._through(low)
-        seen = through * np.where(bad, 0.0, image) + added
+        horizon_sine = max(self.haze.horizon_sine, self._half_diagonal)
+        below_horizon = directions[..., 2] < horizon_sine
+        transmittance, added = self._mean_haze(below_horizon)
+        picture = transmittance * image + added
         if self.spp > 1:
-            seen += self._correction(low, through)
-        return seen @ self.haze.bands.to_rgb, int(np.count_nonzero(bad.any(axis=-1)))
+            picture += self._correction(below_horizon, transmittance)
+        return picture
 
     def _image(self) -> np.ndarray:
         """Mean radiance without air, of stratified samples, (h, w, bands)."""
@@ -107,50 +120,52 @@ class _Band:
         return total / self.spp
 
     @property
-    def _slack(self) -> float:
-        """Half a pixel's diagonal: no ray that could go below the horizon may stay black."""
+    def _half_diagonal(self) -> float:
+        """Half the diagonal of a pixel, as the tangent of an angle."""
         tan_x = math.tan(math.radians(self.camera["fov_x_deg"]) / 2)
         return math.sqrt(2) * tan_x / self.camera["size"][0]
 
-    def _through(self, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean transmittance, and the light of the air and of the sun's disc, (h, w, bands)
-        each."""
-        through = added = np.zeros((*low.shape, len(self.haze.wavelengths)))
+    def _mean_haze(self, below_horizon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean T of each pixel, and mean light of air and sun's disc, (h, w, bands) each."""
+        transmittance = added = np.zeros((*below_horizon.shape, len(self.haze.wavelengths)))
         for number, side in enumerate(square_sides(self.spp)):
-            distance = self._trace("distance", side, 1, _THROUGH, number)[..., :1]
+            distance = self._trace("distance", side, 1, _DISTANCE, number)[..., :1]
             directions = pixel_directions(self.camera, side, self.rows)
-            here, air = self._air(distance, directions, low, side)
+            ray_transmittance, ray_added = self._ray_haze(distance, directions, below_horizon, side)
             disc = (directions @ self.haze.to_sun > self.haze.sun_cosine) & (distance[..., 0] == 0)
             sun = disc[..., None] * mist_transmittance(self.haze, directions) * self.haze.sun
-            through = through + _pixel_sum(here, side)
-            added = added + _pixel_sum(air + sun, side)
-        return through / self.spp, added / self.spp
+            transmittance = transmittance + _pixel_sum(ray_transmittance, side)
+            added = added + _pixel_sum(ray_added + sun, side)
+        return transmittance / self.spp, added / self.spp
 
-    def _correction(self, low: np.ndarray, through: np.ndarray) -> np.ndarray:
-        """Mean of (T − T̄)·L over a quarter of the samples, (h, w, bands)."""
+    def _correction(self, below_horizon: np.ndarray, mean: np.ndarray) -> np.ndarray:
+        """Mean of (T − T̄)·L over a quarter of the samples, T̄ being ``mean``, (h, w, bands)."""
         count = max(1, self.spp // 4)
-        total = np.zeros_like(through)
+        total = np.zeros_like(mean)
         for number, side in enumerate(square_sides(count)):
             radiance = self._trace("image", side, 1, _CORRECTION, number)
             distance = self._trace("distance", side, 1, _CORRECTION, number)[..., :1]
             directions = pixel_directions(self.camera, side, self.rows)
-            here, _ = self._air(distance, directions, low, side)
-            departure = here - _spread(through, side)
+            transmittance, _ = self._ray_haze(distance, directions, below_horizon, side)
+            departure = transmittance - _spread(mean, side)
             total += _pixel_sum(departure * np.nan_to_num(radiance, posinf=0.0, neginf=0.0), side)
         return total / count
 
-    def _air(
-        self, distance: np.ndarray, directions: np.ndarray, low: np.ndarray, side: int
+    def _ray_haze(
+        self, distance: np.ndarray, directions: np.ndarray, below_horizon: np.ndarray, side: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """T of each film pixel and the light that its air adds, up to what is met there, or to the
-        sky, (h, w, bands) each."""
-        sky, in_sky = sky_through_air(self.haze, directions, _spread(low[..., None], side)[..., 0])
+        """T of the ray of each film pixel and the light that the air adds, (h, w, bands) each.
+
+        Both are up to what the ray meets, or to the sky where ``distance`` (h, w, 1) is 0.
+        """
+        mask = _spread(below_horizon[..., None], side)[..., 0]
+        to_sky, added_to_sky = sky_through_air(self.haze, directions, mask)
         metres, rise = distance.astype(np.float64)[..., 0], directions[..., 2].astype(np.float64)
-        depth = optical_depth_to(self.haze, metres.ravel(), rise.ravel()).reshape(sky.shape)
-        through = np.exp(-depth)
-        air = airlight_along(self.haze, directions, metres)
+        depth = optical_depth_to(self.haze, metres.ravel(), rise.ravel()).reshape(to_sky.shape)
+        transmittance = np.exp(-depth)
+        added = in_scattered_light(airlight_along(self.haze, directions, metres), transmittance)
         met = distance > 0
-        return np.where(met, through, sky), np.where(met, air * (1 - through), in_sky)
+        return np.where(met, transmittance, to_sky), np.where(met, added, added_to_sky)
 
     def add_guides(self, total: Samples, side: int) -> None:
         """Albedo, and what one sample of each pixel meets."""

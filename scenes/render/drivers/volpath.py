@@ -1,4 +1,7 @@
-"""A frame whose haze is a medium: light scatters in it as often as it will, in any variant."""
+"""A frame whose haze is a medium in the scene, in which light scatters, in any variant.
+
+Nothing of scenes/render/haze is applied here: the renderer traces the air along with the rest.
+"""
 
 from dataclasses import replace
 
@@ -6,8 +9,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.quality import Quality, sampler_seed
-from scenes.render.drivers.accumulate import Samples, Watch
+from scenes.frame.quality import Quality, SampleWatch, sampler_seed
+from scenes.render.drivers.accumulate import Samples
 from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
 from scenes.render.drivers.sample_counts import sample_groups
 from scenes.render.haze.haze import Haze
@@ -17,9 +20,9 @@ _IMAGE, _GUIDES = range(2)
 
 
 def render_medium(
-    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: Watch
+    built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: SampleWatch
 ) -> Samples:
-    """Render band by band of rows; the air is in the scene, and of ``haze`` nothing is used.
+    """Render band by band of rows; ``haze`` is not used, because the air is part of the scene.
 
     The sample that Z, N and the ids come from is somewhere in the pixel.
     """
@@ -40,7 +43,8 @@ def render_medium(
                 shape, prim = (
                     guides[..., GUIDES[k]][..., 0] for k in ("shape_index", "prim_index")
                 )
-                guides[built.hit_ids(shape, prim)[..., 0] == 0] = 0.0  # the end of the air is none
+                # Object 0 is the box around the medium: a ray that meets only that met nothing.
+                guides[built.hit_ids(shape, prim)[..., 0] == 0] = 0.0
                 total.albedo[slice(*rows)] = guides[..., GUIDES["albedo"]]
                 total.keep(slice(*rows), guides)
     return total

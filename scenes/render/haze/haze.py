@@ -1,14 +1,27 @@
-"""Haze along a ray, in closed form: L·T + L_air·(1 − T), T = exp(−∫β) (Koschmieder 1924).
+"""Transmittance T and airlight L_air of the air along rays, for L·T + L_air·(1 − T).
 
-β has one value for each band of the picture. Analytic: L_air is the horizon's sky in the ray's
-azimuth. Rays that meet nothing and go below ``HORIZON_DEG`` get it whole. Above it they get the sky
-as it is, which holds its haze already; mist, which it does not hold, veils it on the way out.
+This is Koschmieder's law (1924) with T = exp(−∫β); β has one value for each band of the picture.
+The law is applied in two places, which change together:
 
-Scattered: L_air is the source term of the air as it lights the path, tabulated by direction and
-distance. Rays that meet nothing see the sky through the layer.
+    drivers/jit.py, composite_haze             to each sample, on Dr.Jit arrays
+    drivers/scalar_passes.py, composite_haze   to the means over each pixel, on NumPy arrays
+
+Both end in ``in_scattered_light`` below. The look-ups of airlight and sky and the path through mist
+are written twice, too: here (and in lod.atmosphere.mist) in NumPy for drivers/scalar_passes.py, in
+drivers/jit.py for Dr.Jit, with other rounding. drivers/volpath.py applies nothing of this: there
+the renderer traces the air itself as a medium.
+
+With analytic haze L_air is the sky's radiance at the horizon in the ray's azimuth. A ray that meets
+nothing has T = 0 below the elevation ``HORIZON_DEG`` and shows the airlight alone. Above it the ray
+shows the sky of the sky model, which includes the haze of the atmosphere already, so that T is that
+of the mist alone, which the model does not include.
+
+With scattered haze L_air is the source term of the air along the path, tabulated by direction and
+distance. A ray that meets nothing shows the sky through the scattering layer, from a table.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +36,7 @@ from scenes.render.description.direction_table import (
     row_upper,
 )
 from scenes.render.haze.horizon_airlight import HORIZON_DEG, horizon
-from scenes.render.haze.scattered_layer import NEAR_M, RATIO, Layer
+from scenes.render.haze.scattered_layer import NEAR_M, RATIO, ScatteringLayer
 from scenes.render.mitsuba.bands import Bands
 from scenes.render.mitsuba.build import BuiltScene
 from scenes.render.mitsuba.emitters import sun_disc, variant_bands
@@ -33,21 +46,27 @@ from scenes.render.mitsuba.emitters import sun_disc, variant_bands
 class Haze:
     """Air and airlight of a frame: what the drivers need to finish a sample.
 
-    air       what lies in between; bands of the picture, wavelengths of which are (bands,) [nm]
-    eye_m     height of the eye above the datum
-    airlight  (planes, rows, columns, bands) by distance (see ``plane_index``) and direction
-        (scenes.render.description.direction_table.row_sqrt_sine)
-    seen      (rows, columns, bands) of what meets nothing, see row_upper; None = as it is rendered
-    lowest    sine of the elevation below which a ray that meets nothing gets the airlight
-    to_sun    (3,); sun (bands,) radiance of the disc; sun_cosine of its angular radius
+    air             extinction of haze and mist
+    bands           bands of the picture
+    eye_m           height of the eye above the datum
+    airlight_table  (planes, rows, columns, bands) radiance of an endless path, by distance (see
+                    ``plane_index``) and direction (see direction_table.row_sqrt_sine)
+    sky_table       (rows, columns, bands) radiance of the sky as it appears through the scattering
+                    layer, by direction (see direction_table.row_upper); None with analytic haze,
+                    where rays that meet nothing keep the radiance that the renderer traced
+    horizon_sine    sine of the elevation below which a ray that meets nothing shows the airlight
+                    alone: that of HORIZON_DEG, or 0 with scattered haze
+    to_sun          (3,) unit vector to the sun
+    sun             (bands,) radiance of the sun's disc
+    sun_cosine      cosine of the disc's angular radius
     """
 
     air: Air
     bands: Bands
     eye_m: float
-    airlight: np.ndarray
-    seen: np.ndarray | None
-    lowest: float
+    airlight_table: np.ndarray
+    sky_table: np.ndarray | None
+    horizon_sine: float
     to_sun: np.ndarray
     sun: np.ndarray
     sun_cosine: float
@@ -62,18 +81,23 @@ def make_haze(built: BuiltScene, air: Air) -> Haze:
     """Make the haze of a built scene, with scattered light where the scene has a layer."""
     light = built.description["light"]
     sun, cosine = sun_disc(light)
-    layer: Layer | None = light.get("layer")
+    layer: ScatteringLayer | None = light.get("scattering_layer")
     return Haze(
         air=air,
         bands=variant_bands(),
         eye_m=float(built.description["camera"]["eye"][2]),
-        airlight=layer.airlight if layer else horizon(light)[None, None],
-        seen=layer.seen if layer else None,
-        lowest=0.0 if layer else float(np.sin(np.radians(HORIZON_DEG))),
+        airlight_table=layer.airlight_table if layer else horizon(light)[None, None],
+        sky_table=layer.sky_from_eye if layer else None,
+        horizon_sine=0.0 if layer else float(np.sin(np.radians(HORIZON_DEG))),
         to_sun=light["to_sun"],
-        sun=sun * layer.through_to_sun if layer else sun,
+        sun=sun * layer.sun_to_eye if layer else sun,
         sun_cosine=cosine,
     )
+
+
+def in_scattered_light(airlight: Any, transmittance: Any) -> Any:
+    """Light that the air adds to a ray, L_air·(1 − T), on NumPy or Dr.Jit arrays of equal shape."""
+    return airlight * (1 - transmittance)
 
 
 def optical_depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
@@ -85,10 +109,11 @@ def optical_depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
 def mist_transmittance(haze: Haze, directions: np.ndarray) -> np.ndarray:
     """Transmittance of the mist between the eye and open sky, (…, 3) → (…, bands).
 
-    Below the horizon it is as at the horizon. It is 1 where ``seen`` holds the mist already.
+    Below the horizon it is as at the horizon. It is 1 where the sky table includes the mist.
+    composite_haze of drivers/jit.py does this for Dr.Jit arrays, by mist_equivalent_length.
     """
-    rise = np.maximum(directions[..., 2].astype(np.float64).ravel(), haze.lowest)
-    if haze.seen is not None or haze.air.mist is None:
+    rise = np.maximum(directions[..., 2].astype(np.float64).ravel(), haze.horizon_sine)
+    if haze.sky_table is not None or haze.air.mist is None:
         return np.ones((*directions.shape[:-1], len(haze.wavelengths)))
     metres = base_equivalent_length(haze.air.mist, np.full_like(rise, haze.eye_m), rise)
     depth = metres[:, None] * mist_extinction(haze.air, haze.wavelengths)
@@ -96,27 +121,31 @@ def mist_transmittance(haze: Haze, directions: np.ndarray) -> np.ndarray:
 
 
 def sky_through_air(
-    haze: Haze, directions: np.ndarray, low: np.ndarray
+    haze: Haze, directions: np.ndarray, below_horizon: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Share of the rendered sky that rays show which meet nothing, and the light added to it.
+    """T of rays (…) that meet nothing, and the light that is added to it, (…, bands) each.
 
-    Both are (…, bands). ``low`` (…) says which rays show the airlight alone.
+    ``below_horizon`` (…) says which rays show the airlight alone; a sky table needs no such mask.
     """
-    air = airlight_along(haze, directions, np.full(low.shape, np.inf))
-    if haze.seen is None:
-        through = np.where(low[..., None], 0.0, mist_transmittance(haze, directions))
-        return through, air * (1 - through)
+    airlight = airlight_along(haze, directions, np.full(below_horizon.shape, np.inf))
+    if haze.sky_table is None:
+        mist = mist_transmittance(haze, directions)
+        transmittance = np.where(below_horizon[..., None], 0.0, mist)
+        return transmittance, in_scattered_light(airlight, transmittance)
     up = directions[..., 2]
-    sky = interpolate(haze.seen, row_upper(len(haze.seen), up), azimuth(directions))
-    return np.zeros_like(sky), np.where(up[..., None] > 0, sky, air)
+    sky = interpolate(haze.sky_table, row_upper(len(haze.sky_table), up), azimuth(directions))
+    return np.zeros_like(sky), np.where(up[..., None] > 0, sky, airlight)
 
 
 def airlight_along(haze: Haze, directions: np.ndarray, distance: np.ndarray) -> np.ndarray:
-    """Look up the airlight of paths of a length (…) [m] from the eye, (…, bands)."""
-    row = row_sqrt_sine(haze.airlight.shape[1], directions[..., 2])
-    return interpolate_planes(haze.airlight, plane_index(distance), row, azimuth(directions))
+    """Look up the airlight of paths of a length (…) [m] from the eye, (…, bands).
+
+    airlight_along of drivers/jit.py does the same for Dr.Jit arrays.
+    """
+    row = row_sqrt_sine(haze.airlight_table.shape[1], directions[..., 2])
+    return interpolate_planes(haze.airlight_table, plane_index(distance), row, azimuth(directions))
 
 
 def plane_index(distance: np.ndarray) -> np.ndarray:
-    """Place of distances [m] among the planes of a table, which stand at NEAR_M·RATIO**k."""
+    """Find the places of distances [m] among a table's planes, plane k being at NEAR_M·RATIO**k."""
     return np.log(np.maximum(distance, NEAR_M) / NEAR_M) / np.log(RATIO)

@@ -54,30 +54,33 @@ _LEVEL_M = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class ScatteringLayer:
     """Light that a layer of air scatters and lets through, in tables by direction.
 
-    airlight  (planes, rows, columns, bands) from the eye; rows by row_sqrt_sine
-    seen      (rows, columns, bands) radiance from above the horizon, at the eye; rows by row_upper
-    arriving  the same at the ground
-    sun       (bands,) the share of the sun's light that is left at the ground
-    through_to_sun  (bands,) the same at the eye
+    airlight_table   (planes, rows, columns, bands) airlight of paths that begin at the eye; rows by
+                     direction_table.row_sqrt_sine
+    sky_from_eye     (rows, columns, bands) radiance of the sky and of the layer above the horizon,
+                     as they appear from the eye; rows by direction_table.row_upper
+    sky_from_ground  (rows, columns, bands) the radiance as it appears from the mean ground
+    sun_to_ground    (bands,) share of the sun's light that reaches the mean ground
+    sun_to_eye       (bands,) share of the sun's light that reaches the eye
     """
 
-    airlight: np.ndarray
-    seen: np.ndarray
-    arriving: np.ndarray
-    sun: np.ndarray
-    through_to_sun: np.ndarray
+    airlight_table: np.ndarray
+    sky_from_eye: np.ndarray
+    sky_from_ground: np.ndarray
+    sun_to_ground: np.ndarray
+    sun_to_eye: np.ndarray
 
 
-def with_layer(description: Description, air: Air) -> Description:
-    """Light a description through the air: its light has a Layer as its ``layer``."""
-    return {**description, "light": {**description["light"], "layer": make_layer(description, air)}}
+def with_scattering_layer(description: Description, air: Air) -> Description:
+    """Light a description through the air: add a ScatteringLayer to its light."""
+    layer = make_scattering_layer(description, air)
+    return {**description, "light": {**description["light"], "scattering_layer": layer}}
 
 
-def make_layer(description: Description, air: Air) -> Layer:
-    """Solve the layer of a frame before it is built, in the variant that is set."""
+def make_scattering_layer(description: Description, air: Air) -> ScatteringLayer:
+    """Solve the layer of a frame that is not built yet, in the variant that is set."""
     light, place = description["light"], description["camera"]["eye"]
     profile, mean, top = _reach(description, air)
     eye = float(place[2])
@@ -89,12 +92,14 @@ def make_layer(description: Description, air: Air) -> Layer:
     lines = Lines(eye, np.sign(root) * root**2, around)
     sky = sky_radiance(light, _sky_directions().reshape(-1, 3))
     sky = sky.reshape(_SKY_ROWS, _SKY_COLUMNS, -1)
-    return Layer(
-        airlight=gather(sources, lines, air, variant_bands().wavelengths, ends).source,
-        seen=_through(sky, sources, Lines(eye, _sky_sines(), around), air, top),
-        arriving=_through(sky, sources, Lines(mean, _sky_sines(), level), air, top),
-        sun=_sun_left(light["to_sun"], air, mean, top),
-        through_to_sun=_sun_left(light["to_sun"], air, eye, top),
+    return ScatteringLayer(
+        airlight_table=gather(sources, lines, air, variant_bands().wavelengths, ends).source,
+        sky_from_eye=_sky_through_layer(sky, sources, Lines(eye, _sky_sines(), around), air, top),
+        sky_from_ground=_sky_through_layer(
+            sky, sources, Lines(mean, _sky_sines(), level), air, top
+        ),
+        sun_to_ground=_sun_left(light["to_sun"], air, mean, top),
+        sun_to_eye=_sun_left(light["to_sun"], air, eye, top),
     )
 
 
@@ -164,7 +169,9 @@ def _sky_directions() -> np.ndarray:
     return np.stack((level * np.sin(turn), level * np.cos(turn), z), axis=2)
 
 
-def _through(sky: np.ndarray, sources: Sources, lines: Lines, air: Air, top_m: float) -> np.ndarray:
+def _sky_through_layer(
+    sky: np.ndarray, sources: Sources, lines: Lines, air: Air, top_m: float
+) -> np.ndarray:
     """The sky as seen from where lines begin, through what is left of the layer."""
     whole = (top_m - lines.start_m) / lines.up
     steps = NEAR_M * RATIO ** np.arange(PLANES)[:, None]

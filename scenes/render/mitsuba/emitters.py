@@ -20,11 +20,11 @@ def surroundings(light: Description) -> Any:
     The latter is a picture of what reaches the ground from each direction, where the frame is lit
     through such a layer.
     """
-    if "layer" not in light:
+    if "scattering_layer" not in light:
         return sky(light, sun_scale=0.0)
     up = np.sin(np.pi * (0.5 - (np.arange(_ROWS) + 0.5) / _ROWS))
     turn = (np.arange(_COLUMNS) + 0.5) / _COLUMNS
-    table = light["layer"].arriving
+    table = light["scattering_layer"].sky_from_ground
     turns, rows = np.broadcast_arrays(turn, row_upper(len(table), up)[:, None])
     picture = interpolate(table, rows, turns) * (up > 0)[:, None, None]
     return {
@@ -94,8 +94,8 @@ def sun_irradiance(light: Description) -> np.ndarray:
 def sun(light: Description) -> Description:
     """Describe the sun as a directional light of the same irradiance, which has no penumbra."""
     made, irradiance = variant_bands(), sun_irradiance(light)
-    if layer := light.get("layer"):
-        irradiance = irradiance * layer.sun
+    if layer := light.get("scattering_layer"):
+        irradiance = irradiance * layer.sun_to_ground
     colour: Description = {"type": "rgb", "value": irradiance.tolist()}
     if made.is_spectral:
         low, high = made.wavelengths[[0, -1]].tolist()

@@ -5,22 +5,24 @@ from dataclasses import replace
 
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
+from scenes.frame.quality import SampleWatch
 from scenes.render.description.scene_description import Description
 from scenes.render.pictures.denoise import check_denoiser, denoise
-from scenes.render.pipeline.stages import Watch, build, build_frame, ignore, trace
-from scenes.render.pipeline.subframes import render_subframes
+from scenes.render.pipeline.render_subframes import render_subframes
+from scenes.render.pipeline.stages import build, build_frame, ignore_samples, trace
 
 
 def render_frame(
     frame_input: FrameInput,
     frame: int = 0,
-    watch: Watch = ignore,
+    watch: SampleWatch = ignore_samples,
     description: Description | None = None,
 ) -> Layers:
     """Render ``frame``: same arguments, same bytes, within a variant and on any thread count.
 
-    description  of the frame, from who has let go of what is displayed; None: it is made here.
-                 It is used up
+    description  the frame's description, where the caller made it in order to free
+                 ``frame_input.displayed`` before the scene is built; its arrays are taken over, so
+                 that it cannot be used again. None: it is made here
     Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
     """
     if frame_input.denoise:

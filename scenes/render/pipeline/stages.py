@@ -9,28 +9,25 @@ from lod.atmosphere.air import Air
 from lod.camera import Camera
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
-from scenes.frame.quality import Quality
+from scenes.frame.quality import Quality, SampleWatch
 from scenes.render.description.describe import describe_frame, with_camera
 from scenes.render.description.scene_description import MEDIUM, Description
 from scenes.render.mitsuba import variants
 
-Watch = Callable[[int], object]
-"""Called again and again with how many samples were just taken."""
 
-
-def ignore(samples: int) -> None:
-    """Do nothing with a count of samples: the watch of those who do not."""
+def ignore_samples(samples: int) -> None:
+    """Do nothing with a count of samples: the SampleWatch where nobody follows a frame."""
 
 
 @dataclass(frozen=True, eq=False)
 class BuiltFrame:
-    """A scene that is built, ready for any number of pictures of it.
+    """A built scene, ready for any number of pictures.
 
-    scene       a BuiltScene: the renderer's scene, and what finds parts from hits
-    haze        a Haze: the air between, and its light
-    variant     in which it was built, and is traced
-    statistics  counts worth keeping: shapes (meshes, and tints of sticks), sticks, triangles
-    seconds     of the stages that made it
+    scene       a BuiltScene: the renderer's scene, and tables that find parts from hits
+    haze        a Haze: the air along rays, and its light
+    variant     name of the Mitsuba variant in which it was built and is traced
+    statistics  counts for the header: shapes (meshes, and tints of sticks), sticks, triangles
+    seconds     time of each stage so far
     """
 
     scene: Any
@@ -41,7 +38,7 @@ class BuiltFrame:
 
 
 def build_frame(frame_input: FrameInput) -> BuiltFrame:
-    """Describe and build a frame. Of its quality, seed and spp may change later."""
+    """Describe and build a frame; it may be traced with other seeds and samples per pixel."""
     start = time.perf_counter()
     description = describe_frame(frame_input)
     seconds = {"describe": time.perf_counter() - start}
@@ -55,18 +52,20 @@ def build(description: Description, air: Air, quality: Quality) -> BuiltFrame:
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
     from scenes.render.haze.haze import make_haze
-    from scenes.render.haze.scattered_layer import with_layer
+    from scenes.render.haze.scattered_layer import with_scattering_layer
     from scenes.render.mitsuba.build import build_scene
 
     statistics = _statistics(description)
     if quality.haze == "scattered":
-        description["light"] = with_layer(description, air)["light"]
+        description["light"] = with_scattering_layer(description, air)["light"]
     scene = build_scene(description)
     haze = make_haze(scene, air)
     return BuiltFrame(scene, haze, name, statistics, {"build": time.perf_counter() - start})
 
 
-def trace(built: BuiltFrame, quality: Quality, frame: int = 0, watch: Watch = ignore) -> Layers:
+def trace(
+    built: BuiltFrame, quality: Quality, frame: int = 0, watch: SampleWatch = ignore_samples
+) -> Layers:
     """Take one picture of a built frame; its variant is still the one that is set."""
     from scenes.render.drivers.accumulate import make_layers
     from scenes.render.mitsuba.build import flush_memory
@@ -81,9 +80,9 @@ def trace(built: BuiltFrame, quality: Quality, frame: int = 0, watch: Watch = ig
 def move_camera(
     built: BuiltFrame, camera: Camera, air: Air, after: Camera | None = None
 ) -> BuiltFrame:
-    """Look at a built frame from another place, in coordinates of the same corner.
+    """Give a built frame another camera, with coordinates from the same grid corner.
 
-    Not to be used where the air that is part of the scene depends on the place.
+    It must not be used with scattered haze or a medium: their air depends on the eye's place.
     """
     start = time.perf_counter()
     from scenes.render.haze.haze import make_haze
@@ -96,7 +95,7 @@ def move_camera(
 
 
 def _driver(variant: str, haze: str) -> Callable[..., Any]:
-    """The way to drive a frame that suits the variant."""
+    """Choose the driver that suits the variant and the kind of haze."""
     if haze == "medium":
         from scenes.render.drivers.volpath import render_medium
 

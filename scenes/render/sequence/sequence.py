@@ -85,8 +85,9 @@ def render_sequence(job: Job, render: Render) -> Iterator[Record]:
     """Render what is not done, giving a record after each frame, kept ones too.
 
     Record: frame, path, sha256, kept, seconds {stage: s}, peak_rss_bytes, statistics; of a frame
-    that failed: frame, path, error, tries. Bad input is bad input of all (InputError) where it is
-    met before any frame is right; later it costs that frame. DiskError ends the sequence.
+    that failed: frame, path, error, tries. Raises InputError where the first frame that is tried
+    meets it and no frame was done before, because all frames would meet it; otherwise it fails that
+    frame alone. DiskError ends the sequence.
     """
     first = not job.done
     for frame in job.paths:

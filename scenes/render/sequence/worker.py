@@ -27,19 +27,23 @@ CHILD = (sys.executable, "-P", "-m", "scenes.render.sequence.worker_child")
 _ROOT = Path(__file__).resolve().parents[3]
 _TICK_S = 0.5
 
-Watch = Callable[[int, int, int], object]
-"""Called twice a second, and whenever samples are taken: process, samples so far, of how many."""
+ProcessWatch = Callable[[int, int, int], object]
+"""Called twice a second, and whenever samples are taken, with three numbers: the process's id, the
+samples of the frame so far, and how many it will have."""
 
 _MALLOC = {
     "MALLOC_MMAP_THRESHOLD_": str(2**23),
     "MALLOC_TRIM_THRESHOLD_": str(2**24),
     "GLIBC_TUNABLES": "glibc.malloc.hugetlb=1",
 }
-"""Has glibc give back what arrays of 8 MB and more held, once they are let go of: for
-smaller ones new memory costs more time than it saves room, and threads, which would give it back
-after each run of points, keep up to 16 MB of it. And has it ask for large pages, where the system
-gives them only to who asks: memory is new in every frame, and 512 times as many small ones would be
-to be had one by one."""
+"""Settings of glibc's allocator in the process that renders.
+
+The memory of an array of 8 MB and more goes back to the system as soon as the array is freed
+(MMAP_THRESHOLD). Smaller arrays reuse memory, because asking the system again would cost more time
+than the room is worth: up to 16 MB of free memory stay with the process (TRIM_THRESHOLD), which
+threads would otherwise give back after each run of points. hugetlb=1 asks for large pages on
+systems that give them only on request: the memory of a frame is new, and one large page takes the
+place of 512 small ones that would have to be mapped one by one."""
 
 
 class Worker:
@@ -52,7 +56,7 @@ class Worker:
     def __init__(
         self,
         threads: int = 0,
-        watch: Watch = lambda process, samples, of: None,
+        watch: ProcessWatch = lambda process, samples, of: None,
         most_bytes: int | None = None,
     ) -> None:
         self._threads, self._watch, self._most_bytes = threads, watch, most_bytes
@@ -72,7 +76,7 @@ class Worker:
         self.end()
 
     def __call__(self, settings: Settings, frame: int, target: Path) -> Record:
-        """Render a frame into ``target``, as FrameSession.render does.
+        """Render a frame into ``target``, as FrameSession.render (frame_session.py) does.
 
         The settings go to the process once, until others come. Raises what FrameSession raises, and
         FrameFailed for any other error and for a frame that has killed MOST_TRIES workers.

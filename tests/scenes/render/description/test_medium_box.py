@@ -13,7 +13,7 @@ from scenes.frame.layers import SKY_Z
 from scenes.frame.quality import Quality
 from scenes.render.description.describe import describe_frame
 from scenes.render.haze.haze import airlight_along, make_haze
-from scenes.render.haze.scattered_layer import with_layer
+from scenes.render.haze.scattered_layer import with_scattering_layer
 from scenes.render.mitsuba import variants
 from scenes.render.mitsuba.build import build_scene
 from scenes.render.pipeline.render import render_frame
@@ -27,7 +27,9 @@ def far_along(make, variant, heading, spp=2048):
     quality = Quality(variant, spp, 1, 16, "medium")
     seen = render_frame(FrameInput(camera, (), AIR, make.light, quality)).rgb.mean(axis=(0, 1))
     variants.use(variant)
-    built = build_scene(with_layer(describe_frame(replace(make.frame(), camera=camera)), AIR))
+    built = build_scene(
+        with_scattering_layer(describe_frame(replace(make.frame(), camera=camera)), AIR)
+    )
     haze, endless = make_haze(built, AIR), np.array([np.inf])
     return seen, airlight_along(haze, camera.forward[None], endless)[0]
 

@@ -17,7 +17,7 @@ from scenes.render.description.direction_table import (
     row_sqrt_sine,
     row_upper,
 )
-from scenes.render.haze.scattered_layer import with_layer
+from scenes.render.haze.scattered_layer import with_scattering_layer
 from scenes.render.mitsuba import variants
 from scenes.render.mitsuba.emitters import radiance, surroundings
 from scenes.render.pipeline.render import render_frame
@@ -54,10 +54,10 @@ def test_a_table_of_planes_is_looked_up_plane_by_plane():
 def test_surroundings_stand_where_the_table_says(make, variant):
     """Its light comes from the direction that it was tabulated for, and none from below."""
     variants.use(variant)
-    light = with_layer(describe_frame(make.frame(make.ground())), AIR)["light"]
+    light = with_scattering_layer(describe_frame(make.frame(make.ground())), AIR)["light"]
     way = np.array([(0.6, 0.0, 0.8), (0.0, 0.8, 0.6), (-0.48, -0.64, 0.6), (0.8, -0.6, 0.02)])
     way /= np.linalg.norm(way, axis=1)[:, None]
-    seen = light["layer"].arriving
+    seen = light["scattering_layer"].sky_from_ground
     expected = interpolate(seen, row_upper(len(seen), way[:, 2]), azimuth(way))
     import mitsuba as mi
 

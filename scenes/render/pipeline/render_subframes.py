@@ -1,5 +1,6 @@
-"""Motion blur: a frame as the mean of sub-frames, evenly spread over the time the shutter is open.
+"""Motion blur: a frame rendered as the mean of sub-frames spread evenly over the open shutter.
 
+scenes/frame/subframes.py makes the inputs of the sub-frames; here they are rendered and averaged.
 Taken in the middles of N equal times, they spread what moves by L over N places: the variance of
 its profile grows by L²/12·(1 − 1/N²), that of a box where N → ∞. Sub-frame i of frame f is rendered
 whole, haze included, with its share of the samples and the seed ``sampler_seed(seed, f, i)``.
@@ -15,12 +16,11 @@ from lod.errors import InputError
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
-from scenes.frame.quality import sampler_seed
+from scenes.frame.quality import SampleWatch, sampler_seed
 from scenes.render.pipeline.stages import (
     BuiltFrame,
-    Watch,
     build_frame,
-    ignore,
+    ignore_samples,
     move_camera,
     trace,
 )
@@ -29,7 +29,9 @@ _ADDED = ("clamped", "replaced")
 """Statistics of samples; the others are of a scene."""
 
 
-def render_subframes(frame_input: FrameInput, frame: int = 0, watch: Watch = ignore) -> Layers:
+def render_subframes(
+    frame_input: FrameInput, frame: int = 0, watch: SampleWatch = ignore_samples
+) -> Layers:
     """Render the sub-frames of ``frame``, one at a time, and average them: same input, same bytes.
 
     Raises InputError where there are more of them than samples a pixel.
@@ -47,7 +49,7 @@ def render_subframes(frame_input: FrameInput, frame: int = 0, watch: Watch = ign
         if built and now.displayed is displayed and quality.haze == "analytic":
             built = move_camera(built, now.camera, now.air, now.after)
         else:
-            built = None  # a JIT variant would count its shapes, too
+            built = None  # freed first: a JIT variant would count its shapes, too
             built, displayed = build_frame(now), now.displayed
         share = quality.spp // n + (number < quality.spp % n)
         seed = sampler_seed(quality.seed, frame, number)
