@@ -1,4 +1,4 @@
-"""What was claimed, what was measured, and the verdict: judged here and nowhere else."""
+"""What was claimed, what was measured, and what is the verdict? The only file that judges."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -14,16 +14,19 @@ Relation = Literal["equals", "at most"]
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim and its measurement.
+    """One claim, and the measurement that decides it.
 
     name       short and unique within its experiment: ``blake/objects/slope_K``
     about      the claim in plain words
     quantity   what the numbers are: an exponent against something, a ratio
-    source     where it comes from: a section of the paper, or of the design
-    predicted, tolerance   what it must be, and how near
+    source     where it comes from: a section of Blake (1987) as ``§2.4``, or another text
+    predicted, tolerance   the number that is claimed, and how far from it a number still agrees
     relation   ``equals``: predicted ± tolerance; ``at most``: not above predicted + tolerance
-    measured, low, high    the estimate and its 95 % interval
-    expected_to_fail   the theory itself says that it fails here: what is outside refutes nothing
+    measured, low, high    the estimate and its 95 % interval, or its one-sided 95 % bounds
+    expected_to_fail   whether the theory says that it fails here, so that failing refutes nothing
+
+    Raises InputError for numbers that are not finite, unless low ≤ measured ≤ high, for a
+    tolerance below 0 and for another relation.
     """
 
     name: str
@@ -51,8 +54,10 @@ class Claim:
 
     @property
     def verdict(self) -> Verdict:
-        """Holds with the whole interval inside what was claimed; refuted with it wholly outside,
-        or, where that was expected, fails as expected.
+        """The verdict by the interval.
+
+        The claim holds where the whole interval lies within what was claimed. It is refuted, or
+        fails as expected, where the whole interval lies outside. Otherwise it is undecided.
         """
         lowest = self.predicted - self.tolerance if self.relation == "equals" else -math.inf
         highest = self.predicted + self.tolerance
@@ -64,19 +69,19 @@ class Claim:
 
     @property
     def claimed_text(self) -> str:
-        """What was claimed, as a number with its tolerance."""
+        """The number that was claimed, with its tolerance, as text."""
         if self.relation == "at most":
             return f"at most {plain_number(self.predicted + self.tolerance)}"
         return f"{plain_number(self.predicted)} ± {self.tolerance:g}"
 
     @property
     def measured_text(self) -> str:
-        """What was measured, with its interval."""
+        """The number that was measured, with its interval, as text."""
         value, low, high = (four_decimals(v) for v in (self.measured, self.low, self.high))
         return f"{value} ({low} to {high})"
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data, with the verdict worked out; ``expected_to_fail`` only where something is."""
+        """Return plain data, with the verdict, and with ``expected_to_fail`` only where it is true."""
         data = asdict(self) | {"verdict": self.verdict}
         return (
             data
@@ -90,15 +95,25 @@ def claim(
     words: tuple[str, str, str],
     predicted: float,
     tolerance: float,
-    found: Estimate,
+    measured: Estimate,
     relation: Relation = "equals",
     expected_to_fail: bool = False,
 ) -> Claim:
-    """The claim that ``found`` is ``predicted``; ``words`` are about, quantity and source."""
-    interval = found.value, found.low, found.high
+    """Make the claim that an estimate is ``predicted`` ± ``tolerance``, or at most their sum.
+
+    name               short and unique within its experiment: ``blake/objects/slope_K``
+    words              (about, quantity, source): the claim as a sentence; what the numbers are; and
+                       where the claim comes from, a section of Blake (1987) or another text
+    measured           the estimate; the whole of its interval decides the verdict
+    relation           ``equals`` or ``at most``
+    expected_to_fail   whether the theory says that the claim fails here
+
+    Raises InputError for numbers that are not finite and for a tolerance below 0.
+    """
+    interval = measured.value, measured.low, measured.high
     return Claim(name, *words, predicted, tolerance, *interval, relation, expected_to_fail)
 
 
 def claim_from(data: dict[str, Any]) -> Claim:
-    """A claim read back; its verdict is worked out again, never read."""
+    """Read a claim back from plain data; its verdict is worked out again and never read."""
     return Claim(**{key: value for key, value in data.items() if key != "verdict"})

@@ -1,4 +1,4 @@
-"""What is an experiment? A question, the functions that answer it, and what its record shows."""
+"""What is an experiment made of? A question, functions that answer it, and what is shown."""
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
@@ -12,12 +12,13 @@ if TYPE_CHECKING:
     from bench.records.records import Record
 
 Progress = Callable[[int, int, str], None]
-"""Called with cases done, cases in all, and what comes next."""
+"""A function that is called with the cases done, the cases in all, and the name of the next."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
-"""Heads and rows."""
+"""A table: the heads of its columns, and its rows."""
 
 EffortName = Literal["full", "quick"]
+"""How much a run measures: everything, or enough to try it."""
 
 
 def silent(done: int, total: int, what: str) -> None:
@@ -26,7 +27,7 @@ def silent(done: int, total: int, what: str) -> None:
 
 @dataclass(frozen=True)
 class Effort:
-    """How much a run measures, as named sizes: ``effort["fields"]`` of each case, for example."""
+    """How much a run measures, as named sizes: ``effort["fields"]`` for example."""
 
     name: EffortName
     sizes: Mapping[str, Any]
@@ -49,25 +50,31 @@ class Lazy:
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """One question, how it is answered, what its record shows, and what that does not say.
+    """One question, the functions that answer it, and what its record shows.
 
-    version       number of its cases: other cases, other version
-    full, quick   sizes of a run that is full or quick, by name
-    cases         of an Effort: what is measured, each plain data that another process can be sent;
-                  where a metric is accepted, of its name or None as well
-    measure       of one case and the run's seed: a point, or several; points of one case are merged
-    judge         of all points: every claim that their samples decide
-    plots, point_table   of a record: its plots; heads and rows of its points
-    scene_hash    of all points: SHA-256 of everything that was looked at
-    notes         of effort, seed and points: what else the record notes; the sizes if there is none
-    summary       of a record: what it says in a few rows, before all else
-    caveats       what the record does not say
-    expected_seconds   of a full and of a quick run on two cores: for estimates only
-    rendered      pictures are made: the record names the renderer's variant
-    timed         it measures time, and so must stay on one machine
-    all_cores     it measures on every core
-    accepts_metric   it can try an installed metric beside its own
-    order         place in lists and reports: the smaller comes first
+    Every function may be a ``Lazy``, so that listing experiments imports none of their modules.
+
+    name, about, question   what `lodbench list` and the report say of the experiment
+    version       a number that goes up when the cases change: runs of different versions are not
+                  compared
+    full, quick   the sizes of a full and of a quick run, by name
+    cases         function from an Effort to the cases: plain data that another process can be sent.
+                  Where ``accepts_metric`` is true, it is also given the name of the metric, or None
+    measure       function from one case and the run's seed to a Point or several; points of the
+                  same case are merged
+    judge         function from all points to every claim that their samples decide
+    plots         function from a record to its plots
+    point_table   function from a record to the heads and rows of a table of its points
+    scene_hash    function from all points to the SHA-256 of everything that was looked at
+    notes         function from effort, seed and points to what else the record notes; None = sizes
+    summary       function from a record to heads and rows that the report shows first; None = none
+    caveats       sentences that say what the record does not show
+    expected_seconds   how long a full and a quick run take on two cores; only for estimates of time
+    rendered      whether pictures are rendered; the record then names the renderer's variant
+    timed         whether time is measured; all cases then stay on one machine
+    all_cores     whether one case uses every core
+    accepts_metric   whether it can measure an installed metric beside the built-in ones
+    order         place in lists and reports: smaller numbers come first
     """
 
     name: str
@@ -93,5 +100,5 @@ class Experiment:
     order: int = 1000
 
     def effort(self, name: EffortName) -> Effort:
-        """Give the sizes of a full or a quick run."""
+        """Return the sizes of a full or a quick run."""
         return Effort(name, self.quick if name == "quick" else self.full)
