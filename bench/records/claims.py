@@ -81,7 +81,7 @@ class Claim:
         return f"{value} ({low} to {high})"
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain data, with the verdict, and with ``expected_to_fail`` only where it is true."""
+        """Return plain data with the verdict, and ``expected_to_fail`` only where it is true."""
         data = asdict(self) | {"verdict": self.verdict}
         return (
             data
