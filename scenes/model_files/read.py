@@ -1,6 +1,6 @@
-"""Reading a model's TOML file into a frozen dataclass, every key checked.
+"""Reading a model's TOML file into a frozen dataclass or a Pydantic model, every key checked.
 
-The fields of the dataclass are the keys of the file: their annotations say type and range.
+Its fields are the keys of the file: their annotations say type and range.
 """
 
 import difflib
@@ -17,12 +17,15 @@ from lod.errors import InputError
 CLOSED = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 """``__pydantic_config__`` of a dataclass that a file describes: no unknown key, no other type."""
 
+_UNKNOWN_KEY = ("unexpected_keyword_argument", "extra_forbidden")  # of a dataclass, of a model
+
 T = TypeVar("T")
 
 
 def read_model_file(file: Traversable, kind: type[T], given: Mapping[str, Any]) -> T:
-    """The dataclass ``kind`` from a TOML file, and from values ``given`` by the program, which may
-    not stand in the file.
+    """Read a ``kind`` from a TOML file, and from values ``given`` by the program.
+
+    ``kind`` is a dataclass or a Pydantic model. A value that is given may not stand in the file.
 
     Raises InputError that names the file, the key, what arrived, the rule and the cure.
     """
@@ -41,7 +44,7 @@ def read_model_file(file: Traversable, kind: type[T], given: Mapping[str, Any]) 
 def _explain(error: ValidationError, file: str) -> InputError:
     """The first thing that is wrong, in one line; an unknown key before all else."""
     errors = error.errors(include_url=False)
-    unknown = [each for each in errors if each["type"] == "unexpected_keyword_argument"]
+    unknown = [each for each in errors if each["type"] in _UNKNOWN_KEY]
     first = (unknown or errors)[0]
     if first["type"] == "value_error" and isinstance(first["ctx"]["error"], InputError):
         return first["ctx"]["error"]

@@ -9,8 +9,8 @@ from functools import lru_cache
 
 from lod.errors import InputError
 from scenes.gait.gait import rest_feet
-from scenes.model_files.names import tree_species_names
-from scenes.models.animals.catalogue import ANIMALS, animal
+from scenes.model_files.names import animal_names, tree_species_names
+from scenes.models.animals.catalogue import animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import walking_people
@@ -67,7 +67,7 @@ MODELS: dict[str, Model] = {
     "figure": in_any_weather(people),
     **{name: tree_model(name) for name in tree_species_names()},
     "boulder": in_any_weather(boulder_prototypes),
-    **{name: in_any_weather(animal_model(name)) for name in ANIMALS},
+    **{name: in_any_weather(animal_model(name)) for name in animal_names()},
 }
 
 

@@ -5,16 +5,17 @@ two appearances, and gait. ``docs/add-an-animal.md`` shows how to write one.
 """
 
 import math
-import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from importlib.resources.abc import Traversable
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lod.errors import InputError
 from scenes.gait.foot_path import Leg
 from scenes.gait.gait import Gait, Wave
+from scenes.model_files.read import read_model_file
 from scenes.rig.anatomy import MEAN, Anatomy, Build, Joint, Limits, Part, Rod
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -199,18 +200,11 @@ class AnimalFile(_Table):
         return AnimalTables(anatomy, Build(self.height, self.materials), self.gait.gait())
 
 
-def load_animal(path: Path) -> AnimalTables:
+def load_animal(file: Traversable) -> AnimalTables:
     """The tables of an animal's file. Raises InputError for the first thing wrong with it."""
-    try:
-        file = AnimalFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(path.name, str(error), "a TOML file") from None
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = ".".join(str(step) for step in first["loc"])
-        raise InputError(f"{path.name}: {key}", first["input"], first["msg"]) from None
-    _check_names(file, path.name)
-    return file.tables()
+    animal = read_model_file(file, AnimalFile, {})
+    _check_names(animal, file.name)
+    return animal.tables()
 
 
 def _joints(tables: dict[str, JointTable]) -> dict[str, Joint]:
@@ -240,30 +234,44 @@ def _turned(point: Triple, angle: float) -> Triple:
 
 def _check_names(file: AnimalFile, source: str) -> None:
     """Raise InputError where a table names a joint, part or material that is not there."""
-    joints: list[str] = []
-    for name, joint in (file.joints | file.side_joints).items():
-        _check_name(f"{source}: joints.{name}.parent", joint.parent, ("", *joints), "above it")
-        joints.append(name)
+    joints = [""]
+    for table, own in (("joints", file.joints), ("side_joints", file.side_joints)):
+        for name, joint in own.items():
+            _check_name(f"{source}: {table}.{name}.parent", joint.parent, joints, "above it")
+            joints.append(name)
     parts: list[str] = []
-    for name, part in (file.parts | file.side_parts).items():
-        where = f"{source}: parts.{name}"
-        _check_name(f"{where}.whole", part.whole, parts or ("",), "above it")
-        _check_name(f"{where}.joint", part.joint, joints, "of this file")
-        parts.append(name)
-        for stick in (*part.body, *part.leaf):
-            _check_name(f"{where}: joint", stick.joint or part.joint, joints, "of this file")
-            known = (*file.materials, MEAN)
-            _check_name(f"{where}: material", stick.material, known, "of this file")
+    for table, tables in (("parts", file.parts), ("side_parts", file.side_parts)):
+        for name, part in tables.items():
+            where = f"{source}: {table}.{name}"
+            _check_name(f"{where}.whole", part.whole, parts or ("",), "above it")
+            _check_name(f"{where}.joint", part.joint, joints[1:], "of this file")
+            _check_sticks(f"{where}.body", part.body, joints[1:], file)
+            _check_sticks(f"{where}.leaf", part.leaf, joints[1:], file)
+            parts.append(name)
     gait = file.gait
-    for leg in gait.legs:
-        for bone in (leg.hip, leg.knee, leg.ankle, *leg.toes):
-            _check_name(f"{source}: gait.legs", bone, tuple(file.side_joints), "of side_joints")
-    for wave in gait.waves:
-        _check_name(f"{source}: gait.waves", wave.joint, ("", *joints), "of this file")
-    for spin in gait.spins:
-        _check_name(f"{source}: gait.spins", spin.joint, joints, "of this file")
+    for k, leg in enumerate(gait.legs):
+        bones = {"hip": leg.hip, "knee": leg.knee, "ankle": leg.ankle}
+        bones |= {f"toes[{i}]": toe for i, toe in enumerate(leg.toes)}
+        for key, bone in bones.items():
+            where = f"{source}: gait.legs[{k}].{key}"
+            _check_name(where, bone, tuple(file.side_joints), "of side_joints")
+    for k, wave in enumerate(gait.waves):
+        _check_name(f"{source}: gait.waves[{k}].joint", wave.joint, joints, "of this file")
+    for k, spin in enumerate(gait.spins):
+        _check_name(f"{source}: gait.spins[{k}].joint", spin.joint, joints[1:], "of this file")
 
 
-def _check_name(where: str, name: str, known: Any, which: str) -> None:
+def _check_sticks(
+    where: str, sticks: Sequence[StickTable], joints: Sequence[str], file: AnimalFile
+) -> None:
+    """Raise InputError where a stick names a joint or a material that is not there."""
+    for k, stick in enumerate(sticks):
+        if stick.joint is not None:
+            _check_name(f"{where}[{k}].joint", stick.joint, joints, "of this file")
+        materials = (*file.materials, MEAN)
+        _check_name(f"{where}[{k}].material", stick.material, materials, "of this file")
+
+
+def _check_name(where: str, name: str, known: Sequence[str], which: str) -> None:
     if name not in known:
         raise InputError(where, name, f"one of {', '.join(map(repr, known))}, {which}")

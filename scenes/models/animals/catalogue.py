@@ -6,30 +6,29 @@ insects and artifacts are here to put that to the test.
 """
 
 from functools import lru_cache
-from pathlib import Path
+from importlib import resources
 
 from lod.errors import InputError
 from scenes.gait.gait import with_gait
+from scenes.model_files.names import animal_names
 from scenes.models.animals.animal_file import AnimalTables, load_animal
 from scenes.rig.build import build_prototype
 from scenes.rig.rigged_prototype import RiggedPrototype
 
-_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
-
-ANIMALS = tuple(_FILES)
-"""Names of all animals, in alphabetical order."""
-
 
 @lru_cache(maxsize=16)
 def animal_tables(name: str) -> AnimalTables:
-    """The tables of one of ``ANIMALS``. Raises InputError for another name or a bad file."""
-    if name not in _FILES:
-        raise InputError("animal", name, f"one of {', '.join(ANIMALS)}")
-    return load_animal(_FILES[name])
+    """The tables of the animal of a name (see ``scenes.model_files.names.animal_names``).
+
+    Raises InputError for another name or a bad file.
+    """
+    if name not in animal_names():
+        raise InputError("animal", name, f"one of {', '.join(animal_names())}")
+    return load_animal(resources.files("scenes.models.animals") / f"{name}.toml")
 
 
 @lru_cache(maxsize=16)
 def animal(name: str) -> RiggedPrototype:
-    """One of ``ANIMALS``, walking, hopping or turning; one prototype, whatever the seed."""
+    """The animal of a name, walking, hopping or turning; one prototype, whatever the seed."""
     tables = animal_tables(name)
     return with_gait(build_prototype(name, tables.anatomy, tables.build), tables.gait)

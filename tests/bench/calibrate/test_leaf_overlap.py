@@ -11,6 +11,7 @@ from bench.calibrate.leaf_overlap import (
     model_objects,
     with_overlap,
 )
+from scenes.model_files.names import animal_names
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
@@ -55,7 +56,7 @@ def test_the_overlap_that_is_found_is_right(monkeypatch):
 def test_every_model_covers_as_much_while_its_parts_fade(model):
     """Within 3 % at every level (without overlaps 0.77 to 1.08). Of boulders and animals some are
     off by more: one pair of numbers stands for every body, and is that of people."""
-    most = 0.09 if model in leaf_overlap.ANIMALS or model == "boulder" else 0.03
+    most = 0.09 if model in animal_names() or model == "boulder" else 0.03
     for _, objects in model_objects(model):
         finest = int(max(one.hierarchy.level.max() for one in objects))
         found = [cover_ratio(objects, level) for level in range(1, finest + 1)]

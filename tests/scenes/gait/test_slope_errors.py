@@ -14,7 +14,8 @@ from lod.arrays import Points
 from lod.rotations import multiply_quaternions
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
-from scenes.models.animals.catalogue import ANIMALS, animal, animal_tables
+from scenes.model_files.names import animal_names
+from scenes.models.animals.catalogue import animal, animal_tables
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import walking_people
 from scenes.rig.foot_placement import Placements, place_on_ground
@@ -136,7 +137,7 @@ class SlopeTrial:
 
 
 PEOPLE = {"person": 0.0, "child": 1.0}
-WALKERS = [*PEOPLE, *(name for name in ANIMALS if animal_tables(name).gait.legs)]
+WALKERS = [*PEOPLE, *(name for name in animal_names() if animal_tables(name).gait.legs)]
 STANDS_WELL = 0.16
 """Of the ground under a herd of the preset zoo 99 % is no steeper."""
 

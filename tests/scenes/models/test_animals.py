@@ -3,18 +3,19 @@ import pytest
 
 from lod.errors import InputError
 from scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
-from scenes.models.animals.catalogue import ANIMALS, animal, animal_tables
+from scenes.model_files.names import animal_names
+from scenes.models.animals.catalogue import animal, animal_tables
 from scenes.models.people.people import people_at_rest
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.rotations import matrices, to_euler
 
-WALKERS = [name for name in ANIMALS if animal_tables(name).gait.legs]
+WALKERS = [name for name in animal_names() if animal_tables(name).gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]
 
 
-@pytest.mark.parametrize("name", ANIMALS)
+@pytest.mark.parametrize("name", animal_names())
 def test_no_joint_goes_beyond_its_limits(name):
     it = animal(name)
     seen = sample_cycle(it)
@@ -64,7 +65,7 @@ def test_sails_go_round_once_a_cycle():
     assert it.motion.speed == 0
 
 
-@pytest.mark.parametrize("name", ANIMALS)
+@pytest.mark.parametrize("name", animal_names())
 def test_levels_run_from_blob_to_detail(name):
     h = animal(name).hierarchy
     assert set(np.unique(h.level)) >= {0, 1, 2, 3}
@@ -83,7 +84,7 @@ def test_an_artifact_has_big_bits_tacked_on():
     assert h.P[sail] > 3 * h.P[h.parent[sail]]
 
 
-@pytest.mark.parametrize("name", ANIMALS)
+@pytest.mark.parametrize("name", animal_names())
 def test_every_pose_of_the_motion_stays_within_R(name):
     it = animal(name)
     for phase in np.linspace(0, 1, 9):
@@ -91,7 +92,7 @@ def test_every_pose_of_the_motion_stays_within_R(name):
 
 
 def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
-    them = tuple(animal(name) for name in ANIMALS)
+    them = tuple(animal(name) for name in animal_names())
     phases = np.array((0.0, 0.31, 0.99, 0.999))
     for variant, it in enumerate(them):
         n, count = len(it.rig), len(phases)

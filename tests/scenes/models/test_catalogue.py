@@ -2,14 +2,13 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.model_files.names import model_names
-from scenes.models.animals.catalogue import ANIMALS
+from scenes.model_files.names import animal_names, model_names
 from scenes.models.catalogue import MODELS, at_rest, model_prototypes
 from scenes.preset.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
-RIGGED = ["figure", *ANIMALS]
+RIGGED = ["figure", *animal_names()]
 LEGGED = [name for name in RIGGED if name != "windmill"]
 
 
@@ -60,7 +59,7 @@ def test_what_does_not_walk_goes_on_as_it_does():
     assert at_rest(mill) is mill
 
 
-@pytest.mark.parametrize("model", ANIMALS)
+@pytest.mark.parametrize("model", animal_names())
 @pytest.mark.parametrize("count", [0, 2, 7])
 def test_animals_come_in_one_build(model, count):
     with pytest.raises(InputError, match=f"{model}: prototypes: {count}.*one build"):

@@ -14,13 +14,14 @@ from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
 from scenes.field.placed_object import Placed
-from scenes.models.animals.catalogue import ANIMALS, animal, animal_tables
+from scenes.model_files.names import animal_names
+from scenes.models.animals.catalogue import animal, animal_tables
 from scenes.models.catalogue import at_rest
 from scenes.models.people.people import human_anatomy, people_at_rest
 from scenes.sticks.outline_area import largest_area
 
 PEOPLE = {"person": 0.0, "child": 1.0}
-ALL = [*PEOPLE, *ANIMALS]
+ALL = [*PEOPLE, *animal_names()]
 GROWN_LIKE_US = ["person", "child", "rabbit", "giraffe", "ostrich"]
 LIVING = [*GROWN_LIKE_US, "insect"]
 DIRECTIONS = ((1.0, 0.0, 0.2), (-0.6, 0.7, 0.05), (0.3, -1.0, 0.8), (-0.2, -0.1, 1.0))
