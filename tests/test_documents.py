@@ -66,4 +66,6 @@ def test_settings_exist(page: Path) -> None:
 def test_pages_are_short() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert len(readme.splitlines()) <= 200 and len(readme.split()) <= 2000
-    assert all(len(page.read_text(encoding="utf-8").splitlines()) <= 60 for page in HOW_TO)
+    lines = {page.name: len(page.read_text(encoding="utf-8").splitlines()) for page in HOW_TO}
+    reference = {"architecture.md", "method.md"}  # to look things up in; all others do one task
+    assert [name for name, n in lines.items() if n > (120 if name in reference else 60)] == []

@@ -62,7 +62,7 @@ class Case:
 
     @property
     def m(self) -> float:
-        """m = τ·2·tan(fov/2)/width [rad] (DESIGN §1)."""
+        """m = τ·2·tan(fov/2)/width [rad]."""
         return self.detail * 2 * math.tan(math.radians(self.fov) / 2) / self.width
 
     def as_json(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What a case of the scaling experiment looks at: objects, ground and view (DESIGN §1)."""
+"""What a case of the scaling experiment looks at: objects, ground and view."""
 
 from dataclasses import replace
 from functools import lru_cache
