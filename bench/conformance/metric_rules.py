@@ -57,7 +57,7 @@ def knows_one_part_at_a_time(metric: Metric) -> Iterator[str]:
 
 
 def finer_detail_takes_nothing_away(metric: Metric) -> Iterator[str]:
-    """A smaller m never lowers a limit, and neither does a larger part."""
+    """A smaller m never lowers a limit, and neither does a larger P or R."""
     P, R = _parts()
     for m in _ANGLES:
         D = metric.limit(P, R, m)
@@ -65,6 +65,7 @@ def finer_detail_takes_nothing_away(metric: Metric) -> Iterator[str]:
             f"m = {m:g}: less far in finer detail", metric.limit(P, R, m / 2) < D
         )
         yield from report_rows(f"m = {m:g}: less far for a larger P", metric.limit(2 * P, R, m) < D)
+        yield from report_rows(f"m = {m:g}: less far for a larger R", metric.limit(P, 2 * R, m) < D)
 
 
 FORMULA = (answers_with_distances, knows_one_part_at_a_time, finer_detail_takes_nothing_away)

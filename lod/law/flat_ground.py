@@ -5,6 +5,8 @@ a part is displayed within its limit distance D. Through a full turn that is a d
 h²).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from lod.arrays import Ints, Reals
@@ -12,6 +14,15 @@ from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.viewer import ViewingConditions
+
+LIMITS: dict[str, Callable[[Reals, Reals, float], Reals]] = {
+    "blake": lambda P, R, m: (P + R) / m,
+    "bounded": lambda P, R, m: P / m + R,
+    "solid_angle": lambda P, R, m: P / m,
+    "full": lambda P, R, m: np.full(len(P), np.inf),
+}
+"""Limit distances in clear air of the built-in metrics that have a law, apart from those that the
+pruner uses (``lod.metric.family``): a prediction must not rest on what it tests."""
 
 _HALVINGS = 60
 """Bisections of an interval: enough for the last bits of a float64."""
@@ -25,22 +36,15 @@ def chained_limits(
     A part is displayed while its own test and those of every part above it pass, in whatever pose:
     D = max(0, min over ancestors j of (D_j − length of the chain of separations from j down)).
     Through air and eye, D_j is the farthest d of which W(d) is within its limit in clear air.
-    Raises KeyError for a metric without a law.
+    Raises KeyError for a metric that measures depth along the axis of view: it has no law.
     """
-    P, R = hierarchy.P, hierarchy.R
-    family = {
-        "blake": (P + R) / m,
-        "bounded": P / m + R,
-        "solid_angle": P / m,
-        "full": np.full(len(P), np.inf),
-    }
     if metric.along_axis:
         raise KeyError(metric.name)
-    # Of a metric that is not of the family, only its own formula is known.
-    alone = family[metric.name] if metric.name in family else metric.limit(P, R, m)
+    # A metric of another package is known by its own formula alone.
+    alone = LIMITS.get(metric.name, metric.limit)(hierarchy.P, hierarchy.R, m)
     if conditions is not None and metric.finite:
         alone = _farthest_seen(alone, hierarchy.contrast, conditions, m)
-    limit, chain, above = alone.copy(), np.zeros(len(P)), np.arange(len(P))
+    limit, chain, above = alone.copy(), np.zeros(len(alone)), np.arange(len(alone))
     while (above > 0).any():
         chain = chain + np.where(above > 0, hierarchy.separation[above], 0.0)
         above = np.where(above > 0, hierarchy.parent[above], 0)

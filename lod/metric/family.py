@@ -1,8 +1,14 @@
-"""The metric family: how far away a part of given P and R is still displayed (§2.4).
+"""The metric family: how far away a part of given P and R is still displayed (Blake 1987 §2.4).
 
-Each member is a pure function of priority P [m], range R [m] and the detail angle m [rad] to a
-limit distance D [m]; a part is displayed while d < D. Which distance d is, and which parts are in
-view, is said by ``Metric.along_axis``.
+Each member is a pure function, part by part, to a limit distance D [m]; a part is displayed while
+its distance d < D. Its arguments are
+
+    P  priority [m]: √ of the largest cross-section that the part can present as a leaf
+    R  range [m]: how far its extremes, or its parts' ends, can be from its origin
+    m  the detail angle [rad]
+
+``Metric.along_axis`` says which distance d is. The law's prediction has formulas of its own
+(``lod.law.flat_ground``); docs/plugins.md says how to add a metric.
 """
 
 from collections.abc import Callable
@@ -30,7 +36,7 @@ def bounded(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
 
 def solid_angle(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
     """P > m·d: what the part itself subtends, without a bound (§2.1)."""
-    return P / m + 0.0 * R
+    return P / m + 0.0 * R  # of the shape that P and R have together
 
 
 def full(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
@@ -42,8 +48,11 @@ def full(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
 class Metric:
     """A named member of the family.
 
-    ``along_axis``: d is the depth along the camera's axis, and parts out of view are dropped; what
-    the paper argues against (§2.1). Otherwise d is the true distance from the eye.
+    name, about  what ``lodbench list`` shows
+    limit        its formula
+    along_axis   d is the depth along the camera's axis, and parts out of view are dropped, which
+                 the paper argues against (§2.1); otherwise d is the true distance from the eye
+    finite       its limits are finite; otherwise it needs a world with an edge
     """
 
     name: str
@@ -59,8 +68,8 @@ METRICS: dict[str, Metric] = {
         Metric("blake", blake, "P + R > m·d, as printed in §2.4 (default)"),
         Metric("bounded", bounded, "P > m·(d − R): the nearest extreme decides"),
         Metric("solid_angle", solid_angle, "P > m·d: no bound on position"),
-        Metric("depth", blake, "P + R > m·(depth along the view axis), in view only", True),
-        Metric("full", full, "everything, always; needs a finite world", False, False),
+        Metric("depth", blake, "P + R > m·(depth along the axis), in view only", along_axis=True),
+        Metric("full", full, "everything, always; needs a finite world", finite=False),
     )
 }
 

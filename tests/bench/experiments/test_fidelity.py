@@ -150,8 +150,10 @@ def test_verdicts_follow_from_samples():
     assert verdict["floor/aerial"] == "holds"
     assert verdict["blake/aerial/luminance_from_0_m"] == "holds"
     assert "refuted" == {c.name: c.verdict for c in judge(planted(rival=0.5))}["depth/aerial/parts"]
+    noisy = Column("flip_floor", [20_000] * PAIRS)
     noisy_floor = tuple(
-        replace(p, samples={**p.samples, "flip_floor": [20_000] * PAIRS}) for p in planted()
+        replace(p, samples=tuple(noisy if c.quantity == "flip_floor" else c for c in p.samples))
+        for p in planted()
     )
     assert {c.name: c.verdict for c in judge(noisy_floor)}["floor/aerial"] == "refuted"
 

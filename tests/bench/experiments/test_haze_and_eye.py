@@ -141,4 +141,4 @@ def test_the_same_seed_counts_the_same(eye):
     point = eye.points[0]
     again = eye_experiment.measure(EyeCase("figure", 30.0, 4), 5)
     assert again == point
-    assert eye_experiment.measure("figure", 30.0, 4, 6).samples != point.samples
+    assert eye_experiment.measure(EyeCase("figure", 30.0, 4), 6).samples != point.samples

@@ -188,7 +188,8 @@ def test_verdicts_follow_from_the_samples(record, tmp_path):
 
 
 def trebled(point):
-    return replace(point, samples={k: [3 * n for n in v] for k, v in point.samples.items()})
+    samples = (replace(each, values=[3 * n for n in each.values]) for each in point.samples)
+    return replace(point, samples=tuple(samples))
 
 
 def claims_of(record, folder):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import lod.metric.family
 from lod.camera import Corner, camera_from_heading
-from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
+from lod.law.flat_ground import LIMITS, chained_limits, count_variance, disc_areas, expected_count
 from lod.law.uneven_ground import count_moments, max_ground_distance, polar_quadrature
 from lod.metric.family import METRICS, limit_distances
 from lod.metric.hierarchy import Hierarchy
@@ -18,6 +18,12 @@ from lod.vision.viewer import ViewingConditions
 from lod.vision.weighted_distance import WeightedDistance
 
 AREAS = st.lists(st.floats(0, 1e6), min_size=1, max_size=30).map(np.array)
+
+
+def test_every_built_in_metric_with_a_law_has_a_formula_of_its_own_here():
+    assert set(LIMITS) == {name for name, each in METRICS.items() if not each.along_axis}
+    for name, formula in LIMITS.items():
+        assert formula is not METRICS[name].limit
 
 
 def tree_of(seed, parts=20):

@@ -13,18 +13,22 @@ from lod.metric.hierarchy import Hierarchy
 SIZES = st.floats(1e-3, 1e3)
 
 
-@pytest.mark.parametrize(
-    ("name", "limit"),
-    [
-        ("blake", 300.0),
-        ("bounded", 201.0),
-        ("solid_angle", 200.0),
-        ("depth", 300.0),
-        ("full", np.inf),
-    ],
-)
+BY_HAND = {
+    "blake": 300.0,
+    "bounded": 201.0,
+    "solid_angle": 200.0,
+    "depth": 300.0,
+    "full": np.inf,
+}
+"""Limit distances [m] of P = 2 m, R = 1 m at m = 0.01 rad."""
+
+
+def test_every_built_in_metric_was_worked_out_by_hand():
+    assert set(BY_HAND) == set(METRICS)
+
+
+@pytest.mark.parametrize(("name", "limit"), BY_HAND.items())
 def test_limit_distance_by_hand(name, limit):
-    """P = 2 m, R = 1 m, m = 0.01 rad."""
     D = METRICS[name].limit(np.array([2.0]), np.array([1.0]), 0.01)
     assert D == pytest.approx([limit])
 

@@ -96,7 +96,7 @@ def test_feet_strike_where_the_gait_has_them():
         who, leg = falls.owner[row], falls.leg[row]
         one = CellSamples(*(getattr(samples, k)[[who]] for k in ("cell_x", "cell_y", "index", "u")))
         before, after = (
-            field._bodies(HOME, one, float(fell.time_s[row]) + step, None) for step in (-1e-6, 1e-6)
+            field._place(HOME, one, float(fell.time_s[row]) + step, None) for step in (-1e-6, 1e-6)
         )
         feet = field.prototypes.rigged[variant[who]].motion.feet
         assert (before.phase - feet.strike[leg]) % 1 > 0.99

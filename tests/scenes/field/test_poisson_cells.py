@@ -55,6 +55,6 @@ def test_counts_are_poisson_and_places_uniform(density):
 
 def test_seeds_and_species_have_fields_of_their_own():
     cells = square(3)
-    first = PoissonCells(0, "figure", 0.1).draw(*cells).u
-    assert first.tolist() != PoissonCells(1, "figure", 0.1).draw(*cells).u.tolist()
-    assert first.tolist() != PoissonCells(0, "tree", 0.1).draw(*cells).u.tolist()
+    first = PoissonCells(0, "figure", 0.1).sample(*cells).u
+    assert first.tolist() != PoissonCells(1, "figure", 0.1).sample(*cells).u.tolist()
+    assert first.tolist() != PoissonCells(0, "tree", 0.1).sample(*cells).u.tolist()

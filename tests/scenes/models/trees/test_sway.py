@@ -113,7 +113,7 @@ def test_p_holds_in_every_pose():
         assert (np.sqrt(areas) <= sways.hierarchy.P * 1.01)[some].all()
 
 
-@pytest.mark.parametrize("name", ["broadleaf", "shrub"])
+@pytest.mark.parametrize("name", ["tree", "shrub"])
 def test_it_moves_smoothly_and_comes_back(name):
     _, sways = pair(name)
     period, fps = sways.motion.period, 24.0
@@ -131,7 +131,7 @@ def test_it_moves_smoothly_and_comes_back(name):
 
 def test_it_grows_with_the_square_of_the_wind():
     def farthest(wind):
-        still, sways = pair("broadleaf", wind)
+        still, sways = pair("tree", wind)
         away = [
             np.linalg.norm(
                 sways.at_phase(phase).hierarchy.position - still.hierarchy.position, axis=1
@@ -156,7 +156,7 @@ def test_every_tree_has_a_phase_and_a_way_of_its_own():
 
 def test_the_pruner_sees_it_where_it_is():
     """The compiled walk and the readable pose agree, branch by branch."""
-    _, sways = pair("broadleaf")
+    _, sways = pair("tree")
     tree = Placed("tree", sways, 0.0, 0.0, 90.0, Plain())
     camera = camera_from_heading(Corner(0, 0), np.array((0.0, -12.0, 1.7)), 0, 0, 60.0, (200, 200))
     view = View(camera, METRICS["blake"], 0.2, look_around=True)

@@ -192,7 +192,7 @@ def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px
     hits, corner = hit[met], made.camera.corner
     onto = np.concatenate((hits[:, :6], nearest_of_axis(built, hits)), axis=1)
     times = [view_at(world, preset, frame + k).time_s for k in (0, 1)]
-    instances, rows = [placed._bodies(corner, t) for t in times], np.zeros(len(joints), np.int64)
+    instances, rows = [placed._place(corner, t) for t in times], np.zeros(len(joints), np.int64)
     (o0, axes0), (o1, axes1) = (
         joint_frames(placed.prototypes.pose_tables, b, rows, joints) for b in instances
     )
