@@ -33,27 +33,11 @@ class Corner:
         if max(abs(self.x), abs(self.y)) > _FARTHEST_CELL:
             raise InputError("eye", (self.x, self.y), f"within {_FARTHEST_CELL * GRID_M:.1e} m")
 
-    def lattice(self, exponent: int) -> tuple[int, int, float, float]:
-        """Locate this corner in a lattice of squares of side 2**exponent m.
+    def lattice(self, side_m: float) -> tuple[int, int, float, float]:
+        """Locate this corner in a lattice of squares whose side is a whole multiple of STEP_M.
 
         Returns (ix, iy, rx, ry): the square that the corner lies in, and how far into it [m]. The
         result is exact, because it is computed in integers.
-        """
-        shift = exponent - int(math.log2(GRID_M))
-        if shift <= 0:
-            return self.x << -shift, self.y << -shift, 0.0, 0.0
-        mask = (1 << shift) - 1
-        return (
-            self.x >> shift,
-            self.y >> shift,
-            (self.x & mask) * GRID_M,
-            (self.y & mask) * GRID_M,
-        )
-
-    def squares(self, side_m: float) -> tuple[int, int, float, float]:
-        """Locate this corner in a lattice of squares whose side is a whole multiple of STEP_M.
-
-        Returns what ``lattice`` returns, with which it agrees where the side is a power of two.
         """
         side, grid = round(side_m / STEP_M), round(GRID_M / STEP_M)
         (ix, rx), (iy, ry) = (divmod(cell * grid, side) for cell in (self.x, self.y))

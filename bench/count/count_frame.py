@@ -174,7 +174,7 @@ def _farthest_corner(each: SpeciesField, view: View) -> float:
 
 def _corner_m(view: View) -> np.ndarray:
     corner = view.camera.corner
-    return np.array(corner.lattice(0)[:2], np.float64)
+    return np.array(corner.lattice(1.0)[:2], np.float64)
 
 
 def _tallies(cut: Cut) -> tuple[Tally, Tally]:

@@ -94,7 +94,7 @@ class PoissonCells:
 
     def lattice(self, corner: Corner) -> CellLattice:
         """The lattice of cells as seen from a frame's corner."""
-        return CellLattice(*corner.lattice(self.exponent), self.side_m)
+        return CellLattice(*corner.lattice(self.side_m), self.side_m)
 
     def sample(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
         """Every object of the given cells: the same cell always holds the same objects."""

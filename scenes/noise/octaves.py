@@ -47,7 +47,7 @@ class Octaves(NamedTuple):
 
 def octaves_at(corner: Corner, key: int, sides: Reals, weights: Reals) -> Octaves:
     """Octaves with lattices of these sides (k,) [m] and weights (k,), for a frame at ``corner``."""
-    lattices = [corner.squares(side) for side in sides.tolist()]
+    lattices = [corner.lattice(side) for side in sides.tolist()]
     key64 = np.uint64(key % 2**64)
     keys = [
         lattice_bits(key64, np.int64(lattice_number(side)), np.int64(0)) for side in sides.tolist()

@@ -118,7 +118,7 @@ class Terrain:
         """The root tiles that the disc of radius ``reach`` about the eye touches."""
         corner, eye = view.camera.corner, view.camera.eye
         side = 2.0**self.root_exponent
-        inset = np.array(corner.lattice(self.root_exponent)[2:])
+        inset = np.array(corner.lattice(side)[2:])
         first, last = (np.floor((eye[:2] + inset + s * self.reach) / side) for s in (-1, 1))
         x, y = (g.ravel() for g in np.indices((last - first + 1).astype(np.int64)))
         southwest = first * side - inset

@@ -42,7 +42,7 @@ def test_axes_are_orthonormal(heading, pitch):
 
 @given(x=CELLS, y=CELLS, exponent=st.integers(-3, 30))
 def test_lattices_are_exact(x, y, exponent):
-    ix, iy, rest_x, rest_y = Corner(x, y).lattice(exponent)
+    ix, iy, rest_x, rest_y = Corner(x, y).lattice(2.0**exponent)
     side = Fraction(2) ** exponent
     assert ix * side + Fraction(rest_x) == x * Fraction(GRID_M)
     assert iy * side + Fraction(rest_y) == y * Fraction(GRID_M)

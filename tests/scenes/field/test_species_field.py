@@ -257,7 +257,7 @@ def test_a_cut_is_a_connected_top_and_leaves_are_marked(seed, metric):
 def test_places_are_exact_far_from_home(seed, x, y):
     """A cell's objects stand where they stand, to 1 µm, 10^12 m from the origin."""
     field = SpeciesField(world_from(seed, "blake")[0].species, seed, Waves(0.0))
-    ix, iy, rest_x, rest_y = Corner(x, y).lattice(field.cells.exponent)
+    ix, iy, rest_x, rest_y = Corner(x, y).lattice(field.cells.side_m)
     objects = field.instances_in_cells(Corner(x, y), np.array([ix]), np.array([iy]))
     samples = field.cells.sample(np.array([ix]), np.array([iy]))
     side = field.cells.side_m

@@ -97,18 +97,13 @@ def test_octaves_of_any_lacunarity_are_as_exact_far_away(lacunarity):
     assert SHORTEST_M <= ground.wavelengths[-1] < SHORTEST_M * lacunarity
     for corner in (FAR, Corner(-(2**55), 2**55 + 1)):
         for side in sides:
-            ix, iy, rest_x, rest_y = corner.squares(float(side))
+            ix, iy, rest_x, rest_y = corner.lattice(float(side))
             assert ix * side + Fraction(rest_x) == corner.x * 16
             assert iy * side + Fraction(rest_y) == corner.y * 16
     xy = spread(np.random.default_rng(3), 200, 1e3)
     here = ground.height(FAR, xy)
     there = ground.height(Corner(FAR.x + 9, FAR.y - 7), xy + GRID_M * np.array((-9, 7)))
     np.testing.assert_allclose(here, there, rtol=0, atol=1e-9)
-
-
-def test_lattices_of_powers_of_two_are_what_they_were():
-    for exponent in range(-3, 12):
-        assert FAR.squares(2.0**exponent) == FAR.lattice(exponent)
 
 
 def split_mix(seed: int, index: int) -> int:
