@@ -1,7 +1,8 @@
-"""The studies that `lodbench study` runs, found by listing this folder.
+"""Which studies can `lodbench study` run? Programs of this folder, which judge no claim.
 
-A study answers one question by a program of its own, prints a table, and judges no claim of the
-report. It is a module NAME.py of this folder, or a package NAME with a module ``study``; the first
+Experiments are in ``bench.experiments.registry``: `lodbench run` measures their cases, records them
+and judges their claims, and `lodbench report` shows them. A study has no record and no claims: it is
+a command of its own that prints a table or makes pictures. It is a module NAME.py of this folder, or a package NAME with a module ``study``; the first
 line of its docstring says what it answers, and its click command is named ``command``.
 """
 
@@ -17,7 +18,7 @@ _FOLDER = Path(__file__).parent
 
 @cache
 def study_descriptions() -> dict[str, str]:
-    """Name every study with the first line of its docstring, without importing any of them."""
+    """Return the first line of every study's docstring, by name, without importing a study."""
     packages = {path.parent.name: path for path in _FOLDER.glob("*/study.py")}
     modules = {p.stem: p for p in _FOLDER.glob("*.py") if p.stem not in ("__init__", "registry")}
     return {name: _first_line(path) for name, path in sorted((packages | modules).items())}
