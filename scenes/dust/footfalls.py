@@ -1,4 +1,4 @@
-"""Footfalls of walkers: where and when feet strike the ground, before now and after.
+"""Where and when do walkers' feet strike the ground, and so raise dust?
 
 Footfall k of a leg is when its walker's phase, counted on through all cycles, comes to k + strike.
 The walker was then at that point of its patrol (``scenes.gait.patrol``), and the foot over the

@@ -1,13 +1,13 @@
-"""Level of detail of ground contact, by what could be displayed of each object.
+"""How finely is the ground's height taken under each object: per sole, per print, or per body?
 
     SOLE       height and slope under each sole: where a foot could be displayed
     FOOTPRINT  height under each footprint: where any part besides the whole could be
     BODY       height under the body alone: where the whole is all that could be
 
-What decides is the distance in plan, less what a part's origin can be away from where its object
-stands, against the limit distances of the parts: a function of the eye and the object alone, and
-never coarser than the cut. Feet are then off the ground by less than a quarter of m·d (which a test
-repeats, on the presets' hills).
+``scenes.rig.foot_placement`` then places bodies and feet. What decides is the distance in plan,
+less what a part's origin can be away from where its object stands, against the limit distances of
+the parts: a function of the eye and the object alone, and never coarser than the cut. Feet are then
+off the ground by less than a quarter of m·d (which a test repeats, on the presets' hills).
 """
 
 import numpy as np
@@ -18,12 +18,12 @@ from lod.pruning.view import View
 from scenes.field.posed_species import SpeciesPrototypes
 
 
-def ground_contact_level(
+def ground_contact_detail(
     prototypes: SpeciesPrototypes, view: View, xy: Float64[np.ndarray, "n 2"], prototype: Ints
 ) -> Ints:
-    """SOLE, FOOTPRINT or BODY of objects at xy (n, 2) [m] of the frame, (n,).
+    """Choose SOLE, FOOTPRINT or BODY for objects at xy (n, 2) [m] of the frame, (n,).
 
-    prototype (n,): row of each in ``prototypes``
+    prototype  (n,) row of each in ``prototypes``
     """
     nodes = prototypes.traversal_tables
     offset = nodes.extent[:, 0] + np.hypot(nodes.rest[:, 0], nodes.rest[:, 1])

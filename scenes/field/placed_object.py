@@ -61,7 +61,7 @@ class Placed:
         return self.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts as they weights at another time [s]."""
+        """Pose the parts as they are at another time [s]."""
         if not self.prototypes.moves:
             return parts
         instances = self._place(view.camera.corner, time_s)

@@ -5,7 +5,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals
 from lod.pruning.view import View
-from scenes.field.ground_contact_detail import ground_contact_level
+from scenes.field.ground_contact_detail import ground_contact_detail
 from scenes.field.poisson_cells import CellSamples
 from scenes.field.posed_species import SpeciesPrototypes
 from scenes.field.species import Species
@@ -57,6 +57,6 @@ def place_instances(
     facing, phase = (walkers.cos, walkers.sin), walkers.phase
     placements = Placements(xy, *facing, prototype, phase, stride_factor)
     if view is not None:
-        level = ground_contact_level(prototypes, view, xy, prototype)
-        placements = placements._replace(level=level)
+        detail = ground_contact_detail(prototypes, view, xy, prototype)
+        placements = placements._replace(contact_detail=detail)
     return place_on_ground(prototypes.pose_tables, heights, placements)

@@ -1,1 +1,1 @@
-"""How objects walk: gaits, paths of feet, patrols, errors of feet against the ground."""
+"""This package says how objects walk: gaits, paths of their feet, and patrols."""

@@ -1,4 +1,4 @@
-"""Where a foot goes in one cycle: over its heel, sole and ball, and on to the next print.
+"""How does a gait move a foot over flat ground: print, roll, height and pitch at each phase?
 
 A foot touches the ground with two round contacts, heel and ball (one and the same for hooves and
 claws). While it stands, the centre of the one it rolls over stays where it is; while it swings,

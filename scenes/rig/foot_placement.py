@@ -1,18 +1,20 @@
-"""Where instances stand: each foot on the ground under its own print, at the instance's own stride.
+"""Placement on the ground: how high does each body stand, and where is each of its feet?
 
-The ground is asked for its height at three points under each sole (heel, and both sides of the
-ball), at the print that the foot stands on; while it swings, at the print it left and at the one it
-goes to, and the plane under it passes from the one to the other. So a foot that stands keeps the
-very same ground under it, however rough, and one that swings meets its next print as it lands. The
-body is as high as its prints are on average, or lower where a leg would be too short.
+The ground's height is taken at three points under each sole (heel, and both sides of the ball), at
+the print on which the foot stands. While the foot swings the height is taken at two prints, the one
+it left and the one it goes to, and the plane under the foot passes from the one to the other. So a
+foot that stands keeps one plane under it, however rough the ground, and a foot that swings arrives
+at the plane of its next print as it lands. The body's height is the mean of its prints' heights,
+less what it must sink for its legs to reach their prints.
 
-A sole follows slopes up to the ``steepest`` of its kind, and a print is no further above or below
-the others than such a slope would put it: steeper ground is beyond what joints can stand on, and P,
-R and B hold for what they can.
+A sole follows slopes up to the prototype's ``Feet.steepest``, and no print is farther above or
+below the mean of all than such a slope would put it. The priority P, the range R and the bound B of
+a prototype's parts (docs/method.md) are computed for these slopes; steeper ground is beyond what
+the joints allow.
 
-Objects without legs stand on the ground below their origin. So do those too far for legs to be
-displayed, and those too far for feet have one point under each print instead of three
-(``scenes.field.ground_contact_detail``).
+Objects without legs stand on the ground below their origin. So do objects too far for legs to be
+displayed, and those too far for feet have one point under each print instead of three: see
+``Placements.contact_detail``, which scenes/field/ground_contact_detail.py decides.
 """
 
 import math
@@ -38,8 +40,14 @@ from scenes.rig.leg_ik import (
 )
 from scenes.rig.pose_tables import (
     AHEAD,
+    AT_HIP_X,
+    AT_HIP_Y,
+    AT_HIP_Z,
     FIRST_HIP,
     FIRST_LEG,
+    FROM_PRINT_X,
+    FROM_PRINT_Y,
+    FROM_PRINT_Z,
     KEYS,
     LEGS,
     PRINT_X,
@@ -48,23 +56,31 @@ from scenes.rig.pose_tables import (
     SLOPE_X,
     SLOPE_Y,
     Instances,
+    PoseColumns,
     PoseTables,
 )
 
 BODY, FOOTPRINT, SOLE = 0, 1, 2
-"""Levels of detail of ground contact: the ground's height is taken below the body alone, below each
+"""Detail of ground contact: the ground's height is taken below the body alone, below each
 footprint, or at three points below each sole, whose plane a standing foot follows."""
 
+HEIGHT, SLOPE_ALONG, SLOPE_ACROSS = range(3)
+"""Columns of the ground's plane under a foot: height at its print [m], and slope along x and along
+y of the object's frame."""
+
 Heights = Callable[[Float64[np.ndarray, "m 2"]], Reals]
+"""Heights of the ground [m] at points (m, 2) of the plan [m]."""
 
 
 class Placements(NamedTuple):
-    """Where instances are to stand, (n,) each.
+    """Places of instances in the plan, and the state of their motions, (n,) each.
 
-    xy     (n, 2) in the plan [m]; cos, sin: of the heading; prototype: row in the pose tables
-    phase  of its motion [cycles]
-    stride_factor  its stride as a share of its prototype's
-    level  of detail of its ground contact: BODY, FOOTPRINT or SOLE
+    xy              (n, 2) in the plan [m]
+    cos, sin        of the heading
+    prototype       row in the pose tables
+    phase           of its motion [cycles]
+    stride_factor   its stride as a share of its prototype's
+    contact_detail  BODY, FOOTPRINT or SOLE; or (1,), one for all
     """
 
     xy: np.ndarray
@@ -73,23 +89,23 @@ class Placements(NamedTuple):
     prototype: Ints
     phase: Reals
     stride_factor: Reals
-    level: Ints | int = SOLE
+    contact_detail: Ints = frozen([SOLE], np.int64)
 
 
 def place_on_ground(pose_tables: PoseTables, heights: Heights, placements: Placements) -> Instances:
-    """The instances that stand on the ground there; heights: of the ground [m] at points (m, 2)."""
+    """Place instances on the ground: heights of their bodies, and contacts of their feet."""
     where, columns = _columns(placements), pose_tables.columns
     ground = frozen(heights(_contact_points(columns, where)), np.float64)
-    base, contacts = _stand(columns, pose_tables.max_legs, where, ground)
+    base, contacts = _place_bodies(columns, pose_tables.max_legs, where, ground)
     facing = where.cos, where.sin
     origin = np.column_stack((where.xy, base))
     return Instances(origin, *facing, where.prototype, where.phase, contacts)
 
 
 def _columns(placements: Placements) -> Placements:
-    """The same with read-only columns, phases within one cycle and levels one by one."""
-    xy, cos, sin, prototype, phase, stride_factor, level = placements
-    levels = np.broadcast_to(level, len(prototype))
+    """Make read-only columns, with phases within one cycle and a contact detail for each."""
+    xy, cos, sin, prototype, phase, stride_factor, contact_detail = placements
+    details = np.broadcast_to(contact_detail, len(prototype))
     return Placements(
         frozen(xy, np.float64),
         frozen(cos, np.float64),
@@ -97,33 +113,35 @@ def _columns(placements: Placements) -> Placements:
         frozen(prototype, np.int64),
         frozen(phase - np.floor(phase), np.float64),
         frozen(stride_factor, np.float64),
-        frozen(levels, np.int64),
+        frozen(details, np.int64),
     )
 
 
 @njit(cache=True)
-def _contact_points(tables, where):  # type: ignore[no-untyped-def]
-    """Points of the plan under every sole that stands, and under both prints of one that swings,
-    (m, 2) [m].
+def _contact_points(tables: PoseColumns, where: Placements) -> np.ndarray:
+    """Points of the plan at which the ground's height is needed, (m, 2) [m].
+
+    They are in the order of objects, their legs, the prints of a leg (two while it swings: the one
+    it left, the one it goes to) and the points of a sole.
     """
     points, m = np.empty((_point_count(tables, where), 2)), 0
     leg, sole = tables.legs.leg, tables.sole
     for o in range(len(where.prototype)):
         v = where.prototype[o]
         first, legs = tables.prototypes[v, FIRST_LEG], tables.prototypes[v, LEGS]
-        if legs == 0 or where.level[o] == BODY:
+        if legs == 0 or where.contact_detail[o] == BODY:
             points[m, 0], points[m, 1] = where.xy[o, 0], where.xy[o, 1]
             m += 1
             continue
         for row in range(first, first + legs):
-            own = (where.phase[o] - leg[row, STRIKE]) % 1.0
-            last, _ = print_and_swing(own, leg[row, DUTY])
-            for step in range(2 if own > leg[row, DUTY] else 1):
+            since_landing = (where.phase[o] - leg[row, STRIKE]) % 1.0
+            last, _ = print_and_swing(since_landing, leg[row, DUTY])
+            for following in range(2 if since_landing > leg[row, DUTY] else 1):
                 ahead = leg[row, HOME_X]
-                ahead += where.stride_factor[o] * leg[row, STRIDE] * (last + step)
-                for k in range(3 if where.level[o] == SOLE else 1):
+                ahead += where.stride_factor[o] * leg[row, STRIDE] * (last + following)
+                for k in range(3 if where.contact_detail[o] == SOLE else 1):
                     x, y = ahead, leg[row, HOME_Y]
-                    if where.level[o] == SOLE:
+                    if where.contact_detail[o] == SOLE:
                         x, y = x + sole[row, k, 0], y + sole[row, k, 1]
                     points[m, 0], points[m, 1] = _in_plan(where, o, x, y)
                     m += 1
@@ -131,127 +149,168 @@ def _contact_points(tables, where):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _in_plan(where, o, x, y):  # type: ignore[no-untyped-def]
-    """Where a point of object ``o`` is in the plan, x and y [m]."""
+def _in_plan(where: Placements, o: int, x: float, y: float) -> tuple[float, float]:
+    """Transform a point from the frame of object ``o`` to the plan, x and y [m]."""
     cos, sin = where.cos[o], where.sin[o]
     return where.xy[o, 0] + cos * x - sin * y, where.xy[o, 1] + sin * x + cos * y
 
 
 @njit(cache=True)
-def _point_count(tables, where):  # type: ignore[no-untyped-def]
-    """How many points ``_contact_points`` gives."""
+def _point_count(tables: PoseColumns, where: Placements) -> int:
+    """Count the points of ``_contact_points``."""
     count, leg = 0, tables.legs.leg
     for o in range(len(where.prototype)):
         v = where.prototype[o]
         first, legs = tables.prototypes[v, FIRST_LEG], tables.prototypes[v, LEGS]
-        if legs == 0 or where.level[o] == BODY:
+        if legs == 0 or where.contact_detail[o] == BODY:
             count += 1
             continue
-        each = 3 if where.level[o] == SOLE else 1
+        each = 3 if where.contact_detail[o] == SOLE else 1
         for row in range(first, first + legs):
             swings = (where.phase[o] - leg[row, STRIKE]) % 1.0 > leg[row, DUTY]
             count += 2 * each if swings else each
     return count
 
 
-class _Step(NamedTuple):
-    """How far through its cycle a leg is: rows of ``PoseColumns.hip`` at the keys before and after
-    its phase, share of the way from one to the other, phase, and stride factor.
+class _CyclePoint(NamedTuple):
+    """Where in its cycle a leg is.
+
+    key, next_key  rows of ``PoseColumns.hip`` at the keys before and after its phase
+    share          of the way from the one to the other, 0 to 1
+    phase          of the object's motion, 0 to 1
+    stride_factor  the object's stride as a share of its prototype's
     """
 
-    before: int
-    after: int
+    key: int
+    next_key: int
     share: float
     phase: float
     stride_factor: float
 
 
 @njit(cache=True)
-def _stand(tables, max_legs, where, ground):  # type: ignore[no-untyped-def]
+def _place_bodies(
+    tables: PoseColumns, max_legs: int, where: Placements, ground: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Height of each body (n,) [m], and its ``Instances.foot_contacts`` (n, max_legs, 6).
 
-    ground: heights at ``_contact_points`` [m]
+    ground  (m,) heights at ``_contact_points`` [m]
     """
     n, m, leg, hip = len(where.prototype), 0, tables.legs.leg, tables.hip
-    base, contacts, under = np.empty(n), np.zeros((n, max_legs, 6)), np.empty((max_legs, 3))
+    base, contacts, planes = np.empty(n), np.zeros((n, max_legs, 6)), np.empty((max_legs, 3))
     for o in range(n):
         v = where.prototype[o]
         first, legs = tables.prototypes[v, FIRST_LEG], tables.prototypes[v, LEGS]
-        if legs == 0 or where.level[o] == BODY:
+        if legs == 0 or where.contact_detail[o] == BODY:
             base[o] = ground[m]
-            contacts[o, :, PRINT_Z] = ground[m]  # level ground, at the prototype's own stride
+            contacts[o, :, PRINT_Z] = ground[m]  # flat ground, at the prototype's own stride
             m += 1
             continue
         mean = 0.0
         for k in range(legs):
-            phase, level = where.phase[o], where.level[o]
-            m = _ground_plane(leg, tables.plane, first + k, phase, level, ground, m, under[k])
-            mean += under[k, 0] / legs
+            phase, detail = where.phase[o], where.contact_detail[o]
+            m = _ground_plane(leg, tables.plane, first + k, phase, detail, ground, m, planes[k])
+            mean += planes[k, HEIGHT] / legs
         keys, first_hip = tables.prototypes[v, KEYS], tables.prototypes[v, FIRST_HIP]
-        along = where.phase[o] * keys
-        key = min(int(along), keys - 1)
-        drop = 0.0
+        key_position = where.phase[o] * keys
+        key = min(int(key_position), keys - 1)
+        body_shift = 0.0  # 0 or less: the body sinks until its most stretched leg reaches
         for k in range(legs):
-            contact, before = contacts[o, k], first_hip + key * legs + k
-            at = _Step(before, before + legs, along - key, where.phase[o], where.stride_factor[o])
-            drop = min(drop, _place_foot(leg, hip, first + k, at, mean, under[k], contact))
+            contact, row = contacts[o, k], first_hip + key * legs + k
+            share = key_position - key
+            at = _CyclePoint(row, row + legs, share, where.phase[o], where.stride_factor[o])
+            room = _place_foot(leg, hip, first + k, at, mean, planes[k], contact)
+            body_shift = min(body_shift, room)
             x, y, ax, ay = contact[PRINT_X], contact[PRINT_Y], contact[SLOPE_X], contact[SLOPE_Y]
             cos, sin = where.cos[o], where.sin[o]
             contact[PRINT_X], contact[PRINT_Y] = _in_plan(where, o, x, y)
             contact[SLOPE_X], contact[SLOPE_Y] = cos * ax - sin * ay, sin * ax + cos * ay
-        base[o] = mean + drop
+        base[o] = mean + body_shift
     return base, contacts
 
 
 @njit(cache=True)
-def _ground_plane(leg, plane, row, phase, level, ground, m, out):  # type: ignore[no-untyped-def]
-    """The plane under a foot into ``out``: height at its print, slope along x and y. Gives the row
-    of ``ground`` after those of this foot.
+def _ground_plane(
+    leg: np.ndarray,
+    sole_planes: np.ndarray,
+    row: int,
+    phase: float,
+    detail: int,
+    ground: np.ndarray,
+    m: int,
+    plane: np.ndarray,
+) -> int:
+    """Write the plane under a foot into ``plane`` (3,): HEIGHT, SLOPE_ALONG and SLOPE_ACROSS.
+
+    leg          (l, 9) LegTables.leg; ``row`` is the leg's
+    sole_planes  (l, 3, 3) PoseColumns.plane: from heights at the sole's points to the plane
+    ground       heights of the ground, those of this foot from ``m`` on
+
+    Returns the row of ``ground`` after those of this foot.
     """
-    own = (phase - leg[row, STRIKE]) % 1.0
-    _, swing = print_and_swing(own, leg[row, DUTY])
-    out[0] = out[1] = out[2] = 0.0
-    for step in range(2 if own > leg[row, DUTY] else 1):
-        share = swing if step == 1 else 1.0 - swing
-        if level == FOOTPRINT:
-            out[0] += share * ground[m]
+    since_landing = (phase - leg[row, STRIKE]) % 1.0
+    _, swing = print_and_swing(since_landing, leg[row, DUTY])
+    plane[:] = 0.0
+    for following in range(2 if since_landing > leg[row, DUTY] else 1):
+        share = swing if following == 1 else 1.0 - swing
+        if detail == FOOTPRINT:
+            plane[HEIGHT] += share * ground[m]
             m += 1
             continue
         for c in range(3):
             for k in range(3):
-                out[c] += share * plane[row, c, k] * ground[m + k]
+                plane[c] += share * sole_planes[row, c, k] * ground[m + k]
         m += 3
-    steep, most = math.sqrt(out[1] * out[1] + out[2] * out[2]), leg[row, STEEPEST]
-    if steep > most:
-        out[1], out[2] = out[1] * most / steep, out[2] * most / steep
-    out[2] *= leg[row, ACROSS]
+    along, across, steepest = plane[SLOPE_ALONG], plane[SLOPE_ACROSS], leg[row, STEEPEST]
+    slope = math.sqrt(along * along + across * across)
+    if slope > steepest:
+        plane[SLOPE_ALONG] = along * steepest / slope
+        plane[SLOPE_ACROSS] = across * steepest / slope
+    plane[SLOPE_ACROSS] *= leg[row, ACROSS]
     return m
 
 
 @njit(cache=True)
-def _place_foot(leg, hip, row, step, mean, under, contact):  # type: ignore[no-untyped-def]
-    """A foot's contact in the object's frame, into ``contact``; gives how far the body may rise for
-    the leg to reach it [m].
+def _place_foot(
+    leg: np.ndarray,
+    hip: np.ndarray,
+    row: int,
+    at: _CyclePoint,
+    mean: float,
+    plane: np.ndarray,
+    contact: np.ndarray,
+) -> float:
+    """Write a foot's contact in the object's frame into ``contact`` (6,).
 
-    row: of the leg; mean: height of all prints of the object [m]; under: the ground's plane
+    leg    (l, 9) LegTables.leg; ``row`` is the leg's
+    hip    (k, 6) PoseColumns.hip
+    mean   mean height of the object's prints [m]
+    plane  (3,) the ground's plane under the foot
+
+    Returns how far the body may rise above ``mean`` until the leg is stretched to its reach [m];
+    below 0 the body has to sink by as much.
     """
-    a, b, share, pace = step.before, step.after, step.share, step.stride_factor
-    last, swing = print_and_swing((step.phase - leg[row, STRIKE]) % 1.0, leg[row, DUTY])
+    last, swing = print_and_swing((at.phase - leg[row, STRIKE]) % 1.0, leg[row, DUTY])
     ahead, longest = leg[row, STRIDE] * (last + swing), leg[row, REACH]
-    rise = min(max(under[0] - mean, -leg[row, MAX_RISE]), leg[row, MAX_RISE])
-    normal = math.sqrt(1.0 + under[1] * under[1] + under[2] * under[2])
+    rise = min(max(plane[HEIGHT] - mean, -leg[row, MAX_RISE]), leg[row, MAX_RISE])
+    along, across = plane[SLOPE_ALONG], plane[SLOPE_ACROSS]
+    # The quaternion (qx, qy, 0, qw) that turns the vertical into the plane's normal.
+    normal = math.sqrt(1.0 + along * along + across * across)
     unit = 1.0 / math.sqrt(2.0 * normal * (1.0 + normal))
-    ax, ay, w = under[2] * unit, -under[1] * unit, (1.0 + normal) * unit
+    qx, qy, qw = across * unit, -along * unit, (1.0 + normal) * unit
+    pace = at.stride_factor
     contact[PRINT_X], contact[PRINT_Y] = leg[row, HOME_X] + pace * ahead, leg[row, HOME_Y]
     contact[PRINT_Z], contact[AHEAD] = mean + rise, (pace - 1.0) * ahead
-    contact[SLOPE_X], contact[SLOPE_Y] = ax, ay
-    # The ankle from its print, turned with the ground, and the hip above it.
-    x = (1 - share) * hip[a, 3] + share * hip[b, 3]
-    y = (1 - share) * hip[a, 4] + share * hip[b, 4]
-    z = (1 - share) * hip[a, 5] + share * hip[b, 5]
-    tx, ty, tz = 2 * ay * z, -2 * ax * z, 2 * (ax * y - ay * x)
-    x, y, z = x + w * tx + ay * tz, y + w * ty - ax * tz, z + w * tz + ax * ty - ay * tx
-    x += contact[PRINT_X] - (1 - share) * hip[a, 0] - share * hip[b, 0]
-    y += contact[PRINT_Y] - (1 - share) * hip[a, 1] - share * hip[b, 1]
-    z += rise - (1 - share) * hip[a, 2] - share * hip[b, 2]
+    contact[SLOPE_X], contact[SLOPE_Y] = qx, qy
+    # The vector from the print to the ankle, turned by the quaternion: v + qw·t + q×t, t = 2·q×v.
+    now, then, share = hip[at.key], hip[at.next_key], at.share
+    x = (1 - share) * now[FROM_PRINT_X] + share * then[FROM_PRINT_X]
+    y = (1 - share) * now[FROM_PRINT_Y] + share * then[FROM_PRINT_Y]
+    z = (1 - share) * now[FROM_PRINT_Z] + share * then[FROM_PRINT_Z]
+    tx, ty, tz = 2 * qy * z, -2 * qx * z, 2 * (qx * y - qy * x)
+    x, y, z = x + qw * tx + qy * tz, y + qw * ty - qx * tz, z + qw * tz + qx * ty - qy * tx
+    # Plus the print, less the hip: the vector from the hip to the ankle, with the body at ``mean``.
+    x += contact[PRINT_X] - (1 - share) * now[AT_HIP_X] - share * then[AT_HIP_X]
+    y += contact[PRINT_Y] - (1 - share) * now[AT_HIP_Y] - share * then[AT_HIP_Y]
+    z += rise - (1 - share) * now[AT_HIP_Z] - share * then[AT_HIP_Z]
     return z + math.sqrt(max(0.0, longest * longest - x * x - y * y))

@@ -1,4 +1,4 @@
-"""Which legs of an object stand on the ground, and where their prints are through a cycle.
+"""Where is the print of each leg relative to the body, and how far has its foot swung, at a phase?
 
 A print recedes evenly under the body while the foot stands on it, and the foot swings to the next
 one, a stride ahead. All prints scale with the stride; how the foot rolls does not.

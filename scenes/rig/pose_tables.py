@@ -28,6 +28,9 @@ PARENT, MOVES, KNEE_OF_HIP, ANKLE_OF_HIP, LEG_OF_HIP = range(5)
 ANGLE, PER_SINE = 4, 5
 """Columns of ``PoseColumns.keys`` after the quaternion."""
 
+AT_HIP_X, AT_HIP_Y, AT_HIP_Z, FROM_PRINT_X, FROM_PRINT_Y, FROM_PRINT_Z = range(6)
+"""Columns of ``PoseColumns.hip``."""
+
 
 class PoseColumns(NamedTuple):
     """Tables of all prototypes end to end, as compiled kernels read them.
@@ -41,7 +44,8 @@ class PoseColumns(NamedTuple):
     shift  (s, 3) of each key [m]
     legs   what bends legs, row by row of all legs
     sole   (l, 3, 2), plane (l, 3, 3): as in Feet
-    hip    (k, 6) of each key and leg: the hip in the object's frame, and the ankle from its print
+    hip    (k, 6) of each key and leg: where the hip is in the object's frame (AT_HIP_X, …), and the
+        vector from the print to the ankle (FROM_PRINT_X, …) [m]
     """
 
     prototypes: np.ndarray
@@ -209,7 +213,7 @@ def _ankle_rows(rig: Rig, motion: Motion) -> np.ndarray:
 
 
 def _hip_rows(rig: Rig, motion: Motion) -> np.ndarray:
-    """Hips, and ankles from their prints, at every key and at key 0 again."""
+    """Places of hips, and of ankles from their prints, at every key and at key 0 again, (k, 6)."""
     feet, keys = motion.feet, len(motion.rotations)
     origin, _ = rig.frames(motion.rotations, motion.shift)
     own = (np.arange(keys)[:, None] / keys - feet.strike) % 1.0

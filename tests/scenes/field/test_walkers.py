@@ -15,11 +15,10 @@ from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
-from scenes.field.ground_contact_detail import ground_contact_level
+from scenes.field.ground_contact_detail import ground_contact_detail
 from scenes.field.poisson_cells import PoissonCells
 from scenes.field.species import Species
 from scenes.field.species_field import SpeciesField
-from scenes.gait.contact_errors import lowest_heights, sample_cycle
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.models.animals.catalogue import animal
@@ -31,6 +30,7 @@ from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.world.view import view_at
 from scenes.world.world import build_world
+from tests.scenes.gait.contact_errors import lowest_heights, sample_cycle
 
 FLAT = 0.0
 HILLY = 1.5
@@ -66,7 +66,7 @@ def companies():
 def contact_levels(field, view, instances, who):
     """Level of ground contact of some of the instances."""
     xy, prototype = instances.origin[who, :2], instances.prototype[who]
-    return ground_contact_level(field.prototypes, view, xy, prototype)
+    return ground_contact_detail(field.prototypes, view, xy, prototype)
 
 
 def world_from(seed, metric, amplitude):
@@ -149,8 +149,8 @@ def origins(field, view, at, facing, variant, phase, pace):
         ways = np.array([math.cos(facing)]), np.array([math.sin(facing)])
         first = np.zeros(1, np.int64)
         drawn = first, np.array([phase]), np.array([pace])
-        heed = ground_contact_level(field.prototypes, view, base, np.array([variant]))
-        instances = place_on_ground(cast, heights, Placements(base, *ways, *drawn, heed))
+        detail = ground_contact_detail(field.prototypes, view, base, np.array([variant]))
+        instances = place_on_ground(cast, heights, Placements(base, *ways, *drawn, detail))
         rows, parts = np.zeros(len(it.joint), np.int64), np.arange(len(it.joint))
         return pose_points(cast, instances, rows, parts, np.zeros((len(parts), 3)), it.joint)
     height = field.ground.height(corner, base)[0]

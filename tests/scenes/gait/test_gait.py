@@ -4,7 +4,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.gait import make_motion
 from scenes.gait.patrol import MIN_STRIDE_FACTOR, foot_slip, min_radius, patrol, stride_factors
@@ -16,6 +15,7 @@ from scenes.rig.keyframes import rest_motion, slerp
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.rotations import from_euler, to_euler
+from tests.scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
 
 GAITS = {
     "adult": walking_gait(),

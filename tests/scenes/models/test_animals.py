@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
 from scenes.model_files.names import animal_names
 from scenes.models.animals.catalogue import animal, animal_tables
 from scenes.models.people.people import people_at_rest
@@ -10,6 +9,7 @@ from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.rotations import matrices, to_euler
+from tests.scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
 
 WALKERS = [name for name in animal_names() if animal_tables(name).gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]

@@ -259,7 +259,7 @@ def test_a_kernel_is_compiled_once_whatever_kind_of_array_arrives():
     for kind in (np.array, lambda a: frozen(a, np.asarray(a).dtype)):
         pose_points(tables, instances, kind(rows), kind(points), kind(place), kind(on))
         place_on_ground(tables, lambda xy, kind=kind: kind(xy[:, 0]), Placements(*map(kind, where)))
-    for kernel in (pose._pose_points, foot_placement._stand, foot_placement._contact_points):
+    for kernel in (pose._pose_points, foot_placement._place_bodies, foot_placement._contact_points):
         assert len(kernel.signatures) == 1
 
 

@@ -1,4 +1,4 @@
-"""How far feet slide, sink and float on level ground, between the key poses as well."""
+"""How far do the feet of a gait slide, sink and float on flat ground, between key poses as well?"""
 
 from dataclasses import dataclass
 
