@@ -4,6 +4,15 @@ J. Weber & J. Penn, "Creation and rendering of realistic trees", SIGGRAPH 1995: 
 of branches, each level with its own number, angles, length and curvature. Their names stand in
 quotes where ours say them otherwise. A species is one TOML file (``species/``), whose keys are the
 fields of these classes, and the tables that are measured of it (``appearance_tables``).
+
+Branches of the first level are called limbs and grow from the trunk; those of the last level are
+called twigs and bear the foliage; those between are called branches. A tree is a hierarchy of parts
+whose levels of detail are numbered like that: 0 is the whole tree, 1 limbs, and so on to the twigs
+and the foliage.
+
+A leaf appearance is what a part shows while none of its own parts is displayed, when it is a leaf
+of the displayed hierarchy (Blake 1987 §2.4): it stands for everything that the part bears. The term
+has nothing to do with botany; the leaves of a tree are its foliage.
 """
 
 import math
@@ -28,7 +37,7 @@ Count = Annotated[int, Field(ge=0, le=100)]
 Season = Literal["spring", "summer", "autumn", "winter"]
 
 SHADES = 5
-"""Shades of leaves in one season."""
+"""Number of shades that foliage has in one season."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +64,7 @@ class Trunk:
 
 @dataclass(frozen=True)
 class BranchLevel:
-    """How branches of one level grow from those of the level before. All angles are in degrees.
+    """One level of branches, which grow from those of the level before. Angles are in degrees.
 
     branches         children of the longest parent; shorter parents bear fewer ("Branches")
     base_size        where along the parent the first child stands, 0 base to 1 tip ("BaseSize")
@@ -94,7 +103,7 @@ class BranchLevel:
 
 @dataclass(frozen=True)
 class Shades:
-    """The darkest and the lightest leaves of a season."""
+    """The darkest and the lightest albedo of foliage in a season."""
 
     __pydantic_config__ = CLOSED
 
@@ -102,7 +111,7 @@ class Shades:
     light: tuple[Positive, Positive, Positive]
 
     def colours(self) -> tuple[tuple[float, float, float], ...]:
-        """SHADES colours from dark to light, evenly spaced in their logarithms."""
+        """Make SHADES colours from dark to light, evenly spaced in their logarithms."""
         steps = [k / (SHADES - 1) for k in range(SHADES)]
         pairs = list(zip(self.dark, self.light, strict=True))
         return tuple(
@@ -111,13 +120,13 @@ class Shades:
 
 
 def _log_mix(a: float, b: float, share: float) -> float:
-    """The mean of two numbers in their logarithms, to four decimals."""
+    """Interpolate between two numbers in their logarithms, to four decimals."""
     return round(math.exp((1 - share) * math.log(a) + share * math.log(b)), 4)
 
 
 @dataclass(frozen=True)
 class Foliage:
-    """Leaves as short cones, several on each twig; of a conifer shoots with their needles.
+    """The foliage: leaves as short cones, several on each twig; for a conifer, shoots with needles.
 
     leaves        on the longest twig; shorter twigs bear fewer ("Leaves")
     length        between the centres of a leaf's two round ends [m] ("LeafScale")
@@ -144,12 +153,13 @@ class Foliage:
 
 @dataclass(frozen=True)
 class LeafAppearance:
-    """Of how many shapes the leaf appearances are made, level by level: of the tree, a limb, a
-    branch and so on to a twig.
+    """Numbers of sticks in leaf appearances (see the text at the top of this file).
 
-    blob_count     shapes that stand for what is hidden
-    kept_segments  sticks of the branch itself that stay
-    clear_trunk_segments  how many of the trunk's 8 sticks, from the foot up, are seen from afar
+    blob_count     for each level from the whole tree to a twig: thick sticks that stand for all
+                   that a part hides
+    kept_segments  for each level: sticks beside them to which the part's own chain is reduced
+    clear_trunk_segments  how far up these sticks go in the leaf appearance of the whole tree: so
+                   many of the trunk's 8 segments, counted from the one under the ground
     """
 
     __pydantic_config__ = CLOSED
@@ -168,11 +178,12 @@ class TreeSpecies:
                   longest ("Shape")
     min_radius    radius of the thinnest twig [m]
     broken_share  share of branches that have snapped
-    bark_albedo   of the trunk and of branches
+    bark_albedo   of the trunk, and of branches of all levels
     levels        limbs, branches and so on to twigs
-    foliage       None where the species has no leaves in any season
-    leaf_appearance  shapes of the leaf appearances
-    tables        what is measured of the leaf appearances in leaf; bare_tables: of bare trees
+    foliage       None where the species has no foliage in any season
+    leaf_appearance  numbers of sticks in the leaf appearances
+    tables        what is measured of the leaf appearances of a tree with foliage
+    bare_tables   what is measured of those of a tree without
     """
 
     __pydantic_config__ = CLOSED
@@ -203,19 +214,21 @@ class TreeSpecies:
         self.bare_tables.check(f"{self.name}.csv", len(self.levels))
 
     def leaf_colours(self, season: str) -> tuple[tuple[float, float, float], ...]:
-        """Colours of leaves in a season, from dark to light; () where the tree stands bare."""
+        """Colours of the foliage in a season, from dark to light; () where the tree stands bare."""
         shades = self.foliage.albedo if self.foliage else {}
         return next((each.colours() for name, each in shades.items() if name == season), ())
 
     def uncorrected(self) -> "TreeSpecies":
-        """The species without what is measured of the colour and the view dependence of its leaf
-        appearances: they look the same from everywhere, and have the albedo of what they hide."""
+        """Make the species whose leaf appearances have the albedo of what they hide.
+
+        They look the same from everywhere: of all that is measured of them only overlap stays.
+        """
         tables = AppearanceTables(overlap=self.tables.overlap)
         bare_tables = AppearanceTables(overlap=self.bare_tables.overlap)
         return replace(self, tables=tables, bare_tables=bare_tables)
 
     def bare(self) -> "TreeSpecies":
-        """The species without its leaves; its leaf appearances are then made of wood."""
+        """Make the species without foliage; its leaf appearances then stand for wood alone."""
         shapes = self.leaf_appearance
         kept = (shapes.kept_segments[0], *(max(1, each) for each in shapes.kept_segments[1:]))
         more = tuple(each + 1 for each in shapes.blob_count)
