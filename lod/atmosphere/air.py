@@ -1,7 +1,7 @@
 """The air of a frame: even haze, mist in the valleys, and what a path through them takes away.
 
-The same β paints the haze and prunes the scene. The renderer wants ``haze_extinction``
-and ``mist_extinction`` in its bands; the pruner wants ``least_extinction``.
+The same β paints the haze and prunes the scene: the renderer uses ``haze_extinction`` and
+``mist_extinction`` in its bands, the pruner ``least_extinction``.
 """
 
 import math
@@ -22,10 +22,10 @@ PathBands = Float64[np.ndarray, "n bands"]
 
 @dataclass(frozen=True)
 class Air:
-    """Haze that is the same everywhere, and mist that is not; either may be absent.
+    """Haze that is the same everywhere, and mist that thins out upwards; either may be absent.
 
     visibility_m  Koschmieder visibility (2 %) of the haze [m]; None = clear, β = 0
-    mist          a layer on top of it, in addition
+    mist          a second layer, whose β is added
     """
 
     visibility_m: float | None = None
@@ -40,26 +40,29 @@ CLEAR = Air()
 
 
 def haze_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
-    """β of the even haze at each wavelength [1/m]; 0 in clear air (no Rayleigh either)."""
+    """Compute β of the even haze at each wavelength [1/m].
+
+    In clear air it is 0, without Rayleigh's extinction.
+    """
     if air.visibility_m is None:
         return np.zeros_like(wavelengths_nm)
     return hazy_extinction(air.visibility_m, wavelengths_nm)
 
 
 def mist_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
-    """β of the mist at and below its base, at each wavelength [1/m]; 0 where there is none."""
+    """Compute β of the mist at and below its base, at each wavelength [1/m]; 0 without mist."""
     if air.mist is None:
         return np.zeros_like(wavelengths_nm)
     return layer.mist_extinction(air.mist, wavelengths_nm)
 
 
 def rgb_extinction(air: Air) -> Bands:
-    """β of the even haze in linear Rec.709 red, green and blue, (3,) [1/m]."""
+    """Compute β of the even haze in linear Rec.709 red, green and blue, (3,) [1/m]."""
     return haze_extinction(air, rgb_wavelengths())
 
 
 def extinction(air: Air, height_m: Reals, wavelengths_nm: Bands) -> PathBands:
-    """β of both layers at each height above the datum, (n, bands) [1/m]."""
+    """Compute β of both layers at each height above the datum, (n, bands) [1/m]."""
     share = (
         np.ones_like(height_m)
         if air.mist is None
@@ -73,10 +76,10 @@ def extinction(air: Air, height_m: Reals, wavelengths_nm: Bands) -> PathBands:
 def optical_depth(
     air: Air, start_m: Reals, end_m: Reals, length_m: Reals, wavelengths_nm: Bands
 ) -> PathBands:
-    """∫β along straight paths, (n, bands); contrast falls by exp(−it) (Koschmieder, 1924).
+    """Integrate β along straight paths, in closed form, (n, bands).
 
-    ``start_m`` and ``end_m`` are the heights of the ends above the datum, ``length_m`` the distance
-    between them; exact, in closed form.
+    Contrast falls by exp(−∫β) (Koschmieder, 1924). ``start_m`` and ``end_m`` are the heights of the
+    ends above the datum, ``length_m`` the distance between them.
     """
     share = np.ones_like(length_m)
     if air.mist is not None:
@@ -90,10 +93,10 @@ def optical_depth(
 def least_extinction(
     air: Air, highest_m: float = math.inf, wavelengths_nm: Bands | None = None
 ) -> float:
-    """The least β on any path that stays below ``highest_m``, over the given bands [1/m].
+    """Find the least β on any path that stays below ``highest_m``, over the given bands [1/m].
 
     β never grows upwards, so it is β at the greatest height that the eye or anything seen reaches.
-    Where β varies, with height or from band to band, this one decides, so that nothing visible is
+    The least β decides where it varies with height or from band to band, so that nothing visible is
     dropped. By default the bands are those of an RGB picture, of which red is the clearest.
     """
     if math.isnan(highest_m):

@@ -18,13 +18,13 @@ from lod.errors import InputError
 Bands = Float64[np.ndarray, " bands"]
 
 CONTRAST_THRESHOLD = 0.02
-"""Contrast that is left at the visibility (Koschmieder, 1924)."""
+"""Contrast that is left at a distance of one visibility (Koschmieder, 1924)."""
 
 REFERENCE_NM = 550.0
 """Wavelength at which visibility is defined, where the eye by day is most sensitive."""
 
 _MOLECULES_PER_CM3 = (6.02214179e23 / 22.4141) * (273.15 / 288.15) * (1 / 1000)
-"""Of air at 288.15 K and 1013.25 hPa: Avogadro's number over the molar volume."""
+"""Molecules of air at 288.15 K and 1013.25 hPa: Avogadro's number over the molar volume."""
 
 _CO2_PER_CENT = 300 * 1e-4
 
@@ -35,7 +35,7 @@ _EXPONENT = (0.0, 0.5, 1.3, 1.3, 1.6)
 
 
 def extinction_of_visibility(visibility_m: float) -> float:
-    """β = ln(1/0.02)/V = 3.912/V at 550 nm [1/m] (Koschmieder, 1924).
+    """Compute β = ln(1/0.02)/V = 3.912/V at 550 nm [1/m] (Koschmieder, 1924).
 
     Raises InputError unless V is finite and at least 1 m.
     """
@@ -46,27 +46,27 @@ def extinction_of_visibility(visibility_m: float) -> float:
 
 
 def visibility_of_extinction(extinction: float) -> float:
-    """V = ln(1/0.02)/β [m], infinite for β = 0: the inverse of ``extinction_of_visibility``."""
+    """Compute V = ln(1/0.02)/β [m], infinite for β = 0; it inverts ``extinction_of_visibility``."""
     if not (math.isfinite(extinction) and extinction >= 0):
         raise InputError("extinction", extinction, "finite and at least 0 /m")
     return math.log(1 / CONTRAST_THRESHOLD) / extinction if extinction else math.inf
 
 
 def angstrom_exponent(visibility_m: float) -> float:
-    """q of β ∝ λ^−q (Ångström, 1929) for particles, from the visibility.
+    """Compute q of β ∝ λ^−q (Ångström, 1929) for particles, from the visibility.
 
-    Kim, McArthur & Korevaar (Proc. SPIE 4214, 2001, p. 26): 0 below 0.5 km (fog is grey), V − 0.5
-    up to 1 km, 0.16·V + 0.34 up to 6 km, 1.3 up to 50 km, 1.6 above. Theirs steps at 50 km; here it
-    climbs from 50 to 60 km, so that q, like all of the air, is continuous in V.
+    Kim, McArthur & Korevaar (Proc. SPIE 4214, 2001, p. 26) give 0 below 0.5 km (fog is grey),
+    V − 0.5 up to 1 km, 0.16·V + 0.34 up to 6 km, 1.3 up to 50 km, 1.6 above. Theirs steps at 50 km;
+    here it climbs from 50 to 60 km, so that q, like all of the air, is continuous in V.
     """
     extinction_of_visibility(visibility_m)
     return float(np.interp(visibility_m / 1000, _VISIBILITY_KM, _EXPONENT))
 
 
 def rayleigh_extinction(wavelengths_nm: Bands) -> Bands:
-    """β of air without particles at sea level [1/m]: cross-section × molecules per volume.
+    """Compute β of air without particles at sea level: cross-section × molecules per volume [1/m].
 
-    Bodhaine, Wood, Dutton & Slusser (1999), at 288.15 K and 1013.25 hPa. Air
+    The formula is that of Bodhaine, Wood, Dutton & Slusser (1999), at 288.15 K and 1013.25 hPa. Air
     scatters and hardly absorbs in the visible, so this is all of its extinction.
     """
     _check(wavelengths_nm)
@@ -81,11 +81,11 @@ def _rayleigh(wavelengths_nm: tuple[float, ...]) -> np.ndarray:
 
 
 def _cross_section(wavelength_cm: Bands) -> Bands:
-    """Of a molecule of air with 300 ppm of CO₂ [cm²]: Bodhaine et al. 1999, eq. 4, 5 and 23, by
-    Peck & Reeder's refraction (J. Opt. Soc. Am. 62, 1972).
+    """Compute the cross-section of a molecule of air with 300 ppm of CO₂ [cm²].
 
-    Operation by operation as in colour-science (``colour.phenomena.rayleigh``, BSD-3-Clause),
-    which takes seconds and 0.1 GB to import; tests hold it against that.
+    It is that of Bodhaine et al. (1999, eq. 4, 5 and 23) with Peck & Reeder's refraction (J. Opt.
+    Soc. Am. 62, 1972), operation by operation as in colour-science (``colour.phenomena.rayleigh``,
+    BSD-3-Clause), which takes seconds and 0.1 GB to import; tests hold it against that.
     """
     um = wavelength_cm * 10e3
     refraction = 8060.51 + 2480990 / (132.274 - um ** (-2)) + 17455.7 / (39.32957 - um ** (-2))
@@ -100,13 +100,13 @@ def _cross_section(wavelength_cm: Bands) -> Bands:
 
 
 def particle_extinction(visibility_m: float, at_550: float, wavelengths_nm: Bands) -> Bands:
-    """β of particles that take ``at_550`` [1/m] at 550 nm: Ångström's law, q from V."""
+    """Compute β of particles [1/m] from β at 550 nm, ``at_550``, by Ångström's law with q of V."""
     _check(wavelengths_nm)
     return at_550 * (wavelengths_nm / REFERENCE_NM) ** -angstrom_exponent(visibility_m)
 
 
 def hazy_extinction(visibility_m: float, wavelengths_nm: Bands) -> Bands:
-    """β of air and its particles together [1/m]; 3.912/V at 550 nm, whatever the share of each.
+    """Compute β of air and its particles together [1/m]; it is 3.912/V at 550 nm.
 
     Kim's exponent was fitted to the whole extinction; here it shapes what is left once Rayleigh's
     part is taken out, which makes blue thicker than Kim has it: by 5 % at 20 km, 13 % at 50 km.

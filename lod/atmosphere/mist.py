@@ -1,4 +1,4 @@
-"""A second layer: mist that fills a valley and thins out upwards."""
+"""The second layer of the air: mist that fills a valley and thins out upwards."""
 
 import math
 from dataclasses import dataclass
@@ -36,21 +36,25 @@ class Mist:
 
 
 def mist_extinction(mist: Mist, wavelengths_nm: Bands) -> Bands:
-    """β of the mist at its base [1/m]: droplets only, by Ångström's law for its own visibility."""
+    """Compute β of the mist at its base [1/m].
+
+    Mist is droplets alone, which follow Ångström's law for its own visibility.
+    """
     at_550 = extinction_of_visibility(mist.visibility_m)
     return particle_extinction(mist.visibility_m, at_550, wavelengths_nm)
 
 
 def relative_extinction(mist: Mist, height_m: Reals) -> Reals:
-    """β there over β at the base: exp(−(z − z₀)/H) above it, 1 below."""
+    """Compute β at each height over β at the base: exp(−(z − z₀)/H) above it, 1 below, (n,)."""
     return np.exp(-np.maximum(height_m - mist.base_m, 0.0) / mist.scale_m)
 
 
 def mean_relative_extinction(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
-    """Mean of ``relative_extinction`` over a straight path between two heights, exact, (n,).
+    """Compute the exact mean of ``relative_extinction`` over straight paths between heights, (n,).
 
-    On a straight path the height is linear in the length, so this is the mean over height: 1 over
-    the stretch below the base; over one from u to u + h above it, exp(−u/H)·(1 − exp(−h/H))/(h/H).
+    On a straight path the height is linear in the length, so this is the mean over height. It is 1
+    over a stretch below the base, and exp(−u/H)·(1 − exp(−h/H))/(h/H) over one from u to u + h
+    above it.
     """
     low = np.minimum(start_m, end_m) - mist.base_m
     high = np.maximum(start_m, end_m) - mist.base_m
@@ -66,10 +70,11 @@ def mean_relative_extinction(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
 
 
 def base_equivalent_length(mist: Mist, start_m: Reals, rise: Reals) -> Reals:
-    """Metres at the base that hold as much mist as a path upwards without end, exact, (n,) [m].
+    """Compute the metres at the base that hold as much mist as an endless path upwards, (n,) [m].
 
-    From the height ``start_m``, rising by ``rise`` > 0 a metre: (z₀ − z)/rise up to the base, where
-    the path begins below it, and H/rise·exp(−(z − z₀)/H) from where it is above.
+    The path starts at the height ``start_m`` and rises by ``rise`` > 0 a metre. The result is
+    exact: (z₀ − z)/rise up to the base, where the path begins below it, and
+    H/rise·exp(−(z − z₀)/H) from where it is above.
     """
     below = np.maximum(mist.base_m - start_m, 0.0)
     return (below + mist.scale_m * relative_extinction(mist, start_m)) / rise

@@ -1,16 +1,16 @@
 """Radiance in an even layer of air over even ground, with all orders of scattering.
 
 The equation of transfer of a plane-parallel layer (Chandrasekhar, "Radiative Transfer", 1950, §6
-and §§9 to 11), by discrete directions and heights. Radiance is attenuated light from without, plus
-the source term of the air on the way,
+and §§9 to 11), by discrete directions and heights. Radiance is attenuated light from outside plus
+the source function of the air on the way,
 
     J(z, ω) = ϖ·(p(ω·ω₀)·E·exp(−τ/sin e) + ∫p(ω·ω′)·L(z, ω′)dω′),
 
-repeated until it stays. p is Henyey & Greenstein's phase function (Astrophys. J. 93, 1941). The
-ground is Lambertian; what stands on it is a second medium in the lowest steps
-(lod.canopy.turbid_medium), whose
-source is alike in all directions, ϱ/4π·(E + ∫L·dω). Directions stand in rings of equal solid angle;
-the integral is a convolution in azimuth, so it is done frequency by frequency.
+which is iterated until it converges. p is Henyey & Greenstein's phase function (Astrophys. J. 93,
+1941). The ground is Lambertian; what stands on it is a second medium in the lowest steps
+(``lod.canopy.turbid_medium``), whose source is the same in all directions, ϱ/4π·(E + ∫L·dω).
+Directions stand in rings of equal solid angle; the integral is a convolution in azimuth, so it is
+computed frequency by frequency.
 """
 
 from dataclasses import dataclass
@@ -27,11 +27,12 @@ RINGS, SPOKES = 64, 72
 clockwise from north."""
 
 LOWEST_SUN = 1e-3
-"""Sine of the elevation below which the sun is as at it: the way to it would be endless."""
+"""Least sine of the sun's elevation: the path of its light would be endless at 0."""
 
 _SMALL = 1e-3
 _SETTLED, _MOST_ROUNDS = 1e-4, 200
-"""Repeated until J changes by less than this share of its greatest value."""
+"""The iteration ends when J changes by less than this share of its greatest value, or after so
+many rounds."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,11 @@ class SlabInputs:
     height   (levels,) from the ground up to the top [m]
     depth    (levels − 1, bands) ∫β of each step, straight up
     cover    (levels − 1,) optical depth of the plants in each step, straight up, K·ΔA
-    to_sun   (3,) unit vector; sun (bands,) irradiance, above the layer, of what faces the sun
+    to_sun   (3,) unit vector
+    sun      (bands,) irradiance of a surface that faces the sun, above the layer
     sky      (RINGS / 2, SPOKES, bands) radiance above the layer
-    ground   (bands,) albedo; plants (bands,) that of what stands there
+    ground   (bands,) albedo of the ground
+    plants   (bands,) albedo of the plants
     """
 
     height: np.ndarray
@@ -73,7 +76,7 @@ class SlabInputs:
 
 
 def directions() -> np.ndarray:
-    """Unit vectors of all directions, (RINGS, SPOKES, 3), from the nadir to the zenith."""
+    """Give the unit vectors of all directions, (RINGS, SPOKES, 3), from the nadir to the zenith."""
     up, turn = _up(), np.arange(SPOKES) / SPOKES * 2 * np.pi
     level = np.sqrt(1 - up**2)[:, None]
     z = np.broadcast_to(up[:, None], (RINGS, SPOKES))
@@ -81,18 +84,18 @@ def directions() -> np.ndarray:
 
 
 def henyey_greenstein(cosine: np.ndarray, asymmetry: float) -> np.ndarray:
-    """Phase function p of Henyey & Greenstein (1941) [1/sr] at the cosine of the scattering angle.
+    """Compute Henyey & Greenstein's phase function p (1941) at cosines of scattering angles [1/sr].
 
-    ``cosine`` is 1 where light goes on as it came.
+    ``cosine`` is 1 where light goes on in its direction.
     """
     g = asymmetry
     return (1 - g**2) / (4 * np.pi * (1 + g**2 - 2 * g * cosine) ** 1.5)
 
 
 def mean_path_fraction(depth: np.ndarray) -> np.ndarray:
-    """Mean fraction of a path of optical depth t at which its scattered light arises, 0 to ½.
+    """Compute at which fraction of a path of optical depth t scattered light arises on average.
 
-    It is ∫x·exp(−tx)dx / ∫exp(−tx)dx over 0 to 1 = 1/t − 1/(exp(t) − 1), and ½ at t = 0.
+    It is ∫x·exp(−tx)dx / ∫exp(−tx)dx over 0 to 1, which is 1/t − 1/(exp(t) − 1), and ½ at t = 0.
     """
     t = np.maximum(depth, _SMALL)
     with np.errstate(over="ignore"):
@@ -118,7 +121,7 @@ def source_function(
 
 
 def direct_irradiance(slab: SlabInputs) -> Float64[np.ndarray, "levels bands"]:
-    """Irradiance of the sun that reaches each height, on a surface that faces it."""
+    """Compute the direct irradiance, at each height, of a surface that faces the sun."""
     above = np.concatenate(
         (slab.extinction_depth[::-1].cumsum(axis=0)[::-1], np.zeros((1, len(slab.sun))))
     )
@@ -162,7 +165,7 @@ def _step_sources(
 
 
 def irradiance(slab: SlabInputs, down: Field) -> Reals:
-    """Irradiance of the ground by the direct sun and the diffuse radiance from above, (bands,)."""
+    """Compute the irradiance of the ground by direct sun and radiance from above, (bands,)."""
     diffuse = (down * _up()[RINGS // 2 :, None, None]).sum(axis=(0, 1)) * _SOLID_ANGLE
     return direct_irradiance(slab)[0] * max(float(slab.to_sun[2]), 0.0) + diffuse
 
@@ -175,8 +178,10 @@ def _up() -> Reals:
 
 
 def _kernel(air: Scattering) -> np.ndarray:
-    """ϖ·p·dω between rings by difference of azimuth, as its Fourier transform, (frequencies, rings,
-    rings); no light is lost or made by the steps between directions."""
+    """Compute ϖ·p·dω between rings as a Fourier transform in azimuth, (frequencies, rings, rings).
+
+    It is normalised, so that the discrete directions neither lose nor add light.
+    """
     up, turn = _up(), np.arange(SPOKES) / SPOKES * 2 * np.pi
     level = np.sqrt(1 - up**2)
     cosine = up[:, None, None] * up[None, :, None]
@@ -187,7 +192,7 @@ def _kernel(air: Scattering) -> np.ndarray:
 
 
 def _scatter(kernel: np.ndarray, light: np.ndarray) -> np.ndarray:
-    """ϖ·∫p·L at every height."""
+    """Compute ϖ·∫p·L·dω at every height."""
     levels, rings, spokes, bands = light.shape
     waves = np.fft.rfft(light, axis=2).transpose(2, 1, 0, 3).reshape(-1, rings, levels * bands)
     turned = (kernel @ waves).reshape(-1, rings, levels, bands).transpose(2, 1, 0, 3)

@@ -7,12 +7,13 @@ import numpy as np
 from lod.arrays import frozen
 
 _RED_NM, _GREEN_NM, _BLUE_NM = 642.4434140806299, 543.0002219571127, 440.86762935203524
-"""From colour-science's tables, as a test has it: importing them takes seconds and 0.1 GB."""
+"""They follow from colour-science's tables, which takes seconds and 0.1 GB to import; a test
+compares them."""
 
 
 @lru_cache(maxsize=1)
 def rgb_wavelengths() -> np.ndarray:
-    """Effective wavelength of red, green and blue, (3,) [nm]: about 642.4, 543.0 and 440.9.
+    """Give the effective wavelengths of red, green and blue, about 642.4, 543.0 and 440.9 nm, (3,).
 
     A channel is a weighted integral of the spectrum: its weights r(λ) are the CIE 1931 2° colour
     matching functions through the Rec.709 matrix, negative lobes and all. For a white of D65 seen

@@ -1,4 +1,7 @@
-"""A compiled part hierarchy: one whole object as arrays, parents before children (§2.3)."""
+"""The part hierarchy of one object as arrays, parents before children (§2.3).
+
+``lod`` explains the symbols P, R and B.
+"""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,24 +15,24 @@ from lod.vision.contrast import NEVER_LOST
 
 @dataclass(frozen=True, eq=False)
 class Hierarchy:
-    """The parts of one object, row 0 the whole object, every part after the part that owns it.
+    """The parts of one object. Row 0 is the whole object; each part stands after its owner.
 
     parent     (n,)   row of the part that owns this one; -1 for row 0
-    level      (n,)   detail level; 0 = one blob; never decreases down the tree
+    level      (n,)   detail level; 0 is one blob; levels never decrease down the tree
     position   (n, 3) origin of the part in the object's own frame [m]
     P          (n,)   priority: √ of the largest cross-section of the leaf appearance (§2.4) [m]
     R          (n,)   range: reach of the part's extremes and its parts' ends from its origin [m]
     B          (n,)   bound: radius about the origin that holds everything in it, any pose [m]
-    separation (n,)   greatest distance to the origin of its whole, any pose; 0 for row 0 [m]
-    contrast   (n,)   class of inherent contrast, a row of lod.vision.contrast.CONTRAST_CLASSES; if
-    none
-                      is given the last, which no air and no eye ever lose
-    overlap    (n,)   of its leaf appearance and its parts', where half of either shows: how much of
-                      them lies in one another, below 1; 0 by default
+    separation (n,)   greatest distance to the origin of the owner in any pose; 0 for row 0 [m]
+    contrast   (n,)   class of inherent contrast, a row of lod.vision.contrast.CONTRAST_CLASSES; by
+                      default the last one, which no air and no eye takes away
+    overlap    (n,)   how much of the leaf appearance and of the parts' appearances lies in one
+                      another where half of either shows, below 1; by default 0
                       (``lod.pruning.area_scaling.leaf_area_share``)
 
-    Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0, nested bounds
-    (B of a whole ≥ separation + B of its part, so that what is in view has its whole in view).
+    Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0 and nested bounds:
+    B of a whole is at least the separation of its part plus the part's B, so that the whole of a
+    part in view is in view.
     """
 
     parent: np.ndarray
@@ -59,7 +62,7 @@ class Hierarchy:
 
     @cached_property
     def depth(self) -> np.ndarray:
-        """Steps from row 0 to each part, (n,)."""
+        """Number of steps from row 0 to each part, (n,)."""
         depth = np.zeros(len(self), np.int64)
         for row in range(1, len(self)):
             depth[row] = depth[self.parent[row]] + 1
@@ -67,7 +70,7 @@ class Hierarchy:
 
     @cached_property
     def order(self) -> np.ndarray:
-        """Rows sorted so that the parts of one whole stand together, (n - 1,)."""
+        """Rows without row 0, sorted so that the parts of one whole stand together, (n - 1,)."""
         return np.argsort(self.parent[1:], kind="stable") + 1
 
     @cached_property
@@ -77,12 +80,12 @@ class Hierarchy:
 
     @cached_property
     def first_part(self) -> np.ndarray:
-        """Where in ``order`` the parts of each part begin, (n,)."""
+        """Index in ``order`` at which the parts of each part begin, (n,)."""
         return np.concatenate(([0], np.cumsum(self.part_count)[:-1]))
 
     @cached_property
     def share(self) -> np.ndarray:
-        """Area P² of each part over that of all direct parts of its whole, (n,); row 0: 1."""
+        """Area P² of each part over that of all parts of its owner, (n,); it is 1 for row 0."""
         area = self.P**2
         siblings = np.bincount(self.parent[1:], area[1:], len(self))
         share = np.ones(len(self))
@@ -91,7 +94,10 @@ class Hierarchy:
         return share
 
     def scaled(self, factor: float) -> "Hierarchy":
-        """The same object ``factor`` times as large: every length grows alike."""
+        """Return the object with every length multiplied by ``factor``.
+
+        Raises InputError unless the factor is finite and above 0.
+        """
         if not (np.isfinite(factor) and factor > 0):
             raise InputError("scale", factor, "a size factor is finite and above 0", "try 1.0")
         lengths = {k: getattr(self, k) * factor for k in ("position", "P", "R", "B", "separation")}

@@ -106,22 +106,22 @@ def _band_factor(d, D, fade):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def cross_fade(whole, share, shown):  # type: ignore[no-untyped-def]
+def cross_fade(parent, share, shown):  # type: ignore[no-untyped-def]
     """Weights (inner, leaf, hidden area) of every part from its own fade factor, (n,) each.
 
     Rows: parents before children. The displayed parts of a part hang on its inner appearance,
     which stays while any of them does.
     """
-    n = len(whole)
+    n = len(parent)
     shown = shown.copy()
     inner, leaf, hidden = np.zeros(n), np.zeros(n), np.ones(n)
     for i in range(n):
-        if whole[i] >= 0:
-            hidden[whole[i]] -= share[i] * shown[i]
-            inner[whole[i]] = max(inner[whole[i]], shown[i])
+        if parent[i] >= 0:
+            hidden[parent[i]] -= share[i] * shown[i]
+            inner[parent[i]] = max(inner[parent[i]], shown[i])
     for i in range(n):
-        if whole[i] >= 0:
-            shown[i] *= shown[whole[i]]
+        if parent[i] >= 0:
+            shown[i] *= shown[parent[i]]
         inner[i] = min(1.0, _INNER_GAIN * inner[i]) * shown[i]
         if hidden[i] <= _ROUNDING:
             hidden[i] = 0.0

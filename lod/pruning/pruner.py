@@ -17,7 +17,7 @@ from lod.pruning.view_geometry import distance, in_view
 class Cut:
     """The parts displayed in one frame, a connected top of every object's tree.
 
-    Object by object, and within each level by level: wholes before their parts.
+    Object by object, and within each level by level: parents before their parts.
 
     object, part, level, parent  (n,) as in Parts; ``parent`` holds rows of this cut
     examined_objects, examined_parts   how many were tested, displayed or not
@@ -78,16 +78,16 @@ def prune_by_level(representation: Representation, view: View) -> Cut:
     candidates = representation.roots(view)
     examined_objects = examined_parts = len(candidates)
     batches = [candidates.take(displayed(candidates, view))]
-    wholes = [batches[0].parent]
+    parents = [batches[0].parent]
     first_row = 0
     while len(batches[-1]):
         candidates = representation.parts_of(batches[-1], view)
         examined_parts += len(candidates)
         passed = candidates.take(displayed(candidates, view))
-        wholes.append(passed.parent + first_row)
+        parents.append(passed.parent + first_row)
         first_row += len(batches[-1])
         batches.append(passed)
-    parts = _by_object(_join(batches, np.concatenate(wholes)))
+    parts = _by_object(_join(batches, np.concatenate(parents)))
     return cut_from_parts(parts, examined_objects, examined_parts)
 
 
@@ -102,11 +102,11 @@ def _by_object(parts: Parts) -> Parts:
     order = np.argsort(parts.object, kind="stable")
     row = np.empty(len(order), np.int64)
     row[order] = np.arange(len(order))
-    taken = parts.take(order)
-    return replace(taken, parent=np.where(taken.parent < 0, -1, row[taken.parent]))
+    ordered = parts.take(order)
+    return replace(ordered, parent=np.where(ordered.parent < 0, -1, row[ordered.parent]))
 
 
-def _join(batches: list[Parts], whole: np.ndarray) -> Parts:
+def _join(batches: list[Parts], parent: np.ndarray) -> Parts:
     if len(batches) == 1:
         return batches[0]
 
@@ -119,7 +119,7 @@ def _join(batches: list[Parts], whole: np.ndarray) -> Parts:
     return Parts(
         position=position,
         centre=position if shared else column("centre"),
-        parent=whole,
+        parent=parent,
         state=batches[0].state,
         **{name: column(name) for name in names},
     )

@@ -12,33 +12,36 @@ import numpy as np
 from lod.arrays import Reals
 
 _LARGEST_DEG = 12.0
-"""X_max: the eye does not integrate over more."""
+"""X_max: largest angle that the eye integrates over [degrees]."""
 
 _MOST_CYCLES = 15.0
-"""N_max: nor over more cycles."""
+"""N_max: largest number of cycles that the eye integrates over."""
 
 _PHOTONS = 1.2274 * 10**6
 """p: photons per second, square degree and troland, for white light."""
 
 _NEURAL_NOISE = 3 * 10**-8
-"""Φ₀ [s·deg²]."""
+"""Φ₀: spectral density of neural noise [s·deg²]."""
 
 _INHIBITED_CPD = 7.0
-"""u₀: lateral inhibition acts below it [cycles/degree]."""
+"""u₀: frequency below which lateral inhibition acts [cycles/degree]."""
 
 
 def pupil_diameter(luminance: float, field_deg: float) -> float:
-    """Diameter of the pupil [mm] before a square field of some luminance [cd/m²] (Le Grand)."""
+    """Compute the diameter of the pupil [mm] by Le Grand's formula.
+
+    ``luminance`` [cd/m²] is that of a square field of side ``field_deg`` [degrees].
+    """
     return float(5 - 3 * np.tanh(0.4 * np.log10(luminance * field_deg * field_deg / 40**2)))
 
 
 def optics_sigma(blur_deg: float, aberration_deg: float, pupil_mm: float) -> float:
-    """σ of the line spread of the eye's optics [degrees]: √(σ₀² + (C_ab·pupil)²)."""
+    """Compute σ of the line spread of the eye's optics, √(σ₀² + (C_ab·pupil)²) [degrees]."""
     return float(np.hypot(blur_deg, aberration_deg * pupil_mm))
 
 
 def retinal_illuminance(luminance: float, pupil_mm: float) -> float:
-    """Light on the retina [troland], with the Stiles–Crawford effect."""
+    """Compute the light on the retina [troland], with the Stiles–Crawford effect."""
     troland = (math.pi * pupil_mm**2) / 4 * luminance
     return troland * (1 - (pupil_mm / 9.7) ** 2 + (pupil_mm / 12.4) ** 4)
 
@@ -52,7 +55,7 @@ def contrast_sensitivity(
     efficiency: float,
     illuminance_td: float,
 ) -> Reals:
-    """1 / the least modulation of sinusoids that is seen, (k,), in a square field."""
+    """Compute 1 / the least modulation that is seen of sinusoids in a square field, (k,)."""
     u, n = frequency_cpd, efficiency
     optics = np.exp(-2 * np.pi**2 * sigma_deg**2 * u**2)
     size = (1 / field_deg**2 + 1 / _LARGEST_DEG**2 + u**2 / _MOST_CYCLES**2) ** -0.5

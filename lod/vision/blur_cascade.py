@@ -45,12 +45,12 @@ class BlurWidths:
 
     @property
     def effective(self) -> float:
-        """θ_eff [rad]: the root of the sum of the squares; m = τ·θ_eff."""
+        """θ_eff [rad] is the root of the sum of the squares; m = τ·θ_eff."""
         return math.hypot(self.pixel, self.eye, self.atmosphere, self.motion)
 
     @property
     def before_eye(self) -> float:
-        """The same without the eye [rad]: what has happened by the time light reaches it."""
+        """θ_eff without the eye [rad]: the blur that light has when it reaches the eye."""
         return math.hypot(self.pixel, self.atmosphere, self.motion)
 
 
@@ -61,7 +61,7 @@ def blur_widths(
     atmosphere: float = 0.0,
     motion: float = 0.0,
 ) -> BlurWidths:
-    """The cascade of a camera whose picture is looked at on a display; angles at the camera [rad].
+    """Give the blurs of a camera whose picture is looked at on a display, at the camera [rad].
 
     The display shows a camera's pixel under an angle of its own. So the eye's width, an angle at
     the viewer, covers (eye width)/(display pixel) pixels, each of which is ``pixel_angle`` at the
@@ -72,7 +72,7 @@ def blur_widths(
 
 
 def eye_width(display: Display, eye: Eye) -> float:
-    """Full width √12·σ_opt of the eye's optics, an angle at the viewer [rad].
+    """Compute the full width √12·σ_opt of the eye's optics, an angle at the viewer [rad].
 
     Barten's optical transfer function is exp(−2π²σ²f²), a Gaussian (1999, ch. 3).
     """
@@ -82,13 +82,14 @@ def eye_width(display: Display, eye: Eye) -> float:
 def turbulence_width(
     structure_constant: float, path_m: float, wavelength_nm: float = 550.0
 ) -> float:
-    """Full width of the seeing over a level path, for θ_atmosphere [rad]; long exposure.
+    """Compute θ_atmosphere [rad], the full width of the seeing over a level path, long exposure.
 
-    Fried's length for a point source, r₀ = (0.16·k²·C_n²·L)^(−3/5) with k = 2π/λ, and a point seen
-    with a full width at half maximum of 0.98·λ/r₀ (Fried, J. Opt. Soc. Am. 56, 1966, p. 1372),
-    taken for a Gaussian: σ = FWHM/√(8·ln 2). C_n² [m^(−2/3)] near ground runs from 1e-16 (calm) to
-    1e-13 (midday). Light scattered forward by particles blurs too (Kaufman, Applied Optics
-    20, 1981, p. 1525), over degrees rather than seconds of arc; here all of it is lost contrast, β.
+    It follows from Fried's length for a point source, r₀ = (0.16·k²·C_n²·L)^(−3/5) with k = 2π/λ,
+    and a point seen with a full width at half maximum of 0.98·λ/r₀ (Fried, J. Opt. Soc. Am. 56,
+    1966, p. 1372), taken for a Gaussian: σ = FWHM/√(8·ln 2). C_n² [m^(−2/3)] near ground runs from
+    1e-16 (calm) to 1e-13 (midday). Light scattered forward by particles blurs too (Kaufman, Applied
+    Optics 20, 1981, p. 1525), over degrees rather than seconds of arc; here all of it is lost
+    contrast, β.
     """
     for where, value in (("C_n²", structure_constant), ("path", path_m)):
         if not (math.isfinite(value) and value >= 0):
@@ -102,8 +103,9 @@ def turbulence_width(
 
 
 def gaussian_transfer(width: float, frequency: Reals) -> Reals:
-    """Share of a sinusoid's contrast that a blur leaves, (n,): exp(−2π²σ²f²), σ = width/√12.
+    """Compute the share of a sinusoid's contrast that a blur leaves, (n,).
 
-    ``width`` and 1/``frequency`` are in the same unit. The Fourier transform of a Gaussian.
+    It is exp(−2π²σ²f²) with σ = width/√12, the Fourier transform of a Gaussian. ``width`` and
+    1/``frequency`` are in the same unit.
     """
     return np.exp(-((math.pi * width * frequency) ** 2) / 6)

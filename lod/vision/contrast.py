@@ -9,18 +9,21 @@ from lod.arrays import Ints, Reals
 from lod.errors import InputError
 
 CONTRAST_CLASSES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf)
-"""Bounds above. The least keeps parts that match their surroundings from vanishing before one's
-nose; nothing without air exceeds 1, only bright things before darker air do; the last is never
-dropped."""
+"""Upper bounds of the classes of inherent contrast C₀.
+
+The least one keeps parts that match their surroundings from vanishing close to the eye. Without air
+no contrast exceeds 1; bright things before darker air do. Parts of the last class are never dropped
+for lack of contrast.
+"""
 
 NEVER_LOST = len(CONTRAST_CLASSES) - 1
-"""The last class."""
+"""The last class of contrast, which no air takes away."""
 
 
 def inherent_contrast(
     luminance: Reals, surroundings: Reals, airlight: Reals | float = math.inf
 ) -> Reals:
-    """C₀ such that the modulation left at optical depth δ is never above C₀·exp(−δ), (n,).
+    """Compute C₀ such that the modulation left at optical depth δ is at most C₀·exp(−δ), (n,).
 
     Through air of transmittance T a luminance Y becomes Y·T + A·(1 − T), A being the airlight of
     the horizon (Koschmieder, 1924). Of the modulation M₀ = |Y − Y_b|/(Y + Y_b) of a part and its
@@ -46,10 +49,10 @@ def inherent_contrast(
 
 
 def contrast_class(contrast: Reals, classes: tuple[float, ...] = CONTRAST_CLASSES) -> Ints:
-    """Which class each contrast falls in, (n,) rows of ``classes``: the least that is not below it.
+    """Find the class of each contrast, (n,) rows of ``classes``: the least that is not below it.
 
-    Rounded up, so that nothing visible is dropped. Raises InputError unless the classes rise from
-    above 0 to infinity, and for a contrast below 0.
+    Contrasts are rounded up, so that nothing visible is dropped. Raises InputError unless the
+    classes rise from above 0 to infinity, and for a contrast below 0.
     """
     if not (classes and 0 < classes[0] and classes[-1] == math.inf):
         raise InputError("contrast classes", classes, "from above 0 to infinity")

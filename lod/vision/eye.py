@@ -1,4 +1,4 @@
-"""The viewer: an eye in front of a display, and how faint a contrast it sees at which fineness.
+"""How faint a contrast does an eye in front of a display see, at which frequency?
 
 The eye is Barten's (``lod.vision.barten``).
 """
@@ -19,20 +19,21 @@ from lod.vision.barten import (
 )
 
 SQUARE_WAVE_GAIN = 4 / math.pi
-"""Fundamental of a square wave over its own modulation: bars are seen this much better than a
+"""Fundamental of a square wave over its own modulation. Bars are seen this much better than a
 sinusoid of the same modulation (Campbell & Robson, J. Physiol. 197, 1968, p. 551)."""
 
 _KNOTS = 2048
 _LOWEST_CPD = 0.05
 _FADED = 1e-6
-"""What the eye's optics leave at the highest frequency of the table: no contrast survives it."""
+"""Share of a contrast that the eye's optics leave at the highest frequency of the table."""
 
 
 @dataclass(frozen=True)
 class Display:
-    """The screen that the picture is looked at on, all of it, pixel for pixel.
+    """The screen on which the whole picture is looked at, pixel for pixel.
 
-    pixels_per_degree  of the viewer's sight; 67 is a 0.7 m wide 4K screen at 0.7 m
+    pixels_per_degree  pixels to a degree of the viewer's sight; 67 is a 0.7 m wide 4K screen at
+                       0.7 m
     luminance          mean over the picture, to which the eye adapts [cd/m²]
     field_deg          side of the square that the picture fills [degrees]
     """
@@ -83,9 +84,9 @@ class Eye:
 
 
 def optical_sigma(display: Display, eye: Eye) -> float:
-    """σ of the line spread of the eye's optics, at the pupil this display makes [degrees].
+    """Compute σ of the line spread of the eye's optics, at the pupil of this display [degrees].
 
-    Barten (1999, ch. 3): √(σ₀² + (C_ab·pupil)²), the pupil after Le Grand.
+    It is √(σ₀² + (C_ab·pupil)²) (Barten 1999, ch. 3), with Le Grand's formula of the pupil.
     """
     pupil_mm = pupil_diameter(display.luminance, display.field_deg)
     return optics_sigma(eye.blur_arcmin / 60, eye.aberration_arcmin / 60, pupil_mm)
@@ -108,9 +109,9 @@ class Sensitivity:
 
 @lru_cache(maxsize=64)
 def sensitivity(display: Display, eye: Eye) -> Sensitivity:
-    """Barten's contrast sensitivity times 4/π (bars, not sinusoids), tabulated for one display.
+    """Tabulate Barten's contrast sensitivity times 4/π (bars, not sinusoids) for one display.
 
-    Up to the frequency of which the eye's own optics leave a millionth.
+    The table ends at the frequency of which the eye's own optics leave a millionth.
     """
     sigma = optical_sigma(display, eye)
     highest = math.sqrt(-math.log(_FADED) / 2) / (math.pi * sigma)
@@ -129,9 +130,10 @@ def sensitivity(display: Display, eye: Eye) -> Sensitivity:
 
 
 def envelope(value: Reals) -> Reals:
-    """Greatest of each and all that follow: the decreasing envelope of a band-pass curve, (k,).
+    """Compute the decreasing envelope of a band-pass curve: the maximum from each value on, (k,).
 
-    A feature coarser than the peak is still seen by what it has at the peak: by its edges.
+    A feature that is coarser than the peak is still seen by its edges, which have frequencies
+    there.
     """
     return np.maximum.accumulate(value[::-1])[::-1]
 

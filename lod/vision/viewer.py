@@ -1,9 +1,9 @@
 """What stands between a scene and whoever looks at its picture: air, lens, display and eye (§2.1).
 
-One small frozen thing that a view carries. It gives the weighted distance W(d) of each class of
+A view carries its viewing conditions. They give the weighted distance W(d) of each class of
 inherent contrast, and so the limit distances D = W⁻¹(D in clear air with an ideal eye).
 
-Two readings, because a picture has two kinds of viewer:
+A picture has two kinds of viewer, so there are two readings:
 
 acuity      An eye looks at the picture on the stated display. Its blur counts in θ_eff, and what is
             too fine for the contrast it has left is gone (``weighted_distance``).
@@ -37,7 +37,7 @@ STANDARD_DISPLAY, STANDARD_EYE = Display(), Eye()
 class ViewingConditions:
     """Air, display and eye of one view.
 
-    widths      the cascade of blurs at the camera; m = τ·(its effective width)
+    widths      the blurs at the camera; m = τ·(their effective width)
     extinction  β along the path, the least where it varies [1/m]; 0 = clear
     display, eye  where the picture is looked at, and by whom
     acuity      whether the eye's fineness counts, or only its threshold of contrast
@@ -54,7 +54,7 @@ class ViewingConditions:
             raise InputError("extinction", self.extinction, "finite and at least 0 /m")
 
     def weighted(self, contrast: float, m: float) -> WeightedDistance:
-        """W for parts of inherent contrast C₀ at detail angle m [rad]."""
+        """Give W for parts of inherent contrast C₀ at detail angle m [rad]."""
         if self.acuity:
             air = self.extinction
             return weighted_distance(contrast, air, m, self.widths, self.display, self.eye)
@@ -65,7 +65,7 @@ class ViewingConditions:
 def extinction_cutoff(
     contrast: float, extinction: float, display: Display, eye: Eye
 ) -> WeightedDistance:
-    """W(d) = d up to where contrast C₀ is gone at any size, ln(C₀·max S)/β, and infinite beyond."""
+    """Give W(d) = d up to ln(C₀·max S)/β, where C₀ is gone at any size; infinite beyond."""
     if math.isinf(contrast) or extinction < MIN_EXTINCTION:
         return UNWEIGHTED
     gone = math.log(contrast * float(sensitivity(display, eye).value.max())) / extinction
@@ -76,9 +76,10 @@ def extinction_cutoff(
 def perceptual_limits(
     conditions: ViewingConditions, clear: Reals, contrast: Ints, m: float
 ) -> Reals:
-    """D = W⁻¹(D in clear air) of parts in these classes of contrast, (n,) [m].
+    """Compute D = W⁻¹(D in clear air) of parts in these classes of contrast, (n,) [m].
 
-    ``contrast`` holds rows of CONTRAST_CLASSES.
+    ``clear`` (n,) holds their limit distances in clear air [m], ``contrast`` rows of
+    CONTRAST_CLASSES.
     """
     seen = clear.copy()
     for row in np.unique(contrast):

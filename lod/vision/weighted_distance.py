@@ -1,9 +1,9 @@
-"""Distance as a viewer feels it, W(d) ≥ d: what air, eye and display add to it (§2, §2.1).
+"""The weighted distance W(d) ≥ d: how much farther air, eye and display make parts seem (§2.1).
 
 **The definition.** A part whose limit distance in clear air is D_c has, at the metric's limit, a
 size s = m·D_c. At distance d it is an angle s/d at the camera, on the display a half-period of
 frequency f = 1/(2·angle), and the air has left it a contrast C₀·exp(−βd) (Koschmieder, 1924).
-Pixel, seeing and motion leave of that the share M(f) (``cascade.transfer``); the eye's own blur is
+Pixel, seeing and motion leave of that the share M(f) (``gaussian_transfer``); the eye's own blur is
 inside its sensitivity S(f), and would count twice in M. It is seen while C₀·exp(−βd)·M(f)·S(f) > 1.
 Let E be the decreasing envelope of M·S, and f_s(d) the highest frequency f that still has
 C₀·exp(−βd)·E(f) ≥ 1. Then the part is displayed while its angle exceeds m (the metric) *and* that
@@ -39,7 +39,7 @@ from lod.vision.blur_cascade import BlurWidths, gaussian_transfer
 from lod.vision.eye import Display, Eye, envelope, sensitivity
 
 MIN_EXTINCTION = 1e-15
-"""β below which air counts as clear [1/m]: it would take a thousand times the field to fade in."""
+"""β below which air counts as clear [1/m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +72,11 @@ class WeightedDistance:
 
     @property
     def vanishing_distance(self) -> float:
-        """Distance past which nothing of this contrast is seen, of any size [m]; may be inf."""
+        """Distance past which nothing of this contrast is seen [m]; it may be infinite."""
         return float(self.distance[-1]) if math.isinf(self.beyond) else math.inf
 
     def weight(self, distance: Reals) -> Reals:
-        """W of each distance, (n,) [m]; infinite past ``gone``."""
+        """Compute W of each distance, (n,) [m]; it is infinite past ``vanishing_distance``."""
         _refuse_negative("d", distance)
         row = np.searchsorted(self.distance, distance, side="right") - 1
         further = distance - self.distance[row]
@@ -85,7 +85,10 @@ class WeightedDistance:
         return np.maximum(distance, np.minimum(weighted, _next(self.weighted, row)))
 
     def inverse(self, weighted: Reals) -> Reals:
-        """The d of each W, (n,) [m], at most ``gone``: limit distances from those in clear air."""
+        """Compute the d of each W, (n,) [m], at most ``vanishing_distance``.
+
+        The d of a limit distance in clear air is the limit distance through air and eye.
+        """
         _refuse_negative("W", weighted)
         row = np.searchsorted(self.weighted, weighted, side="right") - 1
         slope = self.slope[row]
@@ -95,7 +98,7 @@ class WeightedDistance:
 
 
 UNWEIGHTED = WeightedDistance(np.zeros(1), np.zeros(1), 1.0)
-"""W(d) = d, to the last bit: an ideal eye, or a contrast that no air can take away."""
+"""W(d) = d, to the last bit, for an ideal eye or a contrast that no air can take away."""
 
 _NEVER_SEEN = WeightedDistance(np.zeros(1), np.zeros(1), math.inf)
 
@@ -109,9 +112,11 @@ def weighted_distance(
     display: Display,
     eye: Eye | None,
 ) -> WeightedDistance:
-    """W for parts of inherent contrast C₀ in air of extinction β [1/m], at detail angle m [rad].
+    """Tabulate W for parts of inherent contrast C₀ in air of extinction β, at detail angle m.
 
-    ``widths`` is the cascade at the camera; the display shows its pixel under an angle of its own.
+    ``extinction`` is β [1/m], ``m`` an angle at the camera [rad], ``widths`` the blurs there. The
+    display shows a pixel under an angle of its own. An ``eye`` of None is ideal. Raises InputError
+    for a contrast that is not above 0, β below 0 or m not above 0.
     """
     _check(contrast, extinction, m)
     if eye is None or math.isinf(contrast):
@@ -134,9 +139,9 @@ def weighted_distance(
 
 
 def display_frequency(m: float, widths: BlurWidths, display: Display) -> float:
-    """Frequency on the display of a feature of angle m at the camera [cycles/degree of sight].
+    """Compute the frequency on the display of a feature of angle m at the camera [cycles/degree].
 
-    It covers m/θ_pixel pixels there, and is half a period: f = 1/(2·angle).
+    The feature covers m/θ_pixel pixels there, and is half a period: f = 1/(2·angle).
     """
     angle_deg = math.degrees(m / widths.pixel * display.pixel_angle)
     return 1 / (2 * angle_deg)
