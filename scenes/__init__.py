@@ -1,4 +1,4 @@
-"""What there is to see, and how it becomes pixels: objects, the endless field, presets, rendering.
+"""This package has what there is to see and makes pixels of it: field, presets, rendering.
 
-Only ``scenes.render`` knows a renderer.
+Only ``scenes.render`` imports a renderer.
 """

@@ -1,1 +1,1 @@
-"""Dust that feet and wind raise."""
+"""This package raises dust: where feet strike dry ground and where wind blows over it."""

@@ -1,1 +1,1 @@
-"""The aggregate cover of what is not displayed one by one."""
+"""This package gives the ground the mean colour and cover of what is not displayed."""

@@ -16,7 +16,7 @@ from lod.arrays import Reals
 from lod.stick_table import StickTable
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit_float
-from scenes.sticks.ray_grid import NOTHING, Grids, grids_of, meet, normal_at
+from scenes.sticks.ray_grid import NOTHING, Grids, intersect_ray, make_grids, normal_at
 
 _SEED = np.uint64(0x57A4D)
 
@@ -63,7 +63,7 @@ def stand_field(
     side = max(furthest, 1 / math.sqrt(density)) if cell is None else cell
     assert side >= furthest, "a cell holds what stands in its middle"
     return StandField(
-        grids_of(tables),
+        make_grids(tables),
         np.cumsum(densities) / density,
         reach,
         high,
@@ -150,7 +150,7 @@ def _intersect_cell(stand, number, cell, ray, nearest, row, normal):  # type: ig
         cos, sin = math.cos(turn), math.sin(turn)
         own = cos * dx + sin * dy, cos * dy - sin * dx, origin[2]
         way = cos * v[0] + sin * v[1], cos * v[1] - sin * v[0], v[2]
-        t, stick = meet(stand.grids, which, own, way, nearest)
+        t, stick = intersect_ray(stand.grids, which, own, way, nearest)
         if stick >= 0:
             nearest, row = t, stick
             there = own[0] + t * way[0], own[1] + t * way[1], own[2] + t * way[2]

@@ -1,1 +1,1 @@
-"""The endless field: Poisson cells, placed and posed species, traversal."""
+"""This package is the endless field: Poisson cells, placed and posed species, traversal."""

@@ -1,8 +1,8 @@
-"""Where a species grows: up to a tree line, and where the ground is not too steep.
+"""The habitat of a species: it grows up to a tree line, and where the ground is not too steep.
 
-Objects are kept or left out one by one, by a number that each has drawn for itself, so that what
-stays is again a Poisson field, of density K × share (thinning: Kingman 1993, *Poisson Processes*,
-§5.1), and the law predicts it with that.
+Each object is kept or left out by a random number of its own. The objects that stay are therefore
+again a Poisson field, of density K × share (thinning: Kingman 1993, *Poisson Processes*, §5.1), and
+the law's prediction takes that density.
 """
 
 import math
@@ -15,16 +15,17 @@ from lod.camera import Corner
 from scenes.terrain.relief import Relief
 
 WAVES_M = 16.0
-"""Shortest waves of the slope that roots mind [m]."""
+"""Shortest waves of the relief that count in the slope [m]."""
 
 
 @dataclass(frozen=True)
 class Habitat:
-    """The ground, and what of it a species takes.
+    """The parts of the ground on which a species grows.
 
-    highest   height above the datum where it grows no more [m]; inf = it grows at every height
-    thinning  heights below that over which it thins out [m]
-    steepest  tangent of the slope where it stands no more, having thinned out over the last half
+    relief    the ground
+    highest   height above the datum from which on it does not grow [m]; inf: it grows at any height
+    thinning  range of heights below ``highest`` over which it thins out [m]
+    steepest  tangent of the slope from which on it does not grow; it thins out from half of that
     """
 
     relief: Relief
@@ -33,7 +34,7 @@ class Habitat:
     steepest: float = math.inf
 
     def share(self, corner: Corner, xy: np.ndarray) -> Reals:
-        """Share of it that grows at points (n, 2) [m] from the corner, (n,), 0 to 1."""
+        """Compute the share of its density at points (n, 2) [m] from the corner, (n,), 0 to 1."""
         height = self.relief.height(corner, xy)
         by_height = np.clip((self.highest - height) / self.thinning, 0.0, 1.0)
         if math.isinf(self.steepest):

@@ -1,1 +1,1 @@
-"""From a world and a view to the input of a renderer."""
+"""This package makes the renderer's input of one frame from a world and a view."""

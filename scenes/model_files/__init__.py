@@ -1,1 +1,1 @@
-"""Models described by data files: which there are, and how a file is read and checked."""
+"""This package finds, reads and checks the data files that describe models."""

@@ -1,1 +1,1 @@
-"""The models that a species can have."""
+"""This package has the models that a species can have."""

@@ -1,1 +1,1 @@
-"""Counter-based random numbers and fractal noise on a lattice."""
+"""This package has counter-based random numbers, and fractal noise on a lattice."""

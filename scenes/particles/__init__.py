@@ -1,1 +1,1 @@
-"""Plumes of particles: smoke and flames."""
+"""This package has plumes of particles: smoke and flames."""

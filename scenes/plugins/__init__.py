@@ -1,1 +1,1 @@
-"""Metrics and representations of other installed packages."""
+"""This package finds metrics and representations that other installed packages bring."""

@@ -1,10 +1,9 @@
-"""What other packages bring, by entry points: metrics and representations.
+"""Entry points by which other installed packages bring metrics and representations.
 
 A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, and
-what
-makes its representations (``scenes.plugins.representation.RepresentationPlugin``) in
-``lodbench.representations``. It is imported
-when something of it is asked for, so that one that is broken is in nobody else's way.
+its makers of representations (``scenes.plugins.representation.RepresentationPlugin``) in the group
+``lodbench.representations``. A package is imported only when something of it is asked for, so that
+a broken one does not disturb the others.
 """
 
 from collections.abc import Iterable
@@ -24,44 +23,46 @@ _P = _R = np.array((0.01, 1.0, 30.0))
 
 @runtime_checkable
 class EntryPoint(Protocol):
-    """An entry point, of the standard library or of ``importlib_metadata``, which takes its place
-    wherever something has imported that."""
+    """An entry point of the standard library, or of ``importlib_metadata``.
+
+    The latter takes the former's place wherever something has imported that package.
+    """
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Name of the entry point."""
 
     @property
     def value(self) -> str:
-        """module:object."""
+        """Object that it names, as module:object."""
 
     @property
     def module(self) -> str:
-        """The module alone."""
+        """Name of the module alone."""
 
     @property
     def dist(self) -> Any:
-        """The package that brings it, if it is known."""
+        """Package that brings it, if it is known."""
 
     def load(self) -> Any:
-        """Import it."""
+        """Import the object."""
 
 
 @cache
 def installed(group: str) -> dict[str, EntryPoint]:
-    """Entry points of a group by name; a name of our own is never another's."""
+    """Find the entry points of a group by name, except those named as our own metrics are."""
     ours = METRICS if group == METRIC else {}
     found = entry_points(group=group)
     return {each.name: each for each in sorted(found, key=_origin) if each.name not in ours}
 
 
 def distribution(entry: EntryPoint) -> str:
-    """The package that brings it, with its version."""
+    """Format the name and version of the package that brings an entry point."""
     return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unnamed package"
 
 
 def load_entry(group: str, name: str, kind: type) -> Any:
-    """What an installed package calls by that name. Raises InputError where it cannot be had."""
+    """Import an object of an installed package; raises InputError if it fails or is no ``kind``."""
     entry = installed(group)[name]
     where, cure = f"{group} {name}", f"mend or remove {distribution(entry)}"
     try:
@@ -76,25 +77,25 @@ def load_entry(group: str, name: str, kind: type) -> Any:
 
 
 def packages() -> dict[str, str]:
-    """Name and version of every package that brings anything."""
+    """Collect the names and versions of all packages that bring something."""
     entries = (e for group in (METRIC, REPRESENTATION) for e in installed(group).values())
     return {e.dist.name: e.dist.version for e in entries if e.dist}
 
 
 def modules() -> tuple[str, ...]:
-    """The topmost modules of all that is brought."""
+    """Collect the names of the topmost modules of all that packages bring."""
     entries = (e for group in (METRIC, REPRESENTATION) for e in installed(group).values())
     return tuple(sorted({entry.module.partition(".")[0] for entry in entries}))
 
 
 def metric_names() -> tuple[str, ...]:
-    """The family and every installed metric."""
+    """List the names of the metric family and of every installed metric."""
     return (*METRICS, *installed(METRIC))
 
 
 @cache
 def metric_by_name(name: str) -> Metric:
-    """One of the family, or an installed one. Raises InputError for others, and broken ones."""
+    """Find a metric of the family or an installed one; raises InputError for all others."""
     if name in METRICS:
         return METRICS[name]
     if name not in installed(METRIC):
@@ -111,7 +112,7 @@ def metric_by_name(name: str) -> Metric:
 
 
 def _no_limits(metric: Metric) -> str | None:
-    """What is wrong with its limits for three parts; None where nothing is."""
+    """Say what is wrong with a metric's limits for three parts; None where nothing is."""
     try:
         with np.errstate(all="ignore"):
             D = np.asarray(metric.limit(_P, _R, 1e-3), np.float64)
@@ -127,7 +128,7 @@ def _no_limits(metric: Metric) -> str | None:
 
 
 def described(group: str, kind: type) -> Iterable[tuple[str, str]]:
-    """Name and a line on every installed one; of a broken one, what is wrong with it."""
+    """Give the name and a line about each installed object, or what is wrong with it."""
     for name, entry in installed(group).items():
         try:
             found = metric_by_name(name) if kind is Metric else load_entry(group, name, kind)

@@ -1,4 +1,4 @@
-"""What a package of others offers for a scene: how it is made, and from where it is looked at."""
+"""Representations of other packages: what a package has to offer, and how one is made of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,19 +17,20 @@ class GroundedRepresentation(Representation, Protocol):
 
     @property
     def top_m(self) -> float:
-        """Height above the ground under it that nothing of it is above [m]."""
+        """Greatest height of anything of it above the ground below [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class RepresentationPlugin:
     """The value of an entry point of ``lodbench.representations``.
 
-    about   one line, for `lodbench list`
-    make    (name, seed, ground, **options) → a GroundedRepresentation of that name, the same
-            for the same arguments; options are those of the preset's table, each with a default
-    camera  where the suite of rules looks from: has some of it in view and some not, near enough
-            that parts of parts are displayed
-    detail  τ at which that camera displays some of its parts and not all [px]
+    about   one line about it, for `lodbench list`
+    make    function (name, seed, ground, **options) → a GroundedRepresentation of that name, which
+            is the same for the same arguments; options are the keys of the preset's table, and each
+            has a default
+    camera  camera of the conformance tests: some of the representation is in view and some is not,
+            and it is near enough for parts of parts to be displayed
+    detail  τ at which that camera displays some parts and not all [px]
     """
 
     about: str
@@ -39,7 +40,7 @@ class RepresentationPlugin:
 
 
 def plugin_by_name(name: str) -> RepresentationPlugin:
-    """An installed offer. Raises InputError for an unknown one, and a broken one."""
+    """Find an installed plug-in; raises InputError for an unknown one and a broken one."""
     known = installed(REPRESENTATION)
     if name not in known:
         rule = f"one that is installed: {', '.join(known) or 'none is'}"
@@ -51,12 +52,12 @@ def plugin_by_name(name: str) -> RepresentationPlugin:
 def make_representation(
     name: str, kind: str, seed: int, ground: Ground, options: dict[str, Any]
 ) -> GroundedRepresentation:
-    """A representation as a preset asks for it. Raises InputError where it cannot be made."""
-    offer = plugin_by_name(kind)
+    """Make a representation as a preset asks for it; raises InputError where that fails."""
+    plugin = plugin_by_name(kind)
     where = f"representations.{name}"
     cure = f"see what {distribution(installed(REPRESENTATION)[kind])} says"
     try:
-        made = offer.make(name, seed, ground, **options)
+        made = plugin.make(name, seed, ground, **options)
     except InputError:
         raise
     except Exception as error:  # whatever a stranger's code does

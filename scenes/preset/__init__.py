@@ -1,1 +1,1 @@
-"""What a preset may say: tables, values, defaults and errors."""
+"""This package says what a preset may contain: tables, values, defaults and errors."""

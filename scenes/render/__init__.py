@@ -1,1 +1,1 @@
-"""How a cut becomes pixels: plain description → Mitsuba → layers → EXR → sequence."""
+"""This package turns a cut into pixels: description → Mitsuba → layers → EXR → sequence."""

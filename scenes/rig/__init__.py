@@ -1,1 +1,1 @@
-"""Jointed objects: anatomy, prototypes, poses, inverse kinematics, bounds."""
+"""This package poses jointed objects: anatomy, poses, inverse kinematics, bounds."""

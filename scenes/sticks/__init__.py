@@ -1,1 +1,1 @@
-"""Areas, contrast and views of sticks: what a part can look like."""
+"""This package measures sticks: areas, contrast and views, and so what a part can look like."""

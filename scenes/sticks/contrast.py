@@ -1,12 +1,13 @@
-"""Inherent contrast of parts: their own luminance against what can stand behind them.
+"""Inherent contrast of parts: their own luminance against the backgrounds that they can have.
 
-Luminance here is in units of a white level ground in sun and sky. A part is its leaf appearance's
-mean albedo under any light from SHADED to LIT; behind it is ground, from the darkest in shade to
-the driest in the sun, or the sky at the horizon, which is also the airlight, from its least to its
-usual. The greatest contrast of all these counts, so that nothing visible is dropped. It is seldom
-below 1/2, because anything may stand against the sky: classes 1, 2 and 5 are what objects get.
+Luminance is in units of that of white horizontal ground in sun and sky. A part has the mean albedo
+of its leaf appearance, under any irradiance from SHADED to LIT. Its background is the ground, from
+the darkest in shade to the driest in the sun, or the sky at the horizon, which is also the
+airlight, from HORIZONS' least to its greatest. The greatest contrast of all these counts, so that
+nothing visible is dropped. It is seldom below 1/2, because the sky may be behind anything: objects
+get the classes 1, 2 and 5.
 
-A whole has at least the class of its parts, for without it they are not in the cut.
+A whole has at least the class of its parts, because they are in the cut only together with it.
 """
 
 from itertools import product
@@ -20,7 +21,7 @@ from lod.vision.contrast import contrast_class, inherent_contrast
 from scenes.sticks.outline_area import mean_outline_areas
 
 SHADED, LIT = 0.1, 2.3
-"""Irradiance of the darkest and of the brightest face, that of level ground being 1. Sky alone is
+"""Irradiance of the darkest and the brightest face; that of horizontal ground is 1. Sky alone is
 0.16 of sun and sky together at turbidity 2, and an upright face sees half of it; a face square to
 a sun of 20° gets 2.3 (this project's own measurement of Mitsuba's ``sunsky``)."""
 
@@ -36,7 +37,7 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 def greatest_contrast(albedo: Reals) -> Reals:
-    """The greatest inherent contrast C₀ of things of this mean albedo, (n,)."""
+    """Compute the greatest inherent contrast C₀ of parts of these mean albedos (n,), (n,)."""
     found = np.zeros_like(albedo)
     for light, horizon in product((SHADED, LIT), HORIZONS):
         behind = (SHADED * GROUND[0], LIT * GROUND[1], horizon)
@@ -47,13 +48,13 @@ def greatest_contrast(albedo: Reals) -> Reals:
 
 
 GROUND_CONTRAST = int(contrast_class(greatest_contrast(np.array(GROUND))).max())
-"""The ground's own class: a bump in the sun before shaded ground, or before the sky."""
+"""Contrast class of the ground: a bump in the sun against shaded ground, or against the sky."""
 
 
 def part_contrast(whole: Ints, leaf: StickTable, tints: Float64[np.ndarray, "t 3"]) -> Ints:
-    """Class of every part from its leaf appearance, (n,) rows of CONTRAST_CLASSES.
+    """Compute the class of every part from its leaf appearance, (n,) rows of CONTRAST_CLASSES.
 
-    ``whole`` as in Hierarchy.
+    ``whole`` (n,) is the row of each part's whole, as in Hierarchy; ``tints`` are linear Rec.709.
     """
     weight = mean_outline_areas(leaf)
     shine = weight * (tints @ np.array(LUMINANCE))[leaf.tint]

@@ -1,8 +1,8 @@
 """Intersection of rays with the sticks of objects, by a grid of boxes about each object.
 
-Every box lists the sticks that reach into it; a line goes from box to box (Amanatides & Woo, "A
-fast voxel traversal algorithm for ray tracing", Eurographics 1987) until what it has met is nearer
-than the next.
+Every box of a grid lists the sticks that reach into it. A ray goes from box to box (Amanatides &
+Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics 1987) until the nearest stick
+that it has met is nearer than the next box.
 """
 
 import math
@@ -16,19 +16,22 @@ from lod.arrays import Ints, Points, Reals
 from lod.stick_table import StickTable
 
 BOX_M = 0.25
-"""Side of a box."""
+"""Side of a box [m]."""
 
 NOTHING = np.inf
-"""Distance along a line that meets no stick."""
+"""Distance of the first stick along a ray that meets none."""
 
 
 class Grids(NamedTuple):
-    """Sticks of objects o, laid end to end, by the boxes that they reach into.
+    """Grids of objects, laid end to end, each with the sticks that reach into its boxes.
 
-    sticks  (k, 9) start, end, and the two radii [m]; and of the ball about both ends, its radius
-            squared
-    low     (o, 3) corner of each object's grid [m]; boxes (o, 3) along x, y and z
-    number  (o,) of each object's first box; of box b are the sticks rows[first[b] : first[b + 1]]
+    sticks  (k, 9) start (3), end (3) and two radii [m], and the squared radius [m²] of the ball
+            about the whole stick
+    low     (o, 3) lowest corner of each object's grid [m]
+    boxes   (o, 3) number of its boxes along x, y and z
+    number  (o,) number of its first box
+    first   (b + 1,) the sticks of box b are those at rows[first[b] : first[b + 1]]
+    rows    rows of ``sticks``
     """
 
     sticks: np.ndarray
@@ -39,8 +42,8 @@ class Grids(NamedTuple):
     rows: np.ndarray
 
 
-def grids_of(tables: Sequence[StickTable]) -> Grids:
-    """The grids of objects, each with a table of its own."""
+def make_grids(tables: Sequence[StickTable]) -> Grids:
+    """Make the grids of objects, each with a table of sticks of its own."""
     sticks, lows, boxes, firsts, rows = [], [], [], [np.zeros(1, np.int64)], []
     before, listed = 0, 0
     for table in tables:
@@ -48,7 +51,7 @@ def grids_of(tables: Sequence[StickTable]) -> Grids:
         length = np.sqrt(((table.end - table.start) ** 2).sum(axis=1))
         ball = (length / 2 + np.maximum(*radii)) ** 2
         ends = np.column_stack((table.start, table.end, *radii, ball))
-        low, count, first, within = _listed(ends)
+        low, count, first, within = _make_grid(ends)
         sticks.append(ends)
         lows.append(low)
         boxes.append(count)
@@ -66,17 +69,21 @@ def grids_of(tables: Sequence[StickTable]) -> Grids:
     )
 
 
-def first_met(
+def intersect_rays(
     grids: Grids, which: int, origin: Points, direction: Points
 ) -> tuple[Reals, Ints, Points]:
-    """What each line from an origin outside all sticks meets first of one object, (n, 3) both: how
-    far off (n,), NOTHING where none, the stick's row (−1), and the outward normal there (0)."""
-    return _first_met(grids, which, origin, direction)
+    """Intersect rays, origin and direction (n, 3), with the sticks of one object.
+
+    Origins are outside all sticks. Returns the distance to the first intersection (n,), the row of
+    its stick (n,) and the outward unit normal there (n, 3); they are NOTHING, −1 and 0 for rays
+    that meet no stick.
+    """
+    return _intersect_rays(grids, which, origin, direction)
 
 
 @njit(cache=True)
-def _listed(sticks):  # type: ignore[no-untyped-def]
-    """Corner and boxes of a grid (3,) each, where the rows of each box begin, and the rows."""
+def _make_grid(sticks):  # type: ignore[no-untyped-def]
+    """Make a grid of sticks: lowest corner (3,), boxes (3,), first row of each box, rows."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for s in sticks:
         r = max(s[6], s[7])
@@ -120,37 +127,41 @@ def _listed(sticks):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _first_met(grids, which, origin, direction):  # type: ignore[no-untyped-def]
+def _intersect_rays(grids, which, origin, direction):  # type: ignore[no-untyped-def]
     n = len(origin)
     far, row, normal = np.full(n, NOTHING), np.full(n, -1), np.zeros((n, 3))
     for i in range(n):
         o, v = origin[i], direction[i]
-        far[i], row[i] = meet(grids, which, (o[0], o[1], o[2]), (v[0], v[1], v[2]), NOTHING)
+        far[i], row[i] = intersect_ray(
+            grids, which, (o[0], o[1], o[2]), (v[0], v[1], v[2]), NOTHING
+        )
         if row[i] >= 0:
             normal[i] = normal_at(grids.sticks[row[i]], origin[i] + far[i] * direction[i])
     return far, row, normal
 
 
 @njit(cache=True)
-def meet(grids, which, origin, v, before):  # type: ignore[no-untyped-def]
-    """How far one line goes until it meets a stick of an object, and which stick; NOTHING and −1 if
-    it meets none within ``before``."""
+def intersect_ray(grids, which, origin, v, before):  # type: ignore[no-untyped-def]
+    """Distance to the first stick of an object along one ray, and its row.
+
+    They are NOTHING and −1 if the ray meets none within the distance ``before``.
+    """
     ox, oy, oz = origin
     vx, vy, vz = v
     lx, ly, lz = grids.low[which, 0], grids.low[which, 1], grids.low[which, 2]
     nx, ny, nz = grids.boxes[which, 0], grids.boxes[which, 1], grids.boxes[which, 2]
-    begin, end = _between(ox, vx, lx, lx + nx * BOX_M, 0.0, before)
-    begin, end = _between(oy, vy, ly, ly + ny * BOX_M, begin, end)
-    begin, end = _between(oz, vz, lz, lz + nz * BOX_M, begin, end)
+    begin, end = _clip(ox, vx, lx, lx + nx * BOX_M, 0.0, before)
+    begin, end = _clip(oy, vy, ly, ly + ny * BOX_M, begin, end)
+    begin, end = _clip(oz, vz, lz, lz + nz * BOX_M, begin, end)
     nearest, row = before, -1
-    x, next_x, step_x = _boxed(ox + begin * vx - lx, vx, nx, begin)
-    y, next_y, step_y = _boxed(oy + begin * vy - ly, vy, ny, begin)
-    z, next_z, step_z = _boxed(oz + begin * vz - lz, vz, nz, begin)
+    x, next_x, step_x = _first_box(ox + begin * vx - lx, vx, nx, begin)
+    y, next_y, step_y = _first_box(oy + begin * vy - ly, vy, ny, begin)
+    z, next_z, step_z = _first_box(oz + begin * vz - lz, vz, nz, begin)
     while begin < end:
         begin = min(next_x, next_y, next_z)
         place = grids.number[which] + (x * ny + y) * nz + z
         for k in range(grids.first[place], grids.first[place + 1]):
-            t = _enters(grids.sticks[grids.rows[k]], ox, oy, oz, v)
+            t = _stick_entry(grids.sticks[grids.rows[k]], ox, oy, oz, v)
             if 0.0 < t < nearest:
                 nearest, row = t, grids.rows[k]
         if nearest <= begin:
@@ -170,8 +181,8 @@ def meet(grids, which, origin, v, before):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _between(o, v, low, high, begin, end):  # type: ignore[no-untyped-def]
-    """The part of a line, from begin to end, where one coordinate is from low to high."""
+def _clip(o, v, low, high, begin, end):  # type: ignore[no-untyped-def]
+    """Clip the interval from begin to end of a ray to where one coordinate is from low to high."""
     if v != 0.0:
         one, two = (low - o) / v, (high - o) / v
         return max(begin, min(one, two)), min(end, max(one, two))
@@ -179,9 +190,12 @@ def _between(o, v, low, high, begin, end):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _boxed(at, v, count, begin):  # type: ignore[no-untyped-def]
-    """Along one axis the box of a point, how far along a line that is there at ``begin`` the next
-    box begins, and how far it goes through each."""
+def _first_box(at, v, count, begin):  # type: ignore[no-untyped-def]
+    """Start the traversal along one axis, for a ray that is at a point at distance ``begin``.
+
+    Returns the box of the point, the distance at which the next box begins, and the length of the
+    ray within each box.
+    """
     box = min(max(math.floor(at / BOX_M), 0), count - 1)
     if v == 0.0:
         return box, math.inf, math.inf
@@ -189,15 +203,15 @@ def _boxed(at, v, count, begin):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _enters(s, x, y, z, v):  # type: ignore[no-untyped-def]
-    """How far along a line from (x, y, z) it enters a stick; infinite if it never does.
+def _stick_entry(s, x, y, z, v):  # type: ignore[no-untyped-def]
+    """Distance along a ray from (x, y, z) at which it enters a stick; infinite if it never does.
 
-    The nearest of where it enters either sphere and the frustum between them:
-    ρ²·(1 − s²) = (r₀ − s·h)², s = (r₀ − r₁)/L, ρ from the axis and h along it.
+    It is the least of the distances at which the ray enters either sphere and the frustum between
+    them: ρ²·(1 − s²) = (r₀ − s·h)², s = (r₀ − r₁)/L, with ρ from the axis and h along it.
     """
     ox, oy, oz = x - s[0], y - s[1], z - s[2]
     ax, ay, az = s[3] - s[0], s[4] - s[1], s[5] - s[2]
-    # Most lines pass the ball about all of it.
+    # Most rays miss the ball about the whole stick.
     mx, my, mz = ox - 0.5 * ax, oy - 0.5 * ay, oz - 0.5 * az
     mv = mx * v[0] + my * v[1] + mz * v[2]
     if mx * mx + my * my + mz * mz - mv * mv > s[8]:
@@ -206,10 +220,9 @@ def _enters(s, x, y, z, v):  # type: ignore[no-untyped-def]
     length2 = ax * ax + ay * ay + az * az
     ov = ox * v[0] + oy * v[1] + oz * v[2]
     oo = ox * ox + oy * oy + oz * oz
-    # Nothing of it is within reach of the line's foot.
     av, ao = ax * v[0] + ay * v[1] + az * v[2], ax * ox + ay * oy + az * oz
-    best = _enters_sphere(ov, oo, r0)
-    best = min(best, _enters_sphere(ov - av, oo - 2 * ao + length2, r1))
+    best = _sphere_entry(ov, oo, r0)
+    best = min(best, _sphere_entry(ov - av, oo - 2 * ao + length2, r1))
     k = r0 - r1
     if length2 <= k * k:
         return best
@@ -228,13 +241,13 @@ def _enters(s, x, y, z, v):  # type: ignore[no-untyped-def]
     for t in ((-b - root) / a, (-b + root) / a):
         at = h + t * hd
         if r0 * sine <= at <= length + r1 * sine and t < best and t > 0:
-            # On the way in, not out: the sign of the normal along the line.
             best = t
     return best
 
 
 @njit(cache=True)
-def _enters_sphere(ov, oo, r):  # type: ignore[no-untyped-def]
+def _sphere_entry(ov, oo, r):  # type: ignore[no-untyped-def]
+    """Distance at which a ray enters a sphere; ov, oo: o·v and o·o, with o from its centre."""
     disc = ov * ov - oo + r * r
     if disc <= 0:
         return math.inf
@@ -244,7 +257,7 @@ def _enters_sphere(ov, oo, r):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def normal_at(s, point):  # type: ignore[no-untyped-def]
-    """Outward unit normal (3,) of a stick at a point of it."""
+    """Outward unit normal (3,) of a stick at a point (3,) of its surface."""
     px, py, pz = point[0] - s[0], point[1] - s[1], point[2] - s[2]
     ax, ay, az = s[3] - s[0], s[4] - s[1], s[5] - s[2]
     length = math.sqrt(ax * ax + ay * ay + az * az)

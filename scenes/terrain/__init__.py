@@ -1,1 +1,1 @@
-"""Fractal ground: relief, quadtree, mesh, colour."""
+"""This package is the fractal ground: relief, quadtree, mesh and colour."""

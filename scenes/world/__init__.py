@@ -1,1 +1,1 @@
-"""From a preset to a world and a view."""
+"""This package makes a world and the views of it from a preset."""

@@ -1,1 +1,1 @@
-"""The animals, and a windmill."""
+"""This package has the animals, and a windmill."""

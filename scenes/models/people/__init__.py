@@ -1,1 +1,1 @@
-"""The human stick figure."""
+"""This package has the people: stick figures that stand and walk."""

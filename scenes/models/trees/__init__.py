@@ -1,1 +1,1 @@
-"""Branching trees: growth, leaf appearances, sway."""
+"""This package has the trees: their growth, leaf appearances and sway."""

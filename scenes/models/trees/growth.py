@@ -13,15 +13,17 @@ from lod.arrays import Ints, Points, Reals
 from scenes.models.trees.parameters import BranchLevel, Foliage, TreeSpecies
 
 STEEPEST = -0.3
-"""How far down a branch may set out, as the z of its direction: what hangs lower finds no light."""
+"""Least z of the direction in which a branch begins: lower ones would find no light."""
 
 
 @dataclass(frozen=True, eq=False)
 class Branches:
     """All branches of one level.
 
-    parent (n,) row in the level before; −1 for the trunk
-    nodes (n, s + 1, 3) the chain; radii (n, s + 1) [m]; length (n,) [m]
+    parent  (n,) row of the parent in the level before; −1 for the trunk
+    nodes   (n, s + 1, 3) points of the chain of s segments [m]
+    radii   (n, s + 1) radii at these points [m]
+    length  (n,) length of the chain [m]
     """
 
     parent: np.ndarray
@@ -35,10 +37,11 @@ class Branches:
 
 @dataclass(frozen=True, eq=False)
 class Leaves:
-    """Leaves of all twigs.
+    """The foliage: single leaves of all twigs.
 
-    twig (k,)      row of the twig that bears each leaf, in rising order
-    start, end (k, 3)   its two ends [m]; start_radius, end_radius (k,) [m]
+    twig                      (k,) row of the twig that bears each leaf, in rising order
+    start, end                (k, 3) its two ends [m]
+    start_radius, end_radius  (k,) its radii there [m]
     """
 
     twig: np.ndarray
@@ -61,6 +64,7 @@ def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches]
 
 
 def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
+    """Grow the trunk, a level of one branch, with one segment under the ground."""
     trunk = species.trunk
     height = species.scale + species.scale_v * float(np.clip(rng.normal(), -2, 2))
     length, segments = trunk.length * height, 7
@@ -83,7 +87,7 @@ def _children(
     species: TreeSpecies,
     rng: np.random.Generator,
 ) -> Branches:
-    """§4.3: the branches of one level, spread along and around their parents."""
+    """Grow the branches of one level along and around their parents (Weber & Penn 1995 §4.3)."""
     parent, along, around = _places(parents, level, rng)
     base, heading, radius = _at(parents, parent, along)
     down = level.down_angle_base + (level.down_angle_tip - level.down_angle_base) * along
@@ -117,7 +121,7 @@ def _children(
 def _places(
     parents: Branches, level: BranchLevel, rng: np.random.Generator
 ) -> tuple[Ints, Reals, Reals]:
-    """Parent of each child, how far along it stands, and at which angle around it [rad]."""
+    """Place children: row of the parent, share of its length, and angle around it [rad]."""
     # §4.3: short parents bear fewer children.
     mean = level.branches * (0.25 + 0.75 * parents.length / parents.length.max())
     count = np.maximum(2, np.floor(mean + rng.random(len(parents)))).astype(np.int64)
@@ -133,7 +137,7 @@ def _places(
 
 
 def _at(parents: Branches, parent: Ints, along: Reals) -> tuple[Points, Points, Reals]:
-    """Point, direction and radius at a share of each parent's length above its base."""
+    """Interpolate points, directions and radii at a share of each parent's length."""
     nodes, radii = parents.nodes[:, _skip(parents) :], parents.radii[:, _skip(parents) :]
     segments = nodes.shape[1] - 1
     segment = np.minimum((along * segments).astype(np.int64), segments - 1)
@@ -144,7 +148,7 @@ def _at(parents: Branches, parent: Ints, along: Reals) -> tuple[Points, Points, 
 
 
 def _skip(branches: Branches) -> int:
-    """The trunk's first stick is under the ground."""
+    """Count the first segments that bear nothing: the trunk's first, which is under the ground."""
     return 1 if branches.parent[0] == -1 else 0
 
 
@@ -157,7 +161,7 @@ def _chain(
     wander: float,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Chains of equal steps that turn up by ``lift`` and at random by ``wander``, (n, s + 1, 3)."""
+    """Make chains (n, s + 1, 3) that turn up by ``lift`` and at random by ``wander`` [°]."""
     nodes = np.empty((len(base), segments + 1, 3))
     nodes[:, 0] = base
     for k in range(segments):
@@ -169,7 +173,7 @@ def _chain(
 
 
 def _leaves(twigs: Branches, f: Foliage, rng: np.random.Generator) -> Leaves:
-    """Leaves along the outer part of each twig, standing off it, turned to the light."""
+    """Grow leaves along the outer part of each twig, which stand off it and turn to the light."""
     share = twigs.length / twigs.length.max()
     count = np.maximum(3, np.rint(f.leaves * np.sqrt(share))).astype(np.int64)
     twig = np.repeat(np.arange(len(twigs)), count)
@@ -192,11 +196,12 @@ def _leaves(twigs: Branches, f: Foliage, rng: np.random.Generator) -> Leaves:
 
 
 def _across(heading: Points) -> tuple[Points, Points]:
-    """Two unit vectors across each heading; the first is level, but for upright headings."""
+    """Make two unit vectors across each heading, the first horizontal unless that is vertical."""
     upright = np.abs(heading[:, 2:]) > 0.999
     side = _unit(np.cross(np.where(upright, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), heading))
     return side, _unit(np.cross(heading, side))
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Scale vectors (…, 3) to length 1."""
     return vectors / np.sqrt((vectors**2).sum(axis=-1, keepdims=True))

@@ -1,4 +1,4 @@
-"""Trees in the wind: trunk and limbs bend a little, slowly, each tree in its own way and phase.
+"""The sway of trees in the wind: trunk and limbs bend a little, each tree in its own phase.
 
 The trunk bends at three joints, and each limb turns at its base with all that it bears; branches,
 twigs and leaves ride on their limb. Angles are sums of a few harmonics of one long cycle, so that a
@@ -7,10 +7,10 @@ and so do the angles; the amounts are chosen by eye. Without wind there are no j
 
 How far anything can get is bounded in closed form. A turn by angle a about a joint moves a point r
 from it by 2·r·sin(a/2); turns of joints further down carry that along unchanged. So what rides on
-joints j of a chain moves, as seen from anything above them, at most Σⱼ 2·rⱼ·sin(aⱼ/2), rⱼ as the
-tree stands. Only R and B of the whole tree, and the separation of limbs from it, are more than
-those of the tree that stands still: all else rides on one joint with its whole, P included, for
-the tree from afar leans as one.
+joints j of a chain moves, as seen from anything above them, at most Σⱼ 2·rⱼ·sin(aⱼ/2), with rⱼ of
+the tree at rest. Only the range R and the bound B of the whole tree, and the separation of limbs
+from it, are larger than those of the tree at rest. All else rides on one joint with its whole and
+keeps R, B and the priority P, because the leaf appearance of the whole tree leans as one.
 """
 
 import math
@@ -34,16 +34,18 @@ TRUNK_DEG, LIMB_DEG = 0.6, 2.5
 """Most that a joint of the trunk, and a limb, turns about either level axis at GALE_M_S."""
 
 GALE_M_S = 10.0
+"""Wind's speed at which the angles are TRUNK_DEG and LIMB_DEG [m/s]."""
 
 TRUNK_JOINTS = 3
 
 CYCLE_S = 20.0
-"""Of a tree 10 m high; goes with the root of the height, as of a pendulum."""
+"""Cycle of a tree 10 m high [s]; it grows with the root of the height, as a pendulum's."""
 
 TRUNK_BEATS, LIMB_BEATS = (4, 5, 7), (5, 6, 8, 11)
 """Harmonics of the cycle: a trunk 10 m high sways at 0.2 to 0.35 Hz, its limbs up to 0.55 Hz."""
 
 KEYS = 256
+"""Key poses in a cycle."""
 
 _STREAM = 0x5A7
 
@@ -52,7 +54,7 @@ _STREAM = 0x5A7
 def swaying_trees(
     seed: int, count: int, species: TreeSpecies, season: str, wind: float
 ) -> tuple[RiggedPrototype, ...]:
-    """The trees of ``tree_prototypes`` in a wind of that speed [m/s]."""
+    """Make the trees of ``tree_prototypes`` sway in a wind of that speed [m/s]."""
     trees = tree_prototypes(seed, count, species, season)
     seeds = (np.random.SeedSequence((seed, _STREAM, k)) for k in range(count))
     rngs = (np.random.Generator(np.random.Philox(each)) for each in seeds)
@@ -60,7 +62,7 @@ def swaying_trees(
 
 
 def swaying(tree: Prototype, wind: float, rng: np.random.Generator) -> RiggedPrototype:
-    """A tree whose trunk and limbs sway in a wind of that speed [m/s]."""
+    """Make the trunk and the limbs of a tree sway in a wind of that speed [m/s]."""
     h = tree.hierarchy
     limbs = np.flatnonzero(h.level == 1)
     at = np.concatenate((_trunk_nodes(tree), h.position[limbs]))
@@ -88,20 +90,20 @@ def swaying(tree: Prototype, wind: float, rng: np.random.Generator) -> RiggedPro
 
 
 def _trunk_nodes(tree: Prototype) -> Points:
-    """Where the trunk bends: evenly along it, from its foot on the ground up."""
+    """Place the trunk's joints evenly along it, from its foot on the ground up, (j, 3) [m]."""
     trunk = tree.inner.start[1 : tree.inner.first[1]]  # its first stick is under the ground
     return trunk[np.arange(TRUNK_JOINTS) * len(trunk) // TRUNK_JOINTS]
 
 
 def _parents(at: Points) -> Ints:
-    """The joint below: of a limb the highest of the trunk's that is no higher than it."""
+    """Find each joint's parent: for a limb, the trunk's highest joint that is not above it."""
     trunk = at[:TRUNK_JOINTS, 2]
     below = np.searchsorted(trunk, at[TRUNK_JOINTS:, 2] + 1e-9) - 1
     return np.concatenate((np.arange(TRUNK_JOINTS) - 1, np.maximum(below, 0)))
 
 
 def _joints_of_parts(h: Hierarchy) -> Ints:
-    """The joint that each part rides on: of the whole tree the trunk's first."""
+    """Find the joint that each part rides on; for the whole tree it is the trunk's first."""
     joint, limbs = np.zeros(len(h), np.int64), np.flatnonzero(h.level == 1)
     joint[limbs] = TRUNK_JOINTS + np.arange(len(limbs))
     for level in range(2, int(h.level.max()) + 1):
@@ -111,8 +113,9 @@ def _joints_of_parts(h: Hierarchy) -> Ints:
 
 
 def _rigged(table: StickTable, joint: np.ndarray, at: np.ndarray, bends: bool) -> RiggedSticks:
-    """Sticks on the joints of their parts, joint (n,), which are at (j, 3). If the trunk bends,
-    each of its ends rides on the joint below.
+    """Put sticks on the joints (n,) of their parts, which are at points (j, 3).
+
+    If the trunk bends, each end of its sticks rides on the joint below.
     """
     ends = []
     for points in (table.start, table.end):
@@ -127,6 +130,7 @@ def _rigged(table: StickTable, joint: np.ndarray, at: np.ndarray, bends: bool) -
 
 
 def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
+    """Make the rig of joints at points (j, 3); each turns by ``most_deg`` (j,) about x and y."""
     offset = at - np.where((parent >= 0)[:, None], at[parent], 0.0)
     high = np.stack((most_deg, most_deg, np.zeros(len(at))), axis=1)
     names = [f"trunk {k}" for k in range(TRUNK_JOINTS)]
@@ -136,8 +140,9 @@ def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
 
 
 def _reaches(tree: Prototype, rig: Rig, at: Points) -> dict[str, np.ndarray]:
-    """R, B and separation for every pose: more only where a limb or the trunk's top is seen from
-    the foot.
+    """Compute R, B and separation for every pose.
+
+    They grow for the whole tree and its limbs only, which move as seen from the tree's foot.
     """
     h = tree.hierarchy
     limbs = np.flatnonzero(h.level == 1)
@@ -159,7 +164,7 @@ def _reaches(tree: Prototype, rig: Rig, at: Points) -> dict[str, np.ndarray]:
 
 
 def _moves(rig: Rig) -> Reals:
-    """2·sin(a/2) for the largest turn of each joint, (j,): about x and y together, by the limits.
+    """Compute 2·sin(a/2) of the largest turn of each joint about x and y together, (j,).
 
     Ry·Rx turns by a, cos(a/2) = cos(x/2)·cos(y/2).
     """
@@ -170,7 +175,7 @@ def _moves(rig: Rig) -> Reals:
 def _farthest(
     points: Points, on: Ints, parent: np.ndarray, at: np.ndarray, moves: np.ndarray
 ) -> Reals:
-    """Farthest that points (n, 3) riding on joints (n,) can be from the tree's foot, (n,) [m]."""
+    """Bound how far points (n, 3) riding on joints (n,) get from the tree's foot, (n,) [m]."""
     far, joint = np.linalg.norm(points - at[0], axis=1), on.copy()
     while (joint > 0).any():  # joint 0 is the foot itself
         up = joint > 0
@@ -181,7 +186,7 @@ def _farthest(
 
 
 def _motion(rig: Rig, height: float, rng: np.random.Generator) -> Motion:
-    """One cycle: every joint about an axis of its own, most of it along the tree's."""
+    """Make one cycle: each joint turns about an axis of its own, mostly along the tree's."""
     heading = rng.uniform(0, 2 * np.pi)
     degrees = np.zeros((KEYS, len(rig), 3))
     trunk = _wave(TRUNK_BEATS, rng), _wave(TRUNK_BEATS, rng)
@@ -200,7 +205,7 @@ def _motion(rig: Rig, height: float, rng: np.random.Generator) -> Motion:
 
 
 def _wave(beats: tuple[int, ...], rng: np.random.Generator) -> Reals:
-    """A sum of harmonics within ±1, lower ones stronger, (K,)."""
+    """Sum harmonics within ±1, the lower ones stronger, (K,)."""
     weight = rng.uniform(0.5, 1.0, len(beats)) / np.array(beats)
     phase = rng.random(len(beats))
     turns = key_phases(KEYS)[:, None] * np.array(beats) + phase

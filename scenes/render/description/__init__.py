@@ -1,1 +1,1 @@
-"""From what is displayed to a plain scene description."""
+"""This package describes what is displayed as a scene of plain data, without the renderer."""

@@ -1,1 +1,1 @@
-"""How a built scene is sampled, in each kind of variant."""
+"""This package samples a built scene, with one driver for each kind of variant."""

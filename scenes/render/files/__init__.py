@@ -1,1 +1,1 @@
-"""Frames, manifests and other files on disk."""
+"""This package reads and writes frames, manifests and other files."""

@@ -1,1 +1,1 @@
-"""Airlight and transmittance along each ray."""
+"""This package computes airlight and transmittance along rays."""

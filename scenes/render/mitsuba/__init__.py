@@ -1,1 +1,1 @@
-"""From a scene description to Mitsuba's objects."""
+"""This package builds Mitsuba's objects from a scene description."""

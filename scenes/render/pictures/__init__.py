@@ -1,1 +1,1 @@
-"""Pictures and films for people to look at."""
+"""This package makes pictures and films for people to look at."""

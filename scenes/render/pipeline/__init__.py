@@ -1,1 +1,1 @@
-"""One frame from its input to its layers."""
+"""This package renders one frame, from its input to its layers."""

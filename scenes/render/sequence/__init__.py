@@ -1,1 +1,1 @@
-"""Sequences of frames, on this machine or a cluster."""
+"""This package renders sequences of frames, on this machine or on a cluster."""

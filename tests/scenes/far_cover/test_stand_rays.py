@@ -7,7 +7,7 @@ from lod.stick_table import StickTable
 from scenes.far_cover.stand_rays import intersect_stand, stand_field
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit_float
-from scenes.sticks.ray_grid import NOTHING, first_met, grids_of
+from scenes.sticks.ray_grid import NOTHING, intersect_rays, make_grids
 
 SEED = np.uint64(0x57A4D)
 
@@ -70,7 +70,7 @@ def test_every_line_meets_what_is_nearest_of_all_that_stands_around():
     origin = np.column_stack((rng.normal(size=(n, 2)) * 50, np.full(n, 7.0)))
     numbers = rng.integers(0, 1000, n)
     far, row, normal = lines(stand, numbers, origin, v)
-    grids = grids_of(tables)
+    grids = make_grids(tables)
     for i in range(n):
         best, which, outward = NOTHING, -1, np.zeros(3)
         for k, x, y, turn in objects_near(stand, numbers[i], origin[i, :2] + 4 * v[i, :2]):
@@ -78,7 +78,7 @@ def test_every_line_meets_what_is_nearest_of_all_that_stands_around():
                 ((np.cos(turn), np.sin(turn), 0), (-np.sin(turn), np.cos(turn), 0), (0, 0, 1))
             )
             own = spin @ (origin[i] - (x, y, 0))
-            t, stick, up = first_met(grids, k, own[None], (spin @ v[i])[None])
+            t, stick, up = intersect_rays(grids, k, own[None], (spin @ v[i])[None])
             if t[0] < best:
                 best, which, outward = t[0], stick[0], spin.T @ up[0]
         assert far[i] == pytest.approx(best) and row[i] == which
@@ -107,7 +107,7 @@ def test_what_is_met_of_one_object_is_entered_there_and_nothing_before():
     eye = np.column_stack((rng.normal(size=(80, 2)) * 2, np.full(80, 8.0)))
     way = np.column_stack((rng.normal(size=(80, 2)) * 0.3, np.full(80, -1.0)))
     way /= np.linalg.norm(way, axis=1)[:, None]
-    far, which, normal = first_met(grids_of([table]), 0, eye, way)
+    far, which, normal = intersect_rays(make_grids([table]), 0, eye, way)
     hit = far < NOTHING
     assert hit.mean() > 0.3 and (which[~hit] == -1).all()
     assert ((normal[hit] * way[hit]).sum(axis=1) < 1e-6).all()
