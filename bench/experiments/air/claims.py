@@ -12,10 +12,10 @@ from lod.atmosphere.air import Air, rgb_extinction
 
 BAND_EDGES_M = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)
 SKY = 1e10
-"""The band of what meets nothing."""
+"""The lower edge [m] of the band of rays that meet nothing."""
 
 FEWEST = 30
-"""Pixels a band must hold to be judged."""
+"""The fewest pixels with which a band is judged."""
 
 TOLERANCE = {"scalar": 0.01, "jit": 0.01, "medium": 0.03}
 _TARGETS = ("black", "grey")
@@ -23,7 +23,7 @@ _SOURCE = "§2.1"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points decide."""
+    """Return every claim that these points decide."""
     targets = where(points, what="targets")
     bands = [p for p in where(points, what="bands") if p.column("pixels")[0] >= FEWEST]
     made = [each for point in targets for each in _visibility(point)]
@@ -35,7 +35,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def found(point: Point) -> tuple[np.ndarray, np.ndarray]:
-    """β of each band and its standard error, from black and from grey, (2, bands) each."""
+    """Fit β of each band and its standard error, from black and from grey targets, (2, bands) each."""
     target, beyond = (
         np.stack([point.values(name, band=band) for band in "rgb"], axis=1)
         for name in ("target", "beyond")
@@ -46,7 +46,7 @@ def found(point: Point) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _visibility(point: Point) -> list[Claim]:
-    """V at 550 nm, from black and from grey targets."""
+    """Claim that V at 550 nm, from black and from grey targets, is the V of the air."""
     way, true, made = point.case["way"], point.case["visibility"], []
     for name, beta, error in zip(_TARGETS, *found(point), strict=True):
         seen = visibility_seen(beta, error)
@@ -58,7 +58,7 @@ def _visibility(point: Point) -> list[Claim]:
 
 
 def _extinction(way: str, points: Sequence[Point]) -> list[Claim]:
-    """β of each band, over all visibilities and both kinds of target."""
+    """Claim that β of each band is that of the air, over all visibilities and targets."""
     shares = np.concatenate(
         [found(p)[0] / rgb_extinction(Air(p.case["visibility"])) for p in points]
     )
@@ -72,7 +72,7 @@ def _extinction(way: str, points: Sequence[Point]) -> list[Claim]:
 
 
 def _medium(point: Point) -> list[Claim]:
-    """The closed forms against the medium."""
+    """Claim that both closed forms are as bright as the medium."""
     made, where = [], label(point)
     medium = point.values("medium")
     for kind, airlight in (("analytic", "the horizon's sky"), ("scattered", "its layer")):
@@ -94,5 +94,5 @@ def _colour(point: Point) -> list[Claim]:
 
 
 def label(point: Point) -> str:
-    """The band in words."""
+    """Return the name of the band, in words."""
     return "in the sky" if point.case["from"] == SKY else f"from {point.case['from']:g} m"

@@ -1,8 +1,9 @@
-"""Is haze what it should be? Targets, the scattering medium, and light of sixteen bands (§2.1).
+"""Is haze as rendered what it should be? Targets, the scattering medium and spectral light (§2.1).
 
-Targets: black and grey at 20 distances, in both frame drivers and the medium, tell β and V. Bands:
-``meadow`` at V = 5 km by distance: the closed forms against the medium that scatters light, and
-RGB against spectral haze by CIEDE2000. All samples are integers: radiance in 10⁻⁹, ΔE in 10⁻³.
+Black and grey targets at 20 distances, in both frame drivers and in the medium, give β and V. In
+bands of distance of ``meadow`` at V = 5 km the closed forms are compared with the medium that
+scatters light, and RGB with spectral haze by CIEDE2000. All samples are integers: radiance in 10⁻⁹,
+ΔE in 10⁻³.
 """
 
 import hashlib
@@ -38,7 +39,7 @@ _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 @dataclass(frozen=True)
 class Targets:
-    """Targets in haze of a visibility [m], rendered in one way."""
+    """Targets in haze of a visibility [m], rendered in one way: a frame driver, or the medium."""
 
     way: str
     visibility: float
@@ -54,7 +55,7 @@ class Meadow:
 
 
 def cases(effort: Effort) -> list[Targets | Meadow]:
-    """Targets in every way that works here and every visibility; then the meadow."""
+    """Return the targets by every way that works here and every visibility, then the meadow."""
     ways = {"scalar": SCALAR_VARIANT, "jit": JIT_VARIANT, "medium": choose()}
     working = {name: variant for name, variant in ways.items() if works(variant) is True}
     return [
@@ -68,7 +69,7 @@ def cases(effort: Effort) -> list[Targets | Meadow]:
 
 
 def measure(case: Targets | Meadow, seed: int) -> Point | list[Point]:
-    """The targets in one way; or a point for each distance band of the meadow."""
+    """Measure the targets in one way, or the meadow: a point for each of its bands of distance."""
     if isinstance(case, Targets):
         return _targets(case, seed)
     return [
@@ -78,12 +79,12 @@ def measure(case: Targets | Meadow, seed: int) -> Point | list[Point]:
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
-    """Samples of a pixel, and seeds."""
+    """Return the samples of a pixel, and the sizes of the run."""
     return {"meadow_spp": _SPP, **effort.sizes}
 
 
 def _targets(case: Targets, seed: int) -> Point:
-    """Every target in haze, and what is seen beyond them."""
+    """Measure the radiance of every target in haze, and of the endless path beside it."""
     haze = "medium" if case.way == "medium" else "analytic"
     target, beyond = look_at(case.visibility, Quality(case.variant, case.spp, seed, 4, haze))
     step, albedo = order(seed)
@@ -106,7 +107,7 @@ def _meadow() -> FrameInput:
 
 
 def _compared(shot: FrameInput, seed: int) -> dict[float, dict[str, int]]:
-    """Mean luminance by every kind of haze, and median ΔE of RGB against spectral, by band."""
+    """Return mean luminance by every kind of haze, and median ΔE of RGB and spectral, by band."""
     seen = {kind: _rendered(shot, kind, seed) for kind in _SPP}
     distance, difference = seen["analytic"].Z, delta_e(seen["analytic"].rgb, seen["spectral"].rgb)
     edges, made = (*BAND_EDGES_M, float(SKY_Z)), {}
@@ -137,7 +138,7 @@ def _rendered(shot: FrameInput, kind: str, seed: int) -> Layers:
 
 
 def delta_e(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """CIEDE2000 of two pictures, each exposed for itself as displays do, (h, w)."""
+    """Return CIEDE2000 of two pictures, each at the exposure that suits it, (h, w)."""
     from colour import RGB_to_XYZ, XYZ_to_Lab, delta_E
 
     labs = []
@@ -152,7 +153,7 @@ def _nano(values: np.ndarray) -> list[int]:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of the preset, the visibilities and the bands."""
+    """Return the SHA-256 of the preset, the visibilities and the bands."""
     preset = load_preset("meadow", list(MEADOW)).model_dump(mode="json")
     words = json.dumps([preset, VISIBILITIES_M, BAND_EDGES_M], sort_keys=True)
     return hashlib.sha256(words.encode()).hexdigest()

@@ -12,16 +12,16 @@ from bench.statistics.estimates import two_sided_mean
 from lod.atmosphere.air import Air, rgb_extinction
 
 _VISIBILITY_M = 5e3
-"""Of the targets that are drawn."""
+"""The visibility of the targets that are drawn [m]."""
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Contrast of black targets in green; then the meadow against the medium."""
+    """Draw the contrast of black targets in green, and the brightness of the meadow."""
     return _contrast(record), _brightness(record)
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: the meadow by distance."""
+    """Return the heads and rows of a table: the meadow by distance."""
     heads = (
         *("meadow at 5 km", "pixels", "analytic ÷ medium", "scattered ÷ medium"),
         "RGB against spectral, median ΔE₀₀",

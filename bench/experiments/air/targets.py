@@ -1,7 +1,7 @@
-"""Black and grey targets side by side in haze, and the visibility that they tell (§2.1).
+"""What visibility do black and grey targets side by side in haze show? (§2.1)
 
-Twenty distances up to V, twice: a black and a grey target for each, in one row of slots with gaps
-between, on nothing. Through the gaps an endless path is seen, in the same render.
+There is a black and a grey target at each of twenty distances up to V, in one row of slots with
+gaps between and nothing behind. Through the gaps an endless path is seen, in the same render.
 """
 
 import numpy as np
@@ -22,32 +22,32 @@ from scenes.world.light import Light
 
 DISTANCES = 20
 ALBEDOS = (0.0, 0.8)
-"""Of black and of grey."""
+"""The albedos of black and of grey."""
 
 _SLOT_PX, _EDGE_PX, _ROWS, _FOV_DEG = 6, 1, 4, 6.0
 _SLOTS = 2 * len(ALBEDOS) * DISTANCES
 LIGHT = Light(sun_azimuth_deg=250.0, sun_elevation_deg=35.0)
 HEADING_DEG = 70.0
-"""The sun stands behind the camera."""
+"""The heading of the camera [degrees]; the sun stands behind it."""
 
 Seen = Float64[np.ndarray, "targets bands"]
 
 
 def order(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which distance, 1 to DISTANCES, and which albedo stands in each place, (targets,) each."""
+    """Draw the distance, 1 to DISTANCES, and the albedo of each place, (targets,) each."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xA17))))
     place = rng.permutation(len(ALBEDOS) * DISTANCES)
     return place % DISTANCES + 1, place // DISTANCES
 
 
 def camera() -> Camera:
-    """Level, all slots across."""
+    """Make a level camera that has all slots in view."""
     size = (_SLOT_PX * _SLOTS, _ROWS)
     return camera_from_heading(Corner(0, 0), np.zeros(3), HEADING_DEG, 0.0, _FOV_DEG, size)
 
 
 def targets(visibility_m: float, seed: int) -> DisplayedRepresentation:
-    """Squares across the view, every other slot."""
+    """Build the squares across the view, one in every other slot."""
     eye, (step, albedo) = camera(), order(seed)
     count = len(step)
     left = _SLOT_PX * 2 * np.arange(count)
@@ -87,7 +87,7 @@ def _cut(count: int) -> Cut:
 
 
 def look_at(visibility_m: float, quality: Quality) -> tuple[Seen, Seen]:
-    """Radiance of every target, and of the endless path beside it, in the order of places."""
+    """Render the radiance of every target and of the path beside it, in the order of places."""
     visible = targets(visibility_m, quality.seed)
     frame = render_frame(FrameInput(camera(), (visible,), Air(visibility_m), LIGHT, quality))
     slots = frame.rgb.astype(np.float64).reshape(_ROWS, _SLOTS, _SLOT_PX, -1)
@@ -100,10 +100,10 @@ def look_at(visibility_m: float, quality: Quality) -> tuple[Seen, Seen]:
 def extinction_seen(
     target: Seen, beyond: Seen, distance: np.ndarray, grey: np.ndarray
 ) -> np.ndarray:
-    """β of each band from black and from grey, then their standard errors, (4, bands).
+    """Fit β of each band from black and from grey, then their standard errors, (4, bands).
 
-    ln|contrast| = ln C₀ − β·d, by least squares with weights of exp(−2·β·d), since noise is the
-    same at all distances; black's C₀ is 1 and not fitted.
+    The model is ln|contrast| = ln C₀ − β·d. It is fitted by least squares with weights exp(−2·β·d),
+    since noise is the same at all distances; for black targets C₀ is 1 and is not fitted.
     """
     contrast = np.abs(target / beyond - 1)
     found = [_slope(contrast[~grey], distance[~grey], False)]
@@ -112,7 +112,7 @@ def extinction_seen(
 
 
 def _slope(contrast: Seen, d: np.ndarray, level: bool) -> tuple[np.ndarray, np.ndarray]:
-    """−slope of ln(contrast) for each band, and its standard error."""
+    """Return −slope of ln(contrast) for each band, and its standard error."""
     design = np.stack((np.full_like(d, float(level)), -d / d.max()), axis=1)[:, 0 if level else 1 :]
     values, errors = [], []
     for column in contrast.T:
@@ -127,9 +127,10 @@ def _slope(contrast: Seen, d: np.ndarray, level: bool) -> tuple[np.ndarray, np.n
 
 
 def visibility_seen(beta: np.ndarray, error: np.ndarray) -> Estimate:
-    """V whose β are nearest to those found, by the weighted mean of their logarithms [m].
+    """Estimate the V whose β are nearest to those found, by a weighted mean of logarithms [m].
 
-    Weights are inverse variances; black targets leave hardly any, so each has a floor of 1e-4.
+    Weights are inverse variances; black targets have hardly any variance, so each relative error is
+    at least 1e-4. The interval is normal, 95 % and two-sided.
     """
     relative_error = np.maximum(error / beta, 1e-4)
     weight = relative_error**-2 / np.sum(relative_error**-2)

@@ -10,19 +10,19 @@ from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 
 BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)
-"""Metric and detail of the two cuts that are compared: they display about as many parts."""
+"""The metric and the detail of both cuts that are compared: they display about as many parts."""
 
 MIDDLE, OUTER = COUNT // 2, (0, COUNT - 1)
 _SOURCE = "§2.1"
 
 
 def columns(points: Sequence[Point], which: tuple[str, float]) -> list[Point]:
-    """The columns of one cut, from left to right."""
+    """Return the points of the columns of one cut, from left to right."""
     return where(points, metric=which[0], detail=which[1])
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim."""
+    """Return every claim that these points decide."""
     blake, depth = columns(points, BLAKE), columns(points, DEPTH)
     return (
         _width(blake),
@@ -75,7 +75,7 @@ def _error(weight: str, what: str, blake: list[Point], depth: list[Point]) -> Cl
 
 
 def _mean_error(row: list[Point], weight: str, size: str) -> np.ndarray:
-    """Error of all columns together, by seed."""
+    """Return the error of all columns together, by seed."""
     error = np.array([point.values("error_ppm", weight=weight) for point in row])
     return np.average(error, axis=0, weights=np.array([p.values(size) for p in row]))
 
@@ -90,5 +90,5 @@ def _over_middle(row: list[Point], name: str) -> Estimate:
 
 
 def _counted(value: float) -> Estimate:
-    """A number without chance."""
+    """Return a number that is counted and has no error."""
     return Estimate(value, value, value, 0.0, 1.0, 1)

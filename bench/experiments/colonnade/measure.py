@@ -1,8 +1,9 @@
-"""Which columns of a colonnade lose detail, and what error that makes, by true distance and depth?
+"""Which columns of a colonnade lose detail, and what error does that make? (§2.1)
 
-(§2.1.) Each seed is a render of its own noise; the pruned and the unpruned picture of a seed share
-it, so that where nothing is pruned they are equal. Errors are mean |difference of luminance| over a
-column's pixels, each weighted alike, or by the solid angle it subtends at the eye.
+Cuts by true distance and by depth are compared. Each seed is a render with noise of its own; the
+pruned and the unpruned picture of a seed share it, so that where nothing is pruned they are equal.
+Errors are mean |difference of luminance| over a column's pixels, weighted alike or by the solid
+angle that each subtends at the eye.
 """
 
 import hashlib
@@ -33,7 +34,7 @@ SHOTS = (
     *(Shot("blake", detail) for detail in (3.0, 8.0)),
     *(Shot("depth", detail) for detail in (3.0, 8.0, 12.0)),
 )
-"""At 3 px and 8 px by both metrics; and depth with about as many parts as blake at 8 px."""
+"""Both metrics at 3 px and at 8 px, and depth with about as many parts as blake at 8 px."""
 
 _SPP = 16
 
@@ -48,22 +49,22 @@ class Render:
 
 @dataclass(frozen=True)
 class PartCounts:
-    """The parts of every column, which no seed changes."""
+    """The case that counts the parts of every column, which are the same for every seed."""
 
 
 def cases(effort: Effort) -> list[Render | PartCounts]:
-    """So many renders, and what no render changes."""
+    """Return as many renders as the effort says, and the case that counts parts."""
     variant = choose()
     return [*(Render(k, variant) for k in range(effort["seeds"])), PartCounts()]
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:
-    """Samples of a pixel, and seeds."""
+    """Return the samples of a pixel, and the sizes of the run."""
     return {"samples_per_pixel": _SPP, **effort.sizes}
 
 
 def measure(case: Render | PartCounts, seed: int) -> list[Point]:
-    """A point for each shot and column, of one seed; or with the parts of the column."""
+    """Measure a point for each shot and column: errors of one seed, or the number of parts."""
     if isinstance(case, PartCounts):
         return [
             Point(_named(shot, k), samples=columns({"parts": [parts]}))
@@ -83,14 +84,13 @@ def measure(case: Render | PartCounts, seed: int) -> list[Point]:
 
 
 def _named(shot: Shot, column: int) -> dict[str, object]:
-    """The case of a column in one cut."""
+    """Return the case of a column in one cut, as plain data."""
     place = {"column": column, "aside": places()[column]}
     return {"metric": shot.metric, "detail": shot.detail, **place}
 
 
 def sizes(owner: np.ndarray) -> dict[str, list[int]]:
-    """Of every column: pixels it covers, their solid angle [µsr], and pixels of a row of its
-    shaft, in thousandths."""
+    """Measure every column: pixels, solid angle [µsr], and the width of its shaft [px/1000]."""
     angle = pixel_solid_angle()
     shaft = owner[SIZE_PX[1] // 2 - 30 : SIZE_PX[1] // 2 + 30]
     found = range(1, COUNT + 1)
@@ -102,7 +102,7 @@ def sizes(owner: np.ndarray) -> dict[str, list[int]]:
 
 
 def errors(pruned: np.ndarray, whole: np.ndarray, owner: np.ndarray) -> dict[str, list[int]]:
-    """Error of every column as a share of its mean luminance [10⁻⁶], by weight."""
+    """Measure the error of every column as a share of its mean luminance [10⁻⁶], by weight."""
     far, angle = np.abs(pruned - whole), pixel_solid_angle()
     made: dict[str, list[int]] = {"image": [], "eye": []}
     for k in range(1, COUNT + 1):
@@ -114,7 +114,7 @@ def errors(pruned: np.ndarray, whole: np.ndarray, owner: np.ndarray) -> dict[str
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of the column, where columns stand, the camera, the light and the shots."""
+    """Return the SHA-256 of the column, its places, the camera, the light and the shots."""
     eye, tree = camera(), column().hierarchy
     words = [places(), SIZE_PX, [str(shot) for shot in SHOTS], str(LIGHT), eye.eye.tolist()]
     digest = hashlib.sha256(json.dumps(words).encode())

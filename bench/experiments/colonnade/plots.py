@@ -11,16 +11,16 @@ from bench.runner.experiment import Table
 
 _AXIS = "place of the column, to the right of the axis (m)"
 _LEAST = 1e-4
-"""Errors of nothing are drawn here, for the axis is logarithmic."""
+"""The value at which an error of 0 is drawn: the axis is logarithmic."""
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Sizes; then errors at 8 px by both metrics, and by depth with as many parts."""
+    """Draw sizes, then errors at 8 px by both metrics and by depth with as many parts."""
     return _sizes(record), _errors(record)
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every column of every cut, its left half mirrored by its right."""
+    """Return a table: every column of every cut, its left half mirrored by its right."""
     heads = ("metric", "detail (px)", "place (m)", "pixels", "solid angle (msr)", "parts")
     rows = [_row(point) for point in record.points if point.case["column"] >= MIDDLE]
     return (*heads, "error in the image (%)", "error at the eye (%)"), rows

@@ -1,7 +1,7 @@
-"""Leonardo's colonnade: equal columns in a row parallel to the picture plane (§2.1).
+"""What does Leonardo's colonnade hold? Equal columns in a row parallel to the picture plane (§2.1).
 
 Columns further to the side are further from the eye and subtend less of its view, yet their images
-on the plane grow. Both are measured here from one render, and so is what each metric's cut does.
+on the plane grow. One render shows both, and so it shows what each metric's cut does.
 """
 
 import math
@@ -47,7 +47,7 @@ class Shot:
 
 @lru_cache(maxsize=1)
 def colonnade() -> tuple[Placed, ...]:
-    """Columns on flat ground, from left to right."""
+    """Place columns on flat ground, from left to right."""
     return tuple(
         Placed(f"column {k}", column(), x, DEPTH_M, 0.0, _ground()) for k, x in enumerate(places())
     )
@@ -59,19 +59,19 @@ def _ground() -> Terrain:
 
 
 def places() -> list[float]:
-    """How far to the right of the view's axis each column stands [m]."""
+    """Return how far to the right of the view's axis each column stands [m]."""
     return [(k - (COUNT - 1) / 2) * SPACING_M for k in range(COUNT)]
 
 
 def camera() -> Camera:
-    """Level, towards the middle of the row."""
+    """Make a level camera that looks at the middle of the row."""
     return camera_from_heading(
         Corner(0, 0), np.array((0.0, 0.0, EYE_M)), 0.0, 0.0, FOV_DEG, SIZE_PX
     )
 
 
 def cut(shot: Shot) -> tuple[list[DisplayedRepresentation], list[int]]:
-    """What is displayed of the columns and the ground, and the parts of each column."""
+    """Prune the columns and the ground: what is displayed, and how many parts each column shows."""
     view = View(camera(), metric_by_name(shot.metric), shot.detail)
     made, parts = [], []
     everything: tuple[Representation, ...] = (*colonnade(), _ground())
@@ -83,7 +83,7 @@ def cut(shot: Shot) -> tuple[list[DisplayedRepresentation], list[int]]:
 
 
 def picture(shot: Shot, quality: Quality) -> tuple[Picture, np.ndarray]:
-    """Luminance, and the number of the column in each pixel from 1, 0 for none."""
+    """Render luminance, and the number of the column in each pixel: from 1, and 0 for none."""
     visible, _ = cut(shot)
     frame = render_frame(FrameInput(camera(), tuple(visible), CLEAR, LIGHT, quality))
     number = np.where(frame.object <= COUNT, frame.object, 0)
@@ -91,7 +91,7 @@ def picture(shot: Shot, quality: Quality) -> tuple[Picture, np.ndarray]:
 
 
 def pixel_solid_angle() -> Picture:
-    """Of each pixel of a flat film [sr]: A·cos³ over the distance squared to the plane."""
+    """Return the solid angle of each pixel of a flat film [sr]: A·cos³ ÷ the plane's distance²."""
     eye = camera()
     step = 2 * eye.tan_half[0] / eye.width
     x = ((np.arange(eye.width) + 0.5) - eye.width / 2) * step
@@ -100,18 +100,18 @@ def pixel_solid_angle() -> Picture:
 
 
 def image_width(x: float) -> float:
-    """Width of the image of a shaft of RADIUS_M at a place, on a plane at distance 1."""
+    """Return the width of the image of a shaft of RADIUS_M at a place, on a plane at distance 1."""
     towards, half = math.atan2(x, DEPTH_M), math.asin(RADIUS_M / math.hypot(x, DEPTH_M))
     return math.tan(towards + half) - math.tan(towards - half)
 
 
 def angular_width(x: float) -> float:
-    """Angle that the same shaft subtends at the eye [rad]."""
+    """Return the angle that a shaft of RADIUS_M at a place subtends at the eye [rad]."""
     return 2 * math.asin(RADIUS_M / math.hypot(x, DEPTH_M))
 
 
 def in_picture() -> bool:
-    """Whether every column is in the picture from foot to head, with room to spare."""
+    """Say whether every column is in the picture from foot to head, with room to spare."""
     tan_x, tan_y = camera().tan_half
     aside = (places()[-1] + 1) / DEPTH_M
     return aside < tan_x and max(EYE_M, HEIGHT_M - EYE_M) / DEPTH_M < tan_y

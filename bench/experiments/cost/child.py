@@ -1,7 +1,7 @@
-"""Frames of one preset in a fresh process, every stage timed; run as a module.
+"""How long does every stage of a preset's frames take in a fresh process? Run as a module.
 
-Prints one JSON object: of the process (``cold``) and of each frame (``warm``), in microseconds and
-bytes. The first frame is among the cold ones: it compiles.
+It prints one JSON object in microseconds and bytes: ``cold`` for the process, with the first frame,
+which compiles, and ``warm`` for each further frame.
 """
 
 import json
@@ -32,7 +32,7 @@ Row = dict[str, int]
 
 
 def measure(overrides: list[str], variant: str, frames: int) -> dict[str, Any]:
-    """The world, then one frame that compiles and ``frames`` that do not."""
+    """Build the world and time its frames: one that compiles, and ``frames`` that do not."""
     preset = load_preset("meadow", overrides)
     start = time.perf_counter()
     world = build_world(preset)
@@ -62,13 +62,13 @@ def _timed(made: FrameInput, frame: int) -> tuple[Layers, Row]:
 
 
 def _clear(made: FrameInput, frame: int) -> int:
-    """The same scene traced without haze."""
+    """Time the trace of the scene without haze [µs]."""
     layers = render_frame(replace(made, air=CLEAR), frame)
     return _us(layers.seconds["trace"])
 
 
 def _metric(world: World, view: View) -> Row:
-    """The metric alone on as many parts as were examined: three squares, a root, a comparison."""
+    """Time the metric alone on as many parts as were examined."""
     tests = sum(prune(each, view).examined_parts for each in world.representations)
     x, y, z, D = np.random.default_rng(0).random((4, tests))
     return {"metric": _us(_best(lambda: np.sqrt(x * x + y * y + z * z) < D)), "tests": tests}

@@ -15,14 +15,14 @@ STAGES = {
     "trace": "render, haze included",
     "write": "write and read back",
 }
-"""The stages that make up a frame, in their order."""
+"""The stages that make up a frame, in their order, with their names in words."""
 
 SEQUENCE = 240
-"""Frames over which setting up is spread: ten seconds."""
+"""The number of frames over which setting up is spread: ten seconds of film."""
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points can decide."""
+    """Return every claim that these points decide."""
     frames, processes = points
     whole = frame_us(frames)
     metric = stage_us(frames, "metric") / whole
@@ -64,10 +64,10 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def stage_us(frames: Point, stage: str) -> Reals:
-    """Time of a stage of every warm frame, (frames,) [µs]."""
+    """Return the time of a stage of every warm frame, (frames,) [µs]."""
     return frames.values("us", stage=stage)
 
 
 def frame_us(frames: Point) -> Reals:
-    """Time of every warm frame, all its stages, (frames,) [µs]."""
+    """Return the time of every warm frame, all its stages, (frames,) [µs]."""
     return np.asarray(np.sum([stage_us(frames, stage) for stage in STAGES], axis=0))

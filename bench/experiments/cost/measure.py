@@ -1,7 +1,6 @@
 """What does a frame cost, stage by stage, and what share of it is the metric? (§4.2)
 
-Every repeat is a fresh process: its first frame compiles, the others do not. Wall-clock times on
-all cores.
+Every repeat is a fresh process, whose first frame compiles. Times are by the clock, on all cores.
 """
 
 import hashlib
@@ -33,17 +32,17 @@ class Process:
 
 
 def cases(effort: Effort) -> list[Process]:
-    """So many processes."""
+    """Return as many processes as the effort says."""
     return [Process(number, choose()) for number in range(effort["processes"])]
 
 
 def measure(case: Process, seed: int) -> list[Point]:
-    """Run a process."""
+    """Run a process, and return the points of its frames and of its start."""
     return process_points(_child(case.variant, seed + case.number))
 
 
 def process_points(found: dict[str, Any]) -> list[Point]:
-    """Times of the frames of a process, and what the process took before them."""
+    """Make points of the times of a process's frames, and of what came before them."""
     rows = found["warm"]
     tests = Column("tests", [row["tests"] for row in rows])
     stages = [name for name in rows[0] if name != "tests"]
@@ -57,7 +56,7 @@ def process_points(found: dict[str, Any]) -> list[Point]:
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:
-    """Processes, and frames of each."""
+    """Return the number of processes, and of frames of each."""
     return {**effort.sizes, "frames_of_each": _FRAMES}
 
 
@@ -77,6 +76,6 @@ def _child(variant: str, seed: int) -> dict[str, Any]:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of the preset."""
+    """Return the SHA-256 of the preset."""
     preset = load_preset("meadow", list(SETTINGS)).model_dump(mode="json")
     return hashlib.sha256(json.dumps(preset, sort_keys=True).encode()).hexdigest()

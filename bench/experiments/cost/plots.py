@@ -9,7 +9,7 @@ from bench.runner.experiment import Table
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Every stage of every warm frame."""
+    """Draw the time of every stage of every warm frame."""
     frames = record.points[0]
     count = len(frame_us(frames))
     x = [float(n + 1) for n in range(count)]
@@ -28,7 +28,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: median, least and most of everything timed, and the memory held."""
+    """Return a table: median, least and most of everything timed, and the memory held."""
     frames, processes = record.points
     whole = float(np.median(frame_us(frames)))
     names = {**STAGES, "metric": "the metric alone", "haze": "haze, in rendering"}

@@ -8,30 +8,30 @@ from lod.arrays import Reals
 
 TOLERANCE = 0.02
 SAME_RAYS = "pruned, along the rays of the whole"
-"""The pruned picture where the whole one has the band."""
+"""The name of the pruned picture along the rays that have the band in the whole picture."""
 
 _SOURCE = "§2.4"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every band of every picture that has the cover."""
+    """Return a claim for every band of every picture that has the far cover."""
     covered = [point for point in points if point.case["cover"]]
     return tuple(_band(point, k) for point in covered for k in range(bands(point)))
 
 
 def bands(point: Point) -> int:
-    """How many there are."""
+    """Return the number of bands of a point."""
     return len(LOOKS[point.case["look"]].edges_m) - 1
 
 
 def band_name(point: Point, band: int) -> str:
-    """From where to where."""
+    """Return from where to where a band reaches, in words."""
     low, high = LOOKS[point.case["look"]].edges_m[band : band + 2]
     return f"{low:g} to {high:g} m"
 
 
 def tone(point: Point, band: int) -> Estimate:
-    """Mean luminance of the band, pruned ÷ whole, over fields: each picture by its distances."""
+    """Estimate mean luminance of a band, pruned ÷ whole, over fields: each by its own distances."""
     return two_sided_ratio_of_means(
         *(
             _sums(point, band, quantity, picture)
@@ -42,14 +42,13 @@ def tone(point: Point, band: int) -> Estimate:
 
 
 def room(point: Point, band: int) -> float:
-    """How much of the picture the band fills, pruned ÷ whole."""
+    """Return how much of the picture a band fills, pruned ÷ whole."""
     pruned, whole = (_sums(point, band, "rays", each) for each in ("pruned", "whole"))
     return float(pruned.sum() / whole.sum())
 
 
 def same_rays(point: Point, band: int) -> float:
-    """Luminance ratio along rays that have the band in the whole picture, whatever they meet in
-    the other."""
+    """Return luminance, pruned ÷ whole, along the rays that have the band in the whole picture."""
     pruned, whole = (_sums(point, band, "light", each) for each in (SAME_RAYS, "whole"))
     return float(pruned.sum() / whole.sum())
 

@@ -1,11 +1,11 @@
 """Does pruning keep the tone of the land, from the nearest tree to the horizon? (§2.4)
 
-Mean luminance in bands of distance, pruned to one pixel and to twelve, with and without what lies
-beyond the limit left on the land, against everything there is. Every field is another seed; what
-counts in a band is what each picture has at those distances. Along the rays that have the band in
-the whole picture the light is noted as well, and not judged: a tree that is pruned has its gaps
-elsewhere, so some of them meet the sky (in ``forest`` 7 times as bright as trees), and those of the
-sky that now meet the tree are in no band.
+Mean luminance in bands of distance is compared with that of everything there is: pruned to one
+pixel and to twelve, with and without the far cover, which leaves on the land the colour of what
+lies beyond the limit. Every field is another seed, and each picture's bands are by its own
+distances. Light along the rays that have the band in the whole picture is noted and not judged: a
+tree that is pruned has its gaps elsewhere, so some of these rays meet the sky (in ``forest`` it is
+7 times as bright as trees), and rays of the sky that now meet the tree are in no band.
 """
 
 import hashlib
@@ -45,7 +45,7 @@ _SPP = 1
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 Bands = tuple[Column, ...]
-"""What was summed in each band, of each picture."""
+"""The columns of sums in each band, of each picture."""
 
 
 @dataclass(frozen=True)
@@ -57,24 +57,24 @@ class Field:
 
 
 def fields(effort: Effort) -> list[Field]:
-    """So many fields of every look."""
+    """Return as many fields of every look as the effort says."""
     return [Field(look, k) for look in LOOKS for k in range(effort["fields"][look])]
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
-    """Fields of each look, and rays of a pixel."""
+    """Return the number of fields of each look, and of rays of a pixel."""
     return {**effort.sizes, "rays_per_pixel": _SPP * FINE**2}
 
 
 def measure(case: Field, seed: int) -> list[Point]:
-    """One field in all pictures of one look: a point for each."""
+    """Measure one field in all pictures of one look: a point for each picture."""
     mine = [each for each in cases() if each.look == case.look]
     found = field(case.look, seed + case.number, mine)
     return [Point(asdict(each), samples=bands) for each, bands in found.items()]
 
 
 def field(look: str, seed: int, wanted: Sequence[Case]) -> dict[Case, Bands]:
-    """One field in the ``wanted`` pictures of one look, band by band."""
+    """Measure one field in the ``wanted`` pictures of one look, band by band."""
     presets = {case.air: preset_of(look, case.air, seed) for case in wanted}
     world = build_world(preset_of(look, AIRS[0], seed))
     unpruned = _whole_pictures(world, presets)
@@ -86,14 +86,14 @@ def field(look: str, seed: int, wanted: Sequence[Case]) -> dict[Case, Bands]:
 
 
 def pruned_alone(look: str, seed: int, case: Case) -> Bands:
-    """One field in one pruned picture, band by band, held against nothing but itself."""
+    """Measure one field in one pruned picture alone, band by band."""
     preset = preset_of(look, case.air, seed)
     picture = _pruned_picture(build_world(preset), preset, case)
     return in_bands(picture, picture, LOOKS[look].edges_m)
 
 
 def _whole_pictures(world: World, presets: dict[str, Preset]) -> dict[str, Layers]:
-    """Everything in the window through every air, from one scene."""
+    """Render everything in the window through every air, from one scene."""
     first = next(iter(presets.values()))
     camera, quality = view_at(world, first, 1).camera, _quality(first)
     stage = build_frame(
@@ -121,8 +121,10 @@ def _quality(preset: Preset) -> Quality:
 
 
 def in_bands(tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]) -> Bands:
-    """Luminance summed in each band [10⁻⁶], and the rays there, of both pictures, each by its own
-    distances; and of the tested one along the rays that have the band in the whole one."""
+    """Sum luminance [10⁻⁶] and rays in each band, of both pictures, each by its own distances.
+
+    Of the tested picture there are also sums along the rays that have the band in the unpruned one.
+    """
     ours, theirs = (
         np.digitize(each.Z.astype(np.float64), edges_m) - 1 for each in (tested, unpruned)
     )
@@ -147,7 +149,7 @@ def _micro(light: np.ndarray) -> int:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of every preset, picture and look."""
+    """Return the SHA-256 of every preset, picture and look."""
     presets = [preset_of(look, air, 0).model_dump(mode="json") for look in LOOKS for air in AIRS]
     words = [presets, [asdict(case) for case in cases()], [asdict(e) for e in LOOKS.values()], _SPP]
     return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

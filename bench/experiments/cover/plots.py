@@ -11,7 +11,7 @@ _AIR = {"preset": "the preset's air", "clear": "clear air"}
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """One of each look, in clear air: haze hides what it shows."""
+    """Draw a plot of each look in clear air, where haze hides nothing."""
     return tuple(_plot(record, look) for look in LOOKS)
 
 
@@ -38,7 +38,7 @@ def _curve(point: Point) -> Curve:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every band of every picture."""
+    """Return the heads and rows of a table: every band of every picture."""
     heads = ("look", "air", "detail (px)", "cover", "band", "pruned ÷ whole", "95 % interval")
     more = "room in the picture, pruned ÷ whole", "the same rays, pruned ÷ whole"
     return (*heads, *more), [_row(p, k) for p in record.points for k in range(bands(p))]

@@ -1,11 +1,11 @@
-"""What the cover experiment looks at: presets in a window, pruned, and everything there is.
+"""What does the cover experiment look at? Presets in a window, pruned, and everything there is.
 
-The eye stands at the window's southern edge, where the preset puts it otherwise, so that all it
-sees as far as the last band is inside; ``aerial`` lower than the preset, because the window that
-can be held unpruned is smaller. Its bands begin where all fields have ground in the picture: nearer
-are crowns alone, and no ground could carry their colour. In the whole picture every leaf in view is
-displayed. A pixel is FINE × FINE rays, each with a distance of its own: of a pixel that is half
-tree and half sky, half counts.
+The eye stands at the window's southern edge, so that everything it sees as far as the last band is
+inside; in ``aerial`` it is lower than in the preset, because the window that can be held unpruned
+is smaller. Bands begin where all fields have ground in the picture: nearer there are crowns alone,
+and no ground could carry their colour. In the whole picture every leaf in view is displayed. A
+pixel is FINE × FINE rays, each with a distance of its own: of a pixel that is half tree and half
+sky, half counts.
 """
 
 from dataclasses import dataclass, replace
@@ -22,21 +22,23 @@ from scenes.world.view import view_at
 from scenes.world.world import World
 
 WIDTH_PX, HEIGHT_PX, FINE = 160, 90, 4
-"""Of the picture; and rays along each side of a pixel, one to each pixel of what is rendered."""
+"""The size of a picture, and the rays along each side of a pixel: rendered pixels are rays."""
 
 WHOLE_DETAIL, GROUND_DETAIL = 0.02, 0.5
-"""Of species and of the ground in the whole picture [px]: every leaf in view is displayed."""
+"""Detail of species and of the ground in the whole picture [px]: every leaf is displayed."""
 
 OFFSCREEN_PX = 0.5
-"""Detail of what is out of view there."""
+"""Detail of what is out of view in the whole picture [px]."""
 
 
 @dataclass(frozen=True)
 class Outlook:
     """One preset as it is looked at.
 
-    side_m  of the window; eye_at (x, y) as a share of it, from its middle
-    edges_m of the bands of distance; more: settings of the preset
+    side_m    side of the window [m]
+    eye_at    (x, y) of the eye from the middle of the window, as a share of its side
+    edges_m   edges of the bands of distance [m]
+    more      settings of the preset
     """
 
     preset: str
@@ -46,7 +48,7 @@ class Outlook:
     more: tuple[str, ...] = ()
 
     def settings(self) -> tuple[str, ...]:
-        """As settings of the preset."""
+        """The outlook as settings of the preset."""
         x, y = (self.side_m * share for share in self.eye_at)
         return (
             f"world.extent={self.side_m}",
@@ -71,15 +73,15 @@ LOOKS = {
     "forest": Outlook("forest", 280.0, (-0.2, -0.48), _edges(7.0, 120.0)),
 }
 AIRS = ("preset", "clear")
-"""The preset's own, and none."""
+"""The air of the preset, and clear air."""
 
 DETAILS = (1.0, 12.0)
-"""τ, in pixels of the picture."""
+"""Values of τ, in pixels of the picture."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One way to prune one look; ``cover``: with what lies beyond the limit left on the land."""
+    """One way to prune one look; ``cover`` says whether the far cover is drawn."""
 
     look: str
     air: str
@@ -88,7 +90,7 @@ class Case:
 
 
 def cases() -> list[Case]:
-    """Every look through both airs, by every detail, with cover and without."""
+    """Return every look through both airs, by every detail, with cover and without."""
     return [
         Case(look, air, detail, cover)
         for look in LOOKS
@@ -99,7 +101,7 @@ def cases() -> list[Case]:
 
 
 def preset_of(look: str, air: str, seed: int, more: tuple[str, ...] = ()) -> Preset:
-    """The preset as it is looked at, with other objects in every field; ``more`` settings."""
+    """Load a preset as it is looked at, with ``more`` settings; each seed has other objects."""
     clear = ("air.visibility=clear",) if air == "clear" else ()
     return load_preset(look, (*LOOKS[look].settings(), *clear, f"seed={seed}", *more))
 
@@ -107,14 +109,14 @@ def preset_of(look: str, air: str, seed: int, more: tuple[str, ...] = ()) -> Pre
 def displayed(
     world: World, preset: Preset, detail: float, cover: bool
 ) -> list[DisplayedRepresentation]:
-    """What is in the pruned picture."""
+    """Return what is displayed in the pruned picture."""
     view = replace(view_at(world, preset, 1), detail=FINE * detail)
     ground = world.terrain if cover else replace(world.terrain, aggregate_cover=None)
     return [_visible(ground, view), *(_visible(each, view) for each in world.fields)]
 
 
 def whole(world: World, preset: Preset) -> list[DisplayedRepresentation]:
-    """Everything in view of the window, and the ground fine; bare beyond the window."""
+    """Return everything in view of the window, with fine ground, and bare land beyond it."""
     plain = replace(view_at(world, preset, 1), fade=0.0, conditions=None)
     fine = replace(plain, detail=FINE * WHOLE_DETAIL, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
     ground = replace(plain, detail=FINE * GROUND_DETAIL)

@@ -12,7 +12,7 @@ _SOURCE = "§4.1"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Growth with the world, pruned and not; and every quadrant against all of them."""
+    """Claim growth with the world, pruned and not, and that every quadrant is like all of them."""
     pruned, full = (
         sorted(where(points, metric=m), key=lambda p: p.case["extent"]) for m in METRICS_TRIED
     )
@@ -24,7 +24,7 @@ METRICS_TRIED = "blake", "full"
 
 
 def total(point: Point) -> Reals:
-    """Sticks pierced by all rays of each field, (fields,)."""
+    """Return the sticks that all rays of each field pierce, (fields,)."""
     return np.sum([point.values("pierced", quadrant=k) for k in range(QUADRANTS)], axis=0)
 
 
@@ -37,7 +37,7 @@ def _growth(points: list[Point]) -> Claim:
 
 
 def _beyond(near: Point, far: Point) -> Claim:
-    """The same fields in two windows, both larger than the limit."""
+    """Compare the same fields in two windows, both larger than the limit."""
     about = "Pruned, depth complexity does not grow with a world that is larger than the limit."
     sides = f"{far.case['extent']:g} m ÷ {near.case['extent']:g} m"
     words = about, f"surfaces pierced in the same fields, {sides}", _SOURCE

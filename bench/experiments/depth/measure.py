@@ -1,8 +1,8 @@
 """How many surfaces does a ray pierce on its way to the limit? (§4.1)
 
-Level rays all round, against every stick that is displayed: a stick is pierced by a line when a
-point of its axis is nearer to the line than the radius there. Pruned, the count should not depend
-on the size of the world, nor on the direction; unpruned, it grows with the world's radius.
+Level rays all round are tested against every stick that is displayed: a line pierces a stick when a
+point of its axis is nearer to the line than the radius there. Pruned, the count should depend
+neither on the size of the world nor on the direction; unpruned, it grows with the world's radius.
 """
 
 import math
@@ -30,18 +30,18 @@ from scenes.field.species_field import SpeciesField
 EXTENTS_M = (75.0, 150.0, 300.0, 450.0)
 DENSITY = 4e-3
 DETAIL_PX, WIDTH_PX = 4.0, 320
-"""With them a person is displayed within some 130 m."""
+"""Detail and width of the picture [px]: a person is displayed within some 130 m."""
 
 RAYS = 32
-"""In each quadrant, evenly, and turned by lot."""
+"""The number of rays in each quadrant; they are even, and the first direction is random."""
 
 EYE_M = 1.2
-"""Height of the rays: through chests and arms."""
+"""Height of the rays [m], at which they meet chests and arms."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """Side of the world [m], the metric that prunes it, and how many fields."""
+    """A side of the world [m], the metric that prunes it, and how many fields are measured."""
 
     extent: float
     metric: str
@@ -49,29 +49,29 @@ class Case:
 
 
 def cases(effort: Effort) -> list[Case]:
-    """Every extent, pruned and not."""
+    """Return every extent, pruned and unpruned."""
     return [Case(e, m, effort["fields"]) for e in EXTENTS_M for m in ("blake", "full")]
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of all cases and of what the fields hold."""
+    """Return the SHA-256 of all cases and of what the fields hold."""
     return fields_hash([point.case for point in points])
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:
-    """How many fields there were, and rays in each quadrant."""
+    """Return the number of fields, and of rays in each quadrant."""
     return {**effort.sizes, "rays_in_a_quadrant": RAYS}
 
 
 def measure(case: Case, seed: int) -> Point:
-    """Every field of one extent."""
+    """Count the sticks that rays pierce in every field of one extent."""
     rows = np.array([count(case.extent, case.metric, seed, k) for k in range(case.fields)])
     pierced = (Column("pierced", rows[:, k].tolist(), {"quadrant": k}) for k in range(QUADRANTS))
     return Point({"extent": case.extent, "metric": case.metric}, samples=tuple(pierced))
 
 
 def count(extent: float, metric: str, seed: int, index: int) -> list[int]:
-    """Sticks pierced by all rays of each quadrant together, in one field."""
+    """Count the sticks that all rays of each quadrant together pierce, in one field."""
     view = View(camera(WIDTH_PX), METRICS[metric], DETAIL_PX, look_around=True)
     own = seed_of("depth", seed, index)
     species = Species("depth", prototypes_with("figure", None), DENSITY)
@@ -87,7 +87,7 @@ def count(extent: float, metric: str, seed: int, index: int) -> list[int]:
 
 
 def pierced(shape: Sticks, eye: Float64[np.ndarray, "3"], rays: Float64[np.ndarray, "r 3"]) -> Ints:
-    """How many sticks each ray from the eye pierces, (r,)."""
+    """Count the sticks that each ray from the eye pierces, (r,)."""
     columns = shape.start - eye, shape.end - eye, shape.start_radius, shape.end_radius
     return _pierced(*(np.ascontiguousarray(each) for each in columns), rays)
 

@@ -11,7 +11,7 @@ _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """One: pruned and unpruned."""
+    """Draw the surfaces pierced against the world's size, pruned and unpruned."""
     rays = QUADRANTS * record.notes["rays_in_a_quadrant"]
     drawn = []
     for metric in METRICS_TRIED:
@@ -31,7 +31,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: means over fields in every quadrant."""
+    """Return the heads and rows of a table: means over fields in every quadrant."""
     heads = ("side (m)", "metric", *(f"quadrant {k + 1}" for k in range(QUADRANTS)), "all")
     return heads, [_row(point, record.notes["rays_in_a_quadrant"]) for point in record.points]
 

@@ -8,14 +8,14 @@ from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import two_sided_share
 
 JUDGED_AT = 67.0
-"""Pixels per degree of the display whose shares are claimed."""
+"""The pixels per degree of the display at which shares are claimed."""
 
 VIEWERS = ("blur", "contrast", "faint", "both")
 _DERIVED = "derived: docs/method.md"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points decide."""
+    """Return every claim that these points decide."""
     made: list[Claim] = []
     for (species,), chosen in grouped(points, "species").items():
         made += [_law(species, viewer, chosen) for viewer in VIEWERS]
@@ -25,7 +25,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def _law(species: str, viewer: str, points: list[Point]) -> Claim:
-    """Over all displays together: the row of a field is the sum of one on each."""
+    """Claim the share over all displays: the row of a field is its sum over displays."""
     kept, ideal = (
         np.sum([part_counts(p, viewer=each) for p in points], axis=0) for each in (viewer, "ideal")
     )

@@ -1,8 +1,8 @@
 """What do a display and the eye before it leave out, from 20 to 120 pixels per degree? (§2.1)
 
-Clear air. The picture stays 640 pixels wide; what changes is how closely it is looked at. Two
-things can leave a part out: blur, θ_eff² = θ_pixel² + θ_eye², and too little contrast for its
-fineness (Barten's sensitivity, the eye's blur in it). Each is taken alone, then both together.
+The air is clear. The picture stays 640 pixels wide, and only how closely it is looked at changes.
+Two things can leave a part out: blur, θ_eff² = θ_pixel² + θ_eye², and too little contrast for its
+fineness (Barten's sensitivity, which has the eye's blur in it). Each is measured alone, then both.
 """
 
 from dataclasses import dataclass
@@ -32,14 +32,14 @@ from lod.vision.viewer import STANDARD_EYE, ViewingConditions
 
 PIXELS_PER_DEGREE = (20.0, 30.0, 45.0, 67.0, 90.0, 120.0)
 FAINT = 0.1
-"""A contrast that every part is given, in place of its own: the least class."""
+"""The contrast that replaces each part's own for some viewers: the least class."""
 
 WIDTH = 640
 
 
 @dataclass(frozen=True)
 class Case:
-    """A species, pixels per degree of the display before the eye, and how many fields."""
+    """A species, the pixels per degree of the display, and how many fields are measured."""
 
     species: str
     pixels_per_degree: float
@@ -47,17 +47,17 @@ class Case:
 
 
 def cases(effort: Effort) -> list[Case]:
-    """Every species on every display."""
+    """Return every species on every display."""
     return [Case(s, ppd, effort["fields"]) for s in DENSITY for ppd in PIXELS_PER_DEGREE]
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of all cases and of what the fields hold."""
+    """Return the SHA-256 of all cases and of what the fields hold."""
     return fields_hash([point.case for point in points])
 
 
 def measure(case: Case, seed: int) -> Point:
-    """Fields of their own for each display, each looked at by every viewer."""
+    """Count the parts that every viewer sees in fields of a display."""
     species, ppd = case.species, case.pixels_per_degree
     seeds = [seed_of(f"{species} {ppd}", seed, index) for index in range(case.fields)]
     density = density_of(species, COARSE_M)
@@ -74,7 +74,7 @@ def measure(case: Case, seed: int) -> Point:
 
 
 def viewers(ppd: float) -> dict[str, tuple[View, float | None]]:
-    """Views by viewer, and the contrast that each gives all parts; None = each part's own."""
+    """Return views by viewer, and the contrast that each gives all parts; None = their own."""
     theta, display = camera(WIDTH).pixel_angle, Display(ppd)
     pixel, blur = BlurWidths(theta), blur_widths(theta, display, STANDARD_EYE)
 

@@ -17,12 +17,12 @@ _LABELS = {
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """A plot for each species."""
+    """Draw a plot for each species."""
     return tuple(_plot(points, *kind) for kind, points in grouped(record.points, "species").items())
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every display and contrast."""
+    """Return the heads and rows of a table: every display and contrast."""
     heads = (
         *(
             "species",
@@ -53,7 +53,7 @@ def _row(point: Point, viewer: str) -> tuple[str, ...]:
 
 
 def _left(point: Point, viewer: str) -> tuple[float, float]:
-    """Share of what an ideal eye sees, measured and predicted."""
+    """Return the share of what an ideal eye sees, measured and predicted."""
     seen, ideal = (float(part_counts(point, viewer=each).sum()) for each in (viewer, "ideal"))
     law, ideal_law = (predicted_parts(point, viewer=each) for each in (viewer, "ideal"))
     return seen / ideal, law / ideal_law

@@ -18,7 +18,7 @@ _SOURCE = "§2.4"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points decide."""
+    """Return every claim that these points decide."""
     made: list[Claim] = []
     for (view,), chosen in grouped(points, "view").items():
         name = view.replace(" ", "_")

@@ -141,7 +141,7 @@ def measure_errors(job: Pictures, seed: int) -> Point:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of every view and every case that is not timed."""
+    """Return the SHA-256 of every view and every case that is not timed."""
     grid = [Case(**p.case) for p in points if p.case["pruned"] != TIMED]
     presets = [preset_of(view).model_dump(mode="json") for view in VIEWS]
     words = [presets, WORLD, [str(case) for case in grid], GROUND_DETAIL, BAND_EDGES_M]

@@ -47,7 +47,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def summary(record: Record) -> Table:
-    """Heads and rows: of every view and metric, τ and parts at equal error."""
+    """Return a table: of every view and metric, τ and parts at equal error."""
     at = f"τ at excess FLIP {EQUAL_ERROR} (px)"
     heads = ("view", "metric", at, "parts there", "÷ blake's", "among all metrics")
     rows: list[tuple[str, ...]] = []
@@ -83,7 +83,7 @@ def excess(point: Point) -> ExcessFlip:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every case."""
+    """Return the heads and rows of a table: every case."""
     heads = (
         *("view", "metric", "τ (px)", "pruned", "parts", "memory (MB)", "a frame's time (s)"),
         *("÷ unpruned", "excess FLIP", "at most (95 %)", "floor"),

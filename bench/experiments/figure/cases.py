@@ -50,7 +50,7 @@ class Curve:
     detail: float
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return asdict(self)
 
     @property

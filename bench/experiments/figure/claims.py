@@ -84,7 +84,7 @@ def sized(points: Iterable[Point]) -> dict[str, dict[str, np.ndarray]]:
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points decide."""
+    """Return every claim that these points decide."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((0, 0xB007))))
     made = [_square_root(curve, *reading, rng) for curve in counted(points)
             for reading in readings(curve)]  # fmt: skip

@@ -47,7 +47,7 @@ def _(case: PosingTask, seed: int) -> Point:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of every curve, and of the hierarchy and joints of every kind."""
+    """Return the SHA-256 of every curve, and of the hierarchy and joints of every kind."""
     keys = ("kind", "metric", "detail")
     curves = [tuple(point.case[k] for k in keys) for point in where(points, what=COUNTED)]
     return curves_hash(tuple(Curve(*each) for each in dict.fromkeys(curves)))

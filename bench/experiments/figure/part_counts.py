@@ -70,7 +70,7 @@ def sizes(kind: str) -> dict[str, list[int]]:
 
 
 def scene_hash(curves: tuple[Curve, ...]) -> str:
-    """SHA-256 of every curve, and of the hierarchy and joints of every kind."""
+    """Return the SHA-256 of every curve, and of the hierarchy and joints of every kind."""
     digest = hashlib.sha256(json.dumps([c.as_json() for c in curves], sort_keys=True).encode())
     for kind in sorted({curve.kind for curve in curves}):
         thing = object_of(kind)

@@ -29,7 +29,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every fitted exponent, with those of its nearer and farther half."""
+    """Return a table: every fitted exponent, with those of its nearer and farther half."""
     heads = (
         *("kind", "metric", "detail (px)", "reading", "parts", "from (m)", "to (m)"),
         *("exponent (95 %)", "nearer half", "farther half", "verdict"),

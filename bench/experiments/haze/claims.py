@@ -8,10 +8,10 @@ from bench.records.points import Point, grouped
 from bench.statistics.estimates import two_sided_share
 
 BIG = SIZES[len(BOUNDS_M) - 1 :]
-"""Over 1 m."""
+"""The classes of size over 1 m."""
 
 SMALL = SIZES[: len(BOUNDS_M) - 1]
-"""Under 1 m."""
+"""The classes of size under 1 m."""
 
 AIRS = "hazy", "clear"
 
@@ -20,11 +20,11 @@ JUDGED_AT_M = 2e3
 
 _DERIVED = "derived: docs/method.md"
 KIND = "species", "viewer", "width"
-"""What points of different visibility share."""
+"""The keys that points of different visibility share."""
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points decide."""
+    """Return every claim that these points decide."""
     made: list[Claim] = []
     for kind, chosen in grouped(points, *KIND).items():
         name = "/".join(map(str, kind))
@@ -36,7 +36,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def _law(name: str, points: list[Point]) -> Claim:
-    """Over all visibilities together, so that a row is a field of its own."""
+    """Claim the share over all visibilities: the row of a field is its sum over visibilities."""
     hazy, clear = (np.sum([part_counts(p, air=air) for p in points], axis=0) for air in AIRS)
     law = [sum(predicted_parts(p, air=air) for p in points) for air in AIRS]
     about = "Haze leaves the share of the parts that is predicted, with nothing fitted."
@@ -45,7 +45,7 @@ def _law(name: str, points: list[Point]) -> Claim:
 
 
 def _near(name: str, points: list[Point]) -> Claim:
-    """What is lost from nearer than V, of all that is lost, over all visibilities."""
+    """Claim that little of what is lost, over all visibilities, was nearer than V."""
     near = sum(_near_counts(p, "clear") - _near_counts(p, "hazy") for p in points)
     lost = sum(part_counts(p, air="clear") - part_counts(p, air="hazy") for p in points)
     about = "Haze takes nothing that is nearer than the visibility."
@@ -59,7 +59,7 @@ def _near_counts(point: Point, air: str) -> np.ndarray:
 
 
 def _shares(name: str, species: str, point: Point) -> list[Claim]:
-    """At V = 2 km: of the big at most half are kept, of the small at least 95 %."""
+    """Claim at V = 2 km that at most half of the big parts are kept, and 95 % of the small."""
     made = []
     if species == "tree":
         kept = two_sided_share(

@@ -1,7 +1,8 @@
-"""What does haze take, of which size, and does the law know? (§2.1, §4.1)
+"""Which parts does haze hide, of which size, and does the law know how many? (§2.1, §4.1)
 
-A derivation says that haze takes big far parts and hardly any small near ones: a part is gone past
-ln(C₀·max S)/β, some 1.7 V, and only what is large would have been displayed from there.
+The derivation in docs/method.md says that haze takes big far parts and hardly any small near ones:
+a part is gone past ln(C₀·max S)/β, 1.3 V to 2 V, and only what is large would be displayed from
+there.
 """
 
 from dataclasses import dataclass, replace
@@ -37,13 +38,16 @@ CASES = (
     ("tree", "eye", 640),
     ("tree", "nobody", 1920),
 )
-"""Species; who looks; width of the picture [px]. Nobody in particular: what is invisible at any
-size is gone. An eye: before a display of 67 pixels per degree."""
+"""The species, the viewer, and the width of the picture [px].
+
+For ``nobody`` in particular only what is invisible at any size is gone; ``eye`` looks at a display
+of 67 pixels per degree.
+"""
 
 
 @dataclass(frozen=True)
 class Case:
-    """Who looks at which species, in a picture how wide [px], over how many fields."""
+    """A species, who looks, the width of the picture [px], and how many fields are measured."""
 
     species: str
     viewer: str
@@ -53,17 +57,17 @@ class Case:
 
 
 def cases(effort: Effort) -> list[Case]:
-    """Every species and viewer; each is seen through every air."""
+    """Return every species and viewer; each is seen through every air."""
     return [Case(*each, effort["fields"]) for each in CASES]
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of all cases and of what the fields hold."""
+    """Return the SHA-256 of all cases and of what the fields hold."""
     return fields_hash([point.case for point in points])
 
 
 def measure(case: Case, seed: int) -> list[Point]:
-    """A point for each visibility: the same fields in haze and, at the same m, in clear air."""
+    """Count parts of fields in haze of each visibility and, at the same m, in clear air."""
     seeds = [seed_of(case.species, seed, index) for index in range(case.fields)]
     _, clear = views_of(case.viewer, case.width, case.visibilities_m[0])
     things = prototypes_with(case.species, None), density_of(case.species, clear.m)
@@ -88,7 +92,7 @@ def measure(case: Case, seed: int) -> list[Point]:
 
 
 def views_of(viewer: str, width: int, visibility_m: float) -> tuple[View, View]:
-    """In haze and in clear air, with the same detail angle m, so that haze alone differs."""
+    """Return views in haze and in clear air that have one detail angle m: only haze differs."""
     theta, watched = camera(width).pixel_angle, viewer == "eye"
     widths = blur_widths(theta, STANDARD_DISPLAY, STANDARD_EYE) if watched else BlurWidths(theta)
     sight = ViewingConditions(widths, least_extinction(Air(visibility_m)), acuity=watched)
@@ -96,6 +100,6 @@ def views_of(viewer: str, width: int, visibility_m: float) -> tuple[View, View]:
 
 
 def _columns(air: str, seen: list[SizeCounts], row: int) -> tuple[Column, ...]:
-    """Parts of every size in every field, and those nearer than the visibility."""
+    """Make columns of the parts of every size, and of those nearer than the visibility."""
     near = [each.near_counts[row] for each in seen]
     return (*size_columns(seen, air=air), Column("parts_nearer_than_V", near, {"air": air}))

@@ -14,12 +14,12 @@ _VIEWERS = {"nobody": "no eye", "eye": "an eye at 67 pixels per degree"}
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """A plot for each species, viewer and width."""
+    """Draw a plot for each species, viewer and width."""
     return tuple(_plot(points, *kind) for kind, points in grouped(record.points, *KIND).items())
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: parts of each size at each visibility, in clear air and in haze."""
+    """Return a table: parts of each size at each visibility, in clear air and in haze."""
     heads = (
         *("species", "viewer", "width (px)", "V (km)", "P", "in clear air", "predicted"),
         *("in haze", "predicted", "saved (%)", "predicted (%)"),
@@ -37,14 +37,14 @@ def _row(point: Point, size: str) -> tuple[str, ...]:
 
 
 def _left(point: Point, size: str) -> tuple[float, float]:
-    """Share that haze leaves, measured and predicted."""
+    """Return the share that haze leaves, measured and predicted."""
     clear, hazy = (float(part_counts(point, [size], air=air).sum()) for air in ("clear", "hazy"))
     wanted, law = (predicted_parts(point, [size], air=air) for air in ("clear", "hazy"))
     return hazy / clear, law / wanted
 
 
 def _means(point: Point, size: str, air: str) -> tuple[float, float]:
-    """Parts of a field, measured and predicted."""
+    """Return the mean parts of a field, measured and predicted."""
     counts = part_counts(point, [size], air=air)
     return float(counts.mean()), predicted_parts(point, [size], air=air)
 

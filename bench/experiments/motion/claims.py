@@ -14,11 +14,11 @@ from lod.arrays import Reals
 REDDY = "Reddy 1997"
 _DERIVED = "derived: docs/method.md"
 PICTURE = "picture"
-"""What the points of rendered pictures have for a world."""
+"""The value of ``world`` in points of rendered pictures."""
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points decide."""
+    """Return every claim that these points decide."""
     made = []
     counted = [point for point in points if point.case["world"] != PICTURE]
     for point in counted:
@@ -44,7 +44,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
-    """What the blurred pan shows; nothing where motion leaves out too little for it to say much."""
+    """Claim what the blurred pan shows; nothing where motion hides too few parts."""
     if not any(each.name == "pan/parts" and each.verdict == "holds" for each in counted):
         return []
     fast = [p for p in where(points, world=PICTURE) if is_fast(p)]
@@ -70,7 +70,7 @@ def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
 
 
 def is_fast(point: Point) -> bool:
-    """Whether it is of the fast pan that the claims are about."""
+    """Say whether a point is of the fast pan that the claims are about."""
     return {"turn": 90.0, "speed": 0.0, "shutter": 180.0}.items() <= point.case.items()
 
 
@@ -83,18 +83,18 @@ def one_sided_excess_flip(point: Point) -> Estimate:
 
 
 def kept(point: Point) -> Estimate:
-    """Share of the parts that are left by size and distance that motion keeps."""
+    """Estimate the share of the parts left by size and distance that motion keeps."""
     return two_sided_share(parts(point, "motion"), parts(point, "spatial"))
 
 
 def left_out(point: Point) -> Estimate:
-    """The rest of them."""
+    """Estimate the share of the parts left by size and distance that motion leaves out."""
     spatial = parts(point, "spatial")
     return two_sided_share(spatial - parts(point, "motion"), spatial)
 
 
 def _reddy(point: Point) -> Claim:
-    """Of all that is left out of a fast pan, what size and distance had left out already."""
+    """Claim the share of all that is left out of a fast pan that size and distance leave out."""
     everything, spatial, motion = (parts(point, cut) for cut in ("everything", "spatial", "motion"))
     about = "Size and distance give about 95 % of any gain, velocity the rest."
     words = about, "share of the parts left out that size and distance leave out", REDDY
@@ -103,5 +103,5 @@ def _reddy(point: Point) -> Claim:
 
 
 def parts(point: Point, cut: str) -> Reals:
-    """Parts that every field displays by a cut, (fields,)."""
+    """Return the parts that every field displays by a cut, (fields,)."""
     return point.values("parts", cut=cut)

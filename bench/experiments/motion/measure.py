@@ -1,8 +1,8 @@
 """What does motion hide beyond what size and distance leave, by speed and shutter? (§5.2)
 
-Every field is `meadow` of a seed of its own, 640 pixels wide, cut by size and distance alone and by
-motion as well. In a finite world everything is counted too: what there would be to gain at all.
-Whether what motion leaves out is missed in the blurred picture is asked by ``motion_picture``.
+Every field is `meadow` with a seed of its own, 640 pixels wide, cut by size and distance alone and
+by motion as well. In a finite world everything is counted too, which is the most there is to gain.
+Whether the blurred picture misses what motion leaves out is measured in ``pictures``.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ from scenes.world.world import World, build_world
 FRAME = 5
 
 WORLD = "world.extent=400"
-"""The finite world in which everything can be counted."""
+"""The setting of the finite world, in which everything can be counted."""
 
 
 CUTS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -35,7 +35,7 @@ CUTS: dict[str, dict[str, tuple[str, ...]]] = {
         "motion": (WORLD,),
     },
 }
-"""Settings of every cut of the endless world, and of the finite one."""
+"""The settings of every cut of the endless and of the finite world."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Field:
 
 
 def cases(effort: Effort) -> list[Field | Pictures]:
-    """So many fields; then pairs of pictures of the moves that are rendered, too."""
+    """Return the fields that are counted, and the pairs of pictures that are rendered."""
     variant, spp = choose(), effort["samples_per_pixel"]
     return [
         *(Field(number) for number in range(effort["fields"])),
@@ -59,14 +59,14 @@ def cases(effort: Effort) -> list[Field | Pictures]:
 
 
 def measure(case: Field | Pictures, seed: int) -> list[Point]:
-    """Parts of one field by every cut of every camera; or how far blurred pictures are apart."""
+    """Count the parts of one field by every cut, or measure how far apart blurred pictures are."""
     if isinstance(case, Pictures):
         return motion_picture.measure(case, seed)
     return count_field(seed + case.number)
 
 
 def count_field(seed: int) -> list[Point]:
-    """Parts of one field in either world, by each of its cuts, of every camera."""
+    """Count the parts of one field in both worlds, by each of their cuts, for every camera."""
     points = []
     for name, moves in (("endless", MOVES), ("finite", (FAST,))):
         world = world_of(seed, CUTS[name]["spatial"])
@@ -81,24 +81,24 @@ def count_field(seed: int) -> list[Point]:
 
 
 def world_of(seed: int, settings: tuple[str, ...]) -> World:
-    """A field of `meadow`: neither camera nor cut is any part of it."""
+    """Build a field of `meadow`, which depends neither on the camera nor on the cut."""
     return build_world(load_preset("meadow", (f"seed={seed}", *settings)))
 
 
 def parts(world: World, move: Move, seed: int, settings: tuple[str, ...]) -> int:
-    """Parts of all species that a field displays."""
+    """Count the parts of all species that a field displays."""
     preset = load_preset("meadow", (f"seed={seed}", *move.settings, *settings))
     view = view_at(world, preset, FRAME)
     return sum(prune(field, view).displayed_parts for field in world.fields)
 
 
 def _samples(move: Move, spp: int) -> int:
-    """Samples a pixel: the other moves show how errors grow, and bound nothing."""
+    """Return the samples of a pixel: fewer for moves whose errors are only shown."""
     return spp if move == FAST else min(spp, motion_picture.SHOWN_SPP)
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of the preset and of every case."""
+    """Return the SHA-256 of the preset and of every case."""
     preset = load_preset("meadow").model_dump(mode="json")
     moves = [asdict(move) for move in MOVES]
     pictures = [

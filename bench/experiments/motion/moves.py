@@ -1,11 +1,11 @@
-"""What the camera does in the experiment ``motion``."""
+"""What does the camera do in the experiment ``motion``?"""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Move:
-    """What the camera does while the shutter is open [degrees/s, m/s, degrees of 360 a frame]."""
+    """A move of the camera: turn [degrees/s], speed [m/s], and shutter [degrees of 360 a frame]."""
 
     turn: float
     speed: float
@@ -13,7 +13,7 @@ class Move:
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """As settings of a preset."""
+        """The move as settings of a preset."""
         keys = {"camera.turn": self.turn, "camera.speed": self.speed, "view.shutter": self.shutter}
         return tuple(f"{key}={value}" for key, value in keys.items())
 
@@ -23,7 +23,7 @@ MOVES = (
     *(Move(90.0, 0.0, shutter) for shutter in (45.0, 90.0, 360.0)),
     *(Move(0.0, speed, 180.0) for speed in (1.4, 14.0, 100.0)),
 )
-"""Pans at one shutter; one pan at other shutters; walks, drives and flights ahead."""
+"""Pans at one shutter, one pan at other shutters, and walks, drives and flights ahead."""
 
 FAST = Move(90.0, 0.0, 180.0)
 
@@ -34,4 +34,4 @@ PICTURED = (
     (Move(90.0, 0.0, 360.0), ("motion",)),
     (Move(0.0, 14.0, 180.0), ("motion",)),
 )
-"""Moves that are rendered, too, and by which cuts."""
+"""The moves that are rendered, too, and the cuts of each."""

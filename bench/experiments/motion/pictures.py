@@ -1,9 +1,9 @@
-"""What motion leaves out, looked for in the blurred picture: excess FLIP.
+"""Does the blurred picture miss what motion leaves out? Excess FLIP says.
 
-`meadow` panned or flown through, seen through windows of the frame that is 640 pixels wide: 96 × 54
-pixels about the horizon, where most of the parts are, each of eight pairs of seeds another way. The
-reference is the same blurred frame, cut by size and distance alone: what those cost the picture is
-the experiment ``fidelity``. The planted cut has m doubled.
+`meadow` is panned or flown through, and seen through windows of a frame that is 640 pixels wide: 96
+× 54 pixels about the horizon, where most of the parts are, in another direction for each of eight
+pairs of seeds. The reference is the same blurred frame, cut by size and distance alone, whose own
+errors the experiment ``fidelity`` measures. The planted cut has m doubled.
 """
 
 import math
@@ -26,8 +26,11 @@ from scenes.world.world import World, build_world
 FRAME = 2
 SIZE, WHOLE_PX, WHOLE_DEG = (96, 54), 640, 60.0
 SHOWN_SPP = 64
-"""At most, of what only shows how errors grow. The fast pan of a full run has 36 in each sub-frame,
-at which the noise floor is low enough to quote an excess (``FLOOR``)."""
+"""The most samples of a pixel of moves that only show how errors grow.
+
+The fast pan of a full run has 36 in each sub-frame, at which the noise floor is low enough to quote
+an excess (``FLOOR``).
+"""
 
 SUBFRAMES = 16
 
@@ -38,11 +41,11 @@ CUTS = {
     "motion": (),
     "planted": ("view.detail=2",),
 }
-"""By size and distance; by motion as well, at the default threshold; and with m doubled."""
+"""The settings of the cut by size and distance, by motion as well, and with m doubled."""
 
 
 def preset_of(move: Move, cut: str, heading: float, spp: int) -> Preset:
-    """The window that looks along a heading in the middle of the frame's time."""
+    """Load the preset of a window that looks along a heading in the middle of the frame's time."""
     tangent = math.tan(math.radians(WHOLE_DEG / 2)) * SIZE[0] / WHOLE_PX
     window = (
         f"render.size={SIZE[0]}x{SIZE[1]}",
@@ -67,7 +70,7 @@ class Pictures:
 
 
 def measure(case: Pictures, seed: int) -> list[Point]:
-    """One pair of seeds, one way to look, every cut."""
+    """Measure excess FLIP of one pair of seeds and one heading, for every cut."""
     move, pair, cuts, spp = case.move, case.pair, case.cuts, case.spp
     heading, world = 360.0 * pair / LEAST_PAIRS - 180.0, _world()
     spatial, *tested = (
@@ -90,12 +93,12 @@ def measure(case: Pictures, seed: int) -> list[Point]:
 
 @cache
 def _world() -> World:
-    """The field of every picture: camera, cut and samples are no part of it."""
+    """Build the field of every picture, which depends neither on camera, cut nor samples."""
     return build_world(load_preset("meadow"))
 
 
 def _picture(made: FrameInput, seed: int) -> np.ndarray:
-    """Radiance of a blurred picture."""
+    """Render the radiance of a blurred picture."""
     quality = replace(made.quality, seed=seed)
     layers = render_frame(replace(made, quality=quality), FRAME)
     return layers.rgb.astype(np.float64)

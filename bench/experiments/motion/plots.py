@@ -8,7 +8,7 @@ from bench.runner.experiment import Table
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Pans at one shutter."""
+    """Draw the share that motion keeps of pans at one shutter."""
     pans = where(record.points, world="endless", speed=0.0, shutter=180.0)
     found = [kept(point) for point in pans]
     turns = [point.case["turn"] for point in pans]
@@ -21,7 +21,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every case."""
+    """Return the heads and rows of a table: every case."""
     heads = ("world", "pan (°/s)", "ahead (m/s)", "shutter (°)", "by size and distance")
     rows = [_pictured(p) if p.case["world"] == PICTURE else _row(p) for p in record.points]
     return (*heads, "by motion as well", "kept", "95 % interval", "excess FLIP"), rows
@@ -36,7 +36,7 @@ def _row(point: Point) -> tuple[str, ...]:
 
 
 def _pictured(point: Point) -> tuple[str, ...]:
-    """A rendered move: how far the picture cut by motion is from that cut without."""
+    """Describe a rendered move: how far the cut by motion is from the cut without."""
     case, found = point.case, one_sided_excess_flip(point)
     moves = (f"{case[k]:g}" for k in ("turn", "speed", "shutter"))
     floor = float(point.values("flip_floor").mean()) / 1e6

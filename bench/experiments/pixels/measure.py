@@ -65,7 +65,7 @@ def cases(effort: Effort, metric: str | None = None) -> list[Case]:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of all cases and of what the fields hold."""
+    """Return the SHA-256 of all cases and of what the fields hold."""
     return fields_hash([point.case for point in points])
 
 

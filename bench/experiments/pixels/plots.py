@@ -19,7 +19,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: percentiles by pixels covered and by area."""
+    """Return the heads and rows of a table: percentiles by pixels covered and by area."""
     heads = ("species", "metric", "τ (px)", "objects", "median", "95 %", "largest")
     return (*heads, "by area: median", "95 %"), [_row(point) for point in record.points]
 

@@ -171,7 +171,7 @@ def _walks(case: Walks, seed: int) -> Point:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of the walks, of all cases and of what the fields hold."""
+    """Return the SHA-256 of the walks, of all cases and of what the fields hold."""
     cases = [point.case for point in points]
     words = json.dumps([WALK, WAYS, STEP_M, FRAMES, DENSER, fields_hash(cases)], sort_keys=True)
     return hashlib.sha256(words.encode()).hexdigest()

@@ -26,7 +26,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: switches of every species, then the walks."""
+    """Return the heads and rows of a table: switches of every species, then the walks."""
     heads = ("what", "of", "switches a field", "predicted", "size, median (px)", "size, 95 % (px)")
     changes = "popped a frame", "unexplained, 99 %", "99.9 %", "99.99 %", "same samples"
     return (*heads, *changes), [_row(point) for point in record.points]

@@ -72,7 +72,7 @@ def rows(points: Iterable[Point], what: str, examined: bool = False) -> Rows:
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points can decide."""
+    """Return every claim that these points decide."""
     claims: list[Claim] = []
     for (species, metric), chosen in by_kind(points).items():
         name = f"{metric}/{species}"

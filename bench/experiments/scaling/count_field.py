@@ -84,7 +84,7 @@ def seed_of(case: Case, seed: int, index: int) -> int:
 
 
 def scene_hash(cases: tuple[Case, ...]) -> str:
-    """SHA-256 of every case and of every prototype's hierarchy: what was measured."""
+    """Return the SHA-256 of every case and of every prototype's hierarchy: what was measured."""
     digest = hashlib.sha256(json.dumps([case.as_json() for case in cases], sort_keys=True).encode())
     for species in sorted({name for case in cases for name in case.species.split("+")}):
         for prototype in prototypes_of(species, 1.0):

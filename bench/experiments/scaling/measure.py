@@ -44,7 +44,7 @@ def sampled_cases(grid: Sequence[Case], effort: Effort) -> list[SampledCase]:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of all cases and of what the fields hold."""
+    """Return the SHA-256 of all cases and of what the fields hold."""
     return grid_hash(tuple(Case(**point.case) for point in points))
 
 

@@ -54,7 +54,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every point with what was predicted, measured and examined."""
+    """Return a table: every point with what was predicted, measured and examined."""
     heads = (
         *("species", "metric", "sweep", "swept", "fields", "objects predicted", "measured", "±"),
         *("ratio", "parts predicted", "measured", "±", "ratio"),

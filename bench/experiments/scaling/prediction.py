@@ -38,7 +38,7 @@ class Prediction:
     bare: float
 
     def as_json(self) -> dict[str, float]:
-        """Plain data."""
+        """Return plain data."""
         return {name: float(value) for name, value in asdict(self).items()}
 
 

@@ -122,7 +122,7 @@ def _world(seed: int) -> World:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of the preset and of what is measured in how many directions."""
+    """Return the SHA-256 of the preset and of what is measured in how many directions."""
     count = len(points[0].samples[0].values)
     words = [_preset(0.0).model_dump(mode="json"), DETAILS, EDGES, _SPP, count]
     return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

@@ -21,7 +21,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: power in every octave."""
+    """Return the heads and rows of a table: power in every octave."""
     heads = ("τ (px)", "cut-off (cycles/px)", "from", "to", *_NAMES.values())
     return heads, [row for point in record.points for row in _rows(point)]
 

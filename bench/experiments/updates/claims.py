@@ -10,7 +10,7 @@ JUDGED_PX = (0.25, 0.5, 1.0)
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points decide."""
+    """Return every claim that these points decide."""
     schedules = {p.case["move"]: p for p in where(points, what="schedule")}
     made: list[Claim] = []
     if schedules:

@@ -206,7 +206,7 @@ def _posed(
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of the preset and of every case."""
+    """Return the SHA-256 of the preset and of every case."""
     preset = load_preset("crowd", CROWD).model_dump(mode="json")
     words = [preset, MOVES, TIMED, TIMED_PX, FRAME, THRESHOLDS, BUDGET, SPEEDS]
     return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()

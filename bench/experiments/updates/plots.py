@@ -46,7 +46,7 @@ def _share(point: Point, threshold: float, low: float) -> float:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every camera by every rule; then the time of a frame."""
+    """Return a table: every camera by every rule; then the time of a frame."""
     heads = "camera", "rule", "parts", "drawn anew", "95 % interval", "farthest off (px)"
     rows = [row for p in where(record.points, what="schedule") for row in _rows(p)]
     return heads, [*rows, *map(_timed, where(record.points, what="time"))]

@@ -16,7 +16,7 @@ middle, and whoever walks may come from a little further."""
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Every claim that these points can decide."""
+    """Return every claim that these points decide."""
     beyond = beyond_limit(points)
     unpruned = where(points, metric="full")
     return (*_of_pruned(beyond), *_of_everything(unpruned, beyond[-1]))

@@ -88,7 +88,7 @@ def _point(metric: str, objects: float, world: Any, preset: Any, view: Any) -> P
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """SHA-256 of the preset and the worlds."""
+    """Return the SHA-256 of the preset and the worlds."""
     preset = load_preset(PRESET).model_dump(mode="json")
     words = json.dumps([preset, SIZE, WORLDS, UNPRUNED], sort_keys=True)
     return hashlib.sha256(words.encode()).hexdigest()

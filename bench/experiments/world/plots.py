@@ -19,7 +19,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def point_table(record: Record) -> Table:
-    """Heads and rows: every world."""
+    """Return the heads and rows of a table: every world."""
     heads = ("pruned", "objects in the world", "side (m)", "limit (m)", "objects", "parts")
     return (*heads, "scene (MB)", "scene's hash", "s (95 %)"), [_row(p) for p in record.points]
 
