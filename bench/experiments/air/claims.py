@@ -35,7 +35,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def found(point: Point) -> tuple[np.ndarray, np.ndarray]:
-    """Fit β of each band and its standard error, from black and from grey targets, (2, bands) each."""
+    """Fit β of each band and its standard error from black and from grey targets, (2, bands)."""
     target, beyond = (
         np.stack([point.values(name, band=band) for band in "rgb"], axis=1)
         for name in ("target", "beyond")

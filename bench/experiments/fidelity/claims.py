@@ -36,7 +36,7 @@ def _any_light(point: Point, band: str) -> bool:
 
 
 def pieces(points: Sequence[Point]) -> list[Point]:
-    """What its pieces cost, each pruned alone."""
+    """Return the claims on pieces of the scene that are each pruned alone."""
     at = where(points, detail=PIECES_DETAIL)
     return [p for p in at if p.case["pruned"] in (*PIECES, GROUND)]
 
@@ -70,7 +70,7 @@ def _luminance(name: str, point: Point, band: str) -> Claim:
 
 
 def _rivals(name: str, view: str, points: Sequence[Point]) -> list[Claim]:
-    """Does the default metric need the fewest parts at equal error? Over resampled pairs."""
+    """Claim that the default metric needs the fewest parts at equal error, over resampled pairs."""
     made, found = [], equal_error(points)
     ours = found["blake"]
     for rival in found.values():
@@ -83,7 +83,7 @@ def _rivals(name: str, view: str, points: Sequence[Point]) -> list[Claim]:
 
 
 def _faster(name: str, points: Sequence[Point]) -> list[Claim]:
-    """Is the pruned frame the faster one, everything but its species the same?"""
+    """Claim that the pruned frame is faster than the unpruned one on the same ground."""
     made = []
     for point in where(timed(points), detail=JUDGED_AT_PX):
         found = over_unpruned(points, point)

@@ -1,7 +1,7 @@
-"""At equal error: the τ and the parts at which every metric's excess FLIP comes up to one value.
+"""Which τ and how many parts give every metric the same excess FLIP?
 
-Read between two details along straight lines of their logarithms; intervals are percentiles of a
-bootstrap over pairs of seeds.
+Both are read between two details along straight lines of their logarithms. Intervals are 95 % and
+two-sided: percentiles of a bootstrap over pairs of seeds.
 """
 
 import math
@@ -27,9 +27,10 @@ Crossings = Float64[np.ndarray, "draws 2"]
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """Of a metric in a view: τ [px] and parts there, over all pairs and over resampled ones.
+    """The τ [px] and the parts at which one metric comes up to the error in one view.
 
-    NaN where the error is never there between the details; (1 + draws,) each.
+    Both are (1 + draws,): first for all pairs of seeds, then for resampled pairs. They are NaN
+    where the error is never reached between the details.
     """
 
     metric: str
@@ -42,52 +43,53 @@ class Reached:
         return bool(np.isfinite(self.details).all())
 
     def parts_over(self, other: "Reached") -> Estimate:
-        """Its parts ÷ the other's, the same pairs drawn for both."""
+        """Estimate the parts of this metric ÷ those of another, over the same draws of pairs."""
         return _estimate(self.parts / other.parts)
 
     @property
     def detail(self) -> Estimate:
-        """τ [px]."""
+        """The τ at equal error, estimated [px]."""
         return _estimate(self.details)
 
     @property
     def part_count(self) -> Estimate:
-        """Parts displayed there."""
+        """The number of parts displayed at equal error, estimated."""
         return _estimate(self.parts)
 
 
 def equal_error(points: Sequence[Point]) -> dict[str, Reached]:
-    """Every metric of one view's points, in the order they come."""
+    """Find equal error for every metric of one view's points, in the order they come."""
     rows = {metric: curve(points, metric) for metric in metrics_of(points)}
     return {metric: _reached(metric, row) for metric, row in rows.items()}
 
 
 def metrics_of(points: Sequence[Point]) -> list[str]:
-    """The metrics that species are pruned by."""
+    """Return the metrics by which species are pruned."""
     return list(dict.fromkeys(p.case["metric"] for p in where(points, pruned=SPECIES)))
 
 
 def curve(points: Sequence[Point], metric: str) -> list[Point]:
-    """The species pruned by a metric, from the finest detail to the coarsest."""
+    """Return the points of species pruned by a metric, from the finest detail to the coarsest."""
     mine = where(points, metric=metric, pruned=SPECIES)
     return sorted(mine, key=lambda p: p.case["detail"])
 
 
 def excesses(point: Point) -> Reals:
-    """Excess FLIP of every pair of seeds, (pairs,)."""
+    """Return the excess FLIP of every pair of seeds, (pairs,)."""
     return column(point, "flip") - column(point, "flip_floor")
 
 
 def column(point: Point, quantity: str, **keys: Key) -> Reals:
-    """A column of millionths, as numbers of its unit."""
+    """Return a column of millionths as numbers of its unit."""
     return point.values(quantity, **keys) / 1e6
 
 
 def reached(points: Sequence[Point], draws: Drawn, error: float = EQUAL_ERROR) -> Crossings:
-    """τ [px] and number of parts at which the excess comes up to an error, (draws, 2).
+    """Find the τ [px] and the parts at which the excess comes up to an error, (draws, 2).
 
-    ``draws`` (draws, pairs): the pairs of seeds that each is a mean over. Between two details along
-    straight lines of their logarithms, no part counting as one; NaN where it is never there.
+    ``draws`` (draws, pairs) holds the pairs of seeds over which each draw is a mean. Values between
+    two details lie on straight lines of logarithms, where 0 parts count as 1. NaN says that the
+    error is never reached.
     """
     rows = np.array([excesses(p) for p in points])[:, draws].mean(axis=2)
     found = np.log(np.maximum(rows, 1e-6))
@@ -109,7 +111,7 @@ def _reached(metric: str, row: Sequence[Point]) -> Reached:
 
 
 def _estimate(draws: Reals) -> Estimate:
-    """The first, with the percentiles of the others."""
+    """Estimate the first value, with percentiles of the others as its interval."""
     value, others = float(draws[0]), draws[1:]
     low, high = np.quantile(others, TWO_SIDED_TAILS)
     ends = min(float(low), value), max(float(high), value)

@@ -1,7 +1,7 @@
-"""How far one picture is from another: numbers of every pair of seeds, as integers.
+"""How far is one picture from another? Errors of every pair of seeds, as integers.
 
-Pictures are linear radiance; ``Shown`` says how they are displayed: one exposure for a view, that
-of its reference, the curve of scenes.render.pictures.tone_map, not rounded to 8 bits.
+Pictures are linear radiance. ``Shown`` says how they are displayed: at one exposure for a view,
+that of its reference, through the curve of scenes.render.pictures.tone_map, not rounded to 8 bits.
 """
 
 from collections.abc import Sequence
@@ -16,10 +16,10 @@ from scenes.frame.layers import SKY_Z, Layers
 from scenes.render.pictures.tone_map import auto_exposure, to_srgb
 
 BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
-"""Distances of the bands of mean luminance; and the sky."""
+"""The distances where bands of mean luminance begin [m]; the last band is the sky."""
 
 EPSILON = 0.01
-"""Added to the squared reference of relMSE, in exposed light."""
+"""The number added to the squared reference of relMSE, in exposed light."""
 
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
@@ -28,12 +28,12 @@ Picture = Float64[np.ndarray, "h w 3"]
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The unpruned view: two pictures of every pair of seeds, and what is measured against them.
+    """The unpruned view: two pictures of every pair of seeds, and what is measured of them.
 
-    same, other   with the seed of the tested picture, and with another
-    floors        FLIP, SSIM and relMSE of every pair against itself, as ``picture_errors`` has them
-    exposure, mean  of all pictures of ``other``; ``mean`` is exposed
-    Z  (h, w) distance of what each pixel shows [m]
+    same, other     pictures with the seed of the tested picture, and with another seed
+    floors          FLIP, SSIM and relMSE of every pair, as ``picture_errors`` returns them
+    exposure, mean  exposure and mean exposed light of all pictures of ``other``
+    Z               (h, w) distance of what each pixel shows [m]
     """
 
     same: tuple[Picture, ...]
@@ -45,7 +45,7 @@ class Reference:
 
 
 def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
-    """From rendered frames."""
+    """Make the reference of rendered frames."""
     pictures = [[each.rgb.astype(np.float64) for each in row] for row in (same, other)]
     mean = np.mean(pictures[1], axis=0)
     exposure = auto_exposure(mean)
@@ -56,9 +56,9 @@ def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
 
 
 def picture_errors(tested: Sequence[Picture], whole: Reference) -> tuple[Column, ...]:
-    """All errors of every pair: FLIP and SSIM with their floors, relMSE, and its bias alone.
+    """Measure every pair: FLIP and SSIM with their floors, relMSE, and relMSE without noise.
 
-    In millionths; luminance in 10⁻⁹ of its unit.
+    Errors are in millionths, luminance is in 10⁻⁹ of its unit.
     """
     unbiased = {"relmse_bias": [_ppm(each) for each in bias(tested, whole)]}
     errors = columns(_errors(tested, whole) | whole.floors | unbiased)
@@ -66,7 +66,7 @@ def picture_errors(tested: Sequence[Picture], whole: Reference) -> tuple[Column,
 
 
 def _errors(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]:
-    """FLIP, SSIM and relMSE of every pair, noise and all."""
+    """Return FLIP, SSIM and relMSE of every pair, with noise."""
     pairs = range(len(tested))
     test, other = (
         [to_srgb(p, whole.exposure).astype(np.float32) for p in row]
@@ -80,7 +80,7 @@ def _errors(tested: Sequence[Picture], whole: Reference) -> dict[str, list[int]]
 
 
 def ssim(one: np.ndarray, two: np.ndarray) -> float:
-    """Structural similarity of two displayed pictures (Wang et al. 2004), by scikit-image."""
+    """Return the structural similarity of two displayed pictures (Wang et al. 2004)."""
     from skimage.metrics import structural_similarity
 
     found = structural_similarity(
@@ -90,14 +90,15 @@ def ssim(one: np.ndarray, two: np.ndarray) -> float:
 
 
 def rel_mse(one: Picture, two: Picture, whole: Reference) -> float:
-    """Mean of the squared difference over the squared reference."""
+    """Return the mean of squared difference ÷ squared reference."""
     return _product(one - two, one - two, whole)
 
 
 def bias(tested: Sequence[Picture], whole: Reference) -> list[float]:
-    """relMSE without noise: products of differences whose seeds are independent.
+    """Return relMSE without noise: products of differences whose seeds are independent.
 
-    E[(Tᵢ − Rᵢ)(Tⱼ − Rⱼ)] = (E[T] − E[R])² for i ≠ j; here j follows i, round and round.
+    E[(Tᵢ − Rᵢ)(Tⱼ − Rⱼ)] = (E[T] − E[R])² for i ≠ j; here j is the pair after i, and the first
+    after the last.
     """
     apart = [one - two for one, two in zip(tested, whole.same, strict=True)]
     return [_product(apart[k - 1], apart[k], whole) for k in range(len(apart))]
@@ -108,7 +109,7 @@ def _product(one: Picture, two: Picture, whole: Reference) -> float:
 
 
 def _luminances(tested: Sequence[Picture], whole: Reference) -> list[Column]:
-    """Mean luminance of every picture by what the reference shows there."""
+    """Return the mean luminance of every picture, by the reference's bands of distance."""
     edges = (*BAND_EDGES_M, float(SKY_Z))
     made: list[Column] = []
     for low, high in zip(edges, (*edges[1:], np.inf), strict=True):
@@ -123,7 +124,7 @@ def _luminances(tested: Sequence[Picture], whole: Reference) -> list[Column]:
 
 
 def band_name(low: float) -> str:
-    """The band that begins at a distance."""
+    """Return the name of the band that begins at a distance [m]."""
     return "sky" if low == float(SKY_Z) else f"from {low:g} m"
 
 

@@ -1,7 +1,8 @@
 """What does pruning do to the picture, and what does it save? (§1.2, §2.4)
 
-Excess FLIP over pairs of independent seeds, relMSE free of noise, SSIM and mean luminance by
-distance, against parts, memory and time, as τ sweeps ⅛ to 8 pixels by every metric in three views.
+Excess FLIP over pairs of independent seeds, relMSE without noise, SSIM and mean luminance by
+distance are measured against parts, memory and time, as τ goes from ⅛ to 8 pixels by every metric
+in three views.
 """
 
 import hashlib
@@ -53,7 +54,7 @@ from scenes.world.view import preset_air
 
 @dataclass(frozen=True)
 class Pictures:
-    """A case that is rendered, the variant that does it, and samples of a pixel."""
+    """A case that is rendered, the variant that renders it, and the samples of a pixel."""
 
     case: Case
     variant: str
@@ -61,12 +62,12 @@ class Pictures:
 
     @property
     def label(self) -> str:
-        """The case in short."""
+        """The name of the case, in short."""
         return f"{self.case.view}, {self.case.metric}, {self.case.detail:g} px, {self.case.pruned}"
 
 
 def cases(effort: Effort, metric: str | None = None) -> list[Pictures | Timing]:
-    """Every case of the grid, ``metric``'s too; then a view's frames that are timed."""
+    """Return every case of the grid, with ``metric`` in it; then the frames that are timed."""
     variant, spp = choose(), effort["samples_per_pixel"]
     grid = grid_cases(effort["details"], effort["ground_details"], metric)
     tried = tried_metrics(metric)
@@ -77,7 +78,7 @@ def cases(effort: Effort, metric: str | None = None) -> list[Pictures | Timing]:
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
-    """How it was rendered; and pictures to look at."""
+    """Return how pictures were rendered, and pictures to look at."""
     return {
         "samples_per_pixel": effort["samples_per_pixel"],
         "samples_per_pixel_timed": SPP,
@@ -90,7 +91,7 @@ def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any
 
 @lru_cache(maxsize=len(VIEWS))
 def _whole(view: str, variant: str, spp: int, seeds: tuple[int, ...]) -> Reference:
-    """The unpruned view; every second seed is one that pruned pictures have as well."""
+    """Render the unpruned view; every second of its seeds is also one of pruned pictures."""
     pictures = _pictures(view, reference(view), variant, spp, seeds)
     return reference_of(pictures[0::2], pictures[1::2])
 
@@ -102,7 +103,7 @@ def _pictures(
     spp: int,
     seeds: Sequence[int],
 ) -> list[Layers]:
-    """One picture for each seed, of a scene that is built once."""
+    """Render one picture for each seed, of a scene that is built once."""
     preset = preset_of(view)
     quality = replace(frame_quality(preset, variant), spp=spp)
     camera = view_of(Case(view, "blake", 1.0)).camera
@@ -113,12 +114,12 @@ def _pictures(
 
 
 def measure(job: Pictures | Timing, seed: int) -> Point | list[Point]:
-    """Errors of the pictures of a case; or times of a view's frames."""
+    """Measure the errors of the pictures of a case, or the times of a view's frames."""
     return measure_times(job, seed) if isinstance(job, Timing) else measure_errors(job, seed)
 
 
 def measure_errors(job: Pictures, seed: int) -> Point:
-    """Pictures of a case with every second seed, against those of the unpruned view."""
+    """Compare pictures of a case, one for every second seed, with those of the unpruned view."""
     case, variant, spp = job.case, job.variant, job.spp
     seeds = tuple(seed + k for k in range(2 * LEAST_PAIRS))
     whole = _whole(case.view, variant, spp, seeds)

@@ -1,7 +1,7 @@
-"""Pictures that show what the fidelity experiment measures: whole, pruned, and where FLIP sees it.
+"""What do the errors of the fidelity experiment look like? Pictures, and maps of FLIP.
 
-The same cuts at the same eye, MAGNIFIED times as many pixels each way, so that people see what a
-pixel of the measurement stands for. To look at: nothing is measured on them.
+They are the cuts of the measurement from the same eye, with MAGNIFIED times as many pixels each
+way, so that people see what a pixel of the measurement stands for. Nothing is measured on them.
 """
 
 from collections.abc import Sequence
@@ -23,13 +23,13 @@ from scenes.world.view import preset_air
 
 MAGNIFIED = 4
 DETAILS = (1.0, 4.0)
-"""τ in pixels of the measurement."""
+"""Values of τ, in pixels of the measurement."""
 
 _EVERYTHING = "everything"
 
 
 def pictures_of(variant: str, spp: int, seed: int) -> list[dict[str, Any]]:
-    """For a record's notes: of each view the whole scene, pruned ones, and their FLIP maps."""
+    """Render for a record's notes, of each view, the whole scene, pruned ones and FLIP maps."""
     return [_one(view, variant, spp, seed) for view in VIEWS]
 
 

@@ -29,15 +29,15 @@ from bench.statistics.estimates import Estimate, two_sided_median
 from bench.statistics.excess_flip import ExcessFlip, one_sided_excess
 
 FEWEST, ALIKE, MORE = "the fewest", "not told apart from the fewest", "more"
-"""How a metric's parts at equal error stand among those of all."""
+"""How the parts of a metric at equal error compare with those of all metrics."""
 
 _ERROR = "excess FLIP"
 _LEAST = 1e-5
-"""Errors of nothing are drawn here, for the axis is logarithmic."""
+"""The value at which an error of 0 is drawn: the axis is logarithmic."""
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Of each view: excess FLIP against detail, parts, time and memory."""
+    """Draw, for each view, excess FLIP against detail, parts, time and memory."""
     made = []
     for (view,), points in grouped(record.points, "view").items():
         made += [_plot(view, points, "detail"), _plot(view, points, "parts")]
@@ -47,7 +47,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 
 
 def summary(record: Record) -> Table:
-    """Return a table: of every view and metric, τ and parts at equal error."""
+    """Return a table: τ and parts at equal error of every view and metric."""
     at = f"τ at excess FLIP {EQUAL_ERROR} (px)"
     heads = ("view", "metric", at, "parts there", "÷ blake's", "among all metrics")
     rows: list[tuple[str, ...]] = []
@@ -78,7 +78,7 @@ def _within(found: Estimate, form: str) -> str:
 
 
 def excess(point: Point) -> ExcessFlip:
-    """Excess FLIP of a point with its bounds and floor."""
+    """Return the excess FLIP of a point with its one-sided bounds and its floor."""
     return one_sided_excess(column(point, "flip"), column(point, "flip_floor"))
 
 
@@ -124,7 +124,7 @@ def _plot(view: str, points: list[Point], against: str) -> Plot:
 
 
 def _by_time(view: str, points: list[Point]) -> Plot:
-    """Error against a frame's time; the unpruned frame's beside it."""
+    """Draw error against a frame's time, with the unpruned frame's time beside it."""
 
     def time(point: Point) -> float:
         return two_sided_median(seconds(point)).value
@@ -148,7 +148,7 @@ def _by_time(view: str, points: list[Point]) -> Plot:
 
 
 def _by_memory(view: str, points: list[Point]) -> Plot:
-    """Error against the memory of a frame; the unpruned frame's beside it."""
+    """Draw error against the memory of a frame, with the unpruned frame's beside it."""
     least = min(megabytes(p) for p in _frames(points))
     caption = (
         f"Excess FLIP of the {view} view against the most memory that the process which renders it "
@@ -170,7 +170,7 @@ def _drawn(
     drawn: list[Curve],
     x_scale: str = "log",
 ) -> Plot:
-    """A plot of a view with the noise floor in it."""
+    """Draw a plot of a view, with the noise floor in it."""
     x = [value for each in drawn for value in each.x]
     floor = Curve("noise floor", [min(x), max(x)], [_floor(points)] * 2)
     name = f"fidelity-{view.replace(' ', '-')}-{against}"
@@ -179,7 +179,7 @@ def _drawn(
 
 
 def _against_whole(points: Sequence[Point], x: Callable[[Point], float]) -> list[Curve]:
-    """Each metric's error against what its timed frames cost; a line where the unpruned one is."""
+    """Draw each metric's error against the cost of its timed frames, and the unpruned cost."""
     drawn = []
     for metric in metrics_of(points):
         errors = {p.case["detail"]: p for p in curve(points, metric)}
@@ -192,7 +192,7 @@ def _against_whole(points: Sequence[Point], x: Callable[[Point], float]) -> list
 
 
 def _curve(metric: str, found: Sequence[tuple[float, Point]]) -> Curve:
-    """Excess FLIP with its bounds at these places on the horizontal axis."""
+    """Make a curve of excess FLIP with its bounds at these places on the horizontal axis."""
     x, points = zip(*sorted(found, key=lambda each: each[0]), strict=True)
     errors = [excess(point) for point in points]
     y, low, high = (
@@ -214,7 +214,7 @@ def _x(point: Point, against: str) -> float:
 
 
 def standing(found: Mapping[str, Reached]) -> dict[str, str]:
-    """Of every metric that comes up to the equal error in every draw: FEWEST, or ALIKE, or MORE."""
+    """Return FEWEST, ALIKE or MORE for every metric that reaches equal error in every draw."""
     there = {name: each for name, each in found.items() if each.found}
     if not there:
         return {}
@@ -224,7 +224,7 @@ def standing(found: Mapping[str, Reached]) -> dict[str, str]:
 
 
 def _fewest(points: Sequence[Point]) -> str:
-    """Which metric of a view displays the fewest parts at equal error, in a sentence."""
+    """Say in a sentence which metric of a view displays the fewest parts at equal error."""
     words = standing(equal_error(points))
     best, alike = ([k for k, word in words.items() if word == each] for each in (FEWEST, ALIKE))
     if not best:

@@ -1,8 +1,8 @@
-"""What the fidelity experiment looks at: three views of a finite world, pruned in many ways.
+"""What does the fidelity experiment look at? Three views of a finite world, pruned in many ways.
 
 The reference is the unpruned window with the ground at GROUND_DETAIL, where every tile in view is
-as fine as it gets. Off-screen casters are the objects wholly out of view: they are seen only
-through shadow and bounced light.
+as fine as it gets. Off-screen casters are the objects wholly out of view: only their shadows and
+bounced light are seen.
 """
 
 from collections.abc import Sequence
@@ -31,17 +31,22 @@ VIEWS = {
 METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
 
 SPECIES, GROUND = "species", "ground"
-"""What is pruned in the sweeps: everything that stands on the ground, which is whole then; or the
-ground alone, by the default metric. A law is known of the species, and not of the ground."""
+"""What is pruned in the sweeps: species on whole ground, or the ground alone.
+
+The ground is pruned by the default metric. A law is known of species, and not of the ground.
+"""
 
 PIECES = ("objects", "casters", "no casters", "everything")
-"""What is pruned at PIECES_DETAIL by the default metric: objects in view, those out of it, those
-wholly left out, all there is with the ground. The rest is as in the reference."""
+"""What is pruned at PIECES_DETAIL by the default metric, while the rest is the reference's.
+
+The pieces are the objects in view; the casters out of view; no casters, which are then left out;
+and everything, with the ground.
+"""
 
 PIECES_DETAIL = 1.0
 GROUND_DETAIL = 1 / 32
 MOST_PARTS = 500_000
-"""The ceiling: a reference may not have more parts."""
+"""The most parts that a reference may have."""
 
 WORLD = (
     "world.extent=240",
@@ -70,16 +75,17 @@ class Case:
 
 
 def tried_metrics(metric: str | None = None) -> tuple[str, ...]:
-    """The metrics that are tried, ``metric`` among them."""
+    """Return the metrics that are tried, with ``metric`` among them."""
     return (*METRICS_TRIED, *([metric] if metric else []))
 
 
 def grid_cases(
     details: Sequence[float], ground_details: Sequence[float], metric: str | None = None
 ) -> list[Case]:
-    """Every view by every metric, ``metric`` too, and detail; and what its pieces cost.
+    """Return every view by every metric and detail, and the pieces that are pruned alone.
 
-    ``ground_details`` are the details [px] at which the ground alone is pruned.
+    ``ground_details`` are the details [px] at which the ground alone is pruned; ``metric`` is tried
+    beside the others.
     """
     made = [Case(v, m, d) for v in VIEWS for m in tried_metrics(metric) for d in details]
     made += [Case(v, "blake", d, GROUND) for v in VIEWS for d in ground_details]
@@ -87,25 +93,28 @@ def grid_cases(
 
 
 def preset_of(view: str) -> Preset:
-    """The preset ``meadow`` in a window, as the view sees it."""
+    """Load the preset ``meadow`` in a window, as the view sees it."""
     return load_preset("meadow", (*WORLD, *VIEWS[view]))
 
 
 @lru_cache(maxsize=1)
 def world() -> World:
-    """The same for all views: they differ in camera and air alone."""
+    """Build the world of all views, which differ in camera and air alone."""
     return build_world(preset_of("eye level"))
 
 
 def view_of(case: Case) -> View:
-    """The view that prunes, as its preset says but for metric and detail."""
+    """Return the view of a case: its preset's, with the metric and detail of the case."""
     plain = view_at(world(), preset_of(case.view), 1)
     return replace(plain, metric=metric_by_name(case.metric), detail=case.detail)
 
 
 @lru_cache(maxsize=len(VIEWS))
 def reference(view: str) -> tuple[DisplayedRepresentation, ...]:
-    """Everything, and the ground as fine as it gets. Raises InputError above the ceiling."""
+    """Display everything, with the ground as fine as it gets.
+
+    Raises InputError for more than MOST_PARTS parts.
+    """
     made = []
     for each in world().representations:
         full = _full(each, view)
@@ -116,7 +125,7 @@ def reference(view: str) -> tuple[DisplayedRepresentation, ...]:
 
 
 def displayed(case: Case) -> list[DisplayedRepresentation]:
-    """What is in the picture of a case."""
+    """Return what is displayed in the picture of a case."""
     view, made = view_of(case), []
     for each in world().representations:
         ground = each is world().terrain
@@ -130,7 +139,7 @@ def displayed(case: Case) -> list[DisplayedRepresentation]:
 
 
 def _pieces(each: Representation, case: Case, view: View) -> list[DisplayedRepresentation]:
-    """A species, its objects in view and out of it pruned or not as the case says."""
+    """Display a species: its objects in view and out of view, pruned or not as the case says."""
     full = _full(each, case.view)
     pruned, whole = prune(each, view), prune(each, full)
     inside, outside = ((pruned, view), (whole, full))
@@ -143,7 +152,7 @@ def _pieces(each: Representation, case: Case, view: View) -> list[DisplayedRepre
 
 
 def _objects(cut: Cut, view: View, seen: bool) -> Cut:
-    """The objects of a cut that are in view, or those that are not."""
+    """Return the part of a cut whose objects are in view, or are not."""
     parts = cut.parts
     roots = np.flatnonzero(parts.parent < 0)
     inside = np.zeros(int(parts.object.max(initial=-1)) + 1, bool)
@@ -156,7 +165,7 @@ def _objects(cut: Cut, view: View, seen: bool) -> Cut:
 
 
 def _full(each: Representation, view: str) -> View:
-    """The view that shows all there is of it."""
+    """Return the view that displays all parts of a representation."""
     ground = each is world().terrain
     found = view_of(Case(view, "blake" if ground else "full", GROUND_DETAIL if ground else 1.0))
     return replace(found, fade=0.0, conditions=None, offscreen_detail=1.0)
@@ -167,5 +176,5 @@ def _visible(each: Representation, view: View, cut: Cut) -> DisplayedRepresentat
 
 
 def parts_in(visible: Sequence[DisplayedRepresentation]) -> int:
-    """Parts of the species; the ground's tiles are no parts that a law knows."""
+    """Count the parts of the species; tiles of the ground are not parts that a law knows."""
     return sum(len(each.cut) for each in visible if each.name != world().terrain.name)

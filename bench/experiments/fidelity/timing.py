@@ -1,7 +1,8 @@
-"""How long a frame of the fidelity experiment takes as τ grows, against the unpruned one.
+"""How long does a frame of the fidelity experiment take as τ grows, against the unpruned one?
 
 Prune, build and trace of every metric and detail take turns, round after round, in one process that
-has made each of them once before: what differs between them is then not when they were timed.
+has made each of them once before. Differences between them are therefore not due to when they were
+timed.
 """
 
 import time
@@ -22,7 +23,7 @@ from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 
 TIMED = "species, timed"
-"""What such a point says of ``pruned``: species as in the sweeps, under the same whole ground."""
+"""The value of ``pruned`` in points of timed frames: species are pruned on whole ground."""
 
 UNPRUNED = "full"
 SPP = 16
@@ -40,7 +41,7 @@ class Timing:
 
 
 def measure_times(job: Timing, seed: int) -> list[Point]:
-    """A point for each metric and detail, one for all there is: µs of each stage in each round."""
+    """Time every metric and detail, and the unpruned frame: µs of each stage in each round."""
     cases = [Case(job.view, metric, detail) for metric in job.metrics for detail in job.details]
     cases.append(Case(job.view, UNPRUNED, 1.0))
     rounds = [[_frame(case, job.variant, seed) for case in cases] for _ in range(LEAST_REPEATS + 1)]
@@ -48,23 +49,23 @@ def measure_times(job: Timing, seed: int) -> list[Point]:
 
 
 def seconds(point: Point) -> Reals:
-    """A frame's time in every round, all stages [s]."""
+    """Return a frame's time in every round, all its stages [s]."""
     return np.asarray(np.sum([point.values("us", stage=stage) for stage in STAGES], axis=0) / 1e6)
 
 
 def megabytes(point: Point) -> float:
-    """What the process that renders the frame is foretold to hold at most [MB]."""
+    """Return the memory [MB] that the model of memory predicts for the frame's process."""
     return float(point.column("foretold_bytes")[0]) / 1e6
 
 
 def timed(points: Sequence[Point], metric: str = "blake") -> list[Point]:
-    """The timed points of a metric, from the finest detail to the coarsest."""
+    """Return the timed points of a metric, from the finest detail to the coarsest."""
     mine = where(points, pruned=TIMED, metric=metric)
     return sorted(mine, key=lambda p: p.case["detail"])
 
 
 def over_unpruned(points: Sequence[Point], point: Point) -> Estimate | None:
-    """Median of its time ÷ that of the unpruned frame of the same round; None without one."""
+    """Estimate the median of time ÷ the unpruned frame's in each round; None without one."""
     whole = timed(points, UNPRUNED)
     return two_sided_median(seconds(point) / seconds(whole[0])) if whole else None
 

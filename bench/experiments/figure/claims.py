@@ -1,8 +1,8 @@
-"""What the figure experiment claims, judged from its raw counts, sizes and times alone (§2.3–4).
+"""What does the figure experiment claim of its raw counts, sizes and times? (§2.3–4)
 
 The claims are stated alike for every kind. The paper makes the one about distance for its human
 figure alone, and conjectures that the one about size holds for living things of our size only: that
-an insect or a windmill refutes it would bear the paper out.
+an insect or a windmill refutes it would agree with the paper.
 """
 
 from collections.abc import Callable, Iterable
@@ -20,14 +20,15 @@ COUNTED, SIZED, POSED = "parts against distance", "sizes", "posing"
 
 SQUARE_ROOT, NEARLY = -0.5, 0.1
 FEW = 0.05
-"""Parts that are no smaller than their whole may be this share of all, for "generally smaller"."""
+"""The share of parts that may be no smaller than their whole, for "generally smaller"."""
 
 
 @dataclass(frozen=True, eq=False)
 class Counted:
     """One curve as counted: counts (distances, poses) at distances (distances, poses) [m].
 
-    parts: of the object in all; fits: distance from which it fits into the picture [m]
+    parts  number of parts of the whole object
+    fits   distance from which the object fits into the picture [m]
     """
 
     kind: str
@@ -40,22 +41,22 @@ class Counted:
 
     @property
     def between(self) -> Chosen:
-        """Where more than one part is displayed, and not all."""
+        """Whether more than one part is displayed and not all, (distances, poses)."""
         return (self.counts > 1) & (self.counts < self.parts)
 
     @property
     def whole(self) -> Chosen:
-        """Where the object is seen whole: it fits into the picture, and is displayed."""
+        """Whether the object fits into the picture and is displayed, (distances, poses)."""
         return (self.counts > 0) & (self.distances >= self.fits)
 
     @property
     def visible(self) -> Chosen:
-        """Where anything of it is displayed, from as near as the eye comes."""
+        """Whether anything of the object is displayed, (distances, poses)."""
         return self.counts > 0
 
 
 def counted(points: Iterable[Point]) -> list[Counted]:
-    """The curves of a record, in the order they come."""
+    """Return the curves of a record, in the order they come."""
     curves = grouped(where(points, what=COUNTED), "kind", "metric", "detail")
     return [
         Counted(
@@ -74,7 +75,7 @@ def counted(points: Iterable[Point]) -> list[Counted]:
 
 
 def sized(points: Iterable[Point]) -> dict[str, dict[str, np.ndarray]]:
-    """Level, whole and P_um of every part, by kind."""
+    """Return level, whole and P [µm] of every part, by kind."""
     return {
         point.case["kind"]: {
             each.quantity: np.array(each.values, np.int64) for each in point.samples
@@ -103,10 +104,10 @@ _OPEN: tuple[Reading, ...] = (
 
 
 def readings(curve: Counted) -> tuple[Reading, ...]:
-    """Names of the claim's readings, over which distances in words, and which counts those are.
+    """Return readings of a claim: a name, distances in words, and which counts are meant.
 
-    For the person also those that the paper's text leaves open: its detail was exaggerated, and
-    "those distances over which the figure was visible" may hold all at which nothing changes.
+    The person also has readings that the paper's text leaves open: its detail was exaggerated, and
+    "those distances over which the figure was visible" may include all at which nothing changes.
     """
     all_of_them = (_USUAL, *_OPEN)
     if curve.detail == EXAGGERATED_PX:
@@ -142,12 +143,12 @@ def _falls(kind: str, table: dict[str, np.ndarray], rng: np.random.Generator) ->
 
 
 def no_smaller(whole: np.ndarray, size: np.ndarray) -> float:
-    """Share of the parts that are no smaller than the whole that owns them."""
+    """Return the share of the parts that are no smaller than the whole that owns them."""
     return float(np.mean(size[1:] >= size[whole[1:]]))
 
 
 def _alike(table: dict[str, np.ndarray]) -> np.ndarray:
-    """Numbers the groups of parts that are alike: of one level and size, in wholes of one size."""
+    """Number the groups of parts of one level and one size, in wholes of one size."""
     size = table["P_um"]
     keys = np.stack((table["level"], size, size[table["whole"]]), axis=1)
     return np.unique(keys, axis=0, return_inverse=True)[1].ravel()

@@ -1,10 +1,10 @@
-"""How sure: exponents over poses, rank correlations over parts, ratios over repeats. Pure.
+"""How sure are exponents over poses, and rank correlations over parts?
 
-Intervals are 95 %. Those of exponents and correlations are percentiles over bootstrap samples
-(Efron & Tibshirani, "An Introduction to the Bootstrap", 1993, ch. 13): of whole poses, since the
-counts of one pose at its distances go together, and of groups of like parts, since a left arm says
-nothing that the right one did not. They say what other poses would have given; that a count is not
-a straight line on logarithmic axes at all is for ``halves`` to tell.
+Intervals are 95 % and two-sided: percentiles over bootstrap samples (Efron & Tibshirani, "An
+Introduction to the Bootstrap", 1993, ch. 13). Exponents resample whole poses, since the counts of
+one pose at its distances depend on each other; correlations resample groups of like parts, since a
+left arm repeats the right one. Intervals say what other poses would have given; whether a count is
+a straight line on logarithmic axes at all is seen by ``halves``. Functions touch no files.
 """
 
 import numpy as np
@@ -26,7 +26,10 @@ RESAMPLES = 2000
 def exponent(
     counts: Counts, distances: Distances, chosen: Chosen, rng: np.random.Generator
 ) -> Estimate:
-    """b of count ∝ distance^b: least squares of logarithms over the chosen counts of all poses."""
+    """Estimate b of count ∝ distance^b: least squares of logarithms over chosen counts.
+
+    Raises InputError unless every bootstrap sample has counts at 2 or more distances.
+    """
     sums = _sums(counts, distances, chosen)
     weight = _resampled(counts.shape[1], rng)
     drawn = _slopes(weight @ sums)
@@ -36,14 +39,14 @@ def exponent(
 
 
 def line(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float, float]:
-    """Exponent and factor of the line fitted by ``exponent``."""
+    """Return the exponent and the factor of the line fitted by ``exponent``."""
     sums = _sums(counts, distances, chosen).sum(axis=0)
     slope = float(_slopes(sums))
     return slope, float(np.exp((sums[2] - slope * sums[1]) / sums[0]))
 
 
 def halves(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float, float]:
-    """The exponents of the nearer and of the farther half of the chosen range, in ratio."""
+    """Return the exponents of the nearer and of the farther half of the chosen range, in ratio."""
     rows = np.flatnonzero(chosen.any(axis=1))
     middle = np.sqrt(distances[rows[0]].min() * distances[rows[-1]].max())
     near = distances <= middle
@@ -52,7 +55,10 @@ def halves(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float,
 
 
 def rank_correlation(level: Ints, size: Ints, alike: Ints, rng: np.random.Generator) -> Estimate:
-    """Spearman's ρ of size with level; ``alike``: groups 0, 1, … drawn together."""
+    """Estimate Spearman's ρ of size with level; parts ``alike`` are drawn together.
+
+    ``alike`` (n,) numbers the group of each part, from 0.
+    """
     weight = _resampled(int(alike.max()) + 1, rng)[:, alike]
     drawn = _spearman(level, size, weight)
     value = float(_spearman(level, size, np.ones((1, len(level))))[0])
@@ -61,7 +67,7 @@ def rank_correlation(level: Ints, size: Ints, alike: Ints, rng: np.random.Genera
 
 
 def _sums(counts: Counts, distances: Distances, chosen: Chosen) -> Float64[np.ndarray, "poses 5"]:
-    """Of 1, x, y, x², x·y over each pose's chosen counts, x and y the logarithms."""
+    """Return the sums of 1, x, y, x² and x·y over each pose's chosen counts, in logarithms."""
     x = np.where(chosen, np.log(distances), 0.0)
     y = np.log(np.where(chosen, counts, 1))
     return np.stack([term.sum(axis=0) for term in (1.0 * chosen, x, y, x * x, x * y)], axis=1)
@@ -74,12 +80,12 @@ def _slopes(sums: Float64[np.ndarray, "... 5"]) -> Float64[np.ndarray, "..."]:
 
 
 def _resampled(n: int, rng: np.random.Generator) -> Float64[np.ndarray, "resamples n"]:
-    """How often each of n poses is in each bootstrap sample."""
+    """Draw how often each of n poses is in each bootstrap sample."""
     return rng.multinomial(n, np.full(n, 1 / n), size=RESAMPLES).astype(np.float64)
 
 
 def _spearman(level: Ints, size: Ints, weight: Weights) -> Float64[np.ndarray, " resamples"]:
-    """Correlation of ranks, in samples that hold each part ``weight`` times; equals share ranks."""
+    """Return the correlation of ranks in samples that hold each part ``weight`` times."""
     a, b = (_ranks(values, weight) for values in (level, size))
     total = weight.sum(axis=1, keepdims=True)
     a, b = (ranks - (weight * ranks).sum(axis=1, keepdims=True) / total for ranks in (a, b))

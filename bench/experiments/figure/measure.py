@@ -54,5 +54,5 @@ def scene_hash(points: tuple[Point, ...]) -> str:
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
-    """Sizes of the run, and of the bootstrap."""
+    """Return the sizes of the run, and the number of bootstrap samples."""
     return {**effort.sizes, "bootstrap_samples": RESAMPLES}

@@ -1,4 +1,4 @@
-"""Counting the parts of one object that are displayed, in random poses, from random directions."""
+"""How many parts of one object are displayed, in random poses, from random directions?"""
 
 import hashlib
 import json
@@ -22,8 +22,8 @@ UM_PER_M = 1e6
 class Approaches:
     """Poses of one object, each looked at from a direction of its own.
 
-    origins (poses, parts, 3) of its parts, from the origin of the whole object [m]
-    directions (poses, 3) unit vectors from that origin to the eye
+    origins     (poses, parts, 3) of its parts, from the origin of the whole object [m]
+    directions  (poses, 3) unit vectors from that origin to the eye
     """
 
     origins: np.ndarray
@@ -34,7 +34,7 @@ class Approaches:
 
 
 def approaches(thing: RiggedPrototype, poses: int, rng: np.random.Generator) -> Approaches:
-    """Poses within the joint limits, directions even over the sphere."""
+    """Draw poses within the joint limits, and directions even over the sphere."""
     origin, _ = thing.rig.frames(thing.rig.random_turns(rng, poses))
     origin = origin[:, thing.joint]
     directions = rng.normal(size=(poses, 3))
@@ -43,7 +43,7 @@ def approaches(thing: RiggedPrototype, poses: int, rng: np.random.Generator) -> 
 
 
 def displayed_parts(seen: Approaches, limits: Limits, distances: Distances) -> Counts:
-    """How many parts are displayed at each distance in each pose: those nearer than their limit."""
+    """Count the parts nearer than their limit, at each distance in each pose."""
     rows = [_displayed(seen, limits, seen.directions * far[:, None]) for far in distances]
     return np.stack(rows)
 
@@ -54,7 +54,7 @@ def _displayed(seen: Approaches, limits: Limits, eye: Eyes) -> Int64[np.ndarray,
 
 
 def count(curve: Curve, poses: int, distances: Reals, seed: int) -> Counts:
-    """One curve; every metric and detail of a kind has the same poses and directions."""
+    """Count one curve; every metric and detail of a kind has the same poses and directions."""
     chance = np.random.SeedSequence((seed, EVERYTHING.index(curve.kind)))
     rng = np.random.Generator(np.random.Philox(chance))
     thing = object_of(curve.kind)
@@ -63,7 +63,7 @@ def count(curve: Curve, poses: int, distances: Reals, seed: int) -> Counts:
 
 
 def sizes(kind: str) -> dict[str, list[int]]:
-    """Every part: its level, its whole, and P in whole micrometres."""
+    """Return level, whole and P [µm] of every part, as columns."""
     tree = object_of(kind).hierarchy
     P_um = np.rint(tree.P * UM_PER_M).astype(np.int64)
     return {"level": tree.level.tolist(), "whole": tree.parent.tolist(), "P_um": P_um.tolist()}

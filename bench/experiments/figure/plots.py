@@ -14,13 +14,13 @@ from bench.runner.experiment import Table
 from bench.statistics.power_law import LEAST_ROWS, compare_with_log
 
 _BAND = 5, 95
-"""Percentiles of the poses that the band reaches to."""
+"""The percentiles of the poses at both edges of the band."""
 
 _AXIS = "distance of the eye (m)", "parts displayed"
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Parts against distance for every kind and detail; then sizes against level."""
+    """Draw parts against distance for every kind and detail; then sizes against level."""
     by_look: dict[tuple[str, float], list[Counted]] = {}
     for curve in counted(record.points):
         by_look.setdefault((curve.kind, curve.detail), []).append(curve)
@@ -82,7 +82,7 @@ def _told(curve: Counted, claim: Claim) -> str:
 
 
 def _rival(curve: Counted) -> str:
-    """Whether the logarithm of distance does better, of mean counts where the line is fitted."""
+    """Say whether the logarithm of distance describes mean counts better than the line does."""
     rows = np.flatnonzero(curve.between.all(axis=1))
     if len(rows) < LEAST_ROWS:
         return ""

@@ -1,7 +1,7 @@
-"""What posing costs: the joints of a figure composed by quaternions and by matrices (§3.3).
+"""What does posing cost by quaternions, and what by matrices? (§3.3)
 
 Both are given the turns of all joints in their own form and place the same points. Times are those
-of one thread's processor; the two take turns, so that what else the machine does falls on both.
+of one thread's processor; the two take turns, so that what else the machine does slows both.
 """
 
 import time
@@ -17,9 +17,9 @@ from scenes.rig.rotations import matrices
 def posing(
     task: str, poses: int, repeats: int, seed: int
 ) -> tuple[dict[str, Any], dict[str, list[int]]]:
-    """Pose the person both ways, in turns; the first of each, which compiles, is not counted.
+    """Pose the person both ways in turns, and time it; the first of each compiles and is left out.
 
-    Gives what was posed: ``poses`` in each repeat, ``joints`` and ``points`` of each pose, and
+    Returns what was posed: ``poses`` in each repeat, ``joints`` and ``points`` of each pose, and
     ``apart_m``, the greatest difference between what the two placed [m]; and the times of every
     repeat, ``quaternions_ns`` and ``matrices_ns``.
     """

@@ -1,9 +1,8 @@
-"""The same chain of joints composed by quaternions and by rotation matrices, to compare their cost
-(§3.3).
+"""Which is cheaper for a chain of joints, quaternions or rotation matrices? (§3.3)
 
-The paper holds quaternions to be the cheaper, having no redundant terms [41]. Both kernels do the
-same work: the turn of each joint is multiplied into that of its parent, its offset turned and
-added, and some points of each joint placed. They agree to rounding.
+The paper takes quaternions to be the cheaper, having no redundant terms. Both kernels do the same
+work: they multiply the turn of each joint into that of its parent, turn and add its offset, and
+place some points of each joint. They agree to rounding.
 """
 
 import numpy as np
@@ -18,8 +17,9 @@ Placed = Float64[np.ndarray, "n j p 3"]
 def placed_by_quaternions(
     parent: np.ndarray, offset: np.ndarray, turns: np.ndarray, points: np.ndarray
 ) -> Placed:
-    """Points (j, p, 3) of every joint of n poses, turns (n, j, 4); p = 0 composes joints alone (no
-    output).
+    """Place the points (j, p, 3) of every joint of n poses, from turns (n, j, 4).
+
+    With p = 0 joints are composed alone, and nothing is returned.
     """
     return _by_quaternions(parent, offset, turns, points)
 
@@ -27,7 +27,7 @@ def placed_by_quaternions(
 def placed_by_matrices(
     parent: np.ndarray, offset: np.ndarray, matrices: np.ndarray, points: np.ndarray
 ) -> Placed:
-    """The same from rotation matrices (n, j, 3, 3)."""
+    """Place the points (j, p, 3) of every joint from rotation matrices (n, j, 3, 3)."""
     return _by_matrices(parent, offset, matrices, points)
 
 

@@ -6,13 +6,13 @@ from bench.statistics.estimates import two_sided_quantile
 from lod.arrays import Reals
 
 MOST, SHARE = 4.0, 0.95
-"""Refuted where more than 5 % of the objects have more parts to a pixel than this."""
+"""The ratio that at most 5 % of the objects may exceed, and the share that may not."""
 
 _SOURCE = "§4.1"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """One claim for every point, by pixels covered."""
+    """Return one claim for every point, by pixels covered."""
     return tuple(_claim(point) for point in points)
 
 
@@ -28,7 +28,7 @@ def _claim(point: Point) -> Claim:
 
 
 def ratios(point: Point, out_of: str = "pixels") -> Reals:
-    """Parts over pixels of every object; over ``area``, where it is not 0, in pixels."""
+    """Return parts ÷ pixels of every object, or parts ÷ ``area`` [px] where it is not 0."""
     parts, covered = (point.values(k) for k in ("parts", out_of))
     if out_of == "area":
         covered = covered / 1000

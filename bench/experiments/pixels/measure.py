@@ -1,8 +1,8 @@
 """Does an object ever consist of many more parts than the pixels that it covers? (§4.1)
 
-Displayed objects of a field, each drawn alone, so that nothing hides it: every stick is the hull of
-two discs on the picture plane, looked up at FINENESS² places of each pixel. A pixel is covered when
-any of its places is; ``area`` counts the places themselves.
+Each displayed object of a field is drawn alone, so that nothing hides it: every stick is the hull
+of two discs on the picture plane, sampled at FINENESS² places of each pixel. A pixel is covered
+when any of its places is; ``area`` counts the places themselves.
 """
 
 from dataclasses import dataclass
@@ -29,19 +29,19 @@ SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")
 DETAILS = (1.0, 4.0)
 FINENESS = 4
-"""Places looked up along each side of a pixel."""
+"""The places that are sampled along each side of a pixel."""
 
 WIDTH_PX = 640
 THINNER = 1 / 2
-"""Density over that of the experiments on sight: a thousand objects are enough."""
+"""Density ÷ that of the experiments on haze and eye: a thousand objects are enough."""
 
 NEAREST = 2.0
-"""Nearer than so many bounds an object is left out: it is about the eye, not before it."""
+"""The distance, in bounds of an object, below which it is left out: it is about the eye."""
 
 
 @dataclass(frozen=True)
 class Covered:
-    """Of every object: its parts, pixels that it covers, and their area in thousandths."""
+    """Columns over objects: parts, pixels covered, and area in thousandths of a pixel."""
 
     parts: list[int]
     pixels: list[int]
@@ -50,7 +50,7 @@ class Covered:
 
 @dataclass(frozen=True)
 class Case:
-    """A species, the metric and detail [px] that prune it, and at most how many objects."""
+    """A species, the metric and detail [px] that prune it, and the most objects that are drawn."""
 
     species: str
     metric: str
@@ -59,7 +59,7 @@ class Case:
 
 
 def cases(effort: Effort, metric: str | None = None) -> list[Case]:
-    """Every species by every metric, ``metric`` too, and detail."""
+    """Return every species by every metric and detail; ``metric`` is one of them."""
     metrics = (*METRICS_TRIED, *([metric] if metric else []))
     return [Case(s, m, d, effort["objects"]) for s in SPECIES for m in metrics for d in DETAILS]
 
@@ -70,14 +70,14 @@ def scene_hash(points: tuple[Point, ...]) -> str:
 
 
 def measure(case: Case, seed: int) -> Point:
-    """Parts, pixels and area of objects of one field."""
+    """Measure parts, pixels and area of the objects of one field."""
     found = drawn(case.species, case.metric, case.detail, case.objects, seed)
     named = {"species": case.species, "metric": case.metric, "detail": case.detail}
     return Point(named, samples=columns(vars(found)))
 
 
 def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Covered:
-    """Up to ``most`` displayed objects of one field, drawn by lot."""
+    """Choose up to ``most`` displayed objects of one field, at random."""
     view = View(camera(WIDTH_PX), metric_by_name(metric), detail, look_around=True)
     density = THINNER * density_of(species, view.m)
     kind = Species("pixels", prototypes_with(species, None), density)
@@ -100,14 +100,14 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Cov
 
 
 def _by_object(owner: np.ndarray, chosen: np.ndarray) -> list[np.ndarray]:
-    """Rows of the sticks of each object; sticks of one object stand together."""
+    """Return the rows of the sticks of each object, which follow each other."""
     order = np.argsort(owner, kind="stable")
     ends = np.searchsorted(owner[order], [chosen, chosen + 1])
     return [order[a:b] for a, b in ends.T]
 
 
 def stick_rows(shape: Sticks, rows: Ints) -> tuple[np.ndarray, ...]:
-    """Ends and radii of some sticks."""
+    """Return the ends and radii of some sticks."""
     return tuple(
         np.asarray(each[rows])
         for each in (shape.start, shape.end, shape.start_radius, shape.end_radius)
@@ -115,9 +115,9 @@ def stick_rows(shape: Sticks, rows: Ints) -> tuple[np.ndarray, ...]:
 
 
 def covered(sticks: tuple[np.ndarray, ...], view: View, phase: Ints) -> tuple[int, float]:
-    """Pixels that sticks cover, seen alone and aimed at, and the area of that [px].
+    """Count the pixels that sticks cover, seen alone and aimed at, and their area [px].
 
-    phase: where the grid of pixels begins, in places looked up, (2,)
+    ``phase`` (2,) is where the grid of pixels begins, in sampled places.
     """
     start, end, start_radius, end_radius = sticks
     eye, theta = view.camera.eye, view.camera.pixel_angle

@@ -13,7 +13,7 @@ _AXIS = "parts ÷ pixels covered", "share of the objects that have more"
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """A plot for each species and detail: the share of objects beyond each ratio."""
+    """Draw, for each species and detail, the share of objects beyond each ratio."""
     kinds = grouped(record.points, "species", "detail")
     return tuple(_plot(points, *kind) for kind, points in kinds.items())
 

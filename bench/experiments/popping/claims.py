@@ -17,20 +17,20 @@ WAYS = {
     "fading": ("view.fade=0.2",),
     "clipped": ("view.fade=0.0",),
 }
-"""How a walk is pruned, and the settings that say so."""
+"""The ways to prune a walk, and the settings of each."""
 
 QUANTILES = (0.99, 0.999, 0.9999)
 UNEXPLAINED, SWITCHED = "unexplained", "switched"
-"""Of what motion does not explain: with samples of its own in each frame, and with the same."""
+"""Columns of what motion does not explain: frames have own samples, or the same ones."""
 
 _PLANTED = "clipped"
-"""The way that is there to pop, so that the test is seen to find it."""
+"""The way that is meant to pop, which shows that the test finds popping."""
 
 _SOURCE = "§1.2"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Switches against the law; their size; and what fading leaves of popping."""
+    """Claim switches and their sizes against the law, and what fading leaves of popping."""
     counted = where(points, what="switches")
     walks = {p.case["way"]: p for p in where(points, what="walk")}
     made = [each for point in counted for each in (_law(point), _size(point))]
@@ -80,5 +80,5 @@ def _residuals(walks: dict[str, Point]) -> list[Claim]:
 
 
 def _worst(point: Point, quantity: str = UNEXPLAINED) -> Reals:
-    """The largest changes of every walk, at the highest quantile."""
+    """Return the largest changes of every walk, at the highest quantile."""
     return point.values(quantity, quantile=QUANTILES[-1])

@@ -1,9 +1,9 @@
 """How much comes and goes from frame to frame, how large is it, and does fading hide it? (§1.2)
 
-Switches of a walk across a field, all round, are counted and predicted: a part switches where its
-disc of radius √(D² − h²) about the eye gains or loses it, so that a step s switches K times the
-area in one of two such discs and not in the other. Then short walks are rendered unpruned, pruned
-with fading and without, and what motion does not explain of each is told (``popping_measure``).
+Switches of a walk across a field, seen all round, are counted and predicted. A part switches where
+its disc of radius √(D² − h²) about the eye gains or loses it, so a step s switches K times the area
+in one of two such discs and not in the other. Then short walks are rendered unpruned, pruned with
+fading and pruned without; ``unexplained_change`` measures what motion does not explain.
 """
 
 import hashlib
@@ -38,10 +38,10 @@ from scenes.world.world import build_world
 SPECIES = ("figure", "tree")
 WIDTH_PX, STEP_M, FRAMES = 640, 2.0, 8
 DENSER = {"figure": 0.25, "tree": 1.0}
-"""Density over that of the experiments on sight."""
+"""Density ÷ that of the experiments on haze and eye."""
 
 SIZED = 8
-"""Fields of which the size and distance of every switch are kept."""
+"""The number of fields of which the size and distance of every switch are recorded."""
 
 _RENDERED = 5
 
@@ -65,7 +65,7 @@ WALK = (
 
 @dataclass(frozen=True)
 class Switches:
-    """A species whose switches are counted, over so many fields."""
+    """A species whose switches are counted, and the number of fields."""
 
     species: str
     fields: int
@@ -73,7 +73,7 @@ class Switches:
 
 @dataclass(frozen=True)
 class Walks:
-    """So many walks that are pruned in one way, and the variant that renders them."""
+    """The number of walks that are pruned in one way, and the variant that renders them."""
 
     way: str
     walks: int
@@ -81,25 +81,25 @@ class Walks:
 
 
 def cases(effort: Effort) -> list[Switches | Walks]:
-    """Switches of every species; then walks in every way."""
+    """Return switches of every species, then walks in every way."""
     switches = [Switches(name, effort["fields"]) for name in SPECIES]
     return [*switches, *(Walks(way, effort["walks"], choose()) for way in WAYS)]
 
 
 def measure(case: Switches | Walks, seed: int) -> Point:
-    """Switches of a species, or changes that motion does not explain."""
+    """Count the switches of a species, or measure changes that motion does not explain."""
     return _switches(case, seed) if isinstance(case, Switches) else _walks(case, seed)
 
 
 def view_at_step(step: int) -> View:
-    """All round, ``step`` steps along the walk."""
+    """Return the view all round after ``step`` steps of the walk."""
     eye = np.array((0.0, step * STEP_M, EYE_HEIGHT_M))
     camera = camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, 60.0, (WIDTH_PX, 360))
     return View(camera, METRICS["blake"], look_around=True)
 
 
 def _switches(case: Switches, seed: int) -> Point:
-    """Every field's switches; and of each switch its size and its distance, in thousandths."""
+    """Count every field's switches; each has a size and a distance, in thousandths."""
     species = case.species
     prototypes, m = prototypes_with(species, None), view_at_step(0).m
     density = DENSER[species] * density_of(species, m)
@@ -130,14 +130,14 @@ def _switches(case: Switches, seed: int) -> Point:
 
 
 def only_in(here: Cut, there: Cut) -> np.ndarray:
-    """Rows of the parts that are displayed here and not there."""
+    """Return the rows of the parts that are displayed in one cut and not in another."""
     one, other = (seen_of(cut, np.ones(len(cut))).key for cut in (here, there))
     _, first = np.unique(np.concatenate((other, one)), axis=0, return_index=True)
     return np.asarray(first[first >= len(other)] - len(other))
 
 
 def expected_switches(prototypes: tuple[Prototype, ...], density: float, m: float) -> float:
-    """Mean number of parts that a step switches, by the law alone (§4.1)."""
+    """Predict the mean number of parts that a step switches, by the law alone (§4.1)."""
     total = 0.0
     for tree in (each.hierarchy for each in prototypes):
         height = EYE_HEIGHT_M - tree.position[:, 2]
@@ -147,14 +147,17 @@ def expected_switches(prototypes: tuple[Prototype, ...], density: float, m: floa
 
 
 def in_one_only(radius: Reals, step: float) -> Reals:
-    """Area in one of two equal discs and not in the other, ``step`` between them, (n,) [m²]."""
+    """Return the area in one of two equal discs and not in the other, (n,) [m²].
+
+    ``step`` is the distance between their centres [m].
+    """
     share = np.clip(step / np.maximum(2 * radius, 1e-300), 0.0, 1.0)
     lens = 2 * radius**2 * (np.arccos(share) - share * np.sqrt(1 - share**2))
     return 2 * (math.pi * radius**2 - lens)
 
 
 def _walks(case: Walks, seed: int) -> Point:
-    """Parts popped between frames, and the largest changes that motion does not explain."""
+    """Count the parts that pop between frames, and measure changes that motion does not explain."""
     popped: list[int] = []
     changes: dict[tuple[str, float], list[int]] = {}
     for number in range(case.walks):

@@ -11,7 +11,7 @@ _SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99)
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """How switching distances are spread."""
+    """Draw how switching distances are distributed."""
     points = where(record.points, what="switches")
     drawn, words = [], []
     for point in points:

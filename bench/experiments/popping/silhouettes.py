@@ -1,8 +1,8 @@
-"""Pictures to see popping in: what covers what, under a white sky, without shade or air.
+"""What covers what in a frame? Pictures under a white sky, without shade or air, show popping.
 
 A pixel is the mean over its samples of the albedo that they meet, in luminance, and 1 where they
-meet the sky: things as bright as they would be in even light from all around, if nothing shaded
-them. Only sampling is left of noise.
+meet the sky: things are as bright as they would be in even light from all around, unshaded. The
+only noise left is that of sampling.
 """
 
 import gc
@@ -23,7 +23,7 @@ from scenes.render.pipeline.stages import build_frame, trace
 from scenes.world.light import Light
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
-"""Of linear Rec.709 (ITU-R BT.709)."""
+"""The weights of linear Rec.709 in luminance (ITU-R BT.709)."""
 
 Picture = Float32[np.ndarray, "h w"]
 
@@ -36,9 +36,10 @@ def silhouettes(
     quality: Quality,
     samples: tuple[int, ...],
 ) -> tuple[Picture, ...]:
-    """Pictures of what a frame displays, as it stands at a time, from any camera near it.
+    """Render what a frame displays, as it is at a time, from any camera near it.
 
-    One for each number of ``samples``: the frame whose places in each pixel are looked at.
+    There is a picture for each number of ``samples``: the frame whose places in each pixel are
+    sampled.
     """
     corner = next(each.posing.view.camera.corner for each in shown if each.posing)
     here = replace(camera, corner=corner, eye=eye_relative_to(corner, camera))
@@ -52,7 +53,7 @@ def silhouettes(
 
 
 def whitened(visible: DisplayedRepresentation) -> DisplayedRepresentation:
-    """The same in colours that say their luminance, and 1: how much of a pixel is covered."""
+    """Return a displayed representation in grey of its luminance: how much of a pixel it covers."""
     shape = visible.shape
     if isinstance(shape, Sticks):
         return replace(visible, shape=replace(shape, tints=_whitened(shape.tints)))

@@ -1,9 +1,9 @@
-"""Popping: what appears or vanishes at full size, and what changes that motion does not explain.
+"""What appears or vanishes at full size, and what changes that motion does not explain?
 
-Two figures of a walk, each of pairs of consecutive frames. Parts that are displayed in one frame
-only and show more than half of themselves there, though both frames have them in view, have popped.
-And what a frame displays is moved to where it is a frame later, and seen from where the eye is by
-then (``popping_picture``): what the next frame shows otherwise, motion does not explain.
+Both are measured of consecutive frames of a walk. Parts that are displayed in one frame only and
+show more than half of themselves there, though both frames have them in view, have popped. And what
+a frame displays is moved to where it is a frame later, and rendered from where the eye is by then
+(``silhouettes``): what the next frame shows otherwise, motion does not explain.
 """
 
 from collections.abc import Iterator, Sequence
@@ -29,15 +29,17 @@ from scenes.world.view import view_at
 from scenes.world.world import World
 
 AT_FULL_SIZE = 0.5
-"""Share of itself from which on a part that comes or goes is said to pop."""
+"""The share of itself from which on a part that comes or goes is said to pop."""
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
     """The parts of one representation in one frame.
 
-    key (n, 4) what identifies them in every frame; size (n,) share of themselves that they show
-    centre (n, 3), bound (n,) their spheres, from the frame's corner [m]
+    key     (n, 4) integers that identify them in every frame
+    size    (n,) share of themselves that they show
+    centre  (n, 3) centres of their spheres, from the frame's corner [m]
+    bound   (n,) radii of their spheres [m]
     """
 
     key: np.ndarray
@@ -58,9 +60,7 @@ class Frame:
     seen: dict[str, Seen]
 
     def walked(self, name: str, time_s: float) -> Points:
-        """How far the objects of the parts that it displays of a species go until a time, (n, 3)
-        [m].
-        """
+        """Return how far the objects of displayed parts walk until a time, (n, 3) [m]."""
         posing = next(each.posing for each in self.shown if each.name == name)
         assert posing is not None
         now, then = posing.parts, posing.parts_at(time_s)
@@ -69,7 +69,7 @@ class Frame:
 
 
 def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) -> Iterator[Frame]:
-    """The frames of a walk, one after the other, as these presets have them by turns."""
+    """Yield the frames of a walk, one after the other, for each of these presets in turn."""
     for number in frames:
         preset = presets[number % len(presets)]
         view, shown, seen = view_at(world, preset, number), [], {}
@@ -84,7 +84,7 @@ def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) ->
 
 
 def seen_of(cut: Cut, size: Reals) -> Seen:
-    """Who the parts of a species' cut are, and where."""
+    """Return the parts of a species' cut, and where they are."""
     parts = cut.parts
     samples, who = parts.state.samples, parts.object
     key = np.stack(
@@ -94,14 +94,14 @@ def seen_of(cut: Cut, size: Reals) -> Seen:
 
 
 def popped(before: Frame, after: Frame) -> int:
-    """Parts that appear or vanish at full size, in view before and after."""
+    """Return the parts that appear or vanish at full size, in view before and after."""
     return sum(
         _only_in(before, after, name) + _only_in(after, before, name) for name in before.seen
     )
 
 
 def _only_in(frame: Frame, next_to: Frame, name: str) -> int:
-    """Parts displayed here and not there, at full size and in view of both as they are by then."""
+    """Return the parts of one frame that are not displayed in the other, though in view of both."""
     here, there, view, other = frame.seen[name], next_to.seen[name], frame.view, next_to.view
     both = np.concatenate((there.key, here.key))
     _, first = np.unique(both, axis=0, return_index=True)
@@ -116,19 +116,19 @@ def _only_in(frame: Frame, next_to: Frame, name: str) -> int:
 
 
 def shift(old: Camera, new: Camera) -> Float64[np.ndarray, "3"]:
-    """What to add to a place of the old frame to have it in the new one [m]."""
+    """Return what to add to a place in the old frame's coordinates for the new one's [m]."""
     a, b = old.corner, new.corner
     return GRID_M * np.array((a.x - b.x, a.y - b.y, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A measured walk, frame after frame but the first, (f - 1, …).
+    """A measured walk: columns over its frames but the first, (f − 1, …).
 
     popped       parts that came or went at full size
-    unexplained  of every pixel, what motion does not explain: each frame has samples of its own
-    switched     the same with the same samples in both, so that no noise is left
-    picture      of the frame
+    unexplained  change of every pixel that motion does not explain; frames have own samples
+    switched     that change where both frames have the same samples, so that no noise is left
+    picture      picture of the frame
     """
 
     popped: np.ndarray
@@ -142,7 +142,7 @@ class Walk:
 
 
 def walk(world: World, presets: Sequence[Preset], frames: Sequence[int], variant: str) -> Walk:
-    """Measure consecutive frames of a walk, as these presets have them by turns."""
+    """Measure consecutive frames of a walk, for each of these presets in turn."""
     light, quality = sun_and_sky(presets[0]), frame_quality(presets[0], variant)
     counts, changes, before = [], [], None
     for number, after in zip(frames, frames_of(world, presets, frames), strict=True):

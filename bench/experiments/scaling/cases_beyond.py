@@ -1,8 +1,8 @@
-"""Cases beyond even, flat, clear ground: what the law still knows, and where the bare one breaks.
+"""What does the law predict beyond even, flat, clear ground, and where does the bare one fail?
 
-The bare law is πK((P + R)/m)² (§4.1). What it leaves out is swept here one at a time, from where it
-hardly matters to where it decides; the law with its terms for species, hills, K, eye height and air
-predicts every case.
+The bare law is πK((P + R)/m)² (§4.1). What it leaves out is swept here one quantity at a time, from
+where it hardly matters to where it decides; the law with its terms for species, hills, K, eye
+height and air predicts every case.
 """
 
 from dataclasses import dataclass, replace
@@ -13,15 +13,15 @@ _M = 0.0045
 """The detail angle of all sweeps but those of detail [rad]: the middle of the others' sweeps."""
 
 _REACH_M = 400.0
-"""About the limit distance of a person at that angle [m]."""
+"""The limit distance of a person at that angle, roughly [m]."""
 
 _DENSITY = 3.6e-3
-"""So that some 1800 people are within it [1/m²]."""
+"""The density at which some 1800 people are within that distance [1/m²]."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """What is swept, in words for a plot's axis; what a sweep shows; which key it varies."""
+    """One sweep: its axis and its title in words, and the key of a case that it varies."""
 
     axis: str
     title: str
@@ -41,7 +41,7 @@ BEYOND = {
 
 
 def beyond_cases() -> tuple[Case, ...]:
-    """Every sweep, the mildest case first."""
+    """Return every sweep, the mildest case first."""
     person = _at(Case("", "figure", "blake", _DENSITY), _M)
     several = replace(person, species="figure+tree+boulder")
     made = {
@@ -61,17 +61,17 @@ def beyond_cases() -> tuple[Case, ...]:
 
 
 def swept_beyond(case: Case) -> float:
-    """The quantity that the case's sweep varies."""
+    """Return the quantity that the case's sweep varies."""
     return float(getattr(case, BEYOND[case.sweep].key))
 
 
 def _at(case: Case, m: float) -> Case:
-    """The case with the detail threshold that gives this m."""
+    """Return the case with the detail threshold that gives this m."""
     return replace(case, detail=case.detail * m / case.m)
 
 
 def _reaching(case: Case, far_m: float) -> Case:
-    """The limit distance of a person about so far, and as many people within it."""
+    """Return the case whose people are displayed up to about a distance, and are as many."""
     nearer = _REACH_M / far_m
     return replace(_at(case, _M * nearer), density=_DENSITY * nearer**2)
 

@@ -13,7 +13,7 @@ from bench.records.points import Point, grouped
 from bench.statistics.estimates import Estimate, two_sided_ratio, two_sided_slope
 
 FAR = 20.0
-"""Slopes against m are claimed where the limit distance exceeds this many eye heights."""
+"""The limit distance, in eye heights, from which on slopes against m are claimed."""
 
 _LAW = "§4.1"
 _PREFACTOR = "§4.1, prefactor"
@@ -21,7 +21,7 @@ _PREFACTOR = "§4.1, prefactor"
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Fields of some points, one row each: what was counted, swept, predicted, and its noise."""
+    """Fields of some points, one row each: counts, swept values, predictions and dispersion."""
 
     counts: np.ndarray
     swept: np.ndarray
@@ -29,25 +29,25 @@ class Rows:
     dispersion: np.ndarray
 
     def against_sweep(self) -> Estimate:
-        """Exponent against what was swept."""
+        """Estimate the exponent of counts against what was swept."""
         return two_sided_slope(self.counts, self.swept, self.dispersion)
 
     def against_prediction(self) -> Estimate:
-        """Exponent against the law's own prediction."""
+        """Estimate the exponent of counts against the law's prediction."""
         return two_sided_slope(self.counts, self.predicted, self.dispersion)
 
     def over_prediction(self) -> Estimate:
-        """Measured ÷ predicted."""
+        """Estimate measured ÷ predicted."""
         return two_sided_ratio(self.counts, self.predicted, self.dispersion)
 
 
 def case_of(point: Point) -> Case:
-    """The point's case."""
+    """Return the case of a point."""
     return Case(**point.case)
 
 
 def swept(point: Point) -> float:
-    """The quantity of the law that the point's sweep varies."""
+    """Return the quantity of the law that the point's sweep varies."""
     case = case_of(point)
     match case.sweep:
         case "density":
@@ -60,7 +60,7 @@ def swept(point: Point) -> float:
 
 
 def rows(points: Iterable[Point], what: str, examined: bool = False) -> Rows:
-    """All fields of the points; ``what`` is objects or parts."""
+    """Return all fields of the points; ``what`` is ``objects`` or ``parts``."""
     column = f"{what}_examined" if examined else what
     counts, values = [], []
     for point in points:
@@ -84,7 +84,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def noise_of(points: Sequence[Point]) -> dict[str, float]:
-    """Variance measured ÷ variance that the law predicts, of fields about their own prediction."""
+    """Estimate the variance of fields about their prediction ÷ the variance of the law."""
     return {
         f"{metric}/{species}/{what}": round(rows(chosen, what).over_prediction().scale, 4)
         for (species, metric), chosen in by_kind(points).items()
@@ -93,13 +93,13 @@ def noise_of(points: Sequence[Point]) -> dict[str, float]:
 
 
 def by_kind(points: Iterable[Point]) -> dict[tuple[Any, ...], list[Point]]:
-    """Points of SWEEPS by species and metric, in the order they come."""
+    """Group points of SWEEPS by species and metric, in the order they come."""
     swept_points = (point for point in points if point.case["sweep"] in SWEEPS)
     return grouped(swept_points, "species", "metric")
 
 
 def _powers(name: str, points: list[Point]) -> list[Claim]:
-    """The exponents of K(P+R)²/m², and that the world's size is none of them."""
+    """Claim the exponents of K(P+R)²/m², and that the world's size has none."""
     made = []
     for sweep, (about, quantity, exponent, tolerance, keep) in _POWERS.items():
         chosen = [p for p in points if p.case["sweep"] == sweep and keep(p)]
@@ -112,7 +112,7 @@ def _powers(name: str, points: list[Point]) -> list[Claim]:
 
 
 def _prefactors(name: str, points: list[Point]) -> list[Claim]:
-    """Counts against their own prediction: the exponent and the prefactor, everywhere."""
+    """Claim the exponent and the prefactor of counts against their own prediction."""
     made = []
     for what in ("objects", "parts"):
         data = rows(points, what)
@@ -127,7 +127,7 @@ def _prefactors(name: str, points: list[Point]) -> list[Claim]:
 
 
 def _search(name: str, points: list[Point]) -> list[Claim]:
-    """What has to be looked at: never more than in proportion, whatever the world."""
+    """Claim that what is examined grows no faster than in proportion, whatever the world."""
     world = [p for p in points if p.case["sweep"] == "world" and beyond(p)]
     endless = [p for p in points if p.case["extent"] is None]
     made = []
@@ -157,7 +157,7 @@ def _far(point: Point) -> bool:
 
 
 def beyond(point: Point) -> bool:
-    """Whether the world reaches beyond the limit distance on all sides."""
+    """Say whether the world reaches beyond the limit distance on all sides."""
     return float(point.case["extent"] or np.inf) > 2 * point.prediction("farthest_limit")
 
 
@@ -175,4 +175,4 @@ _POWERS: dict[str, Power] = {
         beyond,
     ),
 }
-"""Per sweep: the claim in words, against what, the exponent, how near, and which points count."""
+"""For each sweep the claim in words, its axis, the exponent, its tolerance, and its points."""

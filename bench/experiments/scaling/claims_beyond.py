@@ -1,8 +1,8 @@
-"""What is claimed of mixed species, hills, uneven K, near things, high eyes and haze (§4.1).
+"""Does the law hold for mixed species, hills, uneven K, near things, high eyes and haze? (§4.1)
 
-The law that knows of a case must hold in it. The bare law is tried at the mildest and the hardest
-of each sweep: where the knowing law itself is further from it than it may be, it is expected to
-fail, and that it does refutes nothing.
+The full law must hold in every case. The bare law is tried at the mildest and the hardest case of
+each sweep: where the full law's prediction is further from it than the tolerance, it is expected to
+fail, and that it does so refutes nothing.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ _WORDS = {
 
 
 def judge_beyond(points: Sequence[Point]) -> list[Claim]:
-    """Of every sweep: does the law know it, and does the bare one, mildest and hardest?"""
+    """Claim, for every sweep, the full law, and the bare law at both ends of the sweep."""
     made: list[Claim] = []
     for sweep, words in _WORDS.items():
         chosen = where(points, sweep=sweep)
@@ -43,7 +43,7 @@ def judge_beyond(points: Sequence[Point]) -> list[Claim]:
 
 
 def over_law(points: Sequence[Point], what: str) -> Estimate:
-    """Measured ÷ predicted over all fields of some points, each with its own dispersion."""
+    """Estimate measured ÷ predicted over all fields of points, each with its own dispersion."""
     counts = [p.values(what) for p in points]
     means = [p.prediction(what) for p in points]
     noise = [p.prediction(f"{what}_variance") / p.prediction(what) for p in points]
@@ -54,7 +54,7 @@ def over_law(points: Sequence[Point], what: str) -> Estimate:
 
 
 def over_bare(point: Point) -> Estimate:
-    """Objects measured ÷ those of the bare law, of one point."""
+    """Estimate objects measured ÷ those of the bare law, of one point."""
     found, share = (
         over_law([point], "objects"),
         point.prediction("objects") / point.prediction("bare"),

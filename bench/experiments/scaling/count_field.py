@@ -1,4 +1,4 @@
-"""Counting one field of a case, by the real field and the real pruner."""
+"""How many objects and parts has one field of a case, by the real field and the real pruner?"""
 
 import hashlib
 import json
@@ -13,14 +13,14 @@ from scenes.field.species import Species
 from scenes.field.species_field import SpeciesField
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
-"""What is counted in a field: displayed and examined, in the order of a row."""
+"""What is counted in a field, displayed and examined, in the order of a row."""
 
 _GAMMA = np.uint64(0x9E3779B97F4A7C15)
 _MIX = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 
 
 def count_field(case: Case, seed: int) -> Row:
-    """The counts of one field, in the order of COLUMNS."""
+    """Count one field, in the order of COLUMNS."""
     cuts = [prune(each, view_of(case)) for each in fields_of(case, seed)]
     kept = [left(case, cut, seed) for cut in cuts]
     objects, parts = (sum(each) for each in zip(*kept, strict=True))
@@ -29,8 +29,10 @@ def count_field(case: Case, seed: int) -> Row:
 
 
 def fields_of(case: Case, seed: int) -> list[SpeciesField]:
-    """One field for each species, all of one density between them; the denser the more is left
-    out of them again."""
+    """Build a field for each species of a case; its density is shared evenly among them.
+
+    Where objects are gathered unevenly the fields are denser, because ``left`` drops some objects.
+    """
     names = case.species.split("+")
     K, ground = case.density / KEPT[case.gathered] / len(names), ground_of(case)
     return [
@@ -40,7 +42,7 @@ def fields_of(case: Case, seed: int) -> list[SpeciesField]:
 
 
 def left(case: Case, cut: Cut, seed: int) -> tuple[int, int]:
-    """Objects and parts of a cut that stand where the case has any."""
+    """Count the objects and the parts of a cut that remain after thinning."""
     if case.gathered == "evenly":
         return cut.displayed_objects, cut.displayed_parts
     parts = cut.parts
@@ -51,8 +53,11 @@ def left(case: Case, cut: Cut, seed: int) -> tuple[int, int]:
 
 
 def stands(case: Case, xy: np.ndarray, seed: int) -> np.ndarray:
-    """Which objects at these places [m] there are, (n,): an independent choice for each, or for
-    each patch. Whether a Poisson field is thinned before pruning or after is all the same."""
+    """Say which objects at these places [m] remain after thinning, (n,).
+
+    The choice is independent for each object, or for each patch. A Poisson field may be thinned
+    after pruning as well as before.
+    """
     rng = np.random.Generator(np.random.Philox(seed))
     if case.gathered == "patches":
         cell = np.floor(xy / case.scale + rng.random(2)).astype(np.int64)
@@ -65,8 +70,11 @@ def stands(case: Case, xy: np.ndarray, seed: int) -> np.ndarray:
 
 
 def chance(seed: int, cells: np.ndarray) -> np.ndarray:
-    """A number in [0, 1) for each cell (n, 2), the same whenever it is asked: SplitMix64 (Steele,
-    Lea & Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014)."""
+    """Return a number in [0, 1) for each cell (n, 2), always the same for a seed and a cell.
+
+    It is SplitMix64 (Steele, Lea & Flood, "Fast splittable pseudorandom number generators", OOPSLA
+    2014).
+    """
     word = np.full(len(cells), seed, np.uint64)
     with np.errstate(over="ignore"):
         for column in cells.T:
@@ -78,13 +86,13 @@ def chance(seed: int, cells: np.ndarray) -> np.ndarray:
 
 
 def seed_of(case: Case, seed: int, index: int) -> int:
-    """A field's own seed, in 63 bits, independent for every case, run seed and index."""
+    """Return a field's own seed, in 63 bits, independent for every case, run seed and index."""
     text = json.dumps([case.as_json(), seed, index], sort_keys=True)
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1
 
 
 def scene_hash(cases: tuple[Case, ...]) -> str:
-    """Return the SHA-256 of every case and of every prototype's hierarchy: what was measured."""
+    """Return the SHA-256 of every case and of every prototype's hierarchy."""
     digest = hashlib.sha256(json.dumps([case.as_json() for case in cases], sort_keys=True).encode())
     for species in sorted({name for case in cases for name in case.species.split("+")}):
         for prototype in prototypes_of(species, 1.0):

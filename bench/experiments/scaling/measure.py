@@ -16,30 +16,30 @@ from bench.statistics.estimates import fields_needed
 from bench.statistics.sample_size import StoppingRule, sample, worst_error
 
 _JUDGED = 2
-"""Objects and parts displayed decide how many fields there are; what was examined follows."""
+"""The number of columns, objects and parts displayed, that decide how many fields there are."""
 
 
 @dataclass(frozen=True)
 class SampledCase:
-    """A case, and when there are enough fields of it."""
+    """A case, and the rule that says when it has enough fields."""
 
     case: Case
     rule: StoppingRule
 
     @property
     def label(self) -> str:
-        """The case in short."""
+        """The name of the case, in short."""
         return f"{self.case.species}, {self.case.metric}, {self.case.sweep}"
 
 
 def cases(effort: Effort, metric: str | None = None) -> list[SampledCase]:
-    """The whole grid: even, flat, clear ground, and what is beyond it; ``metric`` in it, too."""
+    """Return the whole grid: even, flat, clear ground, and what is beyond; ``metric`` is in it."""
     more = metric_cases(metric) if metric else ()
     return sampled_cases((*even_cases(), *beyond_cases(), *more), effort)
 
 
 def sampled_cases(grid: Sequence[Case], effort: Effort) -> list[SampledCase]:
-    """Cases with the rule that an effort makes for their fields."""
+    """Return cases with the rule that an effort makes for their fields."""
     return [SampledCase(case, StoppingRule(**effort.sizes)) for case in grid]
 
 
@@ -49,7 +49,7 @@ def scene_hash(points: tuple[Point, ...]) -> str:
 
 
 def measure(sampled: SampledCase, seed: int) -> Point:
-    """As many independent fields of the case as its means need."""
+    """Measure as many independent fields of the case as its means need."""
     case, rule = sampled.case, sampled.rule
     law = predict(case)
     pairs = (law.objects, law.objects_variance), (law.parts, law.parts_variance)
@@ -60,7 +60,7 @@ def measure(sampled: SampledCase, seed: int) -> Point:
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, object]:
-    """How it was sampled: the target, what was reached, which points hit the cap, and the noise."""
+    """Return the sampling's target, what was reached, which points hit the cap, and the noise."""
     errors, capped = [], []
     for number, point in enumerate(points):
         table = list(zip(*(each.values for each in point.samples), strict=True))

@@ -1,4 +1,4 @@
-"""What the scaling experiment shows: its points as series, plots and tables."""
+"""What does the scaling experiment show? Its points as series, plots and tables."""
 
 from collections.abc import Callable, Iterable
 
@@ -34,11 +34,11 @@ _TITLES = {
 _PER_FIELD = "mean number per field"
 
 Noise = dict[str, float]
-"""Of every metric, species and count: variance measured over that which the law predicts."""
+"""Variance measured ÷ variance predicted, for every metric, species and count."""
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Every sweep of the default metric, then every metric against its own prediction."""
+    """Draw every sweep of the default metric, then every metric against its own prediction."""
     kinds, noise = by_kind(record.points), noise_of(record.points)
     made = [
         _sweep_plot(record, species, sweep, noise)
@@ -80,15 +80,15 @@ def _row(point: Point, noise: Noise) -> tuple[str, ...]:
 
 
 def mean(point: Point, column: str) -> float:
-    """Mean count of a field."""
+    """Return the mean count of a field."""
     return float(np.mean(point.column(column)))
 
 
 def half_interval(point: Point, what: str, noise: Noise) -> float:
-    """Half the 95 % interval of the mean.
+    """Return half the two-sided 95 % interval of the mean.
 
-    The variance is the law's, times what all fields of the species and metric together say of it
-    (``noise``): a point of a few large fields could not say by itself.
+    The variance is the law's, times the ratio ``noise`` that all fields of the species and metric
+    together have to it: few large fields alone could not say how much they vary.
     """
     scale = noise[f"{point.case['metric']}/{point.case['species']}/{what}"]
     variance = scale * point.prediction(f"{what}_variance") / len(point.column(what))

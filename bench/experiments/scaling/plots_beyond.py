@@ -1,4 +1,4 @@
-"""What is shown of the cases beyond even, flat, clear ground: counts, and both laws."""
+"""What is shown of the cases beyond even, flat, clear ground? Counts, and both laws."""
 
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims_beyond import over_bare, over_law
@@ -10,13 +10,13 @@ from bench.statistics.estimates import Estimate
 
 
 def beyond_plots(record: Record) -> tuple[Plot, ...]:
-    """A plot for each sweep."""
+    """Draw a plot for each sweep."""
     chosen = {sweep: where(record.points, sweep=sweep) for sweep in BEYOND}
     return tuple(_plot(sweep, points) for sweep, points in chosen.items() if points)
 
 
 def half_beyond(point: Point, what: str) -> float:
-    """Half the 95 % interval of the mean of a point."""
+    """Return half the two-sided 95 % interval of the mean of a point."""
     found = over_law([point], what)
     return (found.high - found.low) / 2 * point.prediction(what)
 
@@ -37,7 +37,7 @@ def _plot(sweep: str, points: list[Point]) -> Plot:
 
 
 def _at(point: Point) -> str:
-    """Where it stands on the axis, to three digits."""
+    """Return where a case is on the axis, to three digits."""
     return f"{float(f'{swept_beyond(Case(**point.case)):.3g}'):g}"
 
 

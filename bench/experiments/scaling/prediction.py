@@ -1,4 +1,4 @@
-"""What the law predicts for a case; P, R and D are derived without the pruner (Blake 1987 §4.1)."""
+"""What does the law predict for a case? P, R and D are derived without the pruner (§4.1)."""
 
 from dataclasses import asdict, dataclass
 
@@ -16,16 +16,16 @@ from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.prototype import Prototype
 
 _NET = 512
-"""Rings and spokes of the net on hilly ground."""
+"""The number of rings and of spokes of the net on hilly ground."""
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """For one field of a case: means and variances of what is displayed.
+    """Means and variances of what one field of a case displays.
 
-    P_plus_R  of the whole object, the prototypes' mean [m]
+    P_plus_R       P + R of the whole object, the prototypes' mean [m]
     nearest_limit, farthest_limit   limit distance of the whole, the prototypes' extremes [m]
-    bare      objects by πK((P + R)/m)² alone: even, flat ground, clear air, an eye on the ground
+    bare           objects by πK((P + R)/m)² alone: even, flat ground, clear air, eye on the ground
     """
 
     objects: float
@@ -43,7 +43,7 @@ class Prediction:
 
 
 def predict(case: Case) -> Prediction:
-    """The law, each species and prototype with its share of the density."""
+    """Predict a case; each species and prototype has its share of the density."""
     kinds = [prototypes_of(name, case.size) for name in case.species.split("+")]
     means = _over_hills(case, kinds) if case.hills else _over_flat(case, kinds)
     trees = [each.hierarchy for kind in kinds for each in kind]
@@ -63,7 +63,7 @@ def predict(case: Case) -> Prediction:
 
 
 def _over_flat(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
-    """Mean and variance of objects and of parts, (4,), in closed form."""
+    """Return mean and variance of objects and of parts, (4,), in closed form."""
     means = np.zeros(4)
     for kind in kinds:
         K = case.density / len(kinds) / len(kind)
@@ -84,7 +84,7 @@ def _over_flat(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
 
 
 def _over_hills(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
-    """The same, summed over a net on the hills."""
+    """Return mean and variance of objects and of parts, (4,), summed over a net on the hills."""
     view, ground, means = view_of(case), ground_of(case), np.zeros(4)
     for kind in kinds:
         trees = tuple(each.hierarchy for each in kind)
@@ -98,7 +98,7 @@ def _over_hills(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
 
 
 def clumping(case: Case) -> float:
-    """Variance over that of an even field of the same K, in patches much smaller than the limit.
+    """Return the variance ÷ that of an even field of K, in patches far smaller than the limit.
 
     Patches of side s are there with chance p, all their objects together: the counts have, beside
     K∫n² dA, the variance of K/p·s²·n over patches, which is K²s²(1 − p)/p·∫n² dA.
@@ -110,14 +110,14 @@ def clumping(case: Case) -> float:
 
 
 def cleared(areas: Reals, scale: float) -> Reals:
-    """∫ min(1, r/scale) dA over discs of these areas about the eye [m²]."""
+    """Return ∫ min(1, r/scale) dA over discs of these areas about the eye [m²]."""
     radius = np.sqrt(areas / np.pi)
     within = 2 * np.pi * np.minimum(radius, scale) ** 3 / (3 * scale)
     return within + np.pi * np.maximum(radius**2 - scale**2, 0.0)
 
 
 def _bare(case: Case, tree: Hierarchy) -> float:
-    """Area of ground within the limit in clear air, on the ground [m²]."""
+    """Return the area of ground within the limit in clear air [m²]."""
     return float(np.pi * chained_limits(tree, _metric(case), case.m)[0] ** 2)
 
 
@@ -130,10 +130,11 @@ def _sight(case: Case) -> ViewingConditions | None:
 
 
 def shown_areas(D: Reals, h: Reals, extent: float | None) -> Reals:
-    """Area of ground from which each part is displayed [m²]: a disc, or what the world has of it.
+    """Return the area of ground from which each part is displayed [m²].
 
-    The world's square is about the eye and of objects; that a part stands aside of its object
-    changes the area by the order of (how far aside ÷ side)², which is left out.
+    It is a disc, or what the world has of the disc. The world's square is about the eye and is of
+    objects; that a part stands aside of its object changes the area by the order of (how far aside
+    ÷ side)², which is left out.
     """
     discs = disc_areas(D, h)
     if extent is None:
@@ -142,7 +143,7 @@ def shown_areas(D: Reals, h: Reals, extent: float | None) -> Reals:
 
 
 def disc_in_square(radius: Reals, side: float) -> Reals:
-    """Area that a disc shares with a square of the same centre."""
+    """Return the area that a disc shares with a square about its centre."""
     half = side / 2
     reach = np.clip(radius, half, half * np.sqrt(2))
     # Four segments stick out of the sides; in the clipped range no two of them meet.

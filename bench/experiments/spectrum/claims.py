@@ -8,18 +8,18 @@ from bench.statistics.estimates import two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 
 EDGES = tuple(2.0**k for k in range(-6, 0))
-"""Octaves of frequency [cycles a pixel]: from 1/64 to 1/2; lower ones are in the first."""
+"""Edges of octaves of frequency [cycles a pixel], from 1/64 to 1/2; lower ones are in the first."""
 
 _SOURCE = "§2.1, §2.2"
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """For every detail: what is lost lies above the cut-off, and what is above it is lost."""
+    """Claim for every detail that what is lost lies above the cut-off, and little is left there."""
     return tuple(each for point in points for each in (_lost_below(point), _left_above(point)))
 
 
 def power(point: Point, name: str, above: bool) -> Reals:
-    """Power above the cut-off, or below it, in every direction, (directions,)."""
+    """Return the power above the cut-off, or below it, in every direction, (directions,)."""
     cutoff = point.prediction("cutoff")
     chosen = [k for k in range(len(EDGES) - 1) if (EDGES[k] >= cutoff) == above]
     rows = [point.values("power", picture=name, octave=k) for k in chosen]
@@ -27,7 +27,7 @@ def power(point: Point, name: str, above: bool) -> Reals:
 
 
 def octaves(point: Point, name: str) -> Reals:
-    """Mean power in every octave."""
+    """Return the mean power in every octave."""
     rows = [point.values("power", picture=name, octave=k) for k in range(len(EDGES) - 1)]
     return np.array([each.mean() for each in rows]) / 1e12
 

@@ -1,9 +1,9 @@
 """Is pruning a low-pass filter? (§2.1, §2.2)
 
-Radial power spectra of a whole picture, of pruned ones, and of their difference, against the
-cut-off that m predicts: a feature of τ pixels is half a period, so pruning at τ should take the
-frequencies above 1/(2τ) cycles a pixel, and no others. Pictures are of albedo alone, all sampled at
-the same places: there is no noise in them.
+Radial power spectra of a whole picture, of pruned ones, and of their difference are compared with
+the cut-off that m predicts: a feature of τ pixels is half a period, so pruning at τ should remove
+the frequencies above 1/(2τ) cycles a pixel, and no others. Pictures show albedo alone, and all are
+sampled at the same places: there is no noise in them.
 """
 
 import hashlib
@@ -54,20 +54,20 @@ Picture = Float64[np.ndarray, "h w"]
 
 @dataclass(frozen=True)
 class Case:
-    """Where a picture looks to [degrees], and the variant that renders it."""
+    """A heading of the camera [degrees], and the variant that renders the picture."""
 
     heading: float
     variant: str
 
 
 def cases(effort: Effort) -> list[Case]:
-    """So many directions, evenly all round."""
+    """Return as many directions as the effort says, evenly all round."""
     count, variant = effort["directions"], choose()
     return [Case(360.0 * number / count - 180.0, variant) for number in range(count)]
 
 
 def measure(case: Case, seed: int) -> list[Point]:
-    """A point for each detail: the powers of every octave, in 10⁻¹²."""
+    """Measure, for each detail, the powers of every octave, in 10⁻¹²."""
     whole, points = picture(case.heading, None, case.variant, seed), []
     for detail in DETAILS:
         pruned = picture(case.heading, detail, case.variant, seed)
@@ -83,10 +83,10 @@ def measure(case: Case, seed: int) -> list[Point]:
 
 
 def spectrum(picture: Picture) -> Reals:
-    """Power of a picture in every octave between EDGES [cycles a pixel], (octaves,).
+    """Return the power of a picture in every octave between EDGES, (octaves,).
 
-    About its mean and through a Hann window, whose own mean square is taken out: the sum over all
-    frequencies is the variance of the picture (Parseval).
+    The picture is less its mean and seen through a Hann window, whose mean square is divided out:
+    the sum over all frequencies is the variance of the picture (Parseval).
     """
     height, width = picture.shape
     window = np.outer(np.hanning(height), np.hanning(width))
@@ -99,7 +99,7 @@ def spectrum(picture: Picture) -> Reals:
 
 
 def picture(heading: float, detail: float | None, variant: str, seed: int) -> Picture:
-    """Albedo as luminance, towards a heading, pruned at a detail or, at None, whole."""
+    """Render albedo as luminance, towards a heading, pruned at a detail or, at None, whole."""
     preset, world = _preset(heading), _world(seed)
     view = view_at(world, preset, 1)
     metric = METRICS["full" if detail is None else "blake"]

@@ -16,7 +16,7 @@ _LEAST = 1e-12
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """A plot for every detail."""
+    """Draw a plot for every detail."""
     return tuple(_plot(record, point) for point in record.points)
 
 

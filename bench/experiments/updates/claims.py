@@ -20,12 +20,12 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def redrawn(point: Point, rule: str) -> Estimate:
-    """Share of the parts that a frame draws anew by a rule."""
+    """Estimate the share of the parts that a frame draws anew by a rule."""
     return two_sided_share(point.values("redrawn", rule=rule), point.values("parts"))
 
 
 def off_px(point: Point, rule: str) -> float:
-    """The farthest that any part of any field is off [px]."""
+    """Return the farthest that any part of any field is off [px]."""
     return float(point.values("off_mpx", rule=rule).max()) / 1000
 
 
@@ -40,7 +40,7 @@ def _off(points: tuple[Point, ...], threshold: float) -> Claim:
 
 
 def _fewer(schedules: dict[str, Point]) -> list[Claim]:
-    """Of what moves, most may be kept from frame to frame."""
+    """Claim that most of what moves may be left as it was drawn from frame to frame."""
     made = []
     for move, point in schedules.items():
         about = f"Of a crowd in the wind most parts need not be drawn anew in a frame: {move}."
@@ -67,5 +67,5 @@ def _time(point: Point) -> list[Claim]:
 
 
 def cpu_us(point: Point, way: str, stage: str = "frame") -> Reals:
-    """CPU time of a stage of every frame that is drawn in a way [µs]."""
+    """Return the CPU time of a stage of every frame that is drawn in a way [µs]."""
     return point.values("cpu_us", way=way, stage=stage)

@@ -1,9 +1,9 @@
-"""How often must parts be drawn again, how far off are those that are kept, and what is won? (§2)
+"""How often must parts be drawn again, how far off are those that are not, and what is won? (§2)
 
-A crowd of walkers among trees in the wind, from a camera that stands, walks, turns and flies. Of
-every field one frame is scheduled by each rule, from the window of frames before it that it depends
-on (``lod.pruning.update_schedule``). Then a small frame is rendered with a schedule and without,
-turn by turn.
+The scene is a crowd of walkers among trees in the wind, from a camera that stands, walks, turns and
+flies. One frame of every field is scheduled by each rule, from the window of earlier frames on
+which it depends (``lod.pruning.update_schedule``). Then a small frame is rendered with a schedule
+and without, in turns.
 """
 
 import hashlib
@@ -41,10 +41,10 @@ from scenes.world.world import World, build_world
 FRAME = WINDOW + 8
 THRESHOLDS = (0.25, 0.5, 1.0)
 BUDGET = 0.1
-"""Share of the parts that the rule of a budget draws anew."""
+"""The share of the parts that the rule of a budget draws anew."""
 
 SPEEDS = (0.0, *(2.0**k for k in range(-6, 4)))
-"""Edges of the classes of own speed on the image [px a frame]."""
+"""The edges of the classes of a part's own speed on the image [px a frame]."""
 
 CROWD = (
     "render.size=320x180",
@@ -75,26 +75,26 @@ class Field:
 
 @dataclass(frozen=True)
 class Timing:
-    """So many rounds of frames that are timed, and the variant that renders them."""
+    """The number of rounds of frames that are timed, and the variant that renders them."""
 
     rounds: int
     variant: str
 
 
 def cases(effort: Effort) -> list[Field | Timing]:
-    """So many fields; then frames that are timed."""
+    """Return as many fields as the effort says, then the frames that are timed."""
     return [*map(Field, range(effort["fields"])), Timing(effort["rounds"], choose())]
 
 
 def measure(case: Field | Timing, seed: int) -> Point | list[Point]:
-    """One frame of a field by every rule; or times of frames."""
+    """Measure one frame of a field by every rule, or time frames."""
     if isinstance(case, Timing):
         return timed(case.rounds, case.variant, seed)
     return schedule(seed + case.number)
 
 
 def schedule(seed: int) -> list[Point]:
-    """One frame of a field by every rule, of every camera."""
+    """Schedule one frame of a field by every rule, for every camera."""
     presets = {
         move: load_preset("crowd", (*CROWD, *settings, f"seed={seed}"))
         for move, settings in MOVES.items()
@@ -107,8 +107,9 @@ def schedule(seed: int) -> list[Point]:
 
 
 def counted(world: World, preset: Preset) -> tuple[Column, ...]:
-    """Parts that could move, those drawn anew and the farthest that another is off [px/1000], by
-    every rule; and by their speed.
+    """Count the parts that could move, those drawn anew, and the farthest that a part is off.
+
+    The farthest is in px/1000, by every rule. Counts are also given by class of speed.
     """
     shown, numbers = movers(world, preset, FRAME), replay_frames(FRAME)
     made = [poses_over(world, preset, numbers, each) for each in shown]
@@ -134,7 +135,7 @@ def counted(world: World, preset: Preset) -> tuple[Column, ...]:
 
 
 def movers(world: World, preset: Preset, frame: int) -> list[DisplayedRepresentation]:
-    """What a frame displays of everything whose parts may be kept."""
+    """Return what a frame displays of every representation whose parts may stay as drawn."""
     view, found = view_at(world, preset, frame), []
     for each in world.representations:
         shown = display(each, prune(each, view), view)
@@ -144,7 +145,7 @@ def movers(world: World, preset: Preset, frame: int) -> list[DisplayedRepresenta
 
 
 def _together(several: Sequence[TruePose]) -> TruePose:
-    """One moment of several representations as one: a budget is for all of them."""
+    """Join the poses of several representations at one moment: a budget is for all of them."""
     first = np.cumsum([0] + [len(each.refresh_due) for each in several])[:-1]
     owners = [each.owner + row for each, row in zip(several, first.tolist(), strict=True)]
     return TruePose(
@@ -158,9 +159,7 @@ def _together(several: Sequence[TruePose]) -> TruePose:
 
 
 def timed(rounds: int, variant: str, seed: int) -> Point:
-    """CPU time of a rendered frame, all drawn and scheduled, one after the other, and of posing
-    what it could keep [µs].
-    """
+    """Time frames that draw all parts and frames that are scheduled, in turns [µs of CPU time]."""
     ways = {"all": 0.0, "scheduled": TIMED_PX}
     presets = {
         name: load_preset("crowd", (*CROWD, *TIMED, f"seed={seed}", f"view.update_threshold={t}"))
@@ -177,9 +176,7 @@ def timed(rounds: int, variant: str, seed: int) -> Point:
 
 
 def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str, float]:
-    """CPU time of a frame, of that before rendering, and of what alone could be saved and spent:
-    posing what could be kept, and comparing it with how it was drawn, once [s].
-    """
+    """Time a frame, all that precedes rendering, posing what may stay, and comparing it [s]."""
     clock = [time.process_time()]
     made = assemble_frame(world, preset, frame, variant)
     clock.append(time.process_time())
@@ -201,7 +198,7 @@ def _stages(world: World, preset: Preset, frame: int, variant: str) -> dict[str,
 def _posed(
     world: World, preset: Preset, frame: int, shown: Sequence[DisplayedRepresentation]
 ) -> list[TruePose]:
-    """What is shown of each, as it stands in a frame."""
+    """Return the true poses of what is displayed in a frame."""
     return [each for one in shown for each in poses_over(world, preset, (frame,), one)]
 
 

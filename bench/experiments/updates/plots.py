@@ -12,11 +12,11 @@ from lod.motion.window_of_visibility import critical_hz
 
 FPS = 24.0
 FINEST_CPD = PIXELS_PER_DEGREE / 2
-"""The finest that a display of so many pixels a degree can show."""
+"""The finest frequency that a display of so many pixels a degree can show."""
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """How often parts of each class of speed are drawn anew, at rest, and what the eye asks for."""
+    """Draw how often parts of each class of speed are drawn anew, and what the eye asks for."""
     point = where(record.points, what="schedule", move="rest")[0]
     classes = [c for c in point.samples if c.quantity == "parts" and c.keys]
     lows = [float(c.keys["speed_from"]) for c in classes if any(c.values)]

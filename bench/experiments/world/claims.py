@@ -11,8 +11,10 @@ from bench.statistics.power_law import fit_exponent
 
 _LAW = "§4.1"
 _CLEAR = 2.5
-"""A world is beyond the limit where its side is so many limit distances: the eye stands in the
-middle, and whoever walks may come from a little further."""
+"""The side, in limit distances, from which on a world is beyond the limit.
+
+The eye is in the middle, and whoever walks may come from a little further.
+"""
 
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
@@ -23,7 +25,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def _of_pruned(beyond: list[Point]) -> tuple[Claim, ...]:
-    """What holds of every world that reaches beyond the limit."""
+    """Claim what holds of every world that reaches beyond the limit."""
     hashes = float(len({p.case["scene"] for p in beyond}))
     exact = Estimate(hashes, hashes, hashes, 0.0, 1.0, len(beyond))
     same = "The frame is the same, bit for bit, in every world larger than the limit."
@@ -42,7 +44,7 @@ def _of_pruned(beyond: list[Point]) -> tuple[Claim, ...]:
 
 
 def _of_everything(unpruned: list[Point], last: Point) -> tuple[Claim, ...]:
-    """What everything costs, beside what is displayed of the largest world, ``last``."""
+    """Claim what everything costs, beside what is displayed of the largest world, ``last``."""
     largest = unpruned[-1]
     saved = two_sided_median(seconds(largest) / float(np.median(seconds(last))))
     added = (
@@ -63,7 +65,7 @@ def _of_everything(unpruned: list[Point], last: Point) -> tuple[Claim, ...]:
 
 
 def beyond_limit(points: Sequence[Point]) -> list[Point]:
-    """Pruned worlds that reach beyond the limit distance on all sides."""
+    """Return the pruned worlds that reach beyond the limit distance on all sides."""
     return [
         p
         for p in points
@@ -72,13 +74,14 @@ def beyond_limit(points: Sequence[Point]) -> list[Point]:
 
 
 def seconds(point: Point, column: str = "cpu_us") -> np.ndarray:
-    """Processor's seconds of every repeat; or a millionth of what another column holds."""
+    """Return the CPU seconds of every repeat, or another column in millionths."""
     return point.values(column) / 1e6
 
 
 def power_of_worlds(points: Sequence[Point], column: str = "cpu_us") -> Estimate:
-    """Exponent of time against objects, each repeat as a share of its own round of all worlds; or
-    of another column.
+    """Estimate the exponent of time, or of another column, against objects.
+
+    Each repeat is a share of its own round of all worlds.
     """
     rounds = np.array([seconds(p, column) for p in points])
     x = np.array([float(p.case["objects"]) for p in points])
@@ -86,9 +89,9 @@ def power_of_worlds(points: Sequence[Point], column: str = "cpu_us") -> Estimate
 
 
 def power_of_parts(points: list[Point]) -> Estimate:
-    """Exponent of the time that a world takes beyond the smallest, against the parts it has more.
+    """Estimate the exponent of added time against added parts, from the smallest world on.
 
-    Ground and camera take their time in an empty world, too.
+    Ground and camera take time in an empty world, too.
     """
     return fit_exponent(*added_by_parts(points))
 
@@ -96,8 +99,9 @@ def power_of_parts(points: list[Point]) -> Estimate:
 def added_by_parts(
     points: Sequence[Point], column: str = "cpu_us", by: str = "parts"
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Parts beyond those of the smallest world, and the time that they add [s], every repeat; or
-    what other columns hold.
+    """Return the parts beyond those of the smallest world, and the time they add [s].
+
+    There is a value for every repeat that takes longer; other columns may be named.
     """
     parts = np.array([float(p.column(by)[0]) for p in points])
     rounds = np.array([seconds(p, column) for p in points])

@@ -1,8 +1,8 @@
 """Does a frame cost the same in any world, and what does the unpruned one cost? (§4.1)
 
-The same eye in worlds of 10³ to 10¹⁵ objects: from prune to plain scene, in the processor's seconds
-of one thread, repeats of all worlds taking turns. Unpruned, every object of a finite window, up to
-a stated number of parts.
+The same eye looks at worlds of 10³ to 10¹⁵ objects. Times are CPU seconds of one thread, from prune
+to plain scene, and all worlds take turns. Unpruned, every object of a finite window is displayed,
+up to a stated number of parts.
 """
 
 import hashlib
@@ -23,18 +23,18 @@ from scenes.preset.load import load_preset
 PRESET, SPECIES, SIZE = "crowd", "figure", "96x54"
 WORLDS = (1e3, 1e5, 1e6, 1e9, 1e12, 1e15)
 UNPRUNED = (1e2, 1e3, 3e3, 1e4)
-"""Objects in the window, on average; the last has some 10⁶ parts, which is the ceiling."""
+"""The mean number of objects in an unpruned window; the last has some 10⁶ parts, the most."""
 
 
 @dataclass(frozen=True)
 class AllWorlds:
-    """The frame of every world, so often; the worlds take turns."""
+    """The case that times the frame of every world, all worlds in turns."""
 
     repeats: int
 
 
 def cases(effort: Effort) -> list[AllWorlds]:
-    """All worlds together: what is compared is timed by turns."""
+    """Return the one case of all worlds together: what is compared is timed in turns."""
     return [AllWorlds(effort["repeats"])]
 
 
@@ -52,18 +52,18 @@ def measure(case: AllWorlds, seed: int) -> list[Point]:
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:
-    """Repeats, and parts of the largest world that was not pruned."""
+    """Return the repeats, and the parts of the largest world that was not pruned."""
     return {**effort.sizes, "most_parts_unpruned": max(p.column("parts")[0] for p in points)}
 
 
 def settings(metric: str, objects: float, seed: int) -> tuple[str, ...]:
-    """A window of so many objects of the species, on average, about the same eye."""
+    """Return settings of a window that has so many objects of the species, on average."""
     side = min(math.sqrt(objects / load_preset(PRESET).species[SPECIES].density), 1e15)
     return f"world.extent={side!r}", f"view.metric={metric}", f"seed={seed}"
 
 
 def _point(metric: str, objects: float, world: Any, preset: Any, view: Any) -> Point:
-    """A world's counts and hash; its first frame, not timed, compiles what is compiled."""
+    """Count and hash a world; its first frame, which is not timed, compiles."""
     cuts = [prune(each, view) for each in world.fields]
     plain = plain_scene(world, preset, view)
     reach = 0.0

@@ -14,7 +14,7 @@ _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Time, then parts."""
+    """Draw time, then parts."""
     return _time(record), _parts(record)
 
 
@@ -57,7 +57,7 @@ def _time(record: Record) -> Plot:
 
 
 def _line(metric: str, points: list[Point]) -> tuple[list[float], list[float]]:
-    """What was fitted, at the points: a constant beyond the limit; parts added, unpruned."""
+    """Return what was fitted, at the points: a constant beyond the limit, or parts added."""
     if metric != "full":
         beyond = beyond_limit(tuple(points))
         middle = float(np.median(np.concatenate([seconds(p) for p in beyond])))
