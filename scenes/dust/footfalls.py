@@ -23,12 +23,13 @@ from scenes.rig.keyframes import Motion
 
 @dataclass(frozen=True, eq=False)
 class Legs:
-    """Legs of prototypes, (v, l) each; legs that a prototype lacks do not ``walk``.
+    """Legs of prototypes, (v, l) each; ``walks`` is false for legs that a prototype lacks.
 
-    walks   whether feet strike the ground on a way; strike: phase at which each does
-    ahead, aside   where the middle of its sole is by then, from the body; of ``ahead`` what grows
-            with the stride is ``stance`` [m]
-    stride, period   (v,) of each prototype [m, s]
+    walks          whether the foot strikes the ground as its walker goes on
+    strike         phase at which it does
+    ahead, aside   where the middle of its sole is then, from the body, in mid-stance [m]
+    stance         how far its print is ahead of mid-stance then, at the prototype's stride [m]
+    stride, period (v,) of each prototype [m, s]
     """
 
     walks: np.ndarray
@@ -71,7 +72,12 @@ class Legs:
 class Walkers:
     """Walkers on their patrols, (n,) each, in a frame at a grid corner.
 
-    home (n, 2) [m]; pace: stride as a share of the prototype's; key: whatever tells walkers apart
+    corner         grid corner of the frame
+    home           (n, 2) point about which each patrols [m]
+    prototype      row of its prototype
+    stride_factor  its stride as a share of its prototype's
+    rounds         its patrol
+    key            number that no other walker has
     """
 
     corner: Corner

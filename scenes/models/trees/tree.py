@@ -1,10 +1,11 @@
-"""Prototypes of trees: a trunk, limbs, branches, twigs and leaves, each a level of detail.
+"""Prototypes of trees: trunk, limbs, branches, twigs and foliage, each a level of detail.
 
 Level 0 is the whole tree, and as an inner node the trunk; 1 limbs; 2 branches; then twigs, where a
-species has them; last leaves, one by one. A part's origin is the base of its branch, of a leaf its
-middle; the whole tree's is the foot of the trunk, on the ground. As an inner node a branch is its
-own chain of sticks. Its leaf appearance is a few blobs and what is kept of that chain, which cover
-on average over directions what the hidden branches and leaves would (``leaf_appearance``).
+species has them; last the foliage, leaf by leaf. A part's origin is the base of its branch, or the
+middle of its leaf; the whole tree's is the foot of the trunk, on the ground. As an inner node a
+branch is its own chain of sticks. Its leaf appearance is a few blobs and what is kept of that
+chain, which cover on average over directions what the hidden branches and leaves would
+(``leaf_appearance``).
 """
 
 import math

@@ -1,4 +1,4 @@
-"""How high the ground lies around the eye, by azimuth and distance, from the meshes on display."""
+"""The ground's height around the eye by azimuth and distance, from the displayed meshes."""
 
 import numpy as np
 from jaxtyping import Float64
@@ -7,6 +7,7 @@ from lod.atmosphere.plane_parallel import SPOKES
 from scenes.render.description.scene_description import Description
 
 DISTANCES_M = np.concatenate(([0.0], np.geomspace(5.0, 4e4, 24)))
+"""Horizontal distances from the eye at which a profile has heights [m]."""
 
 Profile = Float64[np.ndarray, "spokes distances"]
 """Heights [m], at SPOKES azimuths clockwise from north and at DISTANCES_M."""
@@ -43,6 +44,6 @@ def heights_at(profile: Profile, distance: np.ndarray) -> Float64[np.ndarray, "n
     """Interpolate the ground's height [m] at horizontal distances (n,) [m], in every azimuth."""
     known = np.log1p(DISTANCES_M)
     place = np.interp(np.log1p(distance), known, np.arange(len(known)))
-    low = np.minimum(place.astype(np.int64), len(known) - 2)
-    share = (place - low)[:, None]
-    return profile[:, low].T * (1 - share) + profile[:, low + 1].T * share
+    nearer = np.minimum(place.astype(np.int64), len(known) - 2)
+    share = (place - nearer)[:, None]
+    return profile[:, nearer].T * (1 - share) + profile[:, nearer + 1].T * share

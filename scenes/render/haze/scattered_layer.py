@@ -1,14 +1,13 @@
-"""Light in the layer of air that ``medium`` describes, in closed form along each line of sight.
+"""Light in a layer of scattering air, in closed form along each line of sight (--haze scattered).
 
-The layer reaches from the ground up to the top of the medium's box (and as far as mist is worth
-mention); lod.atmosphere.plane_parallel says what light it holds over level ground, on which the
-species of the field
-stand as a turbid medium (lod.canopy.turbid_medium). Along a line of sight it is taken from the
-height above the
-ground that lies below, as the meshes show it. Three things follow: the airlight of every direction
-up to every distance; what is seen of the sky from the eye; and the light that reaches the ground,
-the sun's and that of layer and sky together. Left out: where each thing stands (its shade is that
-of the mean stand), and that slopes and hills shade and light the air beside them.
+The layer is the air of the reference, a medium in the scene: it reaches from the ground to the top
+of the medium's box, or several scale heights above the base of mist. lod.atmosphere.plane_parallel
+solves for its light over flat ground, on which the field's species are a turbid medium
+(lod.canopy.turbid_medium). Along a line of sight the light is that of the same height above the
+ground of the displayed meshes. The solution gives three things: the airlight in every direction up
+to every distance; the sky as it appears from the eye; and the light that reaches the ground, the
+sun's and that of layer and sky together. Two things are neglected: where each object stands (its
+shade is that of the mean stand), and that hills shade and light the air beside them.
 """
 
 from dataclasses import dataclass
@@ -49,8 +48,8 @@ _GROUNDS = (2.0, 50.0, 98.0)
 """Percentiles of the ground's height for which the layer is solved; between them the light is
 taken to change evenly."""
 
-_LEVEL_M = 1.0
-"""Ground that varies by less is level."""
+_FLAT_M = 1.0
+"""Ground that varies by less counts as flat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +85,7 @@ def make_scattering_layer(description: Description, air: Air) -> ScatteringLayer
     eye = float(place[2])
     sources = _sources(description, air, profile, top)
     around = partial(heights_at, profile)
-    level = partial(heights_at, np.full_like(profile, mean))
+    flat = partial(heights_at, np.full_like(profile, mean))
     root = np.linspace(-1, 1, _ROWS)
     ends = np.repeat(NEAR_M * RATIO ** np.arange(PLANES)[:, None], _ROWS, axis=1)
     lines = Lines(eye, np.sign(root) * root**2, around)
@@ -95,16 +94,14 @@ def make_scattering_layer(description: Description, air: Air) -> ScatteringLayer
     return ScatteringLayer(
         airlight_table=gather(sources, lines, air, variant_bands().wavelengths, ends).source,
         sky_from_eye=_sky_through_layer(sky, sources, Lines(eye, _sky_sines(), around), air, top),
-        sky_from_ground=_sky_through_layer(
-            sky, sources, Lines(mean, _sky_sines(), level), air, top
-        ),
+        sky_from_ground=_sky_through_layer(sky, sources, Lines(mean, _sky_sines(), flat), air, top),
         sun_to_ground=_sun_left(light["to_sun"], air, mean, top),
         sun_to_eye=_sun_left(light["to_sun"], air, eye, top),
     )
 
 
 def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
-    """Profile of the ground, its mean height, and the height of the layer's top [m].
+    """Measure the profile of the ground, its mean height, and the height of the layer's top [m].
 
     The eye stands above the mean and below the top.
     """
@@ -122,16 +119,17 @@ def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
 def _sources(description: Description, air: Air, profile: Profile, top: float) -> Sources:
     """Solve the layer over level ground, at a few of the heights that the profile has."""
     heights = np.percentile(profile, _GROUNDS)
-    if np.ptp(heights) < _LEVEL_M:
+    if np.ptp(heights) < _FLAT_M:
         heights = heights[1:2]
-    lit = [_lit(description, air, float(ground), top) for ground in np.unique(heights)]
-    above = np.stack([each.height - each.height[0] for each in lit])
+    slabs = [_slab_inputs(description, air, float(ground), top) for ground in np.unique(heights)]
+    above = np.stack([each.height - each.height[0] for each in slabs])
     return Sources(
-        np.unique(heights), above, np.stack([source_function(each, AIR) for each in lit])
+        np.unique(heights), above, np.stack([source_function(each, AIR) for each in slabs])
     )
 
 
-def _lit(description: Description, air: Air, ground: float, top: float) -> SlabInputs:
+def _slab_inputs(description: Description, air: Air, ground: float, top: float) -> SlabInputs:
+    """Describe the layer over flat ground at a height, for lod.atmosphere.plane_parallel."""
     light, way = description["light"], directions()[RINGS // 2 :]
     canopy: Canopy = light["canopy"]
     free = np.linspace(ground + canopy.top_m, top, _STEPS + 1)
@@ -164,15 +162,15 @@ def _sky_directions() -> np.ndarray:
     """Directions of the entries of the table of the sky, (rows, columns, 3)."""
     up = _sky_sines()
     turn = np.arange(_SKY_COLUMNS) / _SKY_COLUMNS * 2 * np.pi
-    level = np.sqrt(1 - up**2)[:, None]
+    horizontal = np.sqrt(1 - up**2)[:, None]
     z = np.broadcast_to(up[:, None], (_SKY_ROWS, _SKY_COLUMNS))
-    return np.stack((level * np.sin(turn), level * np.cos(turn), z), axis=2)
+    return np.stack((horizontal * np.sin(turn), horizontal * np.cos(turn), z), axis=2)
 
 
 def _sky_through_layer(
     sky: np.ndarray, sources: Sources, lines: Lines, air: Air, top_m: float
 ) -> np.ndarray:
-    """The sky as seen from where lines begin, through what is left of the layer."""
+    """Compute the sky as it appears from where lines begin, through the layer above."""
     whole = (top_m - lines.start_m) / lines.up
     steps = NEAR_M * RATIO ** np.arange(PLANES)[:, None]
     ends = np.concatenate((np.minimum(steps, whole), whole[None]))
@@ -183,7 +181,7 @@ def _sky_through_layer(
 
 
 def _sun_left(to_sun: np.ndarray, air: Air, at_m: float, top_m: float) -> np.ndarray:
-    """Share of the sun's light that comes down to a height, (bands,)."""
+    """Compute the share of the sun's light that comes down to a height, (bands,)."""
     length = (top_m - at_m) / max(float(to_sun[2]), LOWEST_SUN)
     ends = np.array([at_m]), np.array([top_m]), np.array([length])
     return np.exp(-optical_depth(air, *ends, variant_bands().wavelengths)[0])

@@ -1,4 +1,4 @@
-"""The light that the air adds along lines of sight from one place, over uneven ground.
+"""The integral of the light that the air adds along lines of sight, over uneven ground.
 
 The source term of the air is known by the height above the ground, for a few heights of the ground
 itself; along a line it is taken from the ground below, and the equation of transfer is summed from
@@ -51,10 +51,12 @@ class Lines(NamedTuple):
 
 
 class Gathered(NamedTuple):
-    """What the air has added by the end of each step along lines of sight.
+    """The light that the air has added by the end of each step along lines of sight.
 
-    It is the light, and its share of what an endless path of such air would add, (steps, rows,
-    spokes, bands), and the optical depth, (steps, rows, bands).
+    light   (steps, rows, spokes, bands) radiance that the air has added
+    source  (steps, rows, spokes, bands) the radiance that an endless path of such air would add:
+            light / (1 − exp(−depth))
+    depth   (steps, rows, bands) optical depth
     """
 
     light: np.ndarray
@@ -71,8 +73,8 @@ def gather(
     start, before = np.zeros(len(lines.up)), _source_at(sources, lines, np.zeros(len(lines.up)))
     made = []
     for end in ends:
-        low, high = lines.start_m + lines.up * start, lines.start_m + lines.up * end
-        depth = optical_depth(air, low, high, end - start, wavelengths)
+        heights = lines.start_m + lines.up * start, lines.start_m + lines.up * end
+        depth = optical_depth(air, *heights, end - start, wavelengths)
         here = _source_at(sources, lines, end)
         share = mean_path_fraction(depth)[:, None]
         own = before * (1 - share) + here * share
@@ -84,7 +86,7 @@ def gather(
 
 
 def _source_at(sources: Sources, lines: Lines, distance: Reals) -> Light:
-    """J at distances (rows,) along the lines."""
+    """Interpolate the source function J at distances (rows,) [m] along the lines."""
     ground = lines.ground(distance * np.sqrt(np.maximum(1 - lines.up**2, 0.0)))
     above = np.maximum((lines.start_m + lines.up * distance)[:, None] - ground, 0.0)
     row = np.clip(row_sine(RINGS, lines.up), 0, RINGS - 1)
@@ -102,7 +104,7 @@ def _source_at(sources: Sources, lines: Lines, distance: Reals) -> Light:
 
 
 def _neighbours(place: np.ndarray, count: int) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-    """The two whole numbers about each place, below ``count``, and the share of each."""
-    low = np.floor(place).astype(np.int64)
-    share = place - low
-    return (low, 1 - share), (np.minimum(low + 1, count - 1), share)
+    """Find the two whole numbers about each place, below ``count``, and the share of each."""
+    below = np.floor(place).astype(np.int64)
+    share = place - below
+    return (below, 1 - share), (np.minimum(below + 1, count - 1), share)
