@@ -1,4 +1,4 @@
-"""The revolute joint: where a part is on its whole, and how turned, kept apart (§3.1.1, §3.3)."""
+"""The revolute joint: position and orientation of a part on its whole (§3.1.1, §3.3)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,10 +26,14 @@ _TOLERANCE_DEG = 1e-9
 
 @dataclass(frozen=True, init=False)
 class JointLimits:
-    """How far a joint turns from rest: a box of rotation vectors (axis times angle) [degrees].
+    """The limits of a joint: a box of rotation vectors (axis times angle) from rest [degrees].
 
-    A hinge has room on one axis only, and (0, 0, 0) need not lie inside.
-    rest: orientation from which the turn is counted, about the axes of the part itself.
+    The box of a hinge has an extent on one axis only; (0, 0, 0) need not lie inside.
+
+    low_deg, high_deg  least and greatest components of the rotation vector [degrees]
+    rest  orientation from which the turn is counted, about the axes of the part itself
+
+    Raises InputError where a low limit exceeds the high one.
     """
 
     low_deg: Vector
@@ -47,11 +51,11 @@ class JointLimits:
         object.__setattr__(self, "rest", _rotation_components(rest, "limits.rest"))
 
     def orientation(self, angles_deg: VectorLike) -> Quaternion:
-        """Orientation after the turn ``angles_deg`` from rest."""
+        """Compute the orientation after the turn ``angles_deg`` from rest."""
         return unit(Quaternion(*self.rest) * from_rotation_vector(angles_deg))
 
     def contains(self, orientation: Quaternion) -> bool:
-        """Whether the turn from rest lies in the box, taken the short or the long way round."""
+        """Whether the turn from rest lies in the box, the short way round or the long way."""
         short = rotation_vector(1 / Quaternion(*self.rest) * orientation)
         return self._holds(short) or self._holds(_long_way(short))
 
@@ -63,11 +67,12 @@ class JointLimits:
 
 @dataclass(frozen=True, init=False)
 class RevoluteJoint:
-    """Where a part is in the frame of its whole, and how it is turned: a value, never changed.
+    """Position and orientation of a part in the frame of its whole, an immutable value.
 
-    position  of the part's origin, which is the centre of its rotation [m]
-    turn      the orientation, whole_from_part, as components x, y, z, w of length 1
-    limits    how far it turns; None for a free joint
+    position  position of the part's origin, which is the centre of its rotation [m]
+    turn      the orientation, from the part's frame to the whole's, as components x, y, z, w of
+              length 1
+    limits    the limits of the turn from rest; None for a free joint
     """
 
     position: Vector
@@ -80,7 +85,7 @@ class RevoluteJoint:
         turn: RotationLike = IDENTITY,
         limits: JointLimits | None = None,
     ) -> None:
-        """``turn``: a Quaternion or its components. Raises InputError beyond the limits."""
+        """Take ``turn`` as a Quaternion or its components. Raises InputError beyond the limits."""
         object.__setattr__(self, "position", vector(position, "position"))
         object.__setattr__(self, "turn", _rotation_components(turn, "orientation"))
         object.__setattr__(self, "limits", limits)
@@ -91,7 +96,7 @@ class RevoluteJoint:
 
     @property
     def orientation(self) -> Quaternion:
-        """The orientation as a number of its own: changing it changes no joint."""
+        """The orientation as a new quaternion: changing it changes no joint."""
         return Quaternion(*self.turn)
 
     @property
@@ -101,26 +106,29 @@ class RevoluteJoint:
         return rotation_vector(1 / rest * self.orientation)
 
     def with_position(self, position: VectorLike) -> "RevoluteJoint":
-        """The same orientation elsewhere."""
+        """Return the joint with the same orientation at another position [m]."""
         return RevoluteJoint(position, self.turn, self.limits)
 
     def with_orientation(self, orientation: Quaternion) -> "RevoluteJoint":
-        """The same place, turned another way. Raises InputError beyond the limits."""
+        """Return the joint with another orientation. Raises InputError beyond the limits."""
         return RevoluteJoint(self.position, orientation, self.limits)
 
     def with_angles(self, angles_deg: VectorLike) -> "RevoluteJoint":
-        """Turned by a rotation vector from rest [degrees]. Raises InputError beyond the limits."""
+        """Return the joint turned by a rotation vector from rest [degrees].
+
+        Raises InputError beyond the limits.
+        """
         if self.limits is None:
             return self.with_orientation(from_rotation_vector(angles_deg))
         return self.with_orientation(self.limits.orientation(angles_deg))
 
     def to_whole(self, point: VectorLike) -> Vector:
-        """A point of the part in the frame of its whole [m]: turned, then moved."""
+        """Transform a point from the frame of the part to that of its whole [m]."""
         x, y, z = rotate(self.orientation, point)
         return self.position[0] + x, self.position[1] + y, self.position[2] + z
 
     def compose(self, part: "RevoluteJoint") -> "RevoluteJoint":
-        """A part's joint on this part, as seen from the frame of this joint; without limits."""
+        """Return a part's joint on this part in the frame of this part's whole, without limits."""
         turned = unit(self.orientation * part.orientation)
         return RevoluteJoint(self.to_whole(part.position), turned)
 
@@ -141,4 +149,4 @@ def _long_way(short: Vector) -> Vector:
 
 
 IDENTITY_JOINT = RevoluteJoint()
-"""The joint that changes nothing: the frame in which a whole stands by itself."""
+"""The joint with position 0 and no rotation: the frame of a whole that nothing owns."""

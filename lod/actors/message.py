@@ -1,7 +1,7 @@
-"""Compound messages: a route to a part, and what is asked of it (§3.2, figure 4).
+"""Compound messages: a route to a part, and the action it is asked for (§3.2, figure 4).
 
-A message is given to a whole, which forwards it along the route. The sender gets an Answer, or the
-Refusal of whoever stood in the way.
+A message is sent to a whole, which forwards it along the route. The sender gets an Answer, or the
+Refusal of the object that refused it.
 
 >>> ask("right leg/lower leg/foot", "orientation")
 <ask right leg/lower leg/foot: orientation()>
@@ -15,13 +15,13 @@ from typing import Any
 from lod.errors import InputError
 
 SEPARATOR = "/"
-"""Stands between the names of a route; a dot is read in the same way."""
+"""Separator of the names of a route; a dot is accepted, too."""
 
 Route = tuple[str, ...]
 
 
 class Refused(ValueError):
-    """A refusal, raised: ``who`` refused and ``why``."""
+    """The exception of a refusal: ``who`` refused, and ``why``."""
 
     def __init__(self, who: str, why: str) -> None:
         self.who, self.why = who, why
@@ -30,7 +30,7 @@ class Refused(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Action:
-    """What is asked of a part: one of its queries, or one of its changing methods, by name."""
+    """An action that a part is asked for: one of its queries or mutators, by name."""
 
     name: str
     arguments: tuple[Any, ...] = ()
@@ -57,21 +57,25 @@ class Message:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The part did what was asked; ``value`` is what it had to say."""
+    """The reply of a part that carried out the action; ``value`` is what its method returned."""
 
     value: Any
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """``who`` (the way to it from the whole that was addressed) refused, and ``why``."""
+    """The reply that an action was refused.
+
+    who  route of the object that refused, from the whole that the message was sent to
+    why  its reason
+    """
 
     who: str
     why: str
 
     @property
     def value(self) -> Any:
-        """There is none: raises Refused."""
+        """A refusal has no value: reading it raises Refused."""
         raise Refused(self.who, self.why)
 
 
@@ -79,17 +83,17 @@ Reply = Answer | Refusal
 
 
 def ask(route: str | Sequence[str], name: str, *arguments: Any) -> Message:
-    """A request for information: the query ``name`` of the part at ``route`` ("" = the whole)."""
+    """Build a message that asks for the query ``name`` of the part at ``route`` ("": the whole)."""
     return Message(parse_route(route), Action(name, arguments))
 
 
 def change(route: str | Sequence[str], name: str, *arguments: Any) -> Message:
-    """A request to change: the method ``name`` of the part at ``route`` ("" = the whole)."""
+    """Build a message that asks for a change by the mutator ``name`` of the part at ``route``."""
     return Message(parse_route(route), Action(name, arguments, changes=True))
 
 
 def parse_route(route: str | Sequence[str]) -> Route:
-    """The names of a route written with slashes or dots, or given one by one."""
+    """Split a route written with slashes or dots into names, or check those given one by one."""
     if isinstance(route, str):
         names = route.replace(".", SEPARATOR).split(SEPARATOR) if route else []
     else:
@@ -101,12 +105,12 @@ def parse_route(route: str | Sequence[str]) -> Route:
 
 
 def format_route(route: Sequence[str]) -> str:
-    """A route as text."""
+    """Write a route as text."""
     return SEPARATOR.join(route)
 
 
 def nearest_route(route: Route, known: Sequence[Route]) -> Route:
-    """The known route most like ``route``, by its last name and by the way there.
+    """Find the known route that is most similar to ``route``, by its last name and as a whole.
 
     >>> nearest_route(("foot",), [("arm", "hand"), ("leg", "foot")])
     ('leg', 'foot')

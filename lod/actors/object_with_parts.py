@@ -1,9 +1,9 @@
 """Wholes and their parts: the part-whole hierarchy, hidden state, compound messages (§3.2).
 
-* An object is assembled from parts; a whole knows the types of its parts when it is made.
-* A part is hidden state of its whole. Nothing hands it out: it is reached by messages to the whole,
+* An object is assembled from parts; a whole knows the types of its parts before it has them.
+* A part is hidden state of its whole. No method returns it: it is reached by messages to the whole,
   which may watch, modify or reject them (``intercept``).
-* A change is atomic: refused, or broken off by an error, it leaves every part as it was.
+* A change is atomic: one that is refused or ends in an error leaves every part as it was.
 """
 
 import copy
@@ -30,10 +30,10 @@ Self = TypeVar("Self", bound="ObjectWithParts")
 
 
 class ObjectWithParts:
-    """An object that can consist of parts: the top of figure 3, abstract (§3.1.1).
+    """An object that can consist of parts: the abstract class at the top of figure 3 (§3.1.1).
 
-    part_types  names of the parts and their classes, known before the whole is made. A part that
-                is not given is made from its class, without arguments.
+    part_types  names of the parts and their classes, known before the whole is created. A part that
+                is not given is created from its class, without arguments.
     """
 
     __slots__ = ("__active", "__name", "__owner", "__parts")
@@ -68,11 +68,13 @@ class ObjectWithParts:
         part_types: Mapping[str, type["ObjectWithParts"]] | None = None,
         name: str | None = None,
     ) -> None:
-        """Assemble the whole, which owns its parts from now on: others reach them through it only.
+        """Assemble the whole, which then owns its parts: others reach them only through it.
 
-        parts       parts made already, by name; none of them has an owner yet
-        part_types  more part types, or other ones than those of the class
-        name        what refusals call it while it has no owner (an owner has its own name for it)
+        parts       parts that exist already, by name; none of them may have an owner
+        part_types  part types in addition to those of the class, or instead of them
+        name        its name in refusals while it has no owner (an owner has its own name for it)
+
+        Raises InputError for a second assembly, an unknown name or a part with an owner.
         """
         if self.__parts is not None:
             raise InputError(str(self), "a second time", "a whole is assembled once")
@@ -85,7 +87,9 @@ class ObjectWithParts:
         self.__parts = assembled
 
     def receive(self, message: Message) -> Reply:
-        """Carry out a compound message, or say who refused and why. A part is asked via its whole.
+        """Carry out a compound message, or return who refused it and why.
+
+        A part refuses every message that does not come from its whole.
 
         >>> Box = type("Box", (ObjectWithParts,), {})
         >>> Box().receive(Message(("lid",), Action("part_names")))
@@ -96,26 +100,26 @@ class ObjectWithParts:
         return self.__carry_out(message)
 
     def intercept(self, message: Message) -> Message | Refusal:
-        """What this whole does with a message on the way to one of its parts: by default, nothing.
+        """Return the message to forward to a part, here the one that arrived.
 
-        Override it to watch messages (give them back as they are), to modify them (give back
-        another, of the same kind) or to reject them (give back ``self.refuse(why)``). What it binds
-        to its own attributes is undone with a change that is refused; what it adds to a list stays.
+        Subclasses override it to watch messages (return them unchanged), to modify them (return
+        another of the same kind) or to reject them (return ``self.refuse(why)``). A refused change
+        also undoes what this method binds to its own attributes, but not what it adds to a list.
         """
         return message
 
     def refuse(self, why: str) -> Refusal:
-        """A refusal in this object's name."""
+        """Return a refusal in this object's name."""
         return Refusal(str(self), why)
 
     @query
     def part_names(self) -> tuple[str, ...]:
-        """Names of its own parts, in order: names, never the parts."""
+        """Return the names of its own parts, in order."""
         return tuple(self.__parts or ())
 
     @query
     def routes(self) -> tuple[Route, ...]:
-        """The route of every part below this object, wholes before their parts."""
+        """Return the routes of all parts below this object, wholes before their parts."""
         return tuple(self.__all_routes())
 
     def __all_routes(self) -> list[Route]:
@@ -125,29 +129,29 @@ class ObjectWithParts:
         return found
 
     def _ask_part(self, message: Message) -> Any:
-        """For a whole's own methods: the answer of a part of its own. Raises Refused.
+        """Return the answer of a part below, for methods of the whole itself. Raises Refused.
 
-        Wholes on the way intercept it, this one does not.
+        The wholes on the way intercept the message; this one does not.
         """
         return self.__carry_out(message, intercepts=False).value
 
     @property
     def _acts(self) -> bool:
-        """Whether it carries out a message now, so that its methods are its own to call."""
+        """Whether it carries out a message now, so that its own methods may be called."""
         return self.__active > 0
 
     @property
     def _owned_by(self) -> str:
-        """Name of the whole that owns it; empty while it has no owner."""
+        """The name of the whole that owns it; empty while it has no owner."""
         return "" if self.__owner is None else str(self.__owner)
 
     @property
     def _route(self) -> Route:
-        """The way to this object from the whole that has no owner."""
+        """The route to this object from the whole that has no owner."""
         return () if self.__owner is None else (*self.__owner._route, self.__name)
 
     def __carry_out(self, message: Message, intercepts: bool = True) -> Reply:
-        """Deliver; if nothing comes of it, put every part back as it was."""
+        """Deliver the message; restore every part where no answer comes back."""
         if not message.action.changes:
             return self.__deliver(message, intercepts)
         before = self.__remember()
@@ -223,7 +227,7 @@ class ObjectWithParts:
         return self.__deepcopy__({})
 
     def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
-        """A whole of its own, with parts of its own; a part is copied with its whole only."""
+        """Copy a whole with its parts. Raises InputError for a part: only its whole copies it."""
         if self.__owner is not None:
             raise InputError(str(self), "a copy", f"part of {self.__owner}: copy the whole")
         return self.__cloned(memo)
@@ -255,7 +259,7 @@ def _assembled(
     types: Mapping[str, type[ObjectWithParts]],
     given: Mapping[str, ObjectWithParts],
 ) -> dict[str, ObjectWithParts]:
-    """The parts of a whole in the order of their types: those given, and new ones for the rest."""
+    """Return the parts of a whole in the order of their types, new ones where none is given."""
     for name in given:
         if name not in types:
             cure = (
@@ -286,7 +290,7 @@ def _put_back(before: list[tuple[ObjectWithParts, dict[str, Any]]]) -> None:
 
 
 def _refusal(who: str, refused: Refused | InputError) -> Refusal:
-    """The first to refuse is named, not those who passed its refusal on."""
+    """Return a refusal that names the first object that refused, not those that forwarded it."""
     return (
         Refusal(refused.who, refused.why)
         if isinstance(refused, Refused)

@@ -1,11 +1,11 @@
-"""Quaternions as numbers: rotations to multiply, divide and mix with reals (§3.3).
+"""Quaternions as numbers: rotations that can be multiplied, divided and mixed with reals (§3.3).
 
 They are drjit's scalar quaternions, with components i, j, k and then the real part (x, y, z, w).
 A vector is a quaternion whose real part is 0; a rotation is one of length 1. Products combine
 rotations from the right: ``a * b`` turns by b first, then by a.
 
-A drjit quaternion can be written to (``q.x = 1``), and ``==`` compares component by component; so
-state is kept as a tuple (``components``), and every quaternion handed out is a new one.
+A drjit quaternion can be written to (``q.x = 1``), and ``==`` compares component by component.
+Therefore state is stored as a tuple (``components``), and every quaternion returned is a new one.
 
 >>> i, j, k = (pure_quaternion(axis) for axis in (EAST, NORTH, UP))
 >>> i * i, j * j, k * k, i * j * k
@@ -30,14 +30,14 @@ EAST: Vector = (1.0, 0.0, 0.0)
 NORTH: Vector = (0.0, 1.0, 0.0)
 UP: Vector = (0.0, 0.0, 1.0)
 IDENTITY: Components = (0.0, 0.0, 0.0, 1.0)
-"""Components of the rotation that leaves everything as it is: the number 1."""
+"""Components of the rotation by 0: the number 1."""
 
 _UNIT_WITHIN = 4e-16
-"""How far from 1 a length may round to and still count as 1."""
+"""Largest difference from 1 by which a rounded length counts as 1."""
 
 
 def vector(values: VectorLike, where: str = "vector") -> Vector:
-    """Three finite numbers as a tuple. Raises InputError for anything else."""
+    """Return three finite numbers as a tuple. Raises InputError for anything else."""
     try:
         x, y, z = (float(value) for value in values)
     except (TypeError, ValueError):
@@ -48,29 +48,30 @@ def vector(values: VectorLike, where: str = "vector") -> Vector:
 
 
 def components(q: Quaternion) -> Components:
-    """(x, y, z, w): a copy that nothing can change."""
+    """Return the components (x, y, z, w) as a tuple."""
     return q.x, q.y, q.z, q.w
 
 
 def pure_quaternion(values: VectorLike) -> Quaternion:
-    """A vector as a quaternion with a zero real part (§3.3)."""
+    """Return a vector as a quaternion whose real part is 0 (§3.3)."""
     return Quaternion(*vector(values), 0.0)
 
 
 def vector_part(q: Quaternion) -> Vector:
-    """The vector of a quaternion, whatever its real part."""
+    """Return the vector part of a quaternion."""
     return q.x, q.y, q.z
 
 
 def norm(q: Quaternion) -> float:
-    """Length |q|; |a·b| = |a|·|b|."""
+    """Compute the length |q|, for which |a·b| = |a|·|b|."""
     return math.hypot(q.x, q.y, q.z, q.w)
 
 
 def unit(q: Quaternion) -> Quaternion:
-    """``q`` at length 1; itself where it is so to rounding. Raises InputError for 0, NaN and Inf.
+    """Scale ``q`` to length 1; return it unchanged where its length is 1 to rounding.
 
-    After every product, this keeps a rotation a rotation: errors of rounding never add up.
+    Applied after every product, it prevents that errors of rounding add up. Raises InputError for
+    0, NaN and infinity.
     """
     length = math.hypot(q.x, q.y, q.z, q.w)
     if abs(length - 1.0) <= _UNIT_WITHIN:
@@ -81,7 +82,11 @@ def unit(q: Quaternion) -> Quaternion:
 
 
 def rotation(axis: VectorLike, angle_deg: float) -> Quaternion:
-    """Turn by ``angle_deg`` about ``axis``, anticlockwise seen from its tip (Hamilton [39])."""
+    """Return the rotation by ``angle_deg`` about ``axis``, anticlockwise seen from its tip.
+
+    Hamilton (reference 39 of the paper) gives the formula. Raises InputError for an axis of length
+    0 or an angle that is not finite.
+    """
     x, y, z = vector(axis, "axis")
     length = math.hypot(x, y, z)
     if length == 0.0:
@@ -94,18 +99,24 @@ def rotation(axis: VectorLike, angle_deg: float) -> Quaternion:
 
 
 def rotate(q: Quaternion, values: VectorLike) -> Vector:
-    """The vector turned by ``q``: q·v·q⁻¹, of the same length whatever the length of q."""
+    """Rotate a vector by ``q``: q·v·q⁻¹, which keeps its length whatever the length of q."""
     return vector_part(q * pure_quaternion(values) / q)
 
 
 def slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
-    """From a at share 0 to b at share 1 at an even pace, the shorter way (Shoemake [41])."""
+    """Interpolate from a (share 0) to b (share 1) at constant angular speed, the shorter way.
+
+    This is Shoemake's spherical linear interpolation (reference 41 of the paper).
+    """
     turn = rotation_vector(unit(b / a))
     return unit(from_rotation_vector([share * angle for angle in turn]) * a)
 
 
 def rotation_vector(q: Quaternion) -> Vector:
-    """Axis times angle [degrees], the shorter way round: at most 180 long (the logarithm of q)."""
+    """Compute axis times angle [degrees], the shorter way round: at most 180 long.
+
+    It is the logarithm of the rotation.
+    """
     sine = math.hypot(q.x, q.y, q.z)
     if sine == 0.0:
         return 0.0, 0.0, 0.0
@@ -115,12 +126,12 @@ def rotation_vector(q: Quaternion) -> Vector:
 
 
 def from_rotation_vector(angles_deg: VectorLike) -> Quaternion:
-    """The turn about a vector by its length [degrees] (the exponential; inverse of the above)."""
+    """Return the rotation about a vector by its length [degrees]: invert ``rotation_vector``."""
     x, y, z = vector(angles_deg, "rotation vector")
     angle = math.hypot(x, y, z)
     return rotation((x, y, z), angle) if angle > 0 else Quaternion(*IDENTITY)
 
 
 def matrix(q: Quaternion) -> np.ndarray:
-    """The rotation matrix of ``q``, (3, 3): its columns are the turned axes."""
+    """Compute the rotation matrix of ``q``, (3, 3), whose columns are the rotated axes."""
     return np.array([rotate(q, axis) for axis in (EAST, NORTH, UP)]).T

@@ -50,12 +50,14 @@ class DustBalls(NamedTuple):
 
 def live_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
     """Puffs of trails that are in the air."""
-    whole, falls = _recent_footfalls(frame, parts, rows)
+    parent, falls = _recent_footfalls(frame, parts, rows)
     live = np.flatnonzero(_is_in_air(frame, falls))
-    puffs, whole = frame.puffs(falls.take(live)), whole[live]
+    puffs, parent = frame.puffs(falls.take(live)), parent[live]
     area = puffs.mean_area
-    total = np.bincount(whole, area, len(parts))
-    return ChildParts(whole, puff_id(frame.legs, puffs.footfall), puffs.origin, area / total[whole])
+    total = np.bincount(parent, area, len(parts))
+    return ChildParts(
+        parent, puff_id(frame.legs, puffs.footfall), puffs.origin, area / total[parent]
+    )
 
 
 def wisps_of_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
@@ -126,9 +128,9 @@ def _recent_footfalls(frame: DustFrame, parts: Parts, rows: Ints) -> tuple[np.nd
     """The last footfalls of the walkers of trail_centres, and the row of the trail of each."""
     legs, slots = frame.legs, frame.legs.slots(LIFE_S)
     each = footfalls(frame.walkers, legs, parts.object[rows], slots, frame.time_s)
-    whole = np.repeat(rows, slots * legs.strike.shape[1])
+    parent = np.repeat(rows, slots * legs.strike.shape[1])
     treads = legs.walks[frame.walkers.prototype[each.owner], each.leg]
-    return whole[treads], each.take(treads)
+    return parent[treads], each.take(treads)
 
 
 def _is_in_air(frame: DustFrame, falls: Footfalls) -> np.ndarray:

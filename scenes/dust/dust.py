@@ -135,11 +135,11 @@ class Dust:
             each(self._scene(moment), parts, np.flatnonzero(parts.level == level))
             for level, each in enumerate((live_puffs, wisps_of_puffs, grains_of_wisps))
         ]
-        whole, part, place, share = (np.concatenate(column) for column in zip(*found, strict=True))
-        order = np.argsort(whole, kind="stable")
-        whole = whole[order]
-        level, who = parts.level[whole] + 1, parts.object[whole]
-        return self._parts(moment, level, place[order], who, part[order], whole, share[order])
+        parent, part, place, share = (np.concatenate(column) for column in zip(*found, strict=True))
+        order = np.argsort(parent, kind="stable")
+        parent = parent[order]
+        level, who = parts.level[parent] + 1, parts.object[parent]
+        return self._parts(moment, level, place[order], who, part[order], parent, share[order])
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
         """Balls: leaf appearances alone, as much as each shows."""
@@ -179,7 +179,7 @@ class Dust:
         position: Points,
         object_: Ints,
         part: Ints,
-        whole: Ints,
+        parent: Ints,
         share: Reals,
     ) -> Parts:
         prototype = moment.walkers.prototype[object_]
@@ -193,7 +193,7 @@ class Dust:
             level=level,
             object=object_,
             part=part,
-            parent=whole,
+            parent=parent,
             share=share,
             state=moment,
         )

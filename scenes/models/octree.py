@@ -92,16 +92,16 @@ def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"])
     radii = _radii(levels, SUNK * solid.side / 2**solid.depth)
     count = [len(cells.place) for cells in levels]
     first = np.concatenate(([0], np.cumsum(count)))
-    whole = [np.array([-1])]
+    parent = [np.array([-1])]
     for level in range(1, len(levels)):
-        whole.append(first[level - 1] + _cell_rows(levels[level - 1], levels[level].place // 2))
+        parent.append(first[level - 1] + _cell_rows(levels[level - 1], levels[level].place // 2))
     n, centre = int(first[-1]), np.concatenate([cells.centre for cells in levels])
     albedo = np.concatenate([cells.albedo for cells in levels])
     tint = ((albedo[:, None, :] - tints) ** 2).sum(axis=2).argmin(axis=1)
     detail = np.repeat(np.arange(len(levels)), count)
     return assemble_prototype(
         name=name,
-        places=PartPlaces(np.concatenate(whole), detail, centre, np.full(n, OVERLAP)),
+        places=PartPlaces(np.concatenate(parent), detail, centre, np.full(n, OVERLAP)),
         inner=_balls(np.empty(0, np.int64), centre[:0], np.empty(0), tint[:0], n),
         leaf=_balls(np.arange(n), centre, np.concatenate(radii), tint, n),
         tints=tints,

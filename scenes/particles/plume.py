@@ -132,13 +132,13 @@ class Plume:
         """The live puffs of a plume, the particles of a puff."""
         n, births = self.kind.particles, self.growth.live(parts.state.time_s)
         count = np.array([len(births), n, 0])[parts.level]
-        whole = np.repeat(np.arange(len(parts)), count)
-        number = np.arange(len(whole)) - np.repeat(np.cumsum(count) - count, count)
-        level = parts.level[whole] + 1
+        parent = np.repeat(np.arange(len(parts)), count)
+        number = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
+        level = parts.level[parent] + 1
         puff = self._puff_id(births[np.where(level == 1, number, 0)])
-        part = np.where(level == 1, puff, parts.part[whole] + 1 + number)
+        part = np.where(level == 1, puff, parts.part[parent] + 1 + number)
         share = self._shares(parts.state, births, level, part, number)
-        return self._parts(parts.state, view, part, parts.object[whole], whole, share)
+        return self._parts(parts.state, view, part, parts.object[parent], parent, share)
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks | Triangles:
         """Balls of smoke or tongues of flame: leaf appearances alone, as much as each shows."""
@@ -158,7 +158,7 @@ class Plume:
         return replace(parts, state=replace(parts.state, time_s=time_s))
 
     def _parts(
-        self, time: PlumeState, view: View, part: Ints, object_: Ints, whole: Ints, share: Reals
+        self, time: PlumeState, view: View, part: Ints, object_: Ints, parent: Ints, share: Reals
     ) -> Parts:
         level = self._levels(part)
         inside, outside = view.limits(self.hierarchy)
@@ -172,7 +172,7 @@ class Plume:
             level=level,
             object=object_,
             part=part,
-            parent=whole,
+            parent=parent,
             share=share,
             state=time,
         )

@@ -32,20 +32,20 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
     """A posable prototype at rest, without a motion."""
     parts = anatomy.both_sides(anatomy.parts, anatomy.side_parts)
     row = {part: i for i, part in enumerate(parts)} | {"": -1}
-    whole = np.array([row[part.whole] for part in parts.values()])
+    parent = np.array([row[part.whole] for part in parts.values()])
     rig = _rig(anatomy, build)
     body = _sticks(anatomy.both_sides(anatomy.body, anatomy.side_body), row, rig, build)
     given = _sticks(anatomy.both_sides(anatomy.leaf, anatomy.side_leaf), row, rig, build)
     core = _sticks(anatomy.both_sides(anatomy.core, {}), row, rig, build)
     rig, (body, given, core) = _scale_to_height(rig, (body, given, core), build.height)
-    full = sticks_below(whole, body.posed(*rig.frames()))
+    full = sticks_below(parent, body.posed(*rig.frames()))
     leaf, tints = fit_leaf_appearances(rig, body, given, full, build.materials)
-    inside = inner_appearances(whole, body, leaf, core)
+    inside = inner_appearances(parent, body, leaf, core)
     joint = np.array([rig.row(part.joint) for part in parts.values()])
     level = np.array([part.level for part in parts.values()])
     twin = _mirror_images(parts, row, rig)
     tables = inside, leaf, tints
-    hierarchy, joint = build_hierarchy(rig, whole, level, joint, *tables, twin)
+    hierarchy, joint = build_hierarchy(rig, parent, level, joint, *tables, twin)
     hierarchy = replace(hierarchy, overlap=np.where(level, LIMB_OVERLAP, WHOLE_OVERLAP))
     return RiggedPrototype(name, rig, joint, hierarchy, inside, leaf, tints, rest_motion(rig))
 

@@ -29,19 +29,19 @@ def select_sticks(table: RiggedSticks | None, stick: Ints, owner: Ints, n: int) 
     return group_by_owner(owner, [getattr(table, name)[stick] for name in _COLUMNS], n)
 
 
-def sticks_below(whole: Ints, body: StickTable) -> StickTable:
+def sticks_below(parent: Ints, body: StickTable) -> StickTable:
     """The sticks of every part's own body and of all parts below it, at rest."""
     owner, stick = body.owner, np.arange(len(body))
     owners, sticks = [], []
     while len(owner):
         owners.append(owner)
         sticks.append(stick)
-        above = whole[owner]
+        above = parent[owner]
         owner, stick = above[above >= 0], stick[above >= 0]
     rows = np.concatenate(sticks)
     names = ("start", "end", "start_radius", "end_radius", "tint")
     columns = (getattr(body, name)[rows] for name in names)
-    return StickTable.of(len(whole), np.concatenate(owners), *columns)
+    return StickTable.of(len(parent), np.concatenate(owners), *columns)
 
 
 def fit_leaf_appearances(
@@ -114,16 +114,16 @@ def _scale_radii(table: RiggedSticks, factor: Reals) -> RiggedSticks:
 
 
 def inner_appearances(
-    whole: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedSticks
+    parent: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedSticks
 ) -> RiggedSticks:
     """Inner appearances: the bodies of parts that own parts, and cores where there is no body.
 
     given: cores chosen for some parts; elsewhere the core is the leaf appearance, thinned. The
         whole object has no core unless one is given.
     """
-    n = len(whole)
+    n = len(parent)
     owns = np.zeros(n, bool)
-    owns[whole[whole >= 0]] = True
+    owns[parent[parent >= 0]] = True
     kept = np.flatnonzero(owns[body.owner])
     bare = [np.bincount(table.owner, minlength=n) == 0 for table in (body, given)]
     cores = owns & bare[0] & bare[1]

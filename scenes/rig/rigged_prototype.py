@@ -145,7 +145,7 @@ def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
 
 def build_hierarchy(
     rig: Rig,
-    whole: Ints,
+    parent: Ints,
     level: Ints,
     joint: Ints,
     inner: RiggedSticks,
@@ -158,26 +158,26 @@ def build_hierarchy(
     joint (n,) where each would have its origin by itself; twin (n,) an earlier part that it is the
     mirror image of, or itself
     """
-    n = len(whole)
+    n = len(parent)
     P = np.sqrt(_largest_areas(rig, leaf)[twin])
-    one = representative(whole, P)
+    one = representative(parent, P)
     joint = joint[one]
     own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
     for row in np.flatnonzero(twin == np.arange(n)).tolist():
-        parts = np.flatnonzero(whole == row)
+        parts = np.flatnonzero(parent == row)
         own[row] = _extent(rig, int(joint[row]), (inner, leaf), np.array([row]))
         R[row] = max(own[row], _extent(rig, int(joint[row]), (inner, leaf), parts))
         if row:
             origin = np.array([joint[row]]), np.zeros((1, 3)), np.zeros(1)
-            separation[row] = reach_bound(rig, int(joint[whole[row]]), *origin)
+            separation[row] = reach_bound(rig, int(joint[parent[row]]), *origin)
     own, R, separation = own[twin], R[twin], separation[twin]
     B = own.copy()
     for row in range(n - 1, 0, -1):
-        B[whole[row]] = max(B[whole[row]], separation[row] + B[row])
+        B[parent[row]] = max(B[parent[row]], separation[row] + B[row])
     position = rig.frames()[0][joint]
     lengths = max_over_tied(P, one), max_over_tied(R, one), B, separation
-    contrast = part_contrast(whole, leaf.posed(*rig.frames()), tints)[one]
-    return Hierarchy(whole, level, position, *lengths, contrast), joint
+    contrast = part_contrast(parent, leaf.posed(*rig.frames()), tints)[one]
+    return Hierarchy(parent, level, position, *lengths, contrast), joint
 
 
 def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:

@@ -51,16 +51,16 @@ GROUND_CONTRAST = int(contrast_class(greatest_contrast(np.array(GROUND))).max())
 """Contrast class of the ground: a bump in the sun against shaded ground, or against the sky."""
 
 
-def part_contrast(whole: Ints, leaf: StickTable, tints: Float64[np.ndarray, "t 3"]) -> Ints:
+def part_contrast(parent: Ints, leaf: StickTable, tints: Float64[np.ndarray, "t 3"]) -> Ints:
     """Compute the class of every part from its leaf appearance, (n,) rows of CONTRAST_CLASSES.
 
-    ``whole`` (n,) is the row of each part's whole, as in Hierarchy; ``tints`` are linear Rec.709.
+    ``parent`` (n,) is the row of each part's whole, as in Hierarchy; ``tints`` are linear Rec.709.
     """
     weight = mean_outline_areas(leaf)
     shine = weight * (tints @ np.array(LUMINANCE))[leaf.tint]
-    parts = len(whole)
+    parts = len(parent)
     shone, covered = (np.bincount(leaf.owner, column, parts) for column in (shine, weight))
     found = contrast_class(greatest_contrast(shone / covered))
     for row in range(parts - 1, 0, -1):
-        found[whole[row]] = max(found[whole[row]], found[row])
+        found[parent[row]] = max(found[parent[row]], found[row])
     return found

@@ -140,12 +140,12 @@ class Terrain:
             rule = f"the ground of a view has at most {MOST_TILES} tiles a level"
             raise InputError("detail", view.detail, rule, "raise --detail or lower --size")
         tiles = quarters(parts.level[rows], *tile_xy(parts.part[rows]))
-        whole = np.repeat(rows, 4)
-        z = parts.centre[whole, 2]
-        half = parts.bound[whole] - _flat_bound(parts.state, parts.level[whole])
-        hidden = parts.limit[whole] < parts.state.limits[0][parts.level[whole]]
-        roots = parts.object[whole]
-        return self._tiles(view, parts.state, tiles, roots, whole, z - half, z + half, hidden)
+        parent = np.repeat(rows, 4)
+        z = parts.centre[parent, 2]
+        half = parts.bound[parent] - _flat_bound(parts.state, parts.level[parent])
+        hidden = parts.limit[parent] < parts.state.limits[0][parts.level[parent]]
+        roots = parts.object[parent]
+        return self._tiles(view, parts.state, tiles, roots, parent, z - half, z + half, hidden)
 
     def _tiles(
         self,
@@ -153,7 +153,7 @@ class Terrain:
         grid: TileGrid,
         tiles: Squares,
         root: Ints,
-        whole: Ints,
+        parent: Ints,
         lowest: Reals,
         highest: Reals,
         hidden: np.ndarray,
@@ -182,8 +182,8 @@ class Terrain:
             level=level,
             object=root,
             part=(x << 32) | y,
-            parent=whole,
-            share=np.where(whole < 0, 1.0, 0.25),
+            parent=parent,
+            share=np.where(parent < 0, 1.0, 0.25),
             state=grid,
         )
 
