@@ -34,7 +34,7 @@ _VISIBILITY_KM = (0.5, 1.0, 6.0, 50.0, 60.0)
 _EXPONENT = (0.0, 0.5, 1.3, 1.3, 1.6)
 
 
-def extinction_of_visibility(visibility_m: float) -> float:
+def extinction_from_visibility(visibility_m: float) -> float:
     """Compute β = ln(1/0.02)/V = 3.912/V at 550 nm [1/m] (Koschmieder, 1924).
 
     Raises InputError unless V is finite and at least 1 m.
@@ -45,8 +45,8 @@ def extinction_of_visibility(visibility_m: float) -> float:
     return math.log(1 / CONTRAST_THRESHOLD) / visibility_m
 
 
-def visibility_of_extinction(extinction: float) -> float:
-    """Compute V = ln(1/0.02)/β [m], infinite for β = 0; it inverts ``extinction_of_visibility``."""
+def visibility_from_extinction(extinction: float) -> float:
+    """Compute V = ln(1/0.02)/β [m], infinite for β = 0: invert ``extinction_from_visibility``."""
     if not (math.isfinite(extinction) and extinction >= 0):
         raise InputError("extinction", extinction, "finite and at least 0 /m")
     return math.log(1 / CONTRAST_THRESHOLD) / extinction if extinction else math.inf
@@ -59,7 +59,7 @@ def angstrom_exponent(visibility_m: float) -> float:
     V − 0.5 up to 1 km, 0.16·V + 0.34 up to 6 km, 1.3 up to 50 km, 1.6 above. Theirs steps at 50 km;
     here it climbs from 50 to 60 km, so that q, like all of the air, is continuous in V.
     """
-    extinction_of_visibility(visibility_m)
+    extinction_from_visibility(visibility_m)
     return float(np.interp(visibility_m / 1000, _VISIBILITY_KM, _EXPONENT))
 
 
@@ -112,12 +112,12 @@ def hazy_extinction(visibility_m: float, wavelengths_nm: Bands) -> Bands:
     part is taken out, which makes blue thicker than Kim has it: by 5 % at 20 km, 13 % at 50 km.
     Raises InputError where the air alone is thicker than V allows, beyond 340 km.
     """
-    total, clean = extinction_of_visibility(visibility_m), _rayleigh((REFERENCE_NM,))[0]
+    total, clean = extinction_from_visibility(visibility_m), _rayleigh((REFERENCE_NM,))[0]
     if total < clean:
         raise InputError(
             "visibility",
             visibility_m,
-            f"at most {visibility_of_extinction(clean) / 1000:.0f} km, that of pure air",
+            f"at most {visibility_from_extinction(clean) / 1000:.0f} km, that of pure air",
             "leave it out for clear air",
         )
     particles = particle_extinction(visibility_m, total - clean, wavelengths_nm)

@@ -8,7 +8,7 @@ import numpy as np
 from lod.arrays import Reals
 from lod.atmosphere.extinction import (
     Bands,
-    extinction_of_visibility,
+    extinction_from_visibility,
     particle_extinction,
 )
 from lod.errors import InputError
@@ -28,7 +28,7 @@ class Mist:
     scale_m: float
 
     def __post_init__(self) -> None:
-        extinction_of_visibility(self.visibility_m)
+        extinction_from_visibility(self.visibility_m)
         if not math.isfinite(self.base_m):
             raise InputError("mist.base", self.base_m, "a finite height above the datum")
         if not (math.isfinite(self.scale_m) and self.scale_m > 0):
@@ -40,7 +40,7 @@ def mist_extinction(mist: Mist, wavelengths_nm: Bands) -> Bands:
 
     Mist is droplets alone, which follow Ångström's law for its own visibility.
     """
-    at_550 = extinction_of_visibility(mist.visibility_m)
+    at_550 = extinction_from_visibility(mist.visibility_m)
     return particle_extinction(mist.visibility_m, at_550, wavelengths_nm)
 
 

@@ -41,7 +41,7 @@ def spectral_width(image: Image, pitch: float) -> float:
     return float(spectrum.sum().real * cell / central)
 
 
-def priority_of_area(area: float) -> float:
+def priority_from_area(area: float) -> float:
     """P = √(largest cross-section of the leaf appearance) [m] (§2.4)."""
     if not (np.isfinite(area) and area > 0):
         raise InputError("area", area, "finite and above 0 m²")

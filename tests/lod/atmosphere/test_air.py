@@ -17,9 +17,9 @@ from lod.atmosphere.air import (
 )
 from lod.atmosphere.extinction import (
     angstrom_exponent,
-    extinction_of_visibility,
+    extinction_from_visibility,
     rayleigh_extinction,
-    visibility_of_extinction,
+    visibility_from_extinction,
 )
 from lod.atmosphere.mist import (
     Mist,
@@ -39,8 +39,8 @@ MIST = st.builds(Mist, VISIBILITY, st.floats(-200, 500), st.floats(1, 500))
 @pytest.mark.parametrize(("V", "beta"), [(1000, 3.912023e-3), (20000, 1.9560115e-4)])
 def test_koschmieder_by_hand(V, beta):
     """ln 50 = 3.912023: two percent, not the five of the WMO (2.995732)."""
-    assert extinction_of_visibility(V) == pytest.approx(beta, rel=1e-7)
-    assert visibility_of_extinction(beta) == pytest.approx(V, rel=1e-7)
+    assert extinction_from_visibility(V) == pytest.approx(beta, rel=1e-7)
+    assert visibility_from_extinction(beta) == pytest.approx(V, rel=1e-7)
 
 
 @given(V=VISIBILITY)
@@ -156,7 +156,7 @@ def test_bad_visibility_is_refused(V):
 @pytest.mark.parametrize("beta", [-1e-9, math.inf, math.nan])
 def test_bad_extinction_is_refused(beta):
     with pytest.raises(InputError, match="extinction"):
-        visibility_of_extinction(beta)
+        visibility_from_extinction(beta)
 
 
 @pytest.mark.parametrize(

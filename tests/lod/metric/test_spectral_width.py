@@ -8,7 +8,7 @@ from scipy.special import j1
 
 from lod.errors import InputError
 from lod.metric.family import solid_angle
-from lod.metric.spectral_width import priority_of_area, spectral_width
+from lod.metric.spectral_width import priority_from_area, spectral_width
 
 SAMPLES, PITCH = 512, 0.01
 _AXIS = (np.arange(SAMPLES) - SAMPLES // 2) * PITCH
@@ -66,7 +66,7 @@ def test_the_receding_figure_spreads_its_spectrum():
 @pytest.mark.parametrize("half", [0.105, 0.405])
 def test_the_cut_by_spectral_width_is_the_metric(half):
     """A square of side 2·half metres is cut where its width passes 1/m²: at P/m."""
-    P, m = priority_of_area(4 * half**2), 0.01
+    P, m = priority_from_area(4 * half**2), 0.01
     square = ((np.abs(X) < half) & (np.abs(Y) < half)).astype(float)
     in_metres = spectral_width(square, PITCH)
     cut_at = math.sqrt(1 / (m**2 * in_metres))  # the width at distance d is d² times that
@@ -82,4 +82,4 @@ def test_what_has_no_width_is_refused(image, pitch):
 @pytest.mark.parametrize("area", [0.0, -1.0, math.nan, math.inf])
 def test_bad_areas_are_refused(area):
     with pytest.raises(InputError, match="area"):
-        priority_of_area(area)
+        priority_from_area(area)
