@@ -1,8 +1,8 @@
-"""The cases of the scaling experiment, as data: one quantity of the law is swept at a time (§4.1).
+"""Which cases does the scaling experiment sweep? One quantity of the law at a time (§4.1).
 
-Flat ground, clear air, an ideal eye that looks all round; what else there is, and where the law
-breaks, is in scaling_beyond. Densities are chosen per metric, so that its fields hold about as many
-objects whatever its limit distance is.
+The ground is flat, the air is clear and an ideal eye looks all round; other cases, and those where
+the law fails, are in ``bench.experiments.scaling.cases_beyond``. Densities are chosen per metric,
+so that fields hold about as many objects whatever the metric's limit distance is.
 """
 
 import math
@@ -29,20 +29,24 @@ GATHERED = {
     "slope": "growing evenly to the east, K at the eye, twice that ``scale`` away",
     "clearing": "growing with the distance from the eye, as far as ``scale``",
 }
-"""How objects are spread. The density is the mean one of patches, and the densest of a clearing."""
+"""How objects are spread; the density is the mean of patches, and the densest of a clearing."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One point of a sweep. ``species``: of one kind, or several as ``figure+rabbit``.
+    """One point of a sweep of one species, or of several as ``figure+rabbit``.
 
-    density  K [1/m²];  size  factor on every length of the species;  detail  τ [px]
-    width    of the picture [px];  fov  its horizontal field of view [degrees]
-    extent   side of the world [m]; None = endless
-    eye_height   of the eye above the ground under it [m]
-    hills        amplitude of the ground [m]; 0 = flat
-    visibility   V [m]; None = clear air
-    gathered     how K varies: a key of GATHERED;  scale  the length that this takes [m]
+    density     K [1/m²]
+    size        factor on every length of the species
+    detail      τ [px]
+    width       width of the picture [px]
+    fov         its horizontal field of view [degrees]
+    extent      side of the world [m]; None = endless
+    eye_height  height of the eye above the ground under it [m]
+    hills       amplitude of the ground [m]; 0 = flat
+    visibility  V [m]; None = clear air
+    gathered    how K varies: a key of GATHERED
+    scale       the length over which K varies [m]
     """
 
     sweep: str
@@ -62,11 +66,11 @@ class Case:
 
     @property
     def m(self) -> float:
-        """m = τ·2·tan(fov/2)/width [rad]."""
+        """The detail angle m = τ·2·tan(fov/2)/width [rad]."""
         return self.detail * 2 * math.tan(math.radians(self.fov) / 2) / self.width
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return asdict(self)
 
 
@@ -74,9 +78,9 @@ class Case:
 class Setup:
     """What is swept for one species and metric, and how finely.
 
-    density   K of every sweep but its own, whose middle it is [1/m²]
+    density   K of every sweep [1/m²]; the sweep of K has it in its middle
     coarsest  largest m [rad]; the sweeps of m go two decades down from there
-    world     a side of the world [m] that is about twice the limit distance in the world sweep
+    world     a side of the world [m], about twice the limit distance in the world sweep
     steps     points in two decades
     """
 
@@ -104,18 +108,18 @@ WORLD_SIDES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 3, 10, 100, 1e3, 1e4, 1e6)
 """Sides of the world in units of ``Setup.world``, from well inside the limit to far outside."""
 
 _DECADES = 2.02
-"""A little over two, so that whole pixels do not fall short of it."""
+"""A little more than two decades, so that whole pixels do not fall short of two."""
 
 
 def cases() -> tuple[Case, ...]:
-    """The whole grid; a quick run has the same points and fewer fields."""
+    """Return the whole grid; a quick run has the same points and fewer fields."""
     return tuple(
         case for setup in SETUPS for sweep in setup.sweeps for case in _sweep(setup, sweep)
     )
 
 
 def metric_cases(name: str) -> tuple[Case, ...]:
-    """The sweeps of another metric, where `bounded` and `solid_angle` have theirs."""
+    """Return the sweeps of another metric, like those of `bounded` and `solid_angle`."""
     setup = Setup("figure", name, _SOME, 2.1e-2, 0.045, 340.0, 4)
     return tuple(case for sweep in setup.sweeps for case in _sweep(setup, sweep))
 
@@ -142,12 +146,12 @@ def _sweep(setup: Setup, sweep: str) -> list[Case]:
 
 
 def _with_m(case: Case, m: float) -> Case:
-    """The case with the detail threshold that gives this m."""
+    """Return the case with the detail threshold that gives this m."""
     return replace(case, detail=float(m / _theta(case.width, case.fov)))
 
 
 def _seen_through(case: Case, m: float, coarsest: float) -> Case:
-    """A narrower field of view: a magnifying glass, down to this m."""
+    """Return the case with a narrower field of view, like a magnifying glass, down to this m."""
     widest = 120.0
     detail = coarsest / _theta(case.width, widest)
     half = math.atan(m * case.width / (2 * detail))

@@ -1,7 +1,8 @@
-"""Parts of each size in one field, as displayed and as predicted: for the experiments on sight.
+"""How many parts of each size does one field display, and how many does the law predict?
 
-Flat ground, an eye 1.6 m up that looks all round, a picture 60° wide. Fields are the denser the
-coarser the detail, so that all hold about as many objects: K·m² is the same.
+It serves the experiments on haze and eye. The ground is flat, an eye 1.6 m up looks all round, and
+the picture is 60° wide. Fields are the denser the coarser the detail, with K·m² constant, so that
+all hold about as many objects.
 """
 
 import hashlib
@@ -31,10 +32,10 @@ from scenes.sticks.prototype import Prototype
 
 BOUNDS_M = (0.1, 0.3, 1.0, 3.0)
 SIZES = ("under 0.1 m", "0.1 to 0.3 m", "0.3 to 1 m", "1 to 3 m", "over 3 m")
-"""Classes of P, the first below the first bound."""
+"""The names of the classes of P, from the first, which is below the first bound."""
 
 DENSITY = {"figure": 2e-3, "tree": 1e-5}
-"""K of each species [1/m²] at COARSE_M: thousands of objects in a field."""
+"""K of each species [1/m²] at COARSE_M: a field has thousands of objects."""
 
 COARSE_M = 2 * math.tan(math.radians(30)) / 640
 """m of one pixel of 640 across 60° [rad]."""
@@ -42,25 +43,29 @@ COARSE_M = 2 * math.tan(math.radians(30)) / 640
 
 @dataclass(frozen=True)
 class SizeCounts:
-    """What one field displays: parts of each size, and how many are nearer than some distances."""
+    """What one field displays.
+
+    by_size      parts of each class of size
+    near_counts  parts nearer than each of some distances
+    """
 
     by_size: tuple[int, ...]
     near_counts: tuple[int, ...]
 
 
 def camera(width: int) -> Camera:
-    """The camera of every field, a picture so many pixels wide."""
+    """Make the camera of every field, for a picture so many pixels wide."""
     eye = np.array((0.0, 0.0, EYE_HEIGHT_M))
     return camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, 60.0, (width, 360))
 
 
 def view_through(sight: ViewingConditions, width: int) -> View:
-    """All round through that air, display and eye, at a detail threshold of 1."""
+    """Make a view all round through that air, display and eye, at a detail threshold of 1."""
     return View(camera(width), METRICS["blake"], look_around=True, conditions=sight)
 
 
 def density_of(species: str, m: float) -> float:
-    """K of fields that are measured at a detail angle m [1/m²]."""
+    """Return K of fields that are measured at a detail angle m [1/m²]."""
     return DENSITY[species] * (m / COARSE_M) ** 2
 
 
@@ -71,7 +76,10 @@ def count_sizes(
     seed: int,
     near_m: Sequence[float] = (),
 ) -> SizeCounts:
-    """The real field and the real pruner; ``near_m`` are the distances that count as near [m]."""
+    """Count the parts of each size in one real field, by the real pruner.
+
+    ``near_m`` are the distances that count as near [m].
+    """
     field = SpeciesField(Species("sight", prototypes, density), seed, FLAT)
     parts = prune(field, view).parts
     size = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])[parts.part]
@@ -81,7 +89,7 @@ def count_sizes(
 
 
 def predicted_sizes(prototypes: tuple[Prototype, ...], density: float, view: View) -> Reals:
-    """Expected number of parts of each size, (sizes,): the law, without the pruner (§4.1)."""
+    """Predict the mean number of parts of each size, (sizes,), without the pruner (§4.1)."""
     total = np.zeros(len(SIZES))
     for tree in (each.hierarchy for each in prototypes):
         limits = chained_limits(tree, view.metric, view.m, view.conditions)
@@ -108,24 +116,24 @@ def size_predictions(means: Reals, **keys: Key) -> tuple[Prediction, ...]:
 
 
 def part_counts(point: Point, sizes: Sequence[str] = SIZES, **keys: Key) -> Reals:
-    """Give the parts of these sizes that every field displays, (fields,); keys: by whom, where."""
+    """Return the parts of these sizes that every field displays, (fields,), by further keys."""
     rows = [point.values("parts", **keys, size=size) for size in sizes]
     return np.asarray(np.sum(rows, axis=0))
 
 
 def predicted_parts(point: Point, sizes: Sequence[str] = SIZES, **keys: Key) -> float:
-    """Give the number of parts of these sizes that the law predicts for a field."""
+    """Return the number of parts of these sizes that the law predicts for a field."""
     return sum(point.prediction("parts", **keys, size=size) for size in sizes)
 
 
 def size_class(P: Reals) -> np.ndarray:
-    """Which of SIZES each priority falls in, (n,)."""
+    """Return the row of SIZES in which each priority falls, (n,)."""
     return np.searchsorted(BOUNDS_M, P, side="right")
 
 
 @lru_cache(maxsize=16)
 def prototypes_with(species: str, contrast: float | None) -> tuple[Prototype, ...]:
-    """Its prototypes, every part of that class of contrast; None = each of its own."""
+    """Return a species' prototypes with one contrast for all parts; None = each part's own."""
     usual = prototypes_of(species, 1.0)
     if contrast is None:
         return usual
@@ -135,13 +143,13 @@ def prototypes_with(species: str, contrast: float | None) -> tuple[Prototype, ..
 
 
 def seed_of(what: str, seed: int, index: int) -> int:
-    """A field's own seed, in 63 bits."""
+    """Return a field's own seed, in 63 bits."""
     text = json.dumps(["sight", what, seed, index])
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1
 
 
 def scene_hash(cases: list[dict[str, object]]) -> str:
-    """SHA-256 of every case, and of the hierarchies and contrast classes of both species."""
+    """Return the SHA-256 of every case, hierarchy and contrast class of both species."""
     digest = hashlib.sha256(json.dumps([cases, DENSITY, BOUNDS_M], sort_keys=True).encode())
     for species in sorted(DENSITY):
         for prototype in prototypes_of(species, 1.0):

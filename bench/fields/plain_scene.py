@@ -1,4 +1,4 @@
-"""The plain description of a preset's frame, before any renderer: how it is made, hashed, sized."""
+"""How is the plain description of a preset's frame made, hashed and sized, before any renderer?"""
 
 import hashlib
 from typing import Any

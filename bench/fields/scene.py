@@ -1,4 +1,4 @@
-"""What a case of the scaling experiment looks at: objects, ground and view."""
+"""What does a case of the scaling experiment look at? Objects, ground and view."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -23,10 +23,10 @@ FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0
 
 
 KEPT = {"evenly": 1.0, "patches": 0.25, "slope": 0.5, "clearing": 1.0}
-"""Share of an even field that is left, patch by patch, or at the eye; of a clearing at its edge."""
+"""The share of an even field that is left: of patches, at the eye, or at a clearing's edge."""
 
 HILLS_M = 512.0
-"""The longest wave of hilly ground."""
+"""The longest wave of hilly ground [m]."""
 
 _STANDING = {
     "figure": lambda: standing_people(0, 4),
@@ -38,17 +38,17 @@ _STANDING = {
 
 @lru_cache(maxsize=64)
 def prototypes_of(species: str, size: float) -> tuple[Prototype, ...]:
-    """The species' prototypes, ``size`` times as large."""
+    """Return the species' prototypes, ``size`` times as large."""
     return tuple(each.scaled(size) for each in _STANDING[species]())
 
 
 def ground_of(case: Case) -> Terrain:
-    """Flat, or the same hills for all fields of a case."""
+    """Return flat ground, or the same hills for all fields of a case."""
     return replace(FLAT, amplitude=case.hills, wavelength=HILLS_M, hurst=0.8)
 
 
 def view_of(case: Case) -> View:
-    """From the middle of the world, all round."""
+    """Return the view from the middle of the world, all round."""
     ground = float(ground_of(case).height(Corner(0, 0), np.zeros((1, 2)))[0])
     eye = np.array((0.0, 0.0, ground + case.eye_height))
     camera = camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, case.fov, (case.width, 1))

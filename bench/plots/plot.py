@@ -1,7 +1,7 @@
-"""Plots as SVG text with the numbers behind it and a text alternative; the only file that draws.
+"""How is a plot made? SVG text, the numbers behind it and a text alternative; only this file draws.
 
 Colours are those of Okabe & Ito, "Color Universal Design" (2008), and no two series differ in
-colour alone. Error bars are 95 % intervals of the mean over fields.
+colour alone. Error bars are two-sided 95 % intervals of the mean over fields.
 """
 
 import io
@@ -21,7 +21,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 _GREY = "#595959"
 _MOST_MARKS = 13
-"""Along a horizontal axis: the names of more would run into each other."""
+"""The most marks along a horizontal axis: the labels of more would overlap."""
 
 _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "lodbench",  # the same plot has the same bytes
@@ -40,12 +40,14 @@ _STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Plot:
-    """A finished plot: SVG text, and in words what it shows for those who do not see it.
+    """A finished plot: SVG text, and a text that says what it shows to those who do not see it.
 
-    drawn  the numbers that it shows, none for a plot that is only a picture
-    kind   ``law``: counts with their prediction and the ratio of the two; ``ratio``; ``curves``
-    axis, scale   what the axes are, and ``log`` or ``linear``; horizontal, vertical
-    mark   a value on the horizontal axis that matters, and its name
+    svg          the picture
+    alt          the text in place of the picture
+    drawn        the numbers that it shows; none for a plot that is only a picture
+    kind         ``law``: counts with their prediction and the ratio of both; ``ratio``; ``curves``
+    axis, scale  labels of the horizontal and the vertical axis; ``log`` or ``linear`` for each
+    mark         a value on the horizontal axis that matters, and its name
     """
 
     name: str
@@ -62,7 +64,10 @@ class Plot:
 
 @dataclass(frozen=True)
 class Series:
-    """One line of a plot, points in order of x; ``half_interval``: of the mean, 95 %."""
+    """One line of a plot, points in order of x.
+
+    ``half_interval`` is half the two-sided 95 % interval of each mean.
+    """
 
     label: str
     x: Sequence[float]
@@ -72,12 +77,12 @@ class Series:
 
     @property
     def ratio(self) -> np.ndarray:
-        """Measured ÷ predicted."""
+        """The counts measured ÷ predicted, (n,)."""
         return np.array(self.measured) / np.array(self.predicted)
 
     @property
     def ratio_half_interval(self) -> np.ndarray:
-        """Half the 95 % interval of the ratio."""
+        """Half the two-sided 95 % interval of the ratio, (n,)."""
         return np.array(self.half_interval) / np.array(self.predicted)
 
 
@@ -89,9 +94,9 @@ def against_law(
     series: Sequence[Series],
     mark: tuple[float, str] | None = None,
 ) -> Plot:
-    """Counts on logarithmic axes with the prediction drawn in; measured ÷ predicted below.
+    """Plot counts on logarithmic axes with the prediction, and measured ÷ predicted below.
 
-    ``mark``: a value on the horizontal axis that matters, and its name.
+    ``mark`` is a value on the horizontal axis that matters, and its name.
     """
     with mpl.rc_context(_STYLE):
         canvas = Canvas(figsize=(5.4, 5.2))
@@ -117,7 +122,10 @@ def against_law(
 def examined_over_displayed(
     name: str, title: str, caption: str, axis: tuple[str, str], series: Sequence[Series]
 ) -> Plot:
-    """Ratios against a size on a logarithmic axis; ``predicted`` holds what the ratio is over."""
+    """Plot ratios against a size on a logarithmic axis.
+
+    ``predicted`` of each series holds what the measured numbers are divided by.
+    """
     with mpl.rc_context(_STYLE):
         canvas = Canvas(figsize=(5.4, 3.9))
         axes = canvas.subplots()
@@ -140,8 +148,10 @@ def examined_over_displayed(
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve: points in order of x; ``low`` and ``high`` bound a band; ``line`` is what was
-    fitted, as the x and y of its points. Either may be nothing.
+    """One curve: points in order of x, with an optional band and an optional fitted line.
+
+    low, high  edges of the band at each x; empty = no band
+    line       x and y of the points of what was fitted; both empty = no line
     """
 
     label: str
@@ -153,7 +163,7 @@ class Curve:
 
     @property
     def residuals(self) -> tuple[list[float], list[float]]:
-        """x, and y over the line there, where the line reaches; it is straight in logarithms."""
+        """x, and y ÷ the line at x, where the line reaches; lines are straight in logarithms."""
         if len(self.line[0]) < 2 or min(map(min, (*self.line, self.y))) <= 0:
             return [], []
         ends, x = np.log(np.array(self.line)), np.log(self.x)
@@ -171,8 +181,9 @@ def curves(
     drawn: Sequence[Curve],
     x_scale: str = "log",
 ) -> Plot:
-    """Curves with their bands and fitted lines, the vertical axis logarithmic; where there are
-    lines, what is over them below.
+    """Plot curves with their bands and fitted lines, the vertical axis logarithmic.
+
+    Where there are lines, curves ÷ lines are plotted below. ``x_scale`` is ``log`` or ``linear``.
     """
     with mpl.rc_context(_STYLE):
         fitted = any(each.residuals[0] for each in drawn)
@@ -202,9 +213,7 @@ def curves(
 
 
 def _mark_values(axes: Axes, x: list[float]) -> None:
-    """Marks at the values themselves, every so many of them, unless their names would run into each
-    other.
-    """
+    """Put marks at the values themselves, or at every second, third, … of them, where labels fit."""
     step = -(-len(x) // _MOST_MARKS)
     marks = x[step - 1 :: step]
     if min(np.diff(marks), default=0.0) > (x[-1] - x[0]) / (2 * _MOST_MARKS):
@@ -212,7 +221,7 @@ def _mark_values(axes: Axes, x: list[float]) -> None:
 
 
 def _within_a_decade(axis: Axis) -> bool:
-    """Whether powers of ten alone would name hardly any place; then all are plain numbers."""
+    """Label marks with plain numbers where an axis spans less than a decade; say if so."""
     low, high = axis.get_view_interval()
     if narrow := high < 10 * low:
         axis.set_major_formatter("{x:g}")
@@ -221,7 +230,7 @@ def _within_a_decade(axis: Axis) -> bool:
 
 
 def _panels(canvas: Canvas, fitted: bool) -> tuple[Axes, Axes]:
-    """Where curves are drawn, and what has the name of the horizontal axis: below, or the same."""
+    """Make the axes for curves, and the lowest axes, which have the horizontal label."""
     if not fitted:
         axes = canvas.subplots()
         canvas.subplots_adjust(left=0.15, right=0.985, top=0.98, bottom=0.13)
@@ -278,7 +287,7 @@ def _law_in_words(axis: tuple[str, str], series: Sequence[Series]) -> str:
 
 
 def _svg(canvas: Canvas, name: str) -> str:
-    """The plot as an ``svg`` element that scales, with ids that are its own on a page."""
+    """Return the plot as an ``svg`` element that scales, with ids of its own on a page."""
     stream = io.StringIO()
     canvas.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     text = stream.getvalue()

@@ -26,27 +26,27 @@ from scenes.render.pipeline.stages import BuiltFrame, build_frame, trace
 from scenes.world.world import build_world
 
 DARK = 1e-2
-"""Added to the squared radiance that noise is held against, as a share of its mean square."""
+"""The number added to the squared radiance by which noise is divided, ÷ its mean square."""
 
 
 SPP = 25
-"""Samples a pixel: orthogonal arrays take no other numbers than squares of primes."""
+"""The samples of a pixel: orthogonal arrays allow only squares of primes."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One way to render: fields of Quality that are changed, by name."""
+    """One way to render: a name, and the fields of Quality that it changes."""
 
     name: str
     changes: Mapping[str, Any] = field(default_factory=dict)
 
     def of(self, quality: Quality) -> Quality:
-        """A quality with this changed in it."""
+        """Return a quality with this setting's changes."""
         return replace(quality, **self.changes)
 
 
 def settings() -> tuple[Setting, ...]:
-    """What is tried; the first is what is used."""
+    """Return the settings that are tried; the first is the one in use."""
     weights, kinds = [1.0, 3.0, 6.0, 24.0, 48.0], ("independent", "stratified", "orthogonal")
     suns = [Setting(f"sun sampled {w:g} to 1 sky", {"sun_sampling": w}) for w in weights]
     samplers = [Setting(f"sampler {k}", {"sampler": k}) for k in kinds]
@@ -56,20 +56,20 @@ def settings() -> tuple[Setting, ...]:
 
 
 def traced(built: BuiltFrame, quality: Quality, seed: int) -> tuple[np.ndarray, float]:
-    """A picture (h, w, 3), and the processor's seconds that it took."""
+    """Render a picture (h, w, 3), and return it with the CPU seconds that it took."""
     start = time.process_time()
     layers = trace(built, replace(quality, seed=seed), 1)
     return np.asarray(layers.rgb, np.float64), time.process_time() - start
 
 
 def noise(a: np.ndarray, b: np.ndarray, light: np.ndarray) -> float:
-    """Variance of a picture, over the squared light there."""
+    """Return the variance of a picture ÷ its squared light."""
     squared = light**2
     return float(((a - b) ** 2 / 2 / (squared + DARK * squared.mean())).mean())
 
 
 def tried(name: str, size: str, spp: int, pairs: int) -> list[tuple[Any, ...]]:
-    """One preset's table."""
+    """Try every setting on one preset, and return the rows of its table."""
     preset = load_preset(name, [f"render.size={size}", f"render.spp={spp}"])
     made, all_settings = assemble_frame(build_world(preset), preset, 1, "llvm_ad_rgb"), settings()
     qualities = [each.of(made.quality) for each in all_settings]

@@ -39,13 +39,13 @@ from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 
 WORLDS = (1e4, 1e6, 1e9, 1e12, 1e15)
-"""Objects in the window of the species that the world is named for."""
+"""The mean number of objects in the window, of the species that a world is named for."""
 
 _OUT_BYTES, _BODY_BYTES = 12, 56
-"""What a walk must write for each displayed part, and read of each object."""
+"""The bytes that a traversal writes for each displayed part, and reads of each object."""
 
 _FAR = 30.0
-"""Times the detail at which hardly anything of the cells of a view is displayed."""
+"""The factor on detail at which hardly anything of a view's cells is displayed."""
 
 Rows = list[tuple[Any, ...]]
 

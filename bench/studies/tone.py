@@ -34,7 +34,7 @@ FIELDS = {"aerial": 200, "forest": 500}
 
 TESTED = ("tested", "tested rays")
 SUMS = (*TESTED, "whole", "whole rays")
-"""Light and rays of a band, pruned and whole, as the file names them."""
+"""The columns of a band in the file: light and rays, pruned and whole."""
 
 COLUMNS = ("look", "seed", "band", *SUMS)
 
@@ -56,7 +56,7 @@ def measure_field(look: str, seed: int, whole: Bands | None) -> Bands:
 
 
 def _sums(bands: Columns) -> dict[str, list[int]]:
-    """What a field's columns hold under the names of SUMS, band by band."""
+    """Return what a field's columns hold under the names of SUMS, band by band."""
     found: dict[str, list[int]] = {}
     pairs = [(q, p) for p in ("pruned", "whole") for q in ("light", "rays")]
     names = dict(zip(pairs, SUMS, strict=True))

@@ -1,4 +1,4 @@
-"""The experiment `motion`: what it asks, how it is answered, and what is shown."""
+"""What does the experiment `motion` ask, which functions answer it, and what is shown?"""
 
 from bench.runner.experiment import Experiment, Lazy
 

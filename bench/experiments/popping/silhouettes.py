@@ -38,8 +38,8 @@ def silhouettes(
 ) -> tuple[Picture, ...]:
     """Render what a frame displays, as it is at a time, from any camera near it.
 
-    There is a picture for each number of ``samples``: the frame whose places in each pixel are
-    sampled.
+    There is one picture for each of ``samples``, which are numbers of frames: pixels are sampled at
+    the places of that frame.
     """
     corner = next(each.posing.view.camera.corner for each in shown if each.posing)
     here = replace(camera, corner=corner, eye=eye_relative_to(corner, camera))
@@ -53,7 +53,7 @@ def silhouettes(
 
 
 def whitened(visible: DisplayedRepresentation) -> DisplayedRepresentation:
-    """Return a displayed representation in grey of its luminance: how much of a pixel it covers."""
+    """Return a displayed representation whose colours are its luminance, and 1 for its coverage."""
     shape = visible.shape
     if isinstance(shape, Sticks):
         return replace(visible, shape=replace(shape, tints=_whitened(shape.tints)))

@@ -19,10 +19,10 @@ from bench.statistics.power_law import fit_exponent
 from lod.arrays import Reals
 
 WORLDS = 4
-"""Number of the largest whole worlds from which growth is fitted: one and a half decades."""
+"""The number of the largest whole worlds from which growth is fitted: one and a half decades."""
 
 LEAST = 3
-"""Fewest worlds from which growth is fitted; what is added needs one more."""
+"""The fewest worlds from which growth is fitted; what is added needs one more."""
 
 _HEADS = (
     *("objects", "side m", "whole s", "pruned s", "of it trace", "whole ÷ pruned (95 %)"),
@@ -40,7 +40,7 @@ def points_by_metric(found: dict[str, Any], metric: str) -> list[Point]:
 
 
 def factor(values: Reals) -> Estimate:
-    """Geometric mean, with Student's interval of the mean of the logarithms."""
+    """Estimate a geometric mean, with the two-sided t interval of the mean of logarithms."""
     found = two_sided_mean(np.log(values))
     value, low, high = np.exp([found.value, found.low, found.high]).tolist()
     return Estimate(value, low, high, value * found.standard_error, 1.0, len(values))

@@ -56,8 +56,10 @@ Say = Callable[[str], object]
 class Effort:
     """How much is measured.
 
-    picture, turns, most_bytes   size of the timed frames, how many, and the memory they may take
-    search_spp, halvings         samples and steps of the search for the detail
+    picture                  size and samples of the timed frames
+    turns                    how many frames are timed in each world
+    most_bytes               the memory that they may take
+    search_spp, halvings     samples and steps of the search for the detail
     """
 
     picture: Picture

@@ -21,12 +21,12 @@ from scenes.world.world import build_world
 class Kind:
     """A kind of world: a preset whose window grows.
 
-    preset, settings   what it is made of
-    worlds   objects in those that are rendered whole and pruned, on average
-    beyond   and in those that are rendered pruned alone
-    searched, confirmed   in the world where the detail of equal error is looked for, and in a
-        larger one where what that leaves is measured again
-    to_the_limit   whether there is one more, the largest that memory holds whole
+    preset, settings  the preset, and what is changed in it
+    worlds            mean objects of worlds that are rendered whole and pruned
+    beyond            mean objects of worlds that are rendered pruned alone
+    searched          mean objects of the world in which the detail of equal error is searched
+    confirmed         mean objects of a larger world in which that detail's error is measured
+    to_the_limit      whether the largest world that memory holds whole is rendered, too
     """
 
     preset: str

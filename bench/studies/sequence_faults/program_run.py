@@ -1,4 +1,4 @@
-"""The program, run in a folder of its own as a user runs it, with frames that cost little."""
+"""How is the program run as a user runs it, in a folder of its own, with cheap frames?"""
 
 import json
 import os
@@ -31,13 +31,13 @@ LONGEST_S = 600
 
 @dataclass(frozen=True)
 class Place:
-    """A folder for everything of one measurement, and the variant that works in it."""
+    """The folder of one measurement, and the variant that renders in it."""
 
     folder: Path
     variant: str
 
     def start(self, *words: str) -> subprocess.Popen[str]:
-        """The program, in a process group of its own, in the folder."""
+        """Start the program in the folder, in a process group of its own."""
         (self.folder / "tiny.toml").write_text(PRESET)
         paths = os.pathsep.join([str(_ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
         return subprocess.Popen(
@@ -51,33 +51,33 @@ class Place:
         )
 
     def run(self, *words: str) -> "Run":
-        """The program, to its end."""
+        """Run the program to its end."""
         process = self.start(*words)
         out, err = process.communicate(timeout=LONGEST_S)
         return Run(process.returncode, out, err)
 
     def render(self, out: str, frames: str = f"1-{FRAMES}", *words: str) -> "Run":
-        """`lodbench render` into a folder."""
+        """Run `lodbench render` into a folder."""
         return self.run(*self.command(out, frames), *words)
 
     def command(self, out: str, frames: str = f"1-{FRAMES}") -> tuple[str, ...]:
-        """The words of `lodbench render` into a folder."""
+        """Return the words of `lodbench render` into a folder."""
         flags = "--frames", frames, "--variant", self.variant, "--json"
         return "render", "tiny.toml", "-o", f"{out}/a.####.exr", *flags
 
     def hashes(self, out: str) -> dict[str, str]:
-        """SHA-256 by name of every file under a frame's name."""
+        """Return the SHA-256 of every file under a frame's name, by name."""
         return {path.name: file_hash(path) for path in sorted((self.folder / out).glob("*.exr"))}
 
     def litter(self, out: str) -> list[str]:
-        """What is in a folder beside frames and manifest."""
+        """Return the files of a folder that are neither frames nor the manifest."""
         names = [path.name for path in (self.folder / out).iterdir()]
         return [name for name in names if not name.endswith((".exr", "manifest.json"))]
 
 
 @dataclass(frozen=True)
 class Run:
-    """How the program ended: its code, its lines on stdout as JSON, and stderr."""
+    """How the program ended: its exit status, its lines on stdout as JSON, and stderr."""
 
     code: int
     out: str
@@ -90,5 +90,5 @@ class Run:
 
     @property
     def rendered(self) -> list[int]:
-        """Frames that were made, not kept."""
+        """The frames that were rendered and not kept from an earlier run."""
         return [line["frame"] for line in self.lines if line.get("kept") is False]

@@ -111,7 +111,7 @@ def damage(place: Place, each: int, seed: int = 0) -> dict[str, Any]:
 
 
 def repeats(place: Place, times: int) -> dict[str, Any]:
-    """The same frames again and again, with 1, 2 and 4 threads, in fresh processes, any order."""
+    """Render the same frames several times, with 1, 2 and 4 threads, in fresh processes."""
     found = []
     for number in range(times):
         place.render(f"repeat{number}", "1-5")
@@ -131,7 +131,7 @@ def repeats(place: Place, times: int) -> dict[str, Any]:
 
 
 def interrupts(place: Place, times: int, seed: int = 0) -> dict[str, Any]:
-    """Ctrl-C at random moments of a long frame: once, and twice in a row."""
+    """Interrupt a long frame at random moments, with one Ctrl-C and with two in a row."""
     chance, waits, codes, left = random.Random(seed), [], [], 0
     for number in range(times):
         out = f"interrupted{number}"
@@ -166,7 +166,7 @@ def _descendants(process: int) -> list[int]:
 
 
 def _runs(process: int) -> bool:
-    """Whether it is at work; one that ended and that nobody has collected is not."""
+    """Say whether a process is at work; an ended one that nobody has collected is not."""
     import psutil
 
     try:
@@ -176,7 +176,7 @@ def _runs(process: int) -> bool:
 
 
 def full_disk(place: Place, times: int) -> dict[str, Any]:
-    """A tmpfs with room for a few frames more each time, and one that turns read-only."""
+    """Render onto a disk with room for a few frames more each time, and a read-only one."""
     clear = harmed = 0
     place.render("whole")
     expected = place.hashes("whole")
@@ -219,7 +219,7 @@ MEASUREMENTS: dict[str, tuple[Callable[..., dict[str, Any]], int, Sequence[str]]
     "interrupts": (interrupts, 20, (SCALAR_VARIANT, JIT_VARIANT)),
     "full_disk": (full_disk, 20, (SCALAR_VARIANT,)),
 }
-"""By name: what measures, how often, in which variants."""
+"""By name: the function that measures, how often, and in which variants."""
 
 
 @click.command()
