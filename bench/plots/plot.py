@@ -213,7 +213,7 @@ def curves(
 
 
 def _mark_values(axes: Axes, x: list[float]) -> None:
-    """Put marks at the values themselves, or at every second, third, … of them, where labels fit."""
+    """Put marks at the values themselves, or at every n-th of them, where labels fit."""
     step = -(-len(x) // _MOST_MARKS)
     marks = x[step - 1 :: step]
     if min(np.diff(marks), default=0.0) > (x[-1] - x[0]) / (2 * _MOST_MARKS):
