@@ -27,7 +27,7 @@ class ActorArrays:
     """An actor and its n parts, row 0 the actor itself, every part after the part that owns it.
 
     routes             (n,) the way to each part; () for row 0
-    whole              (n,) row of the part that owns this one; -1 for row 0
+    parent             (n,) row of the part that owns this one; -1 for row 0
     position           (n, 3) origin in the frame of its whole [m]
     orientation        (n, 4) orientation in the frame of its whole: unit quaternions x, y, z, w
     rest               (n, 4) orientation that the limits count from

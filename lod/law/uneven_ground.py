@@ -4,7 +4,7 @@ The number displayed is compound Poisson whatever the ground (Campbell's theorem
 Processes", 1993, §3.2): its mean is K∫n dA and its variance K∫n² dA, where n(q) is the number of
 parts displayed of an object that stands at q, averaged over its headings. The integral is taken on
 one point per cell of a polar net, with cells equal in log r, and every part of the object there is
-tested by itself: no pruner, no walk down the tree.
+tested by itself: no pruner, no traversal of the tree.
 """
 
 import math

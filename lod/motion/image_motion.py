@@ -2,9 +2,9 @@
 
 L is one for a whole object: the least that anything of it moves, so that all its parts have one m,
 and by the clamp of ``limit_distances`` a connected cut. It is found as a lower bound from the eye
-and the object at both ends of the exposure. With o → R·o + c the motion of a point o [m] relative
-to the camera, |c| what the object shifts against the eye, φ = |R − I|, every point of it within B
-of its origin and farther than n from the eye all the while, and s what it moves by itself,
+and the object at both ends of the shutter interval. With o → R·o + c the motion of a point o [m]
+relative to the camera, |c| what the object shifts against the eye, φ = |R − I|, every point of it
+within B of its origin and farther than n from the eye all the while, and s what it moves by itself,
 
     L ≥ |change of the origin's direction| − B·(φ + 2|c|/n)/n − s/n,    and
     L ≥ φ·sin(α − β) − |c|/n − s/n,

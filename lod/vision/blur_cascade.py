@@ -22,12 +22,12 @@ FULL_WIDTH = math.sqrt(12.0)
 
 @dataclass(frozen=True)
 class BlurWidths:
-    """Full widths √12·σ of the blurs between scene and sight, as angles at the camera [rad].
+    """Full widths √12·σ of the blurs between scene and viewer, as angles at the camera [rad].
 
     pixel       angle of one pixel: a box of that width, σ = θ/√12
     eye         the viewer's optics, carried to the camera by the display (``blur_widths``)
     atmosphere  seeing (``turbulence_width``)
-    motion      what passes by while the shutter is open: a box of angular speed × exposure
+    motion      what passes by while the shutter is open: a box of angular speed × open time
     """
 
     pixel: float

@@ -84,7 +84,7 @@ class SpeciesField:
         return self.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts as they weights at another time [s]."""
+        """The same parts, posed as they are at another time [s]."""
         if not self.moves:
             return parts
         instances = self._place(view.camera.corner, parts.state.samples, time_s, view)

@@ -1,7 +1,7 @@
 """Sticks of displayed parts, posed and laid out in one compiled loop.
 
-They are what ``scenes.rig.pose.pose_sticks`` gives, with radii that cover each stick's share of its
-area (``lod.pruning.area_scaling``). Positions are float64 up to the renderer's door.
+Their ends are where ``scenes.rig.pose.pose_points`` puts them, and their radii cover each stick's
+share of its area (``lod.pruning.area_scaling``). Positions are float64 up to the renderer's door.
 """
 
 import math

@@ -1,6 +1,6 @@
 """What a preset may say: a frozen table per subject, keys with unit, range and default.
 
-Those of what stands in the scene are in ``preset_objects``.
+The tables of what stands in the scene are in ``scenes.preset.object_tables``.
 """
 
 from itertools import pairwise

@@ -6,8 +6,8 @@ knee 0.285, hip 0.530, shoulder 0.818, chin 0.870, eye 0.936; upper arm 0.186, f
 0.108, foot 0.152, half the breadth of the shoulders 0.129 and of the hips 0.0955. Girths are our
 own.
 
-x forward, y to the left, z up. What is named of a ``SIDE`` is given for the left and mirrored for
-the right.
+x is forward, y to the left, z up. ``SIDE_JOINTS`` and ``SIDE_PARTS`` are given for the left and
+mirrored for the right.
 """
 
 from scenes.rig.anatomy import Joint, Part

@@ -31,9 +31,9 @@ _TOUCHES = 0.003
 class ContactErrors(NamedTuple):
     """The worst of one cycle.
 
-    beyond  of any leg's joint beyond its limits [degrees]
+    limit_excess   of any leg's joint beyond its limits [degrees]
     sinks, floats  how far the lowest point of a foot that stands is below the ground, and above [m]
-    slides  farthest that a contact goes over the ground while the foot rolls over it [m]
+    slides         farthest that a contact goes over the ground while the foot rolls over it [m]
     """
 
     limit_excess: float
@@ -45,8 +45,8 @@ class ContactErrors(NamedTuple):
 class SlopeTrial:
     """One walker in two cycles straight ahead along x over a plane.
 
-    slope (2,): rise of the plane along x and y; pace: its stride as a share of the prototype's;
-    count: poses in a cycle.
+    slope (2,): rise of the plane along x and y; stride_factor: its stride as a share of the
+    prototype's; count: poses in a cycle.
     """
 
     def __init__(

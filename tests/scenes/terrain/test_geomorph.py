@@ -105,7 +105,7 @@ def test_tiles_come_and_go_and_nothing_jumps():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_vertices_arrive_on_the_coarser_mesh(seed):
-    """With nothing of the finest level fraction, its vertices lie on the edges of the next."""
+    """At morph fraction 0 the vertices of the finest level lie on the edges of the next."""
     patches, coarser = balance(random_patches(seed), MOST_COARSER)
     where, _, _ = lattice_mesh(patches, coarser)
     level = vertex_levels(where, patches.deepest)
