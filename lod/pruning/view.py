@@ -24,8 +24,8 @@ class View:
     time_s            when the frame is taken, for what moves [s]
     conditions        air, display and eye; None = clear air and an ideal eye
     shutter           while the shutter is open; None = no time at all, and motion hides nothing
-    sun               unit vector on the map to where the sun stands, for looks that mind it; None =
-                      they look from all sides alike
+    sun               unit vector on the map to where the sun stands, for appearances that depend
+                      on it; None = they are the same from all sides
     """
 
     camera: Camera

@@ -7,7 +7,7 @@ Pixel, seeing and motion leave of that the share M(f) (``gaussian_transfer``); t
 inside its sensitivity S(f), and would count twice in M. It is seen while C₀·exp(−βd)·M(f)·S(f) > 1.
 Let E be the decreasing envelope of M·S, and f_s(d) the highest frequency f that still has
 C₀·exp(−βd)·E(f) ≥ 1. Then the part is displayed while its angle exceeds m (the metric) *and* that
-of f_s (the sight):
+of f_s (what the viewer resolves):
 
     s/d > m·max(1, f_m/f_s(d)),    f_m the frequency of the angle m,    so    D_c > W(d),
 

@@ -1,6 +1,6 @@
 """How far is one picture from another? Errors of every pair of seeds, as integers.
 
-Pictures are linear radiance. ``Shown`` says how they are displayed: at one exposure for a view,
+Pictures are linear radiance. FLIP and SSIM compare them as displayed: at one exposure for a view,
 that of its reference, through the curve of scenes.render.pictures.tone_map, not rounded to 8 bits.
 """
 
