@@ -30,7 +30,10 @@ HORIZONS = (0.25, 2.0)
 turbidities and suns of 20° and more, 0.24, to that about a sun of 10° (measured as above)."""
 
 GROUND = (0.08, 0.2)
-"""Albedo of the ground, lush to dry grass (scenes.terrain.colour)."""
+"""Albedo of the ground, from lush grass in a hollow to dry grass on a ridge.
+
+The colours are in scenes.terrain.colour.
+"""
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear Rec.709 red, green and blue (ITU-R BT.709)."""
