@@ -28,8 +28,9 @@ bench: $(READY)
 	@echo "contact sheet  $$(ls $(OUT)/frames/*.png | tr '\n' ' ')"
 	@echo "report         $(OUT)/records/report.html"
 
+# A file's tests stay in one process, where what they share is made once.
 test: $(READY)
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 slow: $(READY)
 	$(BIN)/python -m pytest -n 2 -m slow
