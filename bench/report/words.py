@@ -15,7 +15,7 @@ GROUP_TITLES = {
     "sizes": "P of parts against their level, and that of their wholes",
     "posing": "The cost of posing",
     "full": "full: everything is displayed",
-    "depth": "depth: P + R > m·(depth along the axis), which the paper argues against",
+    "depth": "depth: P + R > m·(depth along the view axis), which the paper argues against",
     "floor": "Is the noise low enough?",
     "scalar": "Scalar variants",
     "jit": "Frames driven from Dr.Jit",

@@ -68,7 +68,9 @@ METRICS: dict[str, Metric] = {
         Metric("blake", blake, "P + R > m·d, as printed in §2.4 (default)"),
         Metric("bounded", bounded, "P > m·(d − R): the nearest extreme decides"),
         Metric("solid_angle", solid_angle, "P > m·d: no bound on position"),
-        Metric("depth", blake, "P + R > m·(depth along the axis), in view only", along_axis=True),
+        Metric(
+            "depth", blake, "P + R > m·(depth along the view axis), in view only", along_axis=True
+        ),
         Metric("full", full, "everything, always; needs a finite world", finite=False),
     )
 }
