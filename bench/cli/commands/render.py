@@ -1,4 +1,7 @@
-"""`lodbench render`: frames of a preset as an EXR sequence."""
+"""`lodbench render`: frames of a preset as an EXR sequence.
+
+The steps of a frame, with the file and function of each, are listed in docs/architecture.md.
+"""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -4,12 +4,13 @@ This is Koschmieder's law (1924) with T = exp(−∫β); β has one value for ea
 The law is applied in two places, which change together:
 
     drivers/jit.py, composite_haze             to each sample, on Dr.Jit arrays
-    drivers/scalar_passes.py, composite_haze   to the means over each pixel, on NumPy arrays
+    drivers/scalar_passes.py, composite_haze   to the means over each pixel, on NumPy arrays, with
+                                               a covariance term: exact while linear in L
 
-Both end in ``in_scattered_light`` below. The look-ups of airlight and sky and the path through mist
-are written twice, too: here (and in lod.atmosphere.mist) in NumPy for drivers/scalar_passes.py, in
-drivers/jit.py for Dr.Jit, with other rounding. drivers/volpath.py applies nothing of this: there
-the renderer traces the air itself as a medium.
+Both take the light that the air adds from ``in_scattered_light`` below. The look-ups of airlight
+and sky and the path through mist are written twice, too: here (and in lod.atmosphere.mist) in NumPy
+for drivers/scalar_passes.py, in drivers/jit.py for Dr.Jit, with other rounding. drivers/volpath.py
+applies nothing of this: there the renderer traces the air itself as a medium.
 
 With analytic haze L_air is the sky's radiance at the horizon in the ray's azimuth. A ray that meets
 nothing has T = 0 below the elevation ``HORIZON_DEG`` and shows the airlight alone. Above it the ray

@@ -26,7 +26,8 @@ from scenes.render.sequence.settings import Record, Settings
 _NOTED = ("frame", "sha256", "seconds", "statistics")
 
 Render = Callable[[Settings, int, Path], Record]
-"""Renders a frame of these settings into a file, as a FrameSession of them does."""
+"""Renders a frame of these settings into a file. Here a Worker (worker.py) does, which passes the
+settings and the frame to a FrameSession (frame_session.py) in a process of its own."""
 
 
 class FrameFailed(RuntimeError):
