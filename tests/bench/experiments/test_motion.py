@@ -10,6 +10,7 @@ from bench.experiments.motion import pictures as motion_picture
 from bench.experiments.motion import plots as motion_plots
 from bench.experiments.motion.claims import judge, kept, one_sided_excess_flip
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
+from bench.experiments.motion.pictures import Pictures
 from bench.experiments.registry import EXPERIMENTS
 from bench.records.points import Column, Point, columns, merge_points
 from bench.runner.run_experiment import run_experiment
@@ -76,7 +77,9 @@ def test_a_fast_pan_looks_as_it_did_and_one_with_m_doubled_does_not(monkeypatch)
     points = merge_points(
         point
         for pair in range(LEAST_PAIRS)
-        for point in motion_picture.measure(FAST, pair, ("motion", "planted"), (choose(), 16, 0))
+        for point in motion_picture.measure(
+            Pictures(FAST, pair, ("motion", "planted"), choose(), 16), seed=0
+        )
     )
     found = {point.case["cut"]: one_sided_excess_flip(point) for point in points}
     assert found["motion"].high < 0.01 < found["planted"].low
