@@ -198,7 +198,7 @@ def test_a_timed_frame_has_every_stage_and_the_unpruned_one_has_more_parts():
     assert 0 < other < one < whole
     for point in made:
         assert all(len(point.column("us", stage=stage)) == PAIRS for stage in STAGES)
-        assert min(map(min, point.samples.values())) > 0
+        assert min(min(each.values) for each in point.samples) > 0
 
 
 def test_the_report_draws_every_view_with_its_floor():
