@@ -23,8 +23,12 @@ import OpenEXR
 from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.preset.tables import OutputPreset
+from scenes.render.files.digests import pixels_digest
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+PIXELS_SHA256 = "lod:pixels_sha256"
+"""Where a header holds ``pixels_digest`` of the file's channels."""
+
 DEFAULT_OUTPUT = OutputPreset()
 """One part, ZIP, half."""
 
@@ -86,14 +90,16 @@ def write_exr(
 
 
 def _write(path: Path, layers: Layers, header: Mapping[str, Any], output: OutputPreset) -> None:
+    channels = _parts(layers, output)
     fixed = {
         "compression": _COMPRESSION[output.compression],
         "type": OpenEXR.scanlineimage,
         "chromaticities": REC709,
+        PIXELS_SHA256: pixels_digest({k: v for part in channels.values() for k, v in part.items()}),
     }
     parts = [
-        OpenEXR.Part({**header, **fixed}, channels, name)
-        for name, channels in _parts(layers, output).items()
+        OpenEXR.Part({**header, **fixed}, {k: OpenEXR.Channel(v) for k, v in part.items()}, name)
+        for name, part in channels.items()
     ]
     try:
         with _stdout_to_stderr():
@@ -111,14 +117,14 @@ def _ask_the_system(path: Path, size: int) -> None:
         os.fsync(file.fileno())
 
 
-def _parts(layers: Layers, output: OutputPreset) -> dict[str, dict[str, OpenEXR.Channel]]:
+def _parts(layers: Layers, output: OutputPreset) -> dict[str, dict[str, np.ndarray]]:
     """Channels by part; all in one without a name unless the output has several."""
     asked = {name: c for name, c in _ASKED_FOR.items() if getattr(layers, c.field) is not None}
-    parts: dict[str, dict[str, OpenEXR.Channel]] = {}
+    parts: dict[str, dict[str, np.ndarray]] = {}
     for name, channel in {**_CHANNELS, **asked}.items():
-        pixels = OpenEXR.Channel(_pixels(layers, channel, output))
+        pixels = _pixels(layers, channel, output)
         parts.setdefault(channel.part if output.multipart else "", {})[name] = pixels
-    next(iter(parts.values()))["A"] = OpenEXR.Channel(np.ones_like(layers.Z))
+    next(iter(parts.values()))["A"] = np.ones_like(layers.Z)
     return parts
 
 
@@ -163,17 +169,27 @@ def read_pixels(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]
 
     Raises InputError for what is no whole OpenEXR file.
     """
+    with _opened(path, separate_channels=True) as file:
+        parts = [file.channels(number) for number in range(len(file.parts))]
+        pixels = {name: each.pixels for part in parts for name, each in part.items()}
+        return pixels, dict(file.header())
+
+
+def read_header(path: str | Path) -> dict[str, Any]:
+    """Read the first part's header alone. Raises InputError for what is no OpenEXR file."""
+    with _opened(path, header_only=True) as file:
+        return dict(file.header())
+
+
+@contextlib.contextmanager
+def _opened(path: str | Path, **how: bool) -> Iterator[OpenEXR.File]:
     if not Path(path).is_file():
         raise InputError("frame", str(path), "an EXR file that exists")
     try:
         with _stdout_to_stderr():
-            file = OpenEXR.File(str(path), separate_channels=True)
-            parts = [file.channels(number) for number in range(len(file.parts))]
-            pixels = {name: each.pixels for part in parts for name, each in part.items()}
-            header = dict(file.header())
+            yield OpenEXR.File(str(path), **how)
     except (RuntimeError, ValueError) as error:
         raise InputError("frame", str(path), f"readable OpenEXR ({error})") from error
-    return pixels, header
 
 
 def channel_types(output: OutputPreset) -> dict[str, np.dtype]:
