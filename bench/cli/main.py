@@ -15,7 +15,7 @@ from bench.cli.kernel_cache import use_kernel_cache
 from lod.errors import InputError
 
 COMMANDS = (
-    *("doctor", "list", "count", "render", "verify", "run", "report", "compare", "study"),
+    *("doctor", "list", "show", "count", "render", "verify", "run", "report", "compare", "study"),
     *("frames", "usd", "ids", "check"),
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -45,7 +45,11 @@ def _version() -> str:
         return "unknown (not installed)"
 
 
-@click.group(cls=Commands, invoke_without_command=True)
+@click.group(
+    cls=Commands,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.version_option(_version(), prog_name="lodbench")
 @click.pass_context
 def program(ctx: click.Context) -> None:

@@ -2,19 +2,14 @@
 
 import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from lod.errors import InputError
-from scenes.preset.object_tables import (
-    PlacedPreset,
-    PlumePreset,
-    RepresentationPreset,
-    SpeciesPreset,
-)
+from scenes.preset.keys import NAMED, known_keys, table_of
 from scenes.preset.tables import Preset
 
 Blame = Callable[[str], str]
@@ -75,31 +70,6 @@ def dotted(location: Sequence[int | str]) -> str:
     return "".join(steps).removesuffix(".[key]").lstrip(".")
 
 
-NAMED: dict[str, type[BaseModel]] = {
-    "species": SpeciesPreset,
-    "placed": PlacedPreset,
-    "plumes": PlumePreset,
-    "representations": RepresentationPreset,
-}
-"""Tables of tables whose names the user chooses."""
-
-
-def known_keys(
-    named: Mapping[str, Iterable[str]], model: type[BaseModel] = Preset, lead: str = ""
-) -> list[str]:
-    """List every dotted key of a preset in which these tables have these names."""
-    keys = []
-    for name, field in model.model_fields.items():
-        if model is Preset and name in NAMED:
-            for each in named.get(name, ()):
-                keys += known_keys({}, NAMED[name], f"{name}.{each}.")
-        elif table := _table(field.annotation):
-            keys += known_keys(named, table, f"{lead}{name}.")
-        else:
-            keys.append(lead + name)
-    return keys
-
-
 def nearest_key(key: str, known: Sequence[str]) -> str:
     """Ask for the known key that was probably meant; list the choices where none is near."""
     parent, _, name = key.rpartition(".")
@@ -155,16 +125,8 @@ def _field(location: Sequence[int | str]) -> FieldInfo | None:
         field = model.model_fields.get(step)
         if field is None:
             return None
-        model = _table(field.annotation) or model
+        model = table_of(field.annotation) or model
     return field
-
-
-def _table(annotation: Any) -> type[BaseModel] | None:
-    """The table that a field is, or may be left out as; None for a plain key."""
-    for each in (annotation, *get_args(annotation)):
-        if isinstance(each, type) and issubclass(each, BaseModel):
-            return each
-    return None
 
 
 def _value(data: Any, key: str) -> Any:

@@ -12,7 +12,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from lod.errors import InputError
-from scenes.preset.errors import NAMED, explain, known_keys, nearest_key, nearest_name
+from scenes.preset.errors import explain, nearest_key, nearest_name
+from scenes.preset.keys import NAMED, known_keys
 from scenes.preset.tables import Preset
 
 _LONGEST_FILE = 1_000_000
@@ -63,6 +64,21 @@ def preset_from(
         return Preset.model_validate(tables)
     except ValidationError as error:
         raise explain(error, blame, _names(tables)) from None
+
+
+def preset_values(preset: Preset) -> dict[str, Any]:
+    """Give the value of every dotted key of a preset, as plain data that -D takes."""
+    named = {table: list(getattr(preset, table)) for table in NAMED}
+    data = preset.model_dump(mode="json")
+    return {key: _value(data, key.split(".")) for key in known_keys(named)}
+
+
+def _value(data: Any, path: Sequence[str]) -> Any:
+    for name in path:
+        if isinstance(data, list):
+            return [_value(each, (name,)) for each in data]
+        data = None if data is None else data[name]
+    return data
 
 
 @cache

@@ -108,6 +108,11 @@ def _metres(value: float | None) -> str | None:
     return None if value is None else f"{value!r}m"
 
 
+def is_length(field: FieldInfo) -> bool:
+    """Whether a key is written as a length with its unit, as "20km"."""
+    return any(getattr(each, "func", None) is _metres for each in field.metadata)
+
+
 def parse_length(text: object, where: str = "length") -> float:
     """Parse a length with its unit, in metres. Raises InputError without one, or unless above 0."""
     match = _LENGTH.fullmatch(text) if isinstance(text, str) else None

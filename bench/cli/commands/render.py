@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 @click.command("render")
 @view_flags
 @click.option("-o", "pattern", required=True, metavar="OUT/NAME.####.exr", help="Frames to write.")
-@click.option("--frames", default="1", metavar="LIST", help="1-24 or 1,5,9.", show_default=True)
+@click.option(
+    "--frames", default="1", metavar="LIST", help="1-24, 1,5,9 or 1-100x10.", show_default=True
+)
 @click.option("--spp", metavar="N", help="Samples per pixel.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
 @click.option("--haze", metavar="NAME", help="analytic, scattered or medium.")

@@ -5,8 +5,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from scenes.frame.assemble import assemble_frame
+from scenes.frame.layers import Layers
 from scenes.render.description.describe import describe_frame
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
@@ -15,7 +17,15 @@ from scenes.render.pipeline.memory_model import check_memory
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
 from scenes.render.sequence.settings import Record, Settings, preset_from_settings
+from scenes.world.view import view_at
 from scenes.world.world import World, build_world
+
+Watch = Callable[[int, int], object]
+"""Called with the samples of a frame taken so far, and how many there will be."""
+
+
+def ignore_progress(samples: int, of: int) -> None:
+    """Watch nothing."""
 
 
 class FrameSession:
@@ -36,15 +46,34 @@ class FrameSession:
         self,
         frame: int,
         target: str | Path,
-        watch: Callable[[int, int], object] = lambda samples, of: None,
+        watch: Watch = ignore_progress,
         most_bytes: int | None = None,
     ) -> Record:
         """Render a frame into ``target``, a file that does not exist yet.
 
         Record: frame, sha256 of the file, seconds {stage: s}, peak_rss_bytes, statistics. Building
-        the world counts as the first frame's time. ``watch`` is called with the samples taken so
-        far, and how many there will be. Raises InputError for a frame that cannot be or would need
-        more than ``most_bytes`` of memory, OSError where the disk refuses.
+        the world counts as the first frame's time. Raises as ``render_layers`` does, and OSError
+        where the disk refuses.
+        """
+        layers = self.render_layers(frame, watch, most_bytes)
+        start = time.perf_counter()
+        digest = write_exr(target, layers, self.header(frame), self._preset.output)
+        write = time.perf_counter() - start
+        return {
+            "frame": frame,
+            "sha256": digest,
+            "seconds": {**layers.seconds, "write": write},
+            "peak_rss_bytes": peak_rss_bytes(),
+            "statistics": layers.statistics,
+        }
+
+    def render_layers(
+        self, frame: int, watch: Watch = ignore_progress, most_bytes: int | None = None
+    ) -> Layers:
+        """Render a frame into arrays, with the seconds and counts of every stage.
+
+        ``watch`` is called with the samples taken so far, and how many there will be. Raises
+        InputError for a frame that cannot be or would need more than ``most_bytes`` of memory.
         """
         preset, start = self._preset, time.perf_counter()
         world = self._world
@@ -61,21 +90,20 @@ class FrameSession:
         camera = frame_input.camera
         samples = camera.width * camera.height * preset.render.spp
         layers = render_frame(frame_input, frame, _adding(samples, watch), description)
-        rendered = time.perf_counter()
+        return replace(
+            layers,
+            seconds=seconds | layers.seconds,
+            statistics=layers.statistics | frame_input.counts,
+        )
+
+    def header(self, frame: int) -> dict[str, Any]:
+        """Make the header of a frame's file: all that determines its pixels."""
+        camera = view_at(self._world, self._preset, frame).camera
         settings = {**dict(flatten(self.settings)), "frame": frame}
-        header = frame_header(camera, preset.camera.fps, settings)
-        digest = write_exr(target, layers, header, preset.output)
-        write = time.perf_counter() - rendered
-        return {
-            "frame": frame,
-            "sha256": digest,
-            "seconds": {**seconds, **layers.seconds, "write": write},
-            "peak_rss_bytes": peak_rss_bytes(),
-            "statistics": layers.statistics | frame_input.counts,
-        }
+        return frame_header(camera, self._preset.camera.fps, settings)
 
 
-def _adding(of: int, watch: Callable[[int, int], object]) -> Callable[[int], object]:
+def _adding(of: int, watch: Watch) -> Callable[[int], object]:
     """Add up the samples that a driver takes at a time, and watch the sum."""
     so_far = 0
 

@@ -17,6 +17,8 @@ from scenes.render.files.frame_paths import check_pattern, frame_path, make_fold
         ("9, 1,5", (1, 5, 9)),
         ("1-3,2-5", (1, 2, 3, 4, 5)),
         ("7-7", (7,)),
+        ("1-40x10", (1, 11, 21, 31)),
+        ("3-9x3, 4", (3, 4, 6, 9)),
     ],
 )
 def test_frames_are_numbers_each_once(text: str, frames: tuple[int, ...]) -> None:
@@ -24,7 +26,8 @@ def test_frames_are_numbers_each_once(text: str, frames: tuple[int, ...]) -> Non
 
 
 @pytest.mark.parametrize(
-    "text", ["", "a", "1-", "-1", "1..3", "3-1", "0-2", "1;2", "1 2", "1234567"]
+    "text",
+    ["", "a", "1-", "-1", "1..3", "3-1", "0-2", "1;2", "1 2", "1234567", "1-9x0", "1-9x", "5x2"],
 )
 def test_what_are_no_frames_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="--frames"):

@@ -1,0 +1,171 @@
+"""lodbench in Python: load a preset, count and render its frames, run an experiment.
+
+>>> import lodbench
+>>> meadow = lodbench.load_preset("meadow", {"render.size": "64x36", "render.spp": 4})
+>>> counts = lodbench.count(meadow)
+>>> frame = lodbench.render(meadow)
+>>> frame.layers.Z.shape
+(36, 64)
+
+These names are stable. All else in the packages ``lod``, ``scenes`` and ``bench`` may change from
+one release to the next. Nothing heavy is imported before the function that needs it is called.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lod.errors import InputError
+from lod.metric.family import Metric
+from lod.pruning.representation import Representation
+from scenes.frame.layers import SKY_Z, Layers
+from scenes.preset.load import Setting
+from scenes.preset.load import load_preset as _load_preset
+from scenes.preset.tables import Preset
+
+if TYPE_CHECKING:
+    from bench.count.count_frame import Counts
+    from bench.records.records import Record
+
+__all__ = [
+    "SKY_Z",
+    "Frame",
+    "InputError",
+    "Layers",
+    "Metric",
+    "Preset",
+    "Representation",
+    "count",
+    "load_preset",
+    "read_frame",
+    "render",
+    "render_sequence",
+    "run_experiment",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A rendered frame: its layers as NumPy arrays, and the header that its file has.
+
+    layers  colour, depth, normals, albedo and ids, rows from the top; see ``Layers``
+    header  attributes by name; every setting that made the frame begins with ``lod:``
+    """
+
+    layers: Layers
+    header: dict[str, Any]
+
+
+def load_preset(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Preset:
+    """Load a preset by its name or the path of its TOML file.
+
+    changes  new values by dotted key, as ``{"camera.height": 20.0, "view.metric": "bounded"}``;
+             `lodbench list --keys` lists the keys with unit, range and meaning
+    Raises InputError, in one line, for a preset or a value that cannot be.
+    """
+    settings = [Setting(key, key, value) for key, value in (changes or {}).items()]
+    return _load_preset(str(name_or_path), settings)
+
+
+def count(preset: Preset | str, frame: int = 1) -> "Counts":
+    """Prune a frame without rendering it, and hold its counts against the law.
+
+    The result has objects and parts (each ``examined``, ``displayed``, ``predicted`` and the
+    standard deviation ``predicted_sd`` of that), by species and by level. Raises InputError for a
+    preset that cannot be, or a budget that no detail meets.
+    """
+    from bench.count.count_frame import count as count_view
+    from scenes.render.sequence.detail_budget import within_budget
+    from scenes.world.view import view_at
+    from scenes.world.world import build_world
+
+    chosen = within_budget(_preset(preset), (frame,))
+    world = build_world(chosen)
+    return count_view(world, view_at(world, chosen, frame))
+
+
+def render(
+    preset: Preset | str, frame: int = 1, watch: Callable[[int, int], object] | None = None
+) -> Frame:
+    """Render one frame in this process, into arrays and no file.
+
+    watch  function that is called now and then with the samples taken so far, and their number in
+           all
+    Raises InputError for what cannot be rendered. The first call compiles kernels, which takes
+    longer once on a machine.
+    """
+    from scenes.render.mitsuba.variants import choose
+    from scenes.render.sequence.detail_budget import within_budget
+    from scenes.render.sequence.frame_session import FrameSession, ignore_progress
+    from scenes.render.sequence.settings import frame_settings
+
+    chosen = within_budget(_preset(preset), (frame,))
+    variant = choose(chosen.render.variant, chosen.render.spectral)
+    session = FrameSession(frame_settings(chosen, variant))
+    layers = session.render_layers(frame, watch or ignore_progress)
+    return Frame(layers, session.header(frame))
+
+
+def render_sequence(
+    preset: Preset | str,
+    pattern: str | Path,
+    frames: Sequence[int],
+    overwrite: bool = False,
+    threads: int = 0,
+) -> Iterator[dict[str, Any]]:
+    """Render frames into files ``pattern`` (as ``out/name.####.exr``), as `lodbench render` does.
+
+    threads  for the renderer, in a process of its own; 0 = one for each core
+    Yields a record after each frame: ``frame``, ``path``, ``sha256``, ``kept`` (it was there
+    already), ``seconds`` by stage; a frame that failed has ``error`` instead. Raises InputError for
+    frames of other settings that stand there, unless ``overwrite``.
+    """
+    from scenes.render.mitsuba.variants import choose
+    from scenes.render.sequence.detail_budget import within_budget
+    from scenes.render.sequence.sequence import open_job
+    from scenes.render.sequence.sequence import render_sequence as render_job
+    from scenes.render.sequence.settings import frame_settings
+    from scenes.render.sequence.worker import Worker
+
+    chosen = within_budget(_preset(preset), frames)
+    variant = choose(chosen.render.variant, chosen.render.spectral)
+    job = open_job(pattern, frames, frame_settings(chosen, variant), overwrite)
+    with Worker(threads) as worker:
+        yield from render_job(job, worker)
+
+
+def read_frame(path: str | Path) -> Frame:
+    """Read a frame that lodbench wrote. Raises InputError for any other file."""
+    from scenes.render.files.exr import read_exr
+
+    return Frame(*read_exr(path))
+
+
+def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
+    """Run an experiment in this process, and give its record with points and claims; no file.
+
+    name   as `lodbench list` shows it
+    quick  measure fewer points, in minutes
+    Raises InputError for an unknown name.
+    """
+    from bench.experiments.registry import EXPERIMENTS
+    from bench.runner.run_experiment import run_experiment as run
+    from scenes.preset.errors import nearest_name
+
+    if name not in EXPERIMENTS:
+        raise InputError(
+            "name", name, "no experiment of that name", nearest_name(name, EXPERIMENTS)
+        )
+    experiment = EXPERIMENTS[name]
+    return run(experiment, experiment.effort("quick" if quick else "full"), seed)
+
+
+def _preset(preset: Preset | str) -> Preset:
+    return load_preset(preset) if isinstance(preset, str) else preset
+
+
+if __name__ == "__main__":
+    from bench.cli.main import main
+
+    main()

@@ -1,0 +1,49 @@
+"""What there is to choose from, and a preset as a file to edit."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from bench.cli.main import main
+from scenes.preset.load import load_preset
+
+
+def run(*words: str) -> int:
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    return int(end.value.code or 0)
+
+
+def test_all_keys_are_listed_with_their_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("list", "--keys") == 0
+    line = next(x for x in capsys.readouterr().out.splitlines() if " camera.height " in x)
+    assert line.split()[:3] == ["camera.height", "number", "m"]
+
+
+def test_the_keys_of_a_preset_have_its_values(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run("list", "--keys", "fly_in", "--json") == 0
+    keys = json.loads(capfd.readouterr().out)["keys"]
+    assert keys["view.detail"] == {"value": 60.0}
+
+
+def test_a_shown_preset_can_be_edited_and_used(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert run("show", "meadow", "--size", "40x30", "-D", "camera.height=3") == 0
+    mine = tmp_path / "mine.toml"
+    mine.write_text(capsys.readouterr().out, encoding="utf-8")
+    preset = load_preset(str(mine))
+    assert (preset.render.size, preset.camera.height) == ((40, 30), 3.0)
+    assert preset == load_preset("meadow", ["render.size=40x30", "camera.height=3.0"])
+
+
+@pytest.mark.parametrize("words", [("list", "--keys", "nosuch"), ("show", "nosuch")])
+def test_an_unknown_preset_is_refused(words: tuple[str, ...]) -> None:
+    assert run(*words) == 2
+
+
+@pytest.mark.parametrize("words", [("-h",), ("show", "-h"), ("render", "-h")])
+def test_help_has_a_short_flag(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*words) == 0
+    assert capsys.readouterr().out.startswith("Usage: lodbench")

@@ -1,0 +1,74 @@
+"""The names that `import lodbench` promises do what they say."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lodbench
+
+TINY = {"render.size": "32x18", "render.spp": 4, "render.variant": "scalar_rgb"}
+
+
+@pytest.fixture(scope="module")
+def campfire() -> lodbench.Preset:
+    return lodbench.load_preset("campfire", TINY)
+
+
+def test_a_frame_in_memory_is_the_frame_of_the_file(
+    campfire: lodbench.Preset, tmp_path: Path
+) -> None:
+    frame = lodbench.render(campfire, 2)
+    records = list(lodbench.render_sequence(campfire, tmp_path / "a.####.exr", (2,)))
+    read = lodbench.read_frame(records[0]["path"])
+    for name in ("Z", "object", "part", "level"):
+        assert np.array_equal(getattr(read.layers, name), getattr(frame.layers, name))
+    for name in ("rgb", "N", "albedo"):  # as halves at the least
+        assert np.allclose(getattr(read.layers, name), getattr(frame.layers, name), 1e-3, 1e-4)
+    ours = {name for name in frame.header if name.startswith("lod:")}
+    assert ours == {name for name in read.header if name.startswith("lod:")}
+
+
+def test_a_sequence_keeps_what_is_right(campfire: lodbench.Preset, tmp_path: Path) -> None:
+    pattern = tmp_path / "a.####.exr"
+    first = list(lodbench.render_sequence(campfire, pattern, (1,)))
+    again = list(lodbench.render_sequence(campfire, pattern, (1,)))
+    assert [each["kept"] for each in first + again] == [False, True]
+    assert first[0]["sha256"] == again[0]["sha256"]
+
+
+def test_counts_take_a_name_or_a_preset(campfire: lodbench.Preset) -> None:
+    by_name, by_preset = (
+        lodbench.count("campfire"),
+        lodbench.count(lodbench.load_preset("campfire")),
+    )
+    assert by_name.parts == by_preset.parts
+    assert by_name.parts.displayed > 0
+
+
+def test_what_cannot_be_is_one_error_that_names_the_key() -> None:
+    with pytest.raises(lodbench.InputError, match=r"camera\.fov"):
+        lodbench.load_preset("meadow", {"camera.fov": 200})
+    with pytest.raises(lodbench.InputError, match="no preset"):
+        lodbench.count("medow")
+    with pytest.raises(lodbench.InputError, match="did you mean haze"):
+        lodbench.run_experiment("hase")
+
+
+def test_every_name_is_there_and_none_brings_the_renderer() -> None:
+    code = (
+        "import sys, lodbench; assert all(hasattr(lodbench, n) for n in lodbench.__all__); "
+        "heavy = {'mitsuba', 'drjit', 'OpenEXR', 'matplotlib', 'numba.core', 'statsmodels'}; "
+        "print(*sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+
+
+def test_the_module_runs_the_program() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "lodbench", "list", "-h"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith("Usage: lodbench list")
