@@ -1,1 +1,0 @@
-"""Sequences that are killed, damaged, interrupted and starved of disk."""
