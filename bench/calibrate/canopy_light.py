@@ -17,6 +17,7 @@ from scenes.far_cover.stand_rays import stand_field
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.tree import tree_prototypes
+from scenes.sticks.contrast import LUMINANCE
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.view_dependent_area import with_area_share
 from scenes.terrain.colour import GROUND_MATERIALS
@@ -47,8 +48,6 @@ _GROUND_ALBEDO = np.array((GROUND_MATERIALS["grassy"].moist, GROUND_MATERIALS["g
     axis=0
 )
 
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
-"""Weights of linear Rec.709 red, green and blue (ITU-R BT.709)."""
 
 _SEED = 0x1EAF
 
@@ -125,6 +124,6 @@ def outgoing(
         seen = trace_lines(stand, colour, light, elevation, randoms, row * lines)
         met = seen.stick != GROUND
         shapes = met & hides[seen.stick]
-        of_line = seen.radiance @ _LUMINANCE + seen.ground_bounce @ (_GROUND_ALBEDO * _LUMINANCE)
+        of_line = seen.radiance @ LUMINANCE + seen.ground_bounce @ (_GROUND_ALBEDO * LUMINANCE)
         luminance[:, row] = of_line[shapes].sum(axis=0), of_line[met & ~shapes].sum(axis=0)
     return OutgoingLight(*luminance)

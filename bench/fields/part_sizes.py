@@ -5,8 +5,6 @@ the picture is 60° wide. Fields are the denser the coarser the detail, with K·
 all hold about as many objects.
 """
 
-import hashlib
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,8 +13,9 @@ from functools import lru_cache
 import numpy as np
 
 from bench.fields.cases import EYE_HEIGHT_M
-from bench.fields.scene import FLAT, prototypes_of
+from bench.fields.scene import FLAT, field_seed, prototypes_of
 from bench.records.points import Column, Key, Point, Prediction
+from bench.records.provenance import scene_digest
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits, disc_areas
@@ -144,16 +143,12 @@ def prototypes_with(species: str, contrast: float | None) -> tuple[Prototype, ..
 
 def seed_of(what: str, seed: int, index: int) -> int:
     """Return a field's own seed, in 63 bits."""
-    text = json.dumps(["sight", what, seed, index])
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1
+    return field_seed("sight", what, seed, index)
 
 
-def scene_hash(cases: list[dict[str, object]]) -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of every case, hierarchy and contrast class of both species."""
-    digest = hashlib.sha256(json.dumps([cases, DENSITY, BOUNDS_M], sort_keys=True).encode())
-    for species in sorted(DENSITY):
-        for prototype in prototypes_of(species, 1.0):
-            tree = prototype.hierarchy
-            for name in ("parent", "position", "P", "R", "B", "separation", "contrast"):
-                digest.update(np.ascontiguousarray(getattr(tree, name)).tobytes())
-    return digest.hexdigest()
+    names = ("parent", "position", "P", "R", "B", "separation", "contrast")
+    trees = [each.hierarchy for kind in sorted(DENSITY) for each in prototypes_of(kind, 1.0)]
+    arrays = (getattr(tree, name) for tree in trees for name in names)
+    return scene_digest([[point.case for point in points], DENSITY, BOUNDS_M], arrays)

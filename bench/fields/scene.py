@@ -1,5 +1,7 @@
 """What does a case of the scaling experiment look at? Objects, ground and view."""
 
+import hashlib
+import json
 from dataclasses import replace
 from functools import lru_cache
 
@@ -40,6 +42,12 @@ _STANDING = {
 def prototypes_of(species: str, size: float) -> tuple[Prototype, ...]:
     """Return the species' prototypes, ``size`` times as large."""
     return tuple(each.scaled(size) for each in _STANDING[species]())
+
+
+def field_seed(*words: object) -> int:
+    """Return the seed, in 63 bits, of a field that is named by plain data."""
+    text = json.dumps(words, sort_keys=True)
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1
 
 
 def ground_of(case: Case) -> Terrain:

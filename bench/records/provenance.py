@@ -1,11 +1,16 @@
 """Where a measurement comes from: everything that two rows must share before they may meet."""
 
+import hashlib
+import json
 import os
 import platform
 import subprocess
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+import numpy as np
 
 from scenes.plugins.entry_points import packages
 
@@ -52,6 +57,17 @@ def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = No
         packages=_versions(),
         commit=_commit(_ROOT),
     )
+
+
+def scene_digest(words: object, arrays: Iterable[np.ndarray] = ()) -> str:
+    """Return the SHA-256 of plain data, as JSON with sorted keys, and of the bytes of arrays.
+
+    It is the ``scene`` of a measurement whose settings are ``words``.
+    """
+    digest = hashlib.sha256(json.dumps(words, sort_keys=True).encode())
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
 
 
 def cpu_name() -> str:

@@ -48,11 +48,40 @@ class Lazy:
         return getattr(importlib.import_module(self.module), self.name)(*arguments, **named)
 
 
+_MODULES = {
+    **dict.fromkeys(("cases", "measure", "scene_hash", "notes"), "measure"),
+    "judge": "claims",
+    **dict.fromkeys(("plots", "point_table", "summary"), "plots"),
+}
+"""The module of an experiment's package in which each of its functions stands by convention."""
+
+
+def functions_of(package: str, *more: str, **elsewhere: str) -> dict[str, Any]:
+    """Return the functions of an experiment by their names, each imported when first called.
+
+    By convention ``cases``, ``measure`` and ``scene_hash`` stand in the module ``measure`` of its
+    package, ``judge`` in ``claims``, ``plots`` and ``point_table`` in ``plots``.
+
+    package    name of the experiment's package
+    more       names of the functions that it has beside those: ``notes``, in ``measure``, and
+               ``summary``, in ``plots``
+    elsewhere  names of functions that stand in another module, with that module: one of the
+               package, or with a dot in its name one from anywhere
+    """
+    optional = {"notes", "summary"}.difference(more)
+    modules = {name: at for name, at in _MODULES.items() if name not in optional} | elsewhere
+    return {
+        name: Lazy(module if "." in module else f"{package}.{module}", name)
+        for name, module in modules.items()
+    }
+
+
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
     """One question, the functions that answer it, and what its record shows.
 
-    Every function may be a ``Lazy``, so that listing experiments imports none of their modules.
+    Every function may be a ``Lazy``, so that listing experiments imports none of their modules:
+    ``functions_of`` makes them.
 
     name, about, question   what `lodbench list` and the report say of the experiment
     version       a number that goes up when the cases change: runs of different versions are not

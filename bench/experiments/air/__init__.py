@@ -1,6 +1,6 @@
 """What does the experiment `air` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="air",
@@ -14,13 +14,7 @@ EXPERIMENT = Experiment(
     full={"target_spp": {"scalar": 512, "jit": 512, "medium": 2048}, "seeds": 8},
     quick={"target_spp": {"scalar": 256, "jit": 256, "medium": 512}, "seeds": 4},
     expected_seconds={"full": 145.0, "quick": 80.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
-    notes=Lazy(f"{__name__}.measure", "notes"),
+    **functions_of(__name__, "notes"),
     rendered=True,
     caveats=(
         "The airlight of the horizon's sky leaves out which way the sun stands to the air, "

@@ -6,8 +6,6 @@ scatters light, and RGB with spectral haze by CIEDE2000. All samples are integer
 ΔE in 10⁻³.
 """
 
-import hashlib
-import json
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -17,6 +15,7 @@ import numpy as np
 from bench.experiments.air.claims import BAND_EDGES_M, SKY
 from bench.experiments.air.targets import look_at, order
 from bench.records.points import Column, Point, columns
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
@@ -26,6 +25,7 @@ from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
 from scenes.render.pictures.tone_map import auto_exposure
 from scenes.render.pipeline.render import render_frame
+from scenes.sticks.contrast import LUMINANCE
 from scenes.world.world import build_world
 
 VISIBILITIES_M = (1e3, 5e3, 20e3)
@@ -34,7 +34,6 @@ MEADOW = (
     "render.haze=scattered",  # so that the light knows the canopy
 )
 _SPP = {"analytic": 32, "scattered": 32, "medium": 384, "spectral": 64}
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ def _compared(shot: FrameInput, seed: int) -> dict[float, dict[str, int]]:
         mine = (distance >= low) & (distance < high)
         if not mine.any():
             continue
-        values = {k: float((frame.rgb[mine] @ _LUMINANCE).mean()) for k, frame in seen.items()}
+        values = {k: float((frame.rgb[mine] @ LUMINANCE).mean()) for k, frame in seen.items()}
         made[SKY if low == float(SKY_Z) else low] = {
             "pixels": int(mine.sum()),
             **{k: round(1e9 * value) for k, value in values.items()},
@@ -155,5 +154,4 @@ def _nano(values: np.ndarray) -> list[int]:
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of the preset, the visibilities and the bands."""
     preset = load_preset("meadow", list(MEADOW)).model_dump(mode="json")
-    words = json.dumps([preset, VISIBILITIES_M, BAND_EDGES_M], sort_keys=True)
-    return hashlib.sha256(words.encode()).hexdigest()
+    return scene_digest([preset, VISIBILITIES_M, BAND_EDGES_M])

@@ -6,8 +6,6 @@ Errors are mean |difference of luminance| over a column's pixels, weighted alike
 angle that each subtends at the eye.
 """
 
-import hashlib
-import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +23,7 @@ from bench.experiments.colonnade.scene import (
     places,
 )
 from bench.records.points import Column, Point, columns
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from scenes.frame.quality import Quality
 from scenes.models.column import column
@@ -117,7 +116,5 @@ def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of the column, its places, the camera, the light and the shots."""
     eye, tree = camera(), column().hierarchy
     words = [places(), SIZE_PX, [str(shot) for shot in SHOTS], str(LIGHT), eye.eye.tolist()]
-    digest = hashlib.sha256(json.dumps(words).encode())
-    for array in (tree.parent, tree.position, tree.P, tree.R, eye.forward, np.array(eye.tan_half)):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()
+    arrays = tree.parent, tree.position, tree.P, tree.R, eye.forward, np.array(eye.tan_half)
+    return scene_digest(words, arrays)

@@ -23,6 +23,7 @@ from scenes.frame.quality import Quality
 from scenes.models.column import HEIGHT_M, RADIUS_M, column
 from scenes.plugins.entry_points import metric_by_name
 from scenes.render.pipeline.render import render_frame
+from scenes.sticks.contrast import LUMINANCE
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
 
@@ -32,7 +33,6 @@ LIGHT = Light(sun_azimuth_deg=200.0, sun_elevation_deg=40.0)
 FINEST = 1e-9
 """Detail at which nothing is pruned [px]."""
 
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 Picture = Float64[np.ndarray, "height width"]
 
@@ -87,7 +87,7 @@ def picture(shot: Shot, quality: Quality) -> tuple[Picture, np.ndarray]:
     visible, _ = cut(shot)
     frame = render_frame(FrameInput(camera(), tuple(visible), CLEAR, LIGHT, quality))
     number = np.where(frame.object <= COUNT, frame.object, 0)
-    return frame.rgb.astype(np.float64) @ _LUMINANCE, number.astype(np.int64)
+    return frame.rgb.astype(np.float64) @ LUMINANCE, number.astype(np.int64)
 
 
 def pixel_solid_angle() -> Picture:

@@ -3,7 +3,6 @@
 Every repeat is a fresh process, whose first frame compiles. Times are by the clock, on all cores.
 """
 
-import hashlib
 import json
 import os
 import subprocess
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.records.points import Column, Point, columns
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose, trusting
@@ -77,5 +77,4 @@ def _child(variant: str, seed: int) -> dict[str, Any]:
 
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of the preset."""
-    preset = load_preset("meadow", list(SETTINGS)).model_dump(mode="json")
-    return hashlib.sha256(json.dumps(preset, sort_keys=True).encode()).hexdigest()
+    return scene_digest(load_preset("meadow", SETTINGS).model_dump(mode="json"))

@@ -1,6 +1,6 @@
 """What does the experiment `cover` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="cover",
@@ -11,13 +11,7 @@ EXPERIMENT = Experiment(
     full={"fields": {"aerial": 16, "forest": 40}},
     quick={"fields": {"aerial": 2, "forest": 2}},
     expected_seconds={"full": 900.0, "quick": 120.0},
-    cases=Lazy(f"{__name__}.measure", "fields"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
-    notes=Lazy(f"{__name__}.measure", "notes"),
+    **functions_of(__name__, "notes"),
     rendered=True,
     caveats=(
         "Windows of 400 m, pictures of 160×90 pixels; `aerial` from 60 m up, because the land "

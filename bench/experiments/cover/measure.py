@@ -8,8 +8,6 @@ tree that is pruned has its gaps elsewhere, so some of these rays meet the sky (
 7 times as bright as trees), and rays of the sky that now meet the tree are in no band.
 """
 
-import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -22,12 +20,13 @@ from bench.experiments.cover.scene import (
     FINE,
     LOOKS,
     Case,
-    cases,
     displayed,
+    pictures,
     preset_of,
     whole,
 )
 from bench.records.points import Column, Point
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
@@ -37,12 +36,12 @@ from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
 from scenes.render.pipeline.stages import build_frame, move_camera, trace
+from scenes.sticks.contrast import LUMINANCE
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world
 
 _SPP = 1
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 Bands = tuple[Column, ...]
 """The columns of sums in each band, of each picture."""
@@ -56,7 +55,7 @@ class Field:
     number: int
 
 
-def fields(effort: Effort) -> list[Field]:
+def cases(effort: Effort) -> list[Field]:
     """Return as many fields of every look as the effort says."""
     return [Field(look, k) for look in LOOKS for k in range(effort["fields"][look])]
 
@@ -68,7 +67,7 @@ def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any
 
 def measure(case: Field, seed: int) -> list[Point]:
     """Measure one field in all pictures of one look: a point for each picture."""
-    mine = [each for each in cases() if each.look == case.look]
+    mine = [each for each in pictures() if each.look == case.look]
     found = field(case.look, seed + case.number, mine)
     return [Point(asdict(each), samples=bands) for each, bands in found.items()]
 
@@ -128,7 +127,7 @@ def in_bands(tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]) -> Ba
     ours, theirs = (
         np.digitize(each.Z.astype(np.float64), edges_m) - 1 for each in (tested, unpruned)
     )
-    light, of_all = (each.rgb.astype(np.float64) @ _LUMINANCE for each in (tested, unpruned))
+    light, of_all = (each.rgb.astype(np.float64) @ LUMINANCE for each in (tested, unpruned))
     bands = range(len(edges_m) - 1)
     sums = {
         ("light", "pruned"): [_micro(light[ours == k]) for k in bands],
@@ -151,5 +150,5 @@ def _micro(light: np.ndarray) -> int:
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of every preset, picture and look."""
     presets = [preset_of(look, air, 0).model_dump(mode="json") for look in LOOKS for air in AIRS]
-    words = [presets, [asdict(case) for case in cases()], [asdict(e) for e in LOOKS.values()], _SPP]
-    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
+    looks = [asdict(each) for each in LOOKS.values()]
+    return scene_digest([presets, [asdict(each) for each in pictures()], looks, _SPP])

@@ -89,7 +89,7 @@ class Case:
     cover: bool
 
 
-def cases() -> list[Case]:
+def pictures() -> list[Case]:
     """Return every look through both airs, by every detail, with cover and without."""
     return [
         Case(look, air, detail, cover)

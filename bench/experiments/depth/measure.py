@@ -14,7 +14,6 @@ from numba import njit
 
 from bench.experiments.depth.claims import QUADRANTS
 from bench.fields.part_sizes import camera, prototypes_with, seed_of
-from bench.fields.part_sizes import scene_hash as fields_hash
 from bench.fields.scene import FLAT
 from bench.records.points import Column, Point
 from bench.runner.experiment import Effort
@@ -51,11 +50,6 @@ class Case:
 def cases(effort: Effort) -> list[Case]:
     """Return every extent, pruned and unpruned."""
     return [Case(e, m, effort["fields"]) for e in EXTENTS_M for m in ("blake", "full")]
-
-
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of all cases and of what the fields hold."""
-    return fields_hash([point.case for point in points])
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:

@@ -1,6 +1,6 @@
 """What does the experiment `eye` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="eye",
@@ -11,12 +11,7 @@ EXPERIMENT = Experiment(
     full={"fields": 60},
     quick={"fields": 10},
     expected_seconds={"full": 300.0, "quick": 30.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    **functions_of(__name__, scene_hash="bench.fields.part_sizes"),
     caveats=(
         "Clear air, flat ground, a picture that stays 640 pixels wide.",
         "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",

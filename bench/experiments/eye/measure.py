@@ -20,9 +20,6 @@ from bench.fields.part_sizes import (
     size_predictions,
     view_through,
 )
-from bench.fields.part_sizes import (
-    scene_hash as fields_hash,
-)
 from bench.records.points import Column, Point, Prediction
 from bench.runner.experiment import Effort
 from lod.pruning.view import View
@@ -49,11 +46,6 @@ class Case:
 def cases(effort: Effort) -> list[Case]:
     """Return every species on every display."""
     return [Case(s, ppd, effort["fields"]) for s in DENSITY for ppd in PIXELS_PER_DEGREE]
-
-
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of all cases and of what the fields hold."""
-    return fields_hash([point.case for point in points])
 
 
 def measure(case: Case, seed: int) -> Point:

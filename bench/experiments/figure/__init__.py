@@ -1,6 +1,6 @@
 """What does the experiment `figure` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="figure",
@@ -11,13 +11,7 @@ EXPERIMENT = Experiment(
     full={"poses": 200, "distances": 60, "repeats": 101, "posed": 4000},
     quick={"poses": 40, "distances": 30, "repeats": 21, "posed": 1000},
     expected_seconds={"full": 10.0, "quick": 5.0},
-    cases=Lazy(f"{__name__}.cases", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
-    notes=Lazy(f"{__name__}.measure", "notes"),
+    **functions_of(__name__, "notes", cases="cases", scene_hash="part_counts"),
     accepts_metric=True,
     caveats=(
         "One person and one of each kind, as tables made them: intervals are over poses, "

@@ -3,13 +3,12 @@
 from functools import singledispatch
 from typing import Any
 
-from bench.experiments.figure.cases import Approach, Curve, PosingTask, Sizes, object_of
+from bench.experiments.figure.cases import Approach, PosingTask, Sizes, object_of
 from bench.experiments.figure.claims import COUNTED, POSED, SIZED
 from bench.experiments.figure.fit import RESAMPLES
 from bench.experiments.figure.part_counts import count, sizes
-from bench.experiments.figure.part_counts import scene_hash as curves_hash
 from bench.experiments.figure.posing import posing
-from bench.records.points import Point, columns, where
+from bench.records.points import Point, columns
 from bench.runner.experiment import Effort
 
 
@@ -44,13 +43,6 @@ def _(case: PosingTask, seed: int) -> Point:
     """Times of both ways of posing, repeat by repeat."""
     found, times = posing(case.task, case.poses, case.repeats, seed)
     return Point({"what": POSED, "task": case.task, **found}, samples=columns(times))
-
-
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of every curve, and of the hierarchy and joints of every kind."""
-    keys = ("kind", "metric", "detail")
-    curves = [tuple(point.case[k] for k in keys) for point in where(points, what=COUNTED)]
-    return curves_hash(tuple(Curve(*each) for each in dict.fromkeys(curves)))
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:

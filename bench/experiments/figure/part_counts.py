@@ -1,13 +1,14 @@
 """How many parts of one object are displayed, in random poses, from random directions?"""
 
-import hashlib
-import json
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64
 
 from bench.experiments.figure.cases import EVERYTHING, Curve, Distances, looked_from, object_of
+from bench.experiments.figure.claims import COUNTED
+from bench.records.points import Point, grouped, where
+from bench.records.provenance import scene_digest
 from lod.arrays import Reals, freeze
 from scenes.rig.rigged_prototype import RiggedPrototype
 
@@ -69,14 +70,14 @@ def sizes(kind: str) -> dict[str, list[int]]:
     return {"level": tree.level.tolist(), "whole": tree.parent.tolist(), "P_um": P_um.tolist()}
 
 
-def scene_hash(curves: tuple[Curve, ...]) -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of every curve, and of the hierarchy and joints of every kind."""
-    digest = hashlib.sha256(json.dumps([c.as_json() for c in curves], sort_keys=True).encode())
+    counted = grouped(where(points, what=COUNTED), "kind", "metric", "detail")
+    curves = [Curve(*each) for each in counted]
+    arrays: list[np.ndarray] = []
     for kind in sorted({curve.kind for curve in curves}):
         thing = object_of(kind)
         names = ("parent", "level", "position", "P", "R", "B", "separation")
-        arrays = [getattr(thing.hierarchy, name) for name in names] + [thing.joint]
+        arrays += [getattr(thing.hierarchy, name) for name in names] + [thing.joint]
         arrays += [getattr(thing.rig, name) for name in ("parent", "offset", "rest", "low", "high")]
-        for array in arrays:
-            digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()
+    return scene_digest([curve.as_json() for curve in curves], arrays)

@@ -19,9 +19,6 @@ from bench.fields.part_sizes import (
     size_predictions,
     view_through,
 )
-from bench.fields.part_sizes import (
-    scene_hash as fields_hash,
-)
 from bench.records.points import Column, Point
 from bench.runner.experiment import Effort
 from lod.atmosphere.air import Air, least_extinction
@@ -59,11 +56,6 @@ class Case:
 def cases(effort: Effort) -> list[Case]:
     """Return every species and viewer; each is seen through every air."""
     return [Case(*each, effort["fields"]) for each in CASES]
-
-
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of all cases and of what the fields hold."""
-    return fields_hash([point.case for point in points])
 
 
 def measure(case: Case, seed: int) -> list[Point]:

@@ -1,6 +1,6 @@
 """What does the experiment `motion` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="motion",
@@ -11,12 +11,7 @@ EXPERIMENT = Experiment(
     full={"fields": 12, "samples_per_pixel": 576, "pictured": 5},
     quick={"fields": 4, "samples_per_pixel": 32, "pictured": 1},
     expected_seconds={"full": 500.0, "quick": 180.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    **functions_of(__name__),
     rendered=True,
     caveats=(
         "`meadow`, where nothing moves by itself, 640 pixels wide, 24 frames a second.",

@@ -5,14 +5,13 @@ by motion as well. In a finite world everything is counted too, which is the mos
 Whether the blurred picture misses what motion leaves out is measured in ``pictures``.
 """
 
-import hashlib
-import json
 from dataclasses import asdict, dataclass
 
 from bench.experiments.motion import pictures as motion_picture
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.experiments.motion.pictures import Pictures
 from bench.records.points import Column, Point
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.pruning.pruner import prune
@@ -106,5 +105,4 @@ def scene_hash(points: tuple[Point, ...]) -> str:
         for cut in motion_picture.CUTS
     ]
     pictured = [[asdict(move), cuts] for move, cuts in PICTURED]
-    text = json.dumps([preset, moves, WORLD, FRAME, pictures, pictured], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return scene_digest([preset, moves, WORLD, FRAME, pictures, pictured])

@@ -1,6 +1,6 @@
 """What does the experiment `pixels` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="pixels",
@@ -11,12 +11,7 @@ EXPERIMENT = Experiment(
     full={"objects": 1000},
     quick={"objects": 150},
     expected_seconds={"full": 60.0, "quick": 15.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    **functions_of(__name__, scene_hash="bench.fields.part_sizes"),
     accepts_metric=True,
     caveats=(
         "Objects nearer than two of their bounds are left out: they cover far more pixels than "

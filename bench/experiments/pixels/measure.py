@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.fields.part_sizes import camera, density_of, prototypes_with, seed_of
-from bench.fields.part_sizes import scene_hash as fields_hash
 from bench.fields.scene import FLAT
 from bench.records.points import Point, columns
 from bench.runner.experiment import Effort
@@ -62,11 +61,6 @@ def cases(effort: Effort, metric: str | None = None) -> list[Case]:
     """Return every species by every metric and detail; ``metric`` is one of them."""
     metrics = (*METRICS_TRIED, *([metric] if metric else []))
     return [Case(s, m, d, effort["objects"]) for s in SPECIES for m in metrics for d in DETAILS]
-
-
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of all cases and of what the fields hold."""
-    return fields_hash([point.case for point in points])
 
 
 def measure(case: Case, seed: int) -> Point:

@@ -1,6 +1,6 @@
 """What does the experiment `popping` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="popping",
@@ -11,12 +11,7 @@ EXPERIMENT = Experiment(
     full={"fields": 100, "walks": 6},
     quick={"fields": 24, "walks": 2},
     expected_seconds={"full": 170.0, "quick": 60.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    **functions_of(__name__),
     rendered=True,
     caveats=(
         "Switches are counted all round on flat ground, at steps of two metres.",

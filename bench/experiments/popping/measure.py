@@ -6,8 +6,6 @@ in one of two such discs and not in the other. Then short walks are rendered unp
 fading and pruned without; ``unexplained_change`` measures what motion does not explain.
 """
 
-import hashlib
-import json
 import math
 from dataclasses import dataclass
 
@@ -20,6 +18,7 @@ from bench.fields.part_sizes import density_of, prototypes_with, seed_of
 from bench.fields.part_sizes import scene_hash as fields_hash
 from bench.fields.scene import FLAT
 from bench.records.points import Column, Point, columns, predictions
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
@@ -175,6 +174,4 @@ def _walks(case: Walks, seed: int) -> Point:
 
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of the walks, of all cases and of what the fields hold."""
-    cases = [point.case for point in points]
-    words = json.dumps([WALK, WAYS, STEP_M, FRAMES, DENSER, fields_hash(cases)], sort_keys=True)
-    return hashlib.sha256(words.encode()).hexdigest()
+    return scene_digest([WALK, WAYS, STEP_M, FRAMES, DENSER, fields_hash(points)])

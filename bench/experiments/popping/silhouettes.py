@@ -20,10 +20,8 @@ from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.render.pipeline.stages import build_frame, trace
+from scenes.sticks.contrast import LUMINANCE
 from scenes.world.light import Light
-
-LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
-"""The weights of linear Rec.709 in luminance (ITU-R BT.709)."""
 
 Picture = Float32[np.ndarray, "h w"]
 

@@ -1,6 +1,6 @@
 """What does the experiment `scaling` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="scaling",
@@ -14,13 +14,7 @@ EXPERIMENT = Experiment(
     full={"target": 0.005, "least": 4, "most": 20_000},
     quick={"target": 0.02, "least": 2, "most": 2_000},
     expected_seconds={"full": 260.0, "quick": 40.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
-    notes=Lazy(f"{__name__}.measure", "notes"),
+    **functions_of(__name__, "notes", scene_hash="count_field"),
     accepts_metric=True,
     caveats=(
         "An eye that looks all round; a field of view has predictions of its own (`lodbench "

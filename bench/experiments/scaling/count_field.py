@@ -1,12 +1,11 @@
 """How many objects and parts has one field of a case, by the real field and the real pruner?"""
 
-import hashlib
-import json
-
 import numpy as np
 
 from bench.fields.cases import Case
-from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
+from bench.fields.scene import KEPT, field_seed, ground_of, prototypes_of, view_of
+from bench.records.points import Point
+from bench.records.provenance import scene_digest
 from bench.statistics.sample_size import Row
 from lod.pruning.pruner import Cut, prune
 from scenes.field.species import Species
@@ -87,16 +86,14 @@ def chance(seed: int, cells: np.ndarray) -> np.ndarray:
 
 def seed_of(case: Case, seed: int, index: int) -> int:
     """Return a field's own seed, in 63 bits, independent for every case, run seed and index."""
-    text = json.dumps([case.as_json(), seed, index], sort_keys=True)
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1
+    return field_seed(case.as_json(), seed, index)
 
 
-def scene_hash(cases: tuple[Case, ...]) -> str:
+def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of every case and of every prototype's hierarchy."""
-    digest = hashlib.sha256(json.dumps([case.as_json() for case in cases], sort_keys=True).encode())
-    for species in sorted({name for case in cases for name in case.species.split("+")}):
-        for prototype in prototypes_of(species, 1.0):
-            tree = prototype.hierarchy
-            for name in ("parent", "level", "position", "P", "R", "B", "separation"):
-                digest.update(np.ascontiguousarray(getattr(tree, name)).tobytes())
-    return digest.hexdigest()
+    cases = [Case(**point.case) for point in points]
+    species = sorted({name for case in cases for name in case.species.split("+")})
+    names = ("parent", "level", "position", "P", "R", "B", "separation")
+    trees = [each.hierarchy for kind in species for each in prototypes_of(kind, 1.0)]
+    arrays = (getattr(tree, name) for tree in trees for name in names)
+    return scene_digest([case.as_json() for case in cases], arrays)

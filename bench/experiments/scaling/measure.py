@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from bench.experiments.scaling.cases_beyond import beyond_cases
 from bench.experiments.scaling.claims import noise_of
 from bench.experiments.scaling.count_field import COLUMNS, count_field, seed_of
-from bench.experiments.scaling.count_field import scene_hash as grid_hash
 from bench.experiments.scaling.prediction import predict
 from bench.fields.cases import Case, metric_cases
 from bench.fields.cases import cases as even_cases
@@ -41,11 +40,6 @@ def cases(effort: Effort, metric: str | None = None) -> list[SampledCase]:
 def sampled_cases(grid: Sequence[Case], effort: Effort) -> list[SampledCase]:
     """Return cases with the rule that an effort makes for their fields."""
     return [SampledCase(case, StoppingRule(**effort.sizes)) for case in grid]
-
-
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of all cases and of what the fields hold."""
-    return grid_hash(tuple(Case(**point.case) for point in points))
 
 
 def measure(sampled: SampledCase, seed: int) -> Point:

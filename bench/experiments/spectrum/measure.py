@@ -6,8 +6,6 @@ the frequencies above 1/(2τ) cycles a pixel, and no others. Pictures show albed
 sampled at the same places: there is no noise in them.
 """
 
-import hashlib
-import json
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -16,6 +14,7 @@ from jaxtyping import Float64
 
 from bench.experiments.spectrum.claims import EDGES
 from bench.records.points import Column, Point, Prediction
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from lod.arrays import Reals
 from lod.atmosphere.air import CLEAR
@@ -28,6 +27,7 @@ from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
+from scenes.sticks.contrast import LUMINANCE
 from scenes.world.light import Light
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
@@ -47,7 +47,6 @@ SCENE = (
     "camera.pitch=0",
     "render.size=192x96",
 )
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 Picture = Float64[np.ndarray, "h w"]
 
@@ -109,7 +108,7 @@ def picture(heading: float, detail: float | None, variant: str, seed: int) -> Pi
     quality = Quality(variant, _SPP, 0, max_depth=1)
     light = Light(preset.light.sun_azimuth, preset.light.sun_elevation)
     layers = render_frame(FrameInput(view.camera, tuple(visible), CLEAR, light, quality))
-    return np.asarray(layers.albedo.astype(np.float64) @ _LUMINANCE)
+    return np.asarray(layers.albedo.astype(np.float64) @ LUMINANCE)
 
 
 def _preset(heading: float) -> Preset:
@@ -124,5 +123,4 @@ def _world(seed: int) -> World:
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of the preset and of what is measured in how many directions."""
     count = len(points[0].samples[0].values)
-    words = [_preset(0.0).model_dump(mode="json"), DETAILS, EDGES, _SPP, count]
-    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
+    return scene_digest([_preset(0.0).model_dump(mode="json"), DETAILS, EDGES, _SPP, count])

@@ -1,6 +1,6 @@
 """What does the experiment `updates` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="updates",
@@ -11,12 +11,7 @@ EXPERIMENT = Experiment(
     full={"fields": 8, "rounds": 6},
     quick={"fields": 3, "rounds": 3},
     expected_seconds={"full": 240.0, "quick": 90.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
+    **functions_of(__name__),
     rendered=True,
     caveats=(
         "A crowd among trees in wind of 6 m/s, 320 pixels wide, 24 frames a second: shares "

@@ -6,8 +6,6 @@ which it depends (``lod.pruning.update_schedule``). Then a small frame is render
 and without, in turns.
 """
 
-import hashlib
-import json
 import math
 import time
 from collections.abc import Sequence
@@ -16,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.records.points import Column, Key, Point
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from lod.pruning.pruner import prune
 from lod.pruning.update_schedule import (
@@ -206,4 +205,4 @@ def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of the preset and of every case."""
     preset = load_preset("crowd", CROWD).model_dump(mode="json")
     words = [preset, MOVES, TIMED, TIMED_PX, FRAME, THRESHOLDS, BUDGET, SPEEDS]
-    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
+    return scene_digest(words)

@@ -1,6 +1,6 @@
 """What does the experiment `world` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="world",
@@ -11,13 +11,7 @@ EXPERIMENT = Experiment(
     full={"repeats": 31},
     quick={"repeats": 8},
     expected_seconds={"full": 120.0, "quick": 40.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
-    notes=Lazy(f"{__name__}.measure", "notes"),
+    **functions_of(__name__, "notes"),
     timed=True,
     caveats=(
         "Worlds are endless fields seen through a window: none of their objects is stored, "

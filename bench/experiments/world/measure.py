@@ -5,8 +5,6 @@ to plain scene, and all worlds take turns. Unpruned, every object of a finite wi
 up to a stated number of parts.
 """
 
-import hashlib
-import json
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,6 +12,7 @@ from typing import Any
 from bench.fields.plain_scene import first_view, plain_scene, scene_bytes
 from bench.fields.plain_scene import scene_hash as plain_hash
 from bench.records.points import Column, Point, columns
+from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from bench.runner.timing import interleaved_seconds
 from lod.law.uneven_ground import max_ground_distance
@@ -90,5 +89,4 @@ def _point(metric: str, objects: float, world: Any, preset: Any, view: Any) -> P
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of the preset and the worlds."""
     preset = load_preset(PRESET).model_dump(mode="json")
-    words = json.dumps([preset, SIZE, WORLDS, UNPRUNED], sort_keys=True)
-    return hashlib.sha256(words.encode()).hexdigest()
+    return scene_digest([preset, SIZE, WORLDS, UNPRUNED])

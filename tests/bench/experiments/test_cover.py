@@ -9,7 +9,7 @@ import pytest
 from bench.experiments.cover import plots as cover_plots
 from bench.experiments.cover.claims import SAME_RAYS, bands, judge, room, same_rays, tone
 from bench.experiments.cover.measure import in_bands
-from bench.experiments.cover.scene import LOOKS, Case, cases, displayed, preset_of, whole
+from bench.experiments.cover.scene import LOOKS, Case, displayed, pictures, preset_of, whole
 from bench.experiments.registry import EXPERIMENTS
 from bench.records.points import Column, Point
 from bench.records.provenance import provenance
@@ -54,7 +54,7 @@ def test_a_tree_that_stands_elsewhere_keeps_its_tone():
         pictures.append(replace(picture(np.where(tree, 30.0, 1e10), 0.0), rgb=light))
     found = in_bands(*pictures, (10.0, 40.0))
     four = tuple(replace(each, values=each.values * 4) for each in found)
-    point = Point(vars(cases()[0]), samples=four)
+    point = Point(vars(pictures()[0]), samples=four)
     assert tone(point, 0).value == pytest.approx(1.0, abs=1e-6)
     assert room(point, 0) == pytest.approx(1.0, abs=0.1) and same_rays(point, 0) > 4
 
@@ -68,7 +68,7 @@ def test_edges_rise_and_lie_in_the_window():
 
 def planted(shift=0.0):
     points = []
-    for case in cases():
+    for case in pictures():
         samples = []
         for k in range(8):
             whole_light = [1_000_000 + 1000 * n for n in range(4)]
