@@ -1,9 +1,7 @@
 """The report as one HTML page: no request, everything inside, readable without its script."""
 
-import json
 from collections.abc import Iterable, Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 
@@ -21,11 +19,13 @@ from bench.report.document import (
     Section,
     TableBlock,
 )
-from bench.report.plotly_specs import numbers, plotly_spec
 from bench.report.words import MARKS, claim_cells, verdict_text
 
 _TEMPLATE = Path(__file__).with_name("template.html")
 _SCRIPT = Path(__file__).with_name("page.js")
+
+_MARK_RADIUS = 5
+"""The radius about a plot's point within which it tells its numbers [units of the SVG]."""
 
 _UNFOLDED_CLAIMS = 4
 """Claims that do not hold are listed at the head of the page; more of them are folded away."""
@@ -46,14 +46,8 @@ def to_html(document: Document) -> str:
         ),
         records="\n".join(_provenance(s, s.origin) for s in sections),
         summary="\n".join(_summary_row(s, document.verdicts) for s in sections),
-        plotly=_scripted((files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")),
-        script=_scripted(_SCRIPT.read_text(encoding="utf-8")),
+        script=_SCRIPT.read_text(encoding="utf-8"),
     )
-
-
-def _scripted(text: str) -> str:
-    """Escape text so that it can stand in a script element."""
-    return text.replace("</", "<\\/")
 
 
 def _summary_row(section: Section, verdicts: Sequence[str]) -> str:
@@ -162,26 +156,22 @@ def _name(name: str) -> str:
 
 
 def _plot(section: Section, plot: Plot) -> str:
-    """Write a still plot, the interactive one that replaces it with scripts, and its numbers."""
-    name, drawn = f"{section.anchor}-{plot.name}", plotly_spec(plot)
+    """Write a plot with its points, which tell their numbers, and the numbers as a table."""
+    name = f"{section.anchor}-{plot.name}"
     svg = plot.svg.replace("<svg", f'<svg role="img" aria-label="{escape(plot.alt)}"', 1)
     # Several records may show the same plot: ids stay unique on the page.
     svg = svg.replace(f"{plot.name}-", f"{name}-")
-    body = f'<figure id="{name}-figure"><h3>{escape(plot.title)}</h3>{svg}'
-    if drawn is not None:
-        body = body.replace("<figure", '<figure class="interactive"', 1) + _interactive(plot, drawn)
-    return f"{body}<figcaption>{escape(plot.caption)} {_origin(section)}</figcaption></figure>"
-
-
-def _interactive(plot: Plot, drawn: dict[str, object]) -> str:
-    data = _scripted(json.dumps(drawn, ensure_ascii=False, allow_nan=False))
-    label = f"{plot.alt} Arrow keys go from point to point."
+    marks = "".join(
+        f'<circle class="mark" data-curve="{mark.curve}" cx="{mark.place[0]}" cy="{mark.place[1]}"'
+        f' r="{_MARK_RADIUS}"><title>{escape(mark.words)}</title></circle>'
+        for mark in plot.marks
+    )
+    numbers = _table(*plot.numbers, label=f"Numbers of: {plot.title}")
     return (
-        f'<div class="plot" role="group" tabindex="0" aria-label="{escape(label)}" hidden>'
-        f'<div aria-hidden="true"></div></div>'
-        f'<script type="application/json">{data}</script>'
-        f"<details><summary>Numbers of this plot</summary>"
-        f"{_table(*numbers(plot), label=f'Numbers of: {plot.title}')}</details>"
+        f'<figure class="plot" id="{name}-figure"><h3>{escape(plot.title)}</h3>'
+        f"{svg.replace('</svg>', f'{marks}</svg>')}"
+        f"<details><summary>Numbers of this plot</summary>{numbers}</details>"
+        f"<figcaption>{escape(plot.caption)} {_origin(section)}</figcaption></figure>"
     )
 
 

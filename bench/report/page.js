@@ -1,60 +1,61 @@
 "use strict";
-// Plots are drawn when they come near the screen; without this script their still pictures stay.
+// Without this script plots and pictures stand still, and the browser tells a plot's points.
 (() => {
-  const axis = { zeroline: false, ticks: "outside", ticklen: 4, tickcolor: "#595959" };
-  const common = {
-    autosize: true, hovermode: "closest", paper_bgcolor: "#fff", plot_bgcolor: "#fff",
-    font: { family: "system-ui, DejaVu Sans, sans-serif", size: 13, color: "#1b1b1b" },
-    margin: { l: 64, r: 12, t: 8, b: 48 },
-    legend: { orientation: "h", x: 0, y: -0.2, yanchor: "top" },
-    // A finger scrolls the page; a mouse may zoom in, a double click shows all again.
-    dragmode: matchMedia("(pointer: fine)").matches ? "zoom" : false,
-  };
   const told = document.getElementById("told");
 
-  const draw = (figure) => {
-    const { data, layout } = JSON.parse(figure.querySelector("script").textContent);
-    const frame = figure.querySelector(".plot");
-    const inner = frame.firstElementChild;
-    for (const key of Object.keys(layout)) {
-      if (/^[xy]axis/.test(key)) {
-        layout[key] = { ...axis, ...layout[key] };
-        layout[key].title = { ...layout[key].title, standoff: 8 };
-      }
-    }
-    frame.hidden = false;
-    figure.classList.add("drawn");
-    const config = { displayModeBar: false, responsive: true, showTips: false };
-    Plotly.newPlot(inner, data, { ...common, ...layout }, config).then(() => walk(frame, inner));
-  };
+  // The point nearest to the pointer, or the one that arrow keys go to, tells its numbers: left and
+  // right go from point to point, up and down from curve to curve. A click or Enter enlarges.
+  document.querySelectorAll("figure.plot").forEach((figure) => {
+    const svg = figure.querySelector("svg");
+    const marks = [...svg.querySelectorAll(".mark")];
+    const tip = Object.assign(document.createElement("div"), { className: "tip", hidden: true });
+    const words = new Map(marks.map((mark) => [mark, mark.querySelector("title").textContent]));
+    const numbers = [...new Set(marks.map((mark) => mark.dataset.curve))];
+    const curves = numbers.map((curve) => marks.filter((mark) => mark.dataset.curve === curve));
+    let shown = null, row = 0, at = -1;
+    marks.forEach((mark) => mark.querySelector("title").remove());
+    svg.after(tip);
+    svg.tabIndex = 0;
+    svg.setAttribute("aria-label", `${svg.getAttribute("aria-label")} Arrow keys tell its points.`);
 
-  // Arrow keys go from point to point and from series to series, and say where they are.
-  const walk = (frame, inner) => {
-    const series = inner.data.map((trace, number) => ({ trace, number }))
-      .filter((each) => each.trace.hoverinfo !== "skip" && each.trace.x.length);
-    let row = 0, at = -1;
-    frame.addEventListener("keydown", (event) => {
-      const step = { ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowDown: [1, 0], ArrowUp: [-1, 0] };
-      if (event.key === "Escape") { Plotly.Fx.unhover(inner); return; }
-      const move = step[event.key];
-      if (!move) return;
-      event.preventDefault();
-      row = (row + move[0] + series.length) % series.length;
-      const { trace, number } = series[row];
-      at = Math.min(Math.max(at + move[1], 0), trace.x.length - 1);
-      const axes = trace.yaxis === "y2" ? "xy2" : "xy";
-      Plotly.Fx.hover(inner, [{ curveNumber: number, pointNumber: at }], axes);
-      told.textContent = `${trace.name}: ${trace.y[at].toPrecision(4)} at ${trace.x[at].toPrecision(4)}`;
+    const middle = (mark) => {
+      const { x, y, width, height } = mark.getBoundingClientRect();
+      return [x + width / 2, y + height / 2];
+    };
+    const show = (mark) => {
+      shown?.classList.remove("told");
+      mark?.classList.add("told");
+      shown = mark;
+      tip.hidden = !mark;
+      if (!mark) return;
+      tip.textContent = words.get(mark);
+      const frame = figure.getBoundingClientRect(), [x, y] = middle(mark);
+      tip.style.left = `${Math.max(0, Math.min(x - frame.x + 10, frame.width - tip.offsetWidth))}px`;
+      tip.style.top = `${y - frame.y - tip.offsetHeight - 10}px`;
+    };
+    const enlarge = () => { show(null); figure.classList.toggle("wide"); };
+
+    svg.addEventListener("pointermove", (event) => {
+      const far = (mark) => Math.hypot(...middle(mark).map((v, k) => v - [event.x, event.y][k]));
+      const near = marks.map((mark) => [far(mark), mark]).sort((a, b) => a[0] - b[0])[0];
+      show(near && near[0] < 24 ? near[1] : null);
     });
-    frame.addEventListener("blur", () => Plotly.Fx.unhover(inner));
-  };
-
-  const near = new IntersectionObserver((entries) => {
-    for (const entry of entries) {
-      if (entry.isIntersecting) { near.unobserve(entry.target); draw(entry.target); }
-    }
-  }, { rootMargin: "400px" });
-  document.querySelectorAll("figure.interactive").forEach((figure) => near.observe(figure));
+    svg.addEventListener("pointerleave", () => show(null));
+    svg.addEventListener("blur", () => show(null));
+    svg.addEventListener("click", enlarge);
+    svg.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowDown: [1, 0], ArrowUp: [-1, 0] };
+      if (event.key === "Escape") return show(null);
+      if (event.key === "Enter") return enlarge();
+      const move = step[event.key];
+      if (!move || !curves.length) return;
+      event.preventDefault();
+      row = (row + move[0] + curves.length) % curves.length;
+      at = Math.min(Math.max(at + move[1], 0), curves[row].length - 1);
+      show(curves[row][at]);
+      told.textContent = words.get(shown);
+    });
+  });
 
   // Pictures laid over each other: the slider says how much of the upper one is seen.
   document.querySelectorAll("figure.pictures").forEach((figure) => {

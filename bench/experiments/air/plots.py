@@ -57,7 +57,7 @@ def _contrast(record: Record) -> Plot:
         f"Dashed: exp(−βd). {words}."
     )
     axis = "distance ÷ V", "contrast"
-    return curves("contrast", "Contrast in haze", caption, caption, axis, drawn, "linear")
+    return curves("contrast", "Contrast in haze", caption, axis, drawn, ("linear", "log"))
 
 
 def _brightness(record: Record) -> Plot:
@@ -75,4 +75,4 @@ def _brightness(record: Record) -> Plot:
         "layer."
     )
     axis = "distance of the band's near end (m)", "luminance ÷ the medium's"
-    return curves("medium", "Closed forms and medium", caption, caption, axis, drawn)
+    return curves("medium", "Closed forms and medium", caption, axis, drawn)

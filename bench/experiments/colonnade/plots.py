@@ -61,7 +61,7 @@ def _sizes(record: Record) -> Plot:
         + ". Dashed: the width that perspective gives a shaft."
     )
     axis = _AXIS, "÷ that of the middle column"
-    return curves("sizes", "Leonardo's columns", caption, caption, axis, drawn, "linear")
+    return curves("sizes", "Leonardo's columns", caption, axis, drawn, ("linear", "log"))
 
 
 def _errors(record: Record) -> Plot:
@@ -82,4 +82,4 @@ def _errors(record: Record) -> Plot:
         f"pixels of each column, as a share of its luminance. {words}."
     )
     axis = _AXIS, "error in the image"
-    return curves("errors", "Which columns suffer", caption, caption, axis, drawn, "linear")
+    return curves("errors", "Which columns suffer", caption, axis, drawn, ("linear", "log"))

@@ -24,7 +24,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
         "s. The metric alone is three squares, a root and a comparison for each part examined."
     )
     axis = "frame", "seconds"
-    return (curves("stages", "A frame, stage by stage", caption, caption, axis, drawn, "linear"),)
+    return (curves("stages", "A frame, stage by stage", caption, axis, drawn, ("linear", "log")),)
 
 
 def point_table(record: Record) -> Table:

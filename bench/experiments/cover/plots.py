@@ -25,7 +25,7 @@ def _plot(record: Record, look: str) -> Plot:
     )
     axis = "distance (m)", "luminance ÷ that of everything"
     title = f"The tone of the land: {look}"
-    return curves(f"cover-{look}", title, f"{about}", about, axis, drawn)
+    return curves(f"cover-{look}", title, about, axis, drawn)
 
 
 def _curve(point: Point) -> Curve:

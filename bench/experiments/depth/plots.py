@@ -27,7 +27,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     )
     axis = "side of the world (m)", "surfaces pierced by a ray"
     title = "Depth complexity"
-    return (curves("depth", title, caption, f"Log-log plot. {caption}", axis, drawn),)
+    return (curves("depth", title, caption, axis, drawn),)
 
 
 def point_table(record: Record) -> Table:

@@ -70,7 +70,5 @@ def _plot(points: list[Point], species: str) -> Plot:
         "Parts displayed for an eye before a display, over those displayed for an ideal eye at one "
         "pixel of detail; clear air, a picture 640 pixels wide. Dashed: predicted."
     )
-    words = [f"{c.label}: {c.y[0]:.3g} at {c.x[0]:g}, {c.y[-1]:.3g} at {c.x[-1]:g}." for c in drawn]
-    alt = f"Log-log plot of {_AXIS[1]} against {_AXIS[0]}. " + " ".join(words)
     title = f"What display and eye leave of {species}s"
-    return curves(f"eye-{species}", title, caption, alt, _AXIS, drawn)
+    return curves(f"eye-{species}", title, caption, _AXIS, drawn)

@@ -1,6 +1,6 @@
 """What does the experiment `fidelity` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, Lazy
+from bench.runner.experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="fidelity",
@@ -23,14 +23,7 @@ EXPERIMENT = Experiment(
         "picture_spp": 9,
     },
     expected_seconds={"full": 900.0, "quick": 120.0},
-    cases=Lazy(f"{__name__}.measure", "cases"),
-    measure=Lazy(f"{__name__}.measure", "measure"),
-    judge=Lazy(f"{__name__}.claims", "judge"),
-    plots=Lazy(f"{__name__}.plots", "plots"),
-    point_table=Lazy(f"{__name__}.plots", "point_table"),
-    scene_hash=Lazy(f"{__name__}.measure", "scene_hash"),
-    notes=Lazy(f"{__name__}.measure", "notes"),
-    summary=Lazy(f"{__name__}.plots", "summary"),
+    **functions_of(__name__, "notes", "summary"),
     rendered=True,
     accepts_metric=True,
     caveats=(

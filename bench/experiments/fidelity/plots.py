@@ -174,8 +174,8 @@ def _drawn(
     x = [value for each in drawn for value in each.x]
     floor = Curve("noise floor", [min(x), max(x)], [_floor(points)] * 2)
     name = f"fidelity-{view.replace(' ', '-')}-{against}"
-    title, alt = f"Error against {against}, {view}", f"Plot of the error on a log axis. {caption}"
-    return curves(name, title, caption, alt, axis, [*drawn, floor], x_scale)
+    title = f"Error against {against}, {view}"
+    return curves(name, title, caption, axis, [*drawn, floor], (x_scale, "log"))
 
 
 def _against_whole(points: Sequence[Point], x: Callable[[Point], float]) -> list[Curve]:

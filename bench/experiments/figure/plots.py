@@ -67,10 +67,9 @@ def _parts_plot(record: Record, kind: str, group: list[Counted]) -> Plot:
         f"1 < parts < all. Its exponent, claimed −0.5 ± 0.1: {told}"
     )
     drawn = [_curve(curve) for curve in group]
-    alt = f"Log-log plot of {_AXIS[1]} against {_AXIS[0]}. " + " ".join(map(_in_words, drawn))
     title = f"Parts of the {kind}{' (exaggerated)' if exaggerated else ''} against distance"
     name = f"{kind}-parts{'-exaggerated' if exaggerated else ''}"
-    return curves(name, title, caption, alt, _AXIS, drawn)
+    return curves(name, title, caption, _AXIS, drawn)
 
 
 def _told(curve: Counted, claim: Claim) -> str:
@@ -101,13 +100,6 @@ def _curve(curve: Counted) -> Curve:
     return Curve(curve.metric, x.tolist(), mean.tolist(), low.tolist(), high.tolist(), fitted)
 
 
-def _in_words(curve: Curve) -> str:
-    return (
-        f"{curve.label}: from {curve.y[0]:.3g} parts at {curve.x[0]:.3g} m to {curve.y[-1]:.3g} "
-        f"at {curve.x[-1]:.3g} m."
-    )
-
-
 def _sizes_plot(record: Record) -> Plot:
     drawn, told = [], []
     for kind, sizes in sized(record.points).items():
@@ -123,6 +115,5 @@ def _sizes_plot(record: Record) -> Plot:
         "insect and artifact are held to the same claim. Medians by level, from level 0: "
     )
     axis = "level", "median P ÷ P of the whole object"
-    alt = f"Plot of {axis[1]} (logarithmic) against {axis[0]}. " + " ".join(told)
-    title = "How P falls with level"
-    return curves("sizes", title, caption + " ".join(told), alt, axis, drawn, x_scale="linear")
+    words, title = caption + " ".join(told), "How P falls with level"
+    return curves("sizes", title, words, axis, drawn, ("linear", "log"))

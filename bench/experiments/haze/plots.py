@@ -66,9 +66,5 @@ def _plot(points: list[Point], species: str, viewer: str, width: int) -> Plot:
         f"m; {_VIEWERS[viewer]}, a picture {width} pixels wide, {fields} fields. Dashed: "
         f"predicted."
     )
-    words = [
-        f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.0f} m, {c.y[2]:.3g} at {c.x[2]:.0f} m." for c in drawn
-    ]
-    alt = f"Log-log plot of {_AXIS[1]} against {_AXIS[0]}. " + " ".join(words)
     title = f"What haze leaves of {species}s ({_VIEWERS[viewer]}, {width} px)"
-    return curves(f"haze-{species}-{viewer}-{width}", title, caption, alt, _AXIS, drawn)
+    return curves(f"haze-{species}-{viewer}-{width}", title, caption, _AXIS, drawn)

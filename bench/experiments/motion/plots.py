@@ -17,7 +17,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     caption = f"Parts kept when motion is counted, shutter 180°, 24 frames/s: {words}."
     axis = "speed of the pan (degrees/s)", "parts kept ÷ by size and distance alone"
     drawn = [Curve("meadow, 640 px", turns, shares, low, high)]
-    return (curves("motion", "What a pan hides", caption, caption, axis, drawn, "linear"),)
+    return (curves("motion", "What a pan hides", caption, axis, drawn, ("linear", "log")),)
 
 
 def point_table(record: Record) -> Table:

@@ -44,4 +44,4 @@ def _plot(points: list[Point], species: str, detail: float) -> Plot:
     )
     title = f"Parts to a pixel, {species}s, τ = {detail:g} px"
     name = f"pixels-{species}-{detail:g}"
-    return curves(name, title, caption, f"Log-log plot. {caption}", _AXIS, drawn)
+    return curves(name, title, caption, _AXIS, drawn)

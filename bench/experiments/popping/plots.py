@@ -22,7 +22,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
     caption = f"The share of switches that are nearer than a distance: {'; '.join(words)}."
     axis = "distance of the switch (m)", "share of the switches"
     title = "Where parts switch"
-    return (curves("popping", title, caption, f"Log-log plot. {caption}", axis, drawn),)
+    return (curves("popping", title, caption, axis, drawn),)
 
 
 def point_table(record: Record) -> Table:

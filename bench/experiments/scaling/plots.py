@@ -9,7 +9,7 @@ from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims import by_kind, case_of, noise_of, swept
 from bench.experiments.scaling.count_field import COLUMNS
 from bench.experiments.scaling.plots_beyond import beyond_plots, half_beyond
-from bench.plots.plot import Plot, Series, against_law, examined_over_displayed
+from bench.plots.plot import Curve, Plot, against_law, curves
 from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
@@ -108,7 +108,7 @@ def _sweep_plot(record: Record, species: str, sweep: str, noise: Noise) -> Plot:
         title=f"{_TITLES[sweep]} ({species}s)",
         caption=_caption(record, f"blake/{species}/objects/slope_{sweep}"),
         axis=(_AXES[sweep], _PER_FIELD),
-        series=series,
+        drawn=series,
         mark=mark,
     )
 
@@ -147,28 +147,25 @@ def _search_plot(record: Record, what: str) -> Plot:
         )
         displayed = [mean(p, what) for p in endless]
         examined = [mean(p, f"{what}_examined") for p in endless]
-        halves = [0.0] * len(endless)
-        series.append(Series(f"{metric}, {species}", displayed, displayed, examined, halves))
+        shares = [a / b for a, b in zip(examined, displayed, strict=True)]
+        series.append(Curve(f"{metric}, {species}", displayed, shares))
     title = f"Examined for each one displayed: {what}"
     caption = (
         f"How many {what} had to be tested for each one displayed, in endless worlds: it does not "
         f"grow with the field, so that searching costs no more than in proportion."
     )
     axis = f"{what} displayed per field", f"{what} examined ÷ displayed"
-    return examined_over_displayed(f"examined-{what}", title, caption, axis, series)
+    return curves(f"examined-{what}", title, caption, axis, series, ("log", "linear"))
 
 
 def _series(
     label: str, points: Iterable[Point], what: str, along: Callable[[Point], float], noise: Noise
-) -> Series:
+) -> Curve:
     points = sorted(points, key=along)
-    return Series(
-        label,
-        [along(p) for p in points],
-        [p.prediction(what) for p in points],
-        [mean(p, what) for p in points],
-        [half_interval(p, what, noise) for p in points],
-    )
+    x, y = [along(p) for p in points], [mean(p, what) for p in points]
+    half = [half_interval(p, what, noise) for p in points]
+    low, high = ([a + k * b for a, b in zip(y, half, strict=True)] for k in (-1, 1))
+    return Curve(label, x, y, low, high, (x, [p.prediction(what) for p in points]))
 
 
 def _chosen(record: Record, species: str, metric: str, sweep: str) -> list[Point]:

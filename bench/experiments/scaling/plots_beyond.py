@@ -3,7 +3,7 @@
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims_beyond import over_bare, over_law
 from bench.fields.cases import Case
-from bench.plots.plot import Plot, Series, against_law
+from bench.plots.plot import Curve, Plot, against_law
 from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.statistics.estimates import Estimate
@@ -41,13 +41,13 @@ def _at(point: Point) -> str:
     return f"{float(f'{swept_beyond(Case(**point.case)):.3g}'):g}"
 
 
-def _known(points: list[Point], what: str) -> Series:
+def _known(points: list[Point], what: str) -> Curve:
     found = [over_law([p], what) for p in points]
     predicted = [p.prediction(what) for p in points]
     return _series(f"{what} displayed", points, predicted, found)
 
 
-def _bare(points: list[Point]) -> Series:
+def _bare(points: list[Point]) -> Curve:
     found = [over_bare(p) for p in points]
     return _series(
         "objects, by the bare law", points, [p.prediction("bare") for p in points], found
@@ -56,8 +56,8 @@ def _bare(points: list[Point]) -> Series:
 
 def _series(
     label: str, points: list[Point], predicted: list[float], found: list[Estimate]
-) -> Series:
-    half = [(f.high - f.low) / 2 * p for f, p in zip(found, predicted, strict=True)]
-    measured = [f.value * p for f, p in zip(found, predicted, strict=True)]
+) -> Curve:
     x = [swept_beyond(Case(**p.case)) for p in points]
-    return Series(label, x, predicted, measured, half)
+    numbers = zip(found, predicted, strict=True)
+    y, low, high = zip(*((f.value * p, f.low * p, f.high * p) for f, p in numbers), strict=True)
+    return Curve(label, x, y, low, high, (x, predicted))

@@ -54,4 +54,4 @@ def _plot(record: Record, point: Point) -> Plot:
     )
     axis = "frequency (cycles per pixel)", "power in the octave"
     title = f"Is pruning a low-pass filter? τ = {detail:g} px"
-    return curves(f"spectrum-{detail:g}", title, caption, f"Log-log plot. {caption}", axis, drawn)
+    return curves(f"spectrum-{detail:g}", title, caption, axis, drawn)

@@ -37,7 +37,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
         f"at 67 pixels a degree)."
     )
     axis = "own speed on the image (pixels a frame)", "updates a second"
-    return (curves("updates", "When parts are drawn again", caption, caption, axis, drawn),)
+    return (curves("updates", "When parts are drawn again", caption, axis, drawn),)
 
 
 def _share(point: Point, threshold: float, low: float) -> float:

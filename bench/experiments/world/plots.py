@@ -53,7 +53,7 @@ def _time(record: Record) -> Plot:
         f"world, of which {rivals.words}, x being the parts added."
     )
     axis = "objects in the world", "seconds for a frame"
-    return curves("time", "A frame in ever larger worlds", caption, caption, axis, drawn)
+    return curves("time", "A frame in ever larger worlds", caption, axis, drawn)
 
 
 def _line(metric: str, points: list[Point]) -> tuple[list[float], list[float]]:
@@ -80,7 +80,7 @@ def _parts(record: Record) -> Plot:
         drawn.append(Curve(label, [float(p.case["objects"]) for p in points], y))
     caption = f"Parts displayed from the same eye. {_words(drawn)}"
     axis = "objects in the world", "parts displayed"
-    return curves("parts", "Parts in ever larger worlds", caption, caption, axis, drawn)
+    return curves("parts", "Parts in ever larger worlds", caption, axis, drawn)
 
 
 def _words(drawn: list[Curve]) -> str:

@@ -159,13 +159,9 @@ def plots(found: dict[str, Any]) -> tuple[Plot, ...]:
 
 
 def _plot(name: str, found: dict[str, Any], what: str, drawn: list[Curve]) -> Plot:
-    said = " ".join(
-        f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.3g} objects, {c.y[-1]:.3g} at {c.x[-1]:.3g}."
-        for c in drawn
-    )
     title = f"{found['kind']} at τ = {found['tau_px']:.2f} px: {what}"
     axis = "objects in the world", what
-    return curves(f"{found['kind']}-{name}", title, title, f"{title}. {said}", axis, drawn)
+    return curves(f"{found['kind']}-{name}", title, title, axis, drawn)
 
 
 def _curve(label: str, points: Sequence[Point], column: str) -> Curve:

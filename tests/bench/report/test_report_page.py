@@ -1,5 +1,6 @@
 """The page in a browser: silent, asking for nothing, drawn, and usable by everyone."""
 
+import re
 import shutil
 from dataclasses import replace
 
@@ -59,48 +60,49 @@ def asked_for(url, html, wrong):
         wrong.append(url)
 
 
-def drawn(page):
-    """Every plot, scrolled to and drawn."""
-    figures = page.locator("figure.interactive")
-    for number in range(figures.count()):
-        figures.nth(number).scroll_into_view_if_needed()
-        figures.nth(number).locator(".plot .main-svg").first.wait_for()
-    return figures
+def hovered(page, plot, number):
+    """What a plot says of one of its points, under the pointer."""
+    plot.scroll_into_view_if_needed()
+    box = plot.locator(".mark").nth(number).bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    return plot.locator(".tip")
 
 
-def test_plots_are_drawn_and_tell_their_points(page):
-    figures = drawn(page)
-    assert figures.count() >= 6 and page.locator("figure.interactive:not(.drawn)").count() == 0
-    assert page.locator("figure.drawn > svg:visible").count() == 0
-    first = figures.first
-    first.scroll_into_view_if_needed()
-    first.locator(".scatterlayer .points path").first.hover(force=True)
-    first.locator(".hoverlayer .hovertext").first.wait_for()
+def test_plots_tell_their_points(page):
+    plots = page.locator("figure.plot")
+    assert plots.count() >= 6
+    for number in (0, 1):
+        tip = hovered(page, plots.first, number)
+        assert re.fullmatch(r"objects displayed: [\d.]+ at [\d.]+", tip.inner_text())
+        frame, said = plots.first.bounding_box(), tip.bounding_box()
+        assert frame["x"] <= said["x"]
+        assert said["x"] + said["width"] <= frame["x"] + frame["width"] + 1
+    page.mouse.move(0, 0)
+    assert tip.is_hidden() and plots.first.locator(".mark.told").count() == 0
     assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
 
 
-def test_a_plot_alone_in_its_row_is_drawn_whole(page):
-    """Legend and axes' names are within the frame, on a screen with room for one wide plot."""
-    page.set_viewport_size({"width": 720, "height": 900})
-    plot = drawn(page).first.locator(".plot")
-    frame, svg = plot.bounding_box(), plot.locator(".main-svg").first.bounding_box()
-    assert frame["width"] > 600
-    assert svg["width"] == pytest.approx(frame["width"], abs=1)
-    assert svg["height"] == pytest.approx(frame["height"], abs=1)
+def test_a_plot_can_be_enlarged(page):
+    page.set_viewport_size({"width": 1280, "height": 900})
+    svg = page.locator("figure.plot > svg").first
+    before = svg.bounding_box()["width"]
+    svg.click()
+    assert svg.bounding_box()["width"] > 1.5 * before
+    svg.press("Enter")
+    assert svg.bounding_box()["width"] == before
 
 
 def test_plots_are_walked_by_keyboard(page):
-    drawn(page)
-    plot = page.locator(".plot").first
-    plot.focus()
-    seen = []
+    plot = page.locator("figure.plot").first
+    svg, seen = plot.locator("svg"), []
+    svg.focus()
     for key in ("ArrowRight", "ArrowRight", "ArrowDown"):
-        plot.press(key)
-        plot.locator(".hoverlayer .hovertext").first.wait_for()
+        svg.press(key)
         seen.append(page.locator("#told").inner_text())
+        assert plot.locator(".tip").inner_text() == seen[-1]
     assert len(set(seen)) == 3 and all(" at " in text for text in seen)
-    plot.press("Escape")
-    page.wait_for_function("!document.querySelector('.hoverlayer .hovertext')")
+    svg.press("Escape")
+    assert plot.locator(".tip").is_hidden()
 
 
 def test_the_slider_divides_two_chosen_pictures(page):
@@ -119,7 +121,6 @@ def test_the_slider_divides_two_chosen_pictures(page):
 def test_nothing_keeps_anyone_out(page):
     from axe_playwright_python.sync_playwright import Axe
 
-    drawn(page)
     found = Axe().run(page).response["violations"]
     serious = [v for v in found if v["impact"] in ("serious", "critical")]
     assert [(v["id"], v["nodes"][0]["html"][:120]) for v in serious] == []
@@ -130,4 +131,5 @@ def test_without_scripts_the_still_figures_stay(browser, html):
         page = context.new_page()
         page.goto(html.as_uri())
         assert page.locator("figure > svg:visible").count() >= 6
-        assert page.locator(".plot:visible").count() == 0
+        title = page.locator(".mark title").first  # the browser itself shows it under the pointer
+        assert re.fullmatch(r"objects displayed: [\d.]+ at [\d.]+", title.text_content())

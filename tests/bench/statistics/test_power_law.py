@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from bench.plots.plot import Curve, curves
-from bench.report.plotly_specs import plotly_spec
 from bench.statistics.power_law import EVEN, compare_with_log, fit_exponent
 from lod.errors import InputError
 
@@ -77,10 +76,8 @@ def test_a_curve_with_a_line_has_its_residuals_drawn():
     assert x == [1.0, 10.0, 100.0]
     assert over == pytest.approx([1.0, 2.0, 1.0])
     assert Curve("none", [1.0], [1.0]).residuals == ([], [])
-    plot = curves("n", "t", "c", "a", ("x", "y"), [curve])
-    drawn = plotly_spec(plot)
-    assert drawn["layout"]["yaxis2"]["title"]["text"] == "measured ÷<br>line"
-    assert [t["y"] for t in drawn["data"] if t.get("yaxis") == "y2"] == [over]
-    alone = curves("n", "t", "c", "a", ("x", "y"), [Curve("it", [1.0, 2.0], [1.0, 2.0])])
-    bare = plotly_spec(alone)
-    assert "yaxis2" not in bare["layout"]
+    plot = curves("n", "t", "c", ("x", "y"), [curve])
+    below = [mark.words for mark in plot.marks if mark.curve == 1]
+    assert below == ["it ÷ line: 1 at 1", "it ÷ line: 2 at 10", "it ÷ line: 1 at 100"]
+    alone = curves("n", "t", "c", ("x", "y"), [Curve("it", [1.0, 2.0], [1.0, 2.0])])
+    assert {mark.curve for mark in alone.marks} == {0}
