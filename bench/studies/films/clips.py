@@ -119,7 +119,7 @@ def write_film(name: str, settings: tuple[str, ...], count: int, folder: Path) -
         path = folder / f"{name}.{number:04d}.exr"
         view = view_at(world, presets[0], number)
         fps = presets[0].camera.fps
-        header = frame_header(view.camera, fps, {"clip": name, "frame": number})
+        header = frame_header(view.camera, fps, {"clip": name}, number)
         write_exr(path, _beside(one, other), header)
         paths.append(path)
     sheet = contact_sheet(paths[::_EVERY], folder / f"{name}.png", columns=2, width=2 * _STILL_PX)

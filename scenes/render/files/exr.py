@@ -23,12 +23,9 @@ import OpenEXR
 from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.preset.tables import OutputPreset
-from scenes.render.files.digests import pixels_digest
+from scenes.render.files.digests import FILE_SHA256, PIXELS_SHA256, UNSEALED, pixels_digest, seal
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
-PIXELS_SHA256 = "lod:pixels_sha256"
-"""Where a header holds ``pixels_digest`` of the file's channels."""
-
 DEFAULT_OUTPUT = OutputPreset()
 """One part, ZIP, half."""
 
@@ -74,14 +71,15 @@ def write_exr(
 ) -> str:
     """Write a new file, have the system keep it, read it back; gives its SHA-256.
 
-    ``header`` holds strings, floats, fractions and float32 matrices. ``output`` says how the file
-    is laid out; nothing of that loses more than half's rounding. Raises OSError where the disk
-    refuses or ``path`` exists; what was begun is then removed.
+    ``header`` holds attributes, as of ``frame_header``; hashes of pixels and file are added.
+    ``output`` says how the file is laid out; nothing of that loses more than half's rounding.
+    Raises OSError where the disk refuses or ``path`` exists; what was begun is then removed.
     """
     path = Path(path)
     path.touch(exist_ok=False)  # the system's own error, where it cannot be
     try:
         _write(path, layers, header, output)
+        seal(path)
         return _settle(path)
     except BaseException:
         with contextlib.suppress(OSError):
@@ -91,16 +89,19 @@ def write_exr(
 
 def _write(path: Path, layers: Layers, header: Mapping[str, Any], output: OutputPreset) -> None:
     channels = _parts(layers, output)
-    fixed = {
+    pixels = {name: each for part in channels.values() for name, each in part.items()}
+    every = {
+        **header,
+        PIXELS_SHA256: pixels_digest(pixels),
         "compression": _COMPRESSION[output.compression],
         "type": OpenEXR.scanlineimage,
         "chromaticities": REC709,
-        PIXELS_SHA256: pixels_digest({k: v for part in channels.values() for k, v in part.items()}),
     }
-    parts = [
-        OpenEXR.Part({**header, **fixed}, {k: OpenEXR.Channel(v) for k, v in part.items()}, name)
-        for name, part in channels.items()
-    ]
+    parts = []
+    for name, part in channels.items():
+        arrays = {k: OpenEXR.Channel(v) for k, v in part.items()}
+        own = dict(every) if parts else {**every, FILE_SHA256: UNSEALED}
+        parts.append(OpenEXR.Part(own, arrays, name))
     try:
         with _stdout_to_stderr():
             OpenEXR.File(parts).write(str(path))

@@ -1,4 +1,4 @@
-"""What a frame's header says: the camera, the frame rate, the software, and every setting."""
+"""What a frame's header says: the camera, the time, the software, and every setting."""
 
 import math
 from collections.abc import Mapping
@@ -11,37 +11,73 @@ import numpy as np
 
 from lod.camera import Camera
 from lod.errors import InputError
+from scenes.render.files.attributes import flatten_attributes, nest_attributes
 
 PREFIX = "lod:"
+FRAME = f"{PREFIX}frame"
+_PRESET = f"{PREFIX}preset."
+"""Before every key of a preset, which so shares no name with what the camera is in this frame."""
 
 
-def frame_header(camera: Camera, fps: float, settings: Mapping[str, Any]) -> dict[str, Any]:
+def frame_header(
+    camera: Camera, fps: float, settings: Mapping[str, Any], frame: int
+) -> dict[str, Any]:
     """Make the attributes for write_exr: only what determines the pixels, so that hashes repeat.
 
-    worldToCamera (4, 4), for row vectors: camera x right, y up, looking along −z; the world's
-    origin is the grid corner ``lod:corner``. Settings are text: integers would wrap at 32 bits.
+    worldToCamera and worldToNDC (4, 4) are for row vectors, as OpenEXR documents them: camera x
+    right, y up, looking along +z; the picture from (0, 0), upper left, to (1, 1). The world's
+    origin is the grid corner ``lod:corner``, and so is that of ``lod:eye`` [m]. settings: of
+    ``frame_settings``, or any nested plain data; settings_in reads them back. Raises InputError for
+    a frame rate that cannot be.
     """
     if not (math.isfinite(fps) and 0 < fps <= 1e6):
         raise InputError("camera.fps", fps, "above 0 frames a second", "try 24")
-    corner = f"{camera.corner.x},{camera.corner.y}"
+    about = {
+        "corner": (camera.corner.x, camera.corner.y),
+        "eye": tuple(camera.eye.tolist()),
+        "fov_x_deg": math.degrees(camera.fov_x),
+    }
     return {
-        "worldToCamera": np.ascontiguousarray(camera_from_world(camera).T, np.float32),
+        "worldToCamera": np.ascontiguousarray(_left_handed(camera).T, np.float32),
+        "worldToNDC": np.ascontiguousarray(_ndc_from_world(camera).T, np.float32),
+        "screenWindowWidth": float(np.float32(2 * camera.tan_half[0])),
         "framesPerSecond": Fraction(fps).limit_denominator(100_000),
-        "software": software(),
-        f"{PREFIX}corner": corner,
-        f"{PREFIX}eye": ",".join(repr(float(x)) for x in camera.eye),
-        f"{PREFIX}fov_x_deg": repr(math.degrees(camera.fov_x)),
-        **{f"{PREFIX}{key}": str(value) for key, value in sorted(settings.items())},
+        **flatten_attributes(about, PREFIX),
+        **settings_attributes(settings, frame),
     }
 
 
+def settings_attributes(settings: Mapping[str, Any], frame: int) -> dict[str, Any]:
+    """Make the attributes that say what a frame was made with, and which frame it is."""
+    preset = {key: value for key, value in settings.items() if key != "software"}
+    made_by = settings.get("software", software())
+    return {FRAME: frame, "software": made_by, **flatten_attributes(preset, _PRESET)}
+
+
+def settings_in(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Read the settings that settings_attributes was given: the same, and so is their hash."""
+    return {**nest_attributes(header, _PRESET), "software": header.get("software")}
+
+
 def camera_from_world(camera: Camera) -> np.ndarray:
-    """Matrix (4, 4), for column vectors, from the frame's corner to the camera's axes."""
+    """Matrix (4, 4), for column vectors, from the frame's corner to the camera's axes: −z ahead."""
     axes = np.stack((camera.right, camera.up, -camera.forward))
     matrix = np.eye(4)
     matrix[:3, :3] = axes
     matrix[:3, 3] = -axes @ camera.eye
     return matrix
+
+
+def _left_handed(camera: Camera) -> np.ndarray:
+    """As camera_from_world, but with +z ahead."""
+    return np.diag((1.0, 1.0, -1.0, 1.0)) @ camera_from_world(camera)
+
+
+def _ndc_from_world(camera: Camera) -> np.ndarray:
+    """From the frame's corner to the picture; what z becomes is of no meaning."""
+    x, y = camera.tan_half
+    picture = [[0.5 / x, 0, 0.5, 0], [0, -0.5 / y, 0.5, 0], [0, 0, 0, 1], [0, 0, 1, 0]]
+    return np.array(picture) @ _left_handed(camera)
 
 
 @cache

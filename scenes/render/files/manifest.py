@@ -13,7 +13,7 @@ from lod.errors import InputError
 from scenes.render.files.disk import partial_path
 
 NAME = "manifest.json"
-VERSION = 2
+VERSION = 3
 DONE, PENDING, FAILED = "done", "pending", "failed"
 _CURE = "use another folder, or --overwrite"
 
@@ -144,16 +144,16 @@ def settings_hash(settings: Mapping[str, Any]) -> str:
 
 def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
     """What differs between two nested settings: ``key: old → new``."""
-    before, after = dict(flatten(old)), dict(flatten(new))
+    before, after = dict(_flatten(old)), dict(_flatten(new))
     keys = [key for key in {**before, **after} if before.get(key) != after.get(key)]
     return [f"{key}: {before.get(key, 'absent')} → {after.get(key, 'absent')}" for key in keys]
 
 
-def flatten(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def _flatten(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Nested settings as (dotted key, value)."""
     for key, value in settings.items():
         if isinstance(value, Mapping):
-            yield from flatten(value, f"{prefix}{key}.")
+            yield from _flatten(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
 

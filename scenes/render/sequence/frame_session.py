@@ -12,7 +12,6 @@ from scenes.frame.layers import Layers
 from scenes.render.description.describe import describe_frame
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
-from scenes.render.files.manifest import flatten
 from scenes.render.pipeline.memory_model import check_memory
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
@@ -99,8 +98,7 @@ class FrameSession:
     def header(self, frame: int) -> dict[str, Any]:
         """Make the header of a frame's file: all that determines its pixels."""
         camera = view_at(self._world, self._preset, frame).camera
-        settings = {**dict(flatten(self.settings)), "frame": frame}
-        return frame_header(camera, self._preset.camera.fps, settings)
+        return frame_header(camera, self._preset.camera.fps, self.settings, frame)
 
 
 def _adding(of: int, watch: Watch) -> Callable[[int], object]:

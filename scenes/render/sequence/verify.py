@@ -13,14 +13,14 @@ from lod.errors import InputError
 from scenes.preset.tables import Preset
 from scenes.render.files.disk import stray_partials
 from scenes.render.files.exr import channel_types, read_pixels
-from scenes.render.files.header import PREFIX, software
+from scenes.render.files.header import FRAME, settings_in, software
 from scenes.render.files.manifest import (
     DONE,
     FAILED,
     NAME,
     Manifest,
+    differences,
     file_hash,
-    flatten,
     load_manifest,
     settings_hash,
 )
@@ -109,14 +109,12 @@ def _layers(pixels: Mapping[str, np.ndarray], preset: Preset) -> list[str]:
 
 def _header(header: Mapping[str, Any], frame: int, settings: Settings) -> Iterator[str]:
     """The frame it says it is, and the first setting that is another."""
-    says = header.get(f"{PREFIX}frame")
-    if says != str(frame):
+    says = header.get(FRAME)
+    if says != frame:
         yield f"its header says that it is frame {says}"
-    for key, value in flatten(settings):
-        found = header.get(PREFIX + key)
-        if found != str(value):
-            yield f"its header has {PREFIX}{key} {found}, not {value}"
-            return
+    changed = differences(settings, settings_in(header))
+    if changed:
+        yield f"its header has other settings ({changed[0]})"
 
 
 def _numbers(name: str, values: np.ndarray) -> Iterator[str]:

@@ -276,7 +276,7 @@ def manifests(chance: random.Random, number: int, presets: list[Any]) -> None:
     key = settings_hash(settings)
     entry = {"frame": 1, "state": "done", "settings": key, "sha256": "0" * 64, "seconds": {}}
     frames = {f"a.000{k}.exr": {**entry, "frame": k} for k in (1, 2)}
-    good = {"version": 2, "settings": {key: settings}, "frames": frames}
+    good = {"version": 3, "settings": {key: settings}, "frames": frames}
     os.makedirs("out", exist_ok=True)
     path = Path("out") / "manifest.json"
     for _ in range(number):

@@ -19,7 +19,7 @@ import numpy as np
 
 from scenes.render.files.exr import write_exr
 from scenes.frame.layers import Layers
-from scenes.render.files.manifest import flatten
+from scenes.render.files.header import settings_attributes
 from scenes.render.sequence.worker_child import serve
 
 
@@ -34,9 +34,8 @@ class Session:
             os.kill(os.getpid(), signal.SIGSEGV)
         width, height = self.settings["render"]["size"]
         ids, colour = np.full((height, width), frame), np.full((height, width, 3), 0.5)
-        header = {f"lod:{key}": str(value) for key, value in flatten(self.settings)}
         layers = Layers(colour, ids, colour, colour, ids, ids, ids)
-        digest = write_exr(target, layers, {**header, "lod:frame": str(frame)})
+        digest = write_exr(target, layers, settings_attributes(self.settings, frame))
         record = {"frame": frame, "sha256": digest, "peak_rss_bytes": 1}
         return {**record, "seconds": {}, "statistics": {}}
 

@@ -41,7 +41,7 @@ def files(tmp_path_factory):
     colour, ids = generator.random((*shape, 3)), np.arange(48).reshape(shape)
     layers = Layers(colour, ids + 0.5, colour, colour, ids, ids, ids)
     camera = camera_from_heading(Corner(0, 0), np.zeros(3), 0, 0, 60, shape[::-1])
-    header = frame_header(camera, 24.0, {"seed": 2**63 - 1})
+    header = frame_header(camera, 24.0, {"seed": 2**63 - 1}, 1)
     full = Layers(
         *(getattr(layers, k) for k in ("rgb", "Z", "N", "albedo", "object", "part", "level")),
         motion=colour[..., :2],
@@ -61,7 +61,7 @@ def test_oiiotool_tells_every_layer_and_seed(files):
         said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
         for layer in ("R", "Z", "N.X", "albedo.B", "id.object", "motion.Y", "denoised.G"):
             assert layer in said, (name, layer)
-        assert said.count('lod:seed: "9223372036854775807"') == parts
+        assert said.count('lod:preset.seed: "9223372036854775807"') == parts
 
 
 @pytest.mark.slow

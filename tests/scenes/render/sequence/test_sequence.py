@@ -33,7 +33,7 @@ class Renderer:
         ids = np.full((4, 8), frame)
         colour = np.full((4, 8, 3), settings["render"]["spp"] + frame / 100)
         layers = Layers(colour, ids, colour, colour / 200, ids, ids, ids)
-        digest = write_exr(target, layers, {"lod:frame": str(frame)})
+        digest = write_exr(target, layers, {"lod:frame": frame})
         seconds, statistics = {"trace": 0.1}, {"n": 1}
         record = {"frame": frame, "sha256": digest, "seconds": seconds, "peak_rss_bytes": 2e9}
         return {**record, "statistics": statistics}
@@ -71,7 +71,7 @@ def test_frames_records_and_manifest(run, tmp_path, rendered):
         entry = manifest["frames"][f"a.{record['frame']:04d}.exr"]
         assert entry["sha256"] == record["sha256"] and entry["state"] == "done"
         assert manifest["settings"][entry["settings"]] == SETTINGS
-        assert read_exr(record["path"])[1]["lod:frame"] == str(record["frame"])
+        assert read_exr(record["path"])[1]["lod:frame"] == record["frame"]
     assert names(tmp_path / "out") == ["a.0001.exr", "a.0002.exr", "a.0003.exr", "manifest.json"]
 
 

@@ -9,7 +9,8 @@ from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.preset.load import preset_from
 from scenes.render.files.exr import write_exr
-from scenes.render.files.manifest import file_hash, flatten, load_manifest
+from scenes.render.files.header import settings_attributes
+from scenes.render.files.manifest import file_hash, load_manifest
 from scenes.render.sequence.sequence import open_job, render_sequence
 from scenes.render.sequence.settings import frame_settings
 from scenes.render.sequence.verify import check_folder, repairs
@@ -31,8 +32,7 @@ class Renderer:
         for name, change in self.spoil.items():
             arrays[name] = change(np.array(arrays[name], np.float32))
         layers = Layers(**arrays, object=ids, part=ids, level=ids)
-        header = {f"lod:{key}": str(value) for key, value in flatten(settings)}
-        digest = write_exr(target, layers, {**header, "lod:frame": str(frame)})
+        digest = write_exr(target, layers, settings_attributes(settings, frame))
         return {"frame": frame, "sha256": digest, "seconds": {}, "statistics": {}}
 
 
@@ -184,7 +184,10 @@ def test_another_size_or_type_or_setting_is_found(frames, tmp_path, renderer):
         entry["settings"] = settings_hash(other)
     (tmp_path / "manifest.json").write_text(json.dumps(manifest))
     found = wrong(tmp_path)["a.0001.exr"]
-    assert "lod:seed 0, not 3" in found and "channel R is float16, not float32" in found
+    assert (
+        "header has other settings (seed: 3 → 0)" in found
+        and "channel R is float16, not float32" in found
+    )
 
 
 def test_what_never_came_about_is_named_and_rendered(frames, tmp_path, renderer):
