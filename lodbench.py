@@ -50,7 +50,7 @@ class Frame:
     """A rendered frame: its layers as NumPy arrays, and the header that its file has.
 
     layers  colour, depth, normals, albedo and ids, rows from the top; see ``Layers``
-    header  attributes by name; every setting that made the frame begins with ``lod:``
+    header  attributes by name; every setting that made the frame is below ``lod:preset.``
     """
 
     layers: Layers
