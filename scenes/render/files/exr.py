@@ -97,7 +97,7 @@ def _write(path: Path, layers: Layers, header: Mapping[str, Any], output: Output
         "type": OpenEXR.scanlineimage,
         "chromaticities": REC709,
     }
-    parts = []
+    parts: list[OpenEXR.Part] = []
     for name, part in channels.items():
         arrays = {k: OpenEXR.Channel(v) for k, v in part.items()}
         own = dict(every) if parts else {**every, FILE_SHA256: UNSEALED}
