@@ -1,6 +1,6 @@
 # Needs Python 3.11 or newer, make and a network; everything else goes into .venv.
 .DEFAULT_GOAL := help
-.PHONY: help bench test slow lint format lock clean
+.PHONY: help bench test slow docs lint format lock clean
 
 # Tried by running them: a version manager's stub can be on the PATH and still not start.
 PYTHON ?= $(shell for p in python3.11 python3; do \
@@ -14,6 +14,7 @@ help:
 	@echo "make bench    set up, render a short hazy sequence, measure how it scales, write the report"
 	@echo "make test     set up, run the tests"
 	@echo "make slow     the tests that take minutes"
+	@echo "make docs     the manual, as pages in $(OUT)/docs"
 	@echo "make lint     ruff and mypy;  make format  puts the style right"
 	@echo "make lock     write requirements.lock anew (LOCK_ARGS=--upgrade for newer versions)"
 	@echo "make clean    remove .venv, $(OUT) and caches"
@@ -35,10 +36,15 @@ test: $(READY)
 slow: $(READY)
 	$(BIN)/python -m pytest -n 2 -m slow
 
+docs: $(READY)
+	$(BIN)/python docs/write_keys.py
+	$(BIN)/sphinx-build --quiet --nitpicky --fail-on-warning --keep-going -c docs . $(OUT)/docs
+	@echo "manual  $(OUT)/docs/docs/index.html"
+
 lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy lod scenes bench
+	$(BIN)/mypy lod scenes bench lodbench.py
 
 format: $(READY)
 	$(BIN)/ruff check --fix .

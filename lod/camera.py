@@ -111,17 +111,23 @@ def camera_from_heading(
     pitch_deg: float,
     fov_x_deg: float,
     size: tuple[int, int],
+    roll_deg: float = 0.0,
 ) -> Camera:
-    """Return a camera without roll, by its heading and pitch [degrees].
+    """Return a camera by its heading, pitch and roll [degrees].
 
-    The heading is clockwise from north (+y); the pitch is above the horizon, from -90° to 90°.
-    Raises InputError for other angles.
+    The heading is clockwise from north (+y); the pitch is above the horizon, from -90° to 90°. A
+    positive roll turns the camera clockwise about its axis, as seen from behind it. Raises
+    InputError for other angles.
     """
     if not (math.isfinite(pitch_deg) and abs(pitch_deg) <= 90):
         raise InputError("camera.pitch", pitch_deg, "between -90° and 90°")
-    if not math.isfinite(heading_deg):
-        raise InputError("camera.heading", heading_deg, "finite")
+    for name, angle in (("heading", heading_deg), ("roll", roll_deg)):
+        if not math.isfinite(angle):
+            raise InputError(f"camera.{name}", angle, "finite")
     a, b = math.radians(heading_deg), math.radians(pitch_deg)
     forward = np.array((math.sin(a) * math.cos(b), math.cos(a) * math.cos(b), math.sin(b)))
     up = np.array((-math.sin(a) * math.sin(b), -math.cos(a) * math.sin(b), math.cos(b)))
+    if roll_deg:
+        c = math.radians(roll_deg)
+        up = math.cos(c) * up + math.sin(c) * np.cross(forward, up)
     return Camera(corner, np.asarray(eye), forward, up, math.radians(fov_x_deg), *size)

@@ -35,14 +35,15 @@ class SpeciesPreset(Table):
         key("size factors, 1 to 64 of them, equally likely, each from 0.001 to 1000"),
     ] = (1.0,)
     patrol: Annotated[
-        float, key("radius of its round [m]; 0 = stays at home", least=0, most=1000)
+        float,
+        key("radius of the round that each one walks [m]; 0 = stays at home", least=0, most=1000),
     ] = 0.0
-    dust: Annotated[bool, key("whether feet throw up dust; only of what has a patrol")] = False
+    dust: Annotated[bool, key("whether feet throw up dust; only for what has a patrol")] = False
     highest: Annotated[
         float | None, key("height above the datum where none grows [m]", least=-1e5, most=1e5)
     ] = None
     thinning: Annotated[
-        float, key("heights below that over which it thins out [m]", least=1, most=1e5)
+        float, key("how far below `highest` it begins to thin out [m]", least=1, most=1e5)
     ] = 100.0
     steepest: Annotated[
         float | None, key("tangent of the slope where none stands", least=0.01, most=100)
@@ -53,22 +54,32 @@ class PlacedPreset(Table):
     """One object, put where the picture wants it."""
 
     model: Model
-    position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
-    heading: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 0.0
+    position: Annotated[
+        tuple[Metres, Metres], key("where it stands: (x, y) from the plane's origin [m]")
+    ]
+    heading: Annotated[
+        float, key("what it faces, clockwise from north [degrees]", least=-360, most=360)
+    ] = 0.0
     prototype: Annotated[int, key("which of the model's objects, from 1", least=1, most=256)] = 1
     size: Annotated[SizeFactor, key("size factor")] = 1.0
-    walks: Annotated[bool, key("moves on the spot")] = False
+    walks: Annotated[bool, key("whether it walks on the spot")] = False
 
 
 class PlumePreset(Table):
     """Smoke or flames rising from the ground."""
 
     kind: Annotated[Literal["smoke", "flames"], key("what rises")]
-    position: Annotated[tuple[Metres, Metres], key("(x, y) from the plane's origin [m]")]
+    position: Annotated[
+        tuple[Metres, Metres], key("where it stands: (x, y) from the plane's origin [m]")
+    ]
     size: Annotated[SizeFactor, key("size factor")] = 1.0
     wind: Annotated[
         float | None,
-        key("where it blows to [degrees]; absent: wind.direction", least=-360, most=360),
+        key(
+            "where it is blown to, clockwise from north [degrees]; absent: wind.direction",
+            least=-360,
+            most=360,
+        ),
     ] = None
 
 
@@ -77,5 +88,5 @@ class RepresentationPreset(Table):
 
     kind: Annotated[str, key("which of those that are installed, see `lodbench list`")]
     options: Annotated[
-        dict[str, bool | int | float | str], key("what it is told, as its package says")
+        dict[str, bool | int | float | str], key("options that its package documents")
     ] = Field(default_factory=dict)

@@ -3,6 +3,7 @@
 The tables of what stands in the scene are in ``scenes.preset.object_tables``.
 """
 
+import math
 from itertools import pairwise
 from typing import Annotated, Literal
 
@@ -34,36 +35,67 @@ from scenes.preset.values import (
     refuse,
 )
 
+_THERE = "absent: the camera's"
+
 
 class CameraKey(Table):
     """Where the camera is in one frame of a flight, and what it faces."""
 
     frame: Annotated[int, key("frame number", least=1, most=10**6)]
-    position: Annotated[tuple[Metres, Metres], key("(x, y) from the cell's corner [m]")]
-    height: Annotated[float, key("of the eye above the ground [m]", above=0, most=1e6)]
+    position: Annotated[
+        tuple[Metres, Metres], key("where the eye is: (x, y) from the cell's corner [m]")
+    ]
+    height: Annotated[float, key("height of the eye above the ground [m]", above=0, most=1e6)]
     target: Annotated[
         tuple[Metres, Metres, Metres],
-        key("(x, y) from the cell's corner and height above the ground there [m]"),
+        key("what it faces: (x, y) from the cell's corner, and height above the ground there [m]"),
     ]
+    fov: Annotated[
+        Annotated[float, Field(gt=0, lt=180)] | None,
+        key(f"full horizontal field of view there [degrees], above 0 and below 180; {_THERE}"),
+    ] = None
+    roll: Annotated[
+        Annotated[float, Field(ge=-360, le=360)] | None,
+        key(f"turn about the line of sight there [degrees], within ±360; {_THERE}"),
+    ] = None
 
 
 class CameraPreset(Table):
     """Where the eye is, where it looks, and how it moves from frame to frame."""
 
     position: Annotated[
-        tuple[Metres, Metres], key("(x, y) from the cell's corner [m], each within ±1e15")
+        tuple[Metres, Metres],
+        key("where the eye is in frame 1: (x, y) from the cell's corner [m], each within ±1e15"),
     ] = (0.0, 0.0)
-    cell: Annotated[tuple[Cell, Cell], key("(x, y) in whole 16 m squares, each within ±2**55")] = (
+    cell: Annotated[
+        tuple[Cell, Cell], key("where the cell is: (x, y) in squares of 16 m, within ±2**55")
+    ] = (
         0,
         0,
     )
     height: Annotated[float, key("height of the eye above the ground [m]", above=0, most=1e6)] = 1.7
-    heading: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 0.0
-    pitch: Annotated[float, key("above the horizon [degrees]", least=-90, most=90)] = 0.0
+    heading: Annotated[
+        float, key("direction of view, clockwise from north [degrees]", least=-360, most=360)
+    ] = 0.0
+    pitch: Annotated[
+        float, key("direction of view, above the horizon [degrees]", least=-90, most=90)
+    ] = 0.0
     fov: Annotated[float, key("full horizontal field of view [degrees]", above=0, below=180)] = 60.0
-    speed: Annotated[float, key("along the heading [m/s]; 0 = still", least=-1e6, most=1e6)] = 0.0
+    focal_length: Annotated[
+        float | None,
+        key("focal length of the lens [mm]; it decides instead of fov", above=0, most=1e5),
+    ] = None
+    sensor_width: Annotated[
+        float, key("width of the picture on the sensor [mm]", above=0, most=1e4)
+    ] = 36.0
+    roll: Annotated[
+        float, key("turn about the line of sight, clockwise [degrees]", least=-360, most=360)
+    ] = 0.0
+    speed: Annotated[
+        float, key("speed of the eye along the heading [m/s]; 0 = still", least=-1e6, most=1e6)
+    ] = 0.0
     turn: Annotated[
-        float, key("of the heading, clockwise [degrees/s]; 0 = none", least=-1e5, most=1e5)
+        float, key("turn of the view, clockwise [degrees/s]; 0 = none", least=-1e5, most=1e5)
     ] = 0.0
     fps: Annotated[float, key("frames per second", above=0, most=1000)] = 24.0
     keys: Annotated[
@@ -71,6 +103,13 @@ class CameraPreset(Table):
         Field(max_length=1000),
         key("a flight in place of the walk: 2 or more, in the order of their frames"),
     ] = ()
+
+    @property
+    def fov_x_deg(self) -> float:
+        """Full horizontal field of view, of the lens where there is one [degrees]."""
+        if self.focal_length is None:
+            return self.fov
+        return 2 * math.degrees(math.atan2(self.sensor_width, 2 * self.focal_length))
 
     @model_validator(mode="after")
     def _in_order(self) -> "CameraPreset":
@@ -83,7 +122,9 @@ class CameraPreset(Table):
 class ViewPreset(Table):
     """How detail is chosen."""
 
-    metric: Annotated[str, key("member of the metric family")] = "blake"
+    metric: Annotated[
+        str, key("which member of the metric family decides, see `lodbench list`")
+    ] = "blake"
     detail: Annotated[float, key("detail threshold τ [px]", above=0, most=1e6)] = 1.0
     max_parts: MostParts = None
     max_memory: MostMemory = None
@@ -93,14 +134,20 @@ class ViewPreset(Table):
     look_around: Annotated[bool, key("count every direction as in view")] = False
     haze_aware: Annotated[bool, key("leave out what the air hides at any size")] = True
     shutter: Annotated[
-        float, key("open, of the 360 a frame lasts [degrees]; 0 = no time", least=0, most=360)
+        float,
+        key(
+            "angle that is open, of the 360 that a frame lasts [degrees]; 0 = no blur",
+            least=0,
+            most=360,
+        ),
     ] = 0.0
     smear: Annotated[
         Literal["shutter", "window", "off"],
         key("what hides detail of what moves: the shutter, that and the eye, or nothing"),
     ] = "shutter"
     update_threshold: Annotated[
-        float, key("what has moved no farther is not drawn anew [px]; 0 = all is", least=0, most=64)
+        float,
+        key("parts that moved by less are not drawn anew [px]; 0 = all are", least=0, most=64),
     ] = 0.0
     fade: Annotated[
         float,
@@ -141,7 +188,9 @@ class EyePreset(Table):
     aberration_arcmin: Annotated[
         float, key("growth of that with the pupil [minutes of arc per mm]", least=0, most=10)
     ] = 0.08
-    signal_to_noise: Annotated[float, key("at which a pattern is seen", above=0, most=100)] = 3.0
+    signal_to_noise: Annotated[
+        float, key("signal-to-noise ratio at which a pattern is seen", above=0, most=100)
+    ] = 3.0
     integration_s: Annotated[float, key("time that light is gathered [s]", above=0, most=10)] = 0.1
     efficiency: Annotated[float, key("share of the photons that count", above=0, most=1)] = 0.03
 
@@ -149,8 +198,12 @@ class EyePreset(Table):
 class LightPreset(Table):
     """Sun and sky."""
 
-    sun_azimuth: Annotated[float, key("clockwise from north [degrees]", least=-360, most=360)] = 230
-    sun_elevation: Annotated[float, key("above the horizon [degrees]", above=0, most=90)] = 35.0
+    sun_azimuth: Annotated[
+        float, key("direction of the sun, clockwise from north [degrees]", least=-360, most=360)
+    ] = 230
+    sun_elevation: Annotated[
+        float, key("height of the sun above the horizon [degrees]", above=0, most=90)
+    ] = 35.0
     turbidity: Annotated[float, key("turbidity of the sky", least=1, most=10)] = 3.0
 
 
@@ -166,7 +219,9 @@ class WorldPreset(Table):
 class WindPreset(Table):
     """The wind, which bends trees and carries smoke, flames and dust along."""
 
-    speed: Annotated[float, key("at the height of crowns [m/s]; 0 = calm", least=0, most=20)] = 0.0
+    speed: Annotated[
+        float, key("speed of the wind at the height of crowns [m/s]; 0 = calm", least=0, most=20)
+    ] = 0.0
     direction: Annotated[
         float, key("where it blows to, clockwise from north [degrees]", least=-360, most=360)
     ] = 60.0
@@ -189,8 +244,8 @@ class TerrainPreset(Table):
     finest: Annotated[
         PowerOfTwo, key("finest spacing of the mesh [m], a power of two", least=2**-5, most=1)
     ] = 0.25
-    ridged: Annotated[bool, key("crests, as of mountains")] = False
-    cover: Annotated[Literal["grassy", "bare", "snowy"], key("what lies on it")] = "grassy"
+    ridged: Annotated[bool, key("whether the relief has crests, as mountains do")] = False
+    cover: Annotated[Literal["grassy", "bare", "snowy"], key("what lies on the ground")] = "grassy"
 
 
 class RenderPreset(Table):
@@ -199,7 +254,8 @@ class RenderPreset(Table):
     size: Size = (640, 360)
     spp: Annotated[int, key("samples per pixel", least=1, most=65536)] = 16
     subframes: Annotated[
-        int, key("while the shutter is open; no more than samples", least=1, most=4096)
+        int,
+        key("moments that are averaged while the shutter is open; at most spp", least=1, most=4096),
     ] = 16
     max_depth: Annotated[int, key("longest light path, in segments", least=1, most=64)] = 4
     variant: Annotated[str, Field(min_length=1), key("Mitsuba variant, or auto")] = "auto"
@@ -215,12 +271,16 @@ class OutputPreset(Table):
 
     compression: Annotated[
         Literal["zip", "zips", "piz", "rle", "none"],
-        key("of the file, all without loss; only zip and zips notice a flipped bit"),
+        key("how the file is packed, always without loss; only zip and zips notice a flipped bit"),
     ] = "zip"
-    multipart: Annotated[bool, key("a part for each group of layers")] = False
+    multipart: Annotated[bool, key("whether each group of layers is a part of the file")] = False
     colour: Annotated[Literal["half", "float"], key("pixels of colour layers")] = "half"
-    motion: Annotated[bool, key("layers motion.X and motion.Y [px]")] = False
-    denoise: Annotated[bool, key("layers denoised.R, denoised.G and denoised.B")] = False
+    motion: Annotated[bool, key("whether there are layers motion.X and motion.Y, in pixels")] = (
+        False
+    )
+    denoise: Annotated[
+        bool, key("whether there are layers denoised.R, denoised.G and denoised.B")
+    ] = False
 
 
 class Preset(Table):

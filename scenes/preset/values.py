@@ -154,7 +154,7 @@ Visibility = Annotated[
     Annotated[float, Field(ge=1, le=FARTHEST_SIGHT_M)] | None,
     BeforeValidator(_reported(_visibility)),
     PlainSerializer(_metres),
-    key("where 2 % of contrast is left, 1m to 330km; absent or 'clear' = none"),
+    key("distance at which 2 % of contrast is left, 1m to 330km; absent or 'clear' = no haze"),
 ]
 Height = Annotated[
     Annotated[float, Field(ge=-1e6, le=1e6)],

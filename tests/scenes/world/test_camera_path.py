@@ -149,3 +149,33 @@ def test_keys_that_make_no_flight_are_refused(frames):
     )
     with pytest.raises(InputError, match=r"camera\.keys.*order of their frames"):
         load_preset("fly_in", [f"camera.keys=[{keys}]"])
+
+
+@given(focal=st.floats(4, 800), sensor=st.floats(4, 60))
+def test_a_lens_sees_as_wide_as_its_sensor(focal, sensor):
+    preset = CameraPreset(focal_length=focal, sensor_width=sensor, fov=10.0)
+    tan_x, _ = camera_at(preset, SIZE, 1, GROUND).tan_half
+    assert tan_x == pytest.approx(sensor / 2 / focal)
+
+
+@given(roll=st.floats(-360, 360), pitch=st.floats(-80, 80), heading=st.floats(-180, 180))
+def test_roll_turns_about_the_line_of_sight(roll, pitch, heading):
+    level = CameraPreset(pitch=pitch, heading=heading)
+    rolled = level.model_copy(update={"roll": roll})
+    a, b = (camera_at(each, SIZE, 1, GROUND) for each in (level, rolled))
+    assert np.array_equal(a.forward, b.forward)
+    angle = math.radians(roll)
+    assert b.up @ a.up == pytest.approx(math.cos(angle), abs=1e-12)
+    assert b.up @ a.right == pytest.approx(math.sin(angle), abs=1e-12)
+    assert np.linalg.norm(b.up) == pytest.approx(1)
+
+
+def test_a_flight_zooms_and_rolls_between_its_keys():
+    ends = {"position": (0.0, 0.0), "height": 2.0, "target": (0.0, 50.0, 1.0)}
+    keys = (CameraKey(frame=1, **ends), CameraKey(frame=11, fov=20.0, roll=90.0, **ends))
+    preset = CameraPreset(keys=keys, fov=60.0)
+    cameras = [camera_at(preset, SIZE, frame, GROUND) for frame in (1, 6, 11)]
+    fov = [math.degrees(each.fov_x) for each in cameras]
+    assert fov[0] == pytest.approx(60) and fov[2] == pytest.approx(20)
+    assert 20 < fov[1] < 60
+    assert cameras[2].right[2] < -0.95  # its right side is down

@@ -1,0 +1,66 @@
+"""Settings of the documentation, which `make docs` builds with Sphinx and MyST.
+
+The source is the whole repository, so that links between README.md, docs/ and results/ are the
+same here and where the files are read as they are.
+"""
+
+import re
+from importlib.metadata import version as version_of
+from typing import Any
+
+project = "lodbench"
+author = "the lodbench authors"
+release = version_of("lodbench")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.viewcode",
+    "sphinxcontrib.mermaid",
+]
+root_doc = "docs/index"
+include_patterns = [
+    "docs/*.md",
+    "README.md",
+    "CHANGELOG.md",
+    "results/*.md",
+    "results/gallery/*.md",
+]
+
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 3
+myst_fence_as_directive = ["mermaid"]
+
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+
+html_theme = "furo"
+html_title = f"lodbench {release}"
+html_copy_source = False
+
+_NAMED = re.compile(r"([A-Za-z_][\w, ]*?) {2,}(\S.*)")
+
+
+def lay_out_names(
+    app: Any, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
+    """Turn the lines ``name  what it is`` of our docstrings into definition lists, in place."""
+    laid: list[str] = []
+    within = False
+    for line in lines:
+        if found := _NAMED.fullmatch(line):
+            laid += ["", found[1], f"    {found[2]}"]
+            within = True
+        elif within and line.startswith(" "):
+            laid.append(f"    {line.strip()}")
+        else:
+            laid += ["", line] if within and line else [line]
+            within = False
+    lines[:] = [*laid, ""]
+
+
+def setup(app: Any) -> None:
+    """Connect what this file adds to Sphinx."""
+    app.connect("autodoc-process-docstring", lay_out_names)
