@@ -3,14 +3,13 @@
 The tables of what stands in the scene are in ``scenes.preset.object_tables``.
 """
 
-import math
-from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from lod.errors import InputError
 from scenes.plugins.entry_points import metric_by_name
+from scenes.preset.camera_tables import CameraPreset
 from scenes.preset.object_tables import (
     PlacedPreset,
     PlumePreset,
@@ -20,11 +19,9 @@ from scenes.preset.object_tables import (
 )
 from scenes.preset.values import (
     LARGEST_SEED,
-    Cell,
     Depth,
     Extent,
     Height,
-    Metres,
     MostMemory,
     MostParts,
     PowerOfTwo,
@@ -34,89 +31,6 @@ from scenes.preset.values import (
     key,
     refuse,
 )
-
-_THERE = "absent: the camera's"
-
-
-class CameraKey(Table):
-    """Where the camera is in one frame of a flight, and what it faces."""
-
-    frame: Annotated[int, key("frame number", least=1, most=10**6)]
-    position: Annotated[
-        tuple[Metres, Metres], key("where the eye is: (x, y) from the cell's corner [m]")
-    ]
-    height: Annotated[float, key("height of the eye above the ground [m]", above=0, most=1e6)]
-    target: Annotated[
-        tuple[Metres, Metres, Metres],
-        key("what it faces: (x, y) from the cell's corner, and height above the ground there [m]"),
-    ]
-    fov: Annotated[
-        Annotated[float, Field(gt=0, lt=180)] | None,
-        key(f"full horizontal field of view there [degrees], above 0 and below 180; {_THERE}"),
-    ] = None
-    roll: Annotated[
-        Annotated[float, Field(ge=-360, le=360)] | None,
-        key(f"turn about the line of sight there [degrees], within ±360; {_THERE}"),
-    ] = None
-
-
-class CameraPreset(Table):
-    """Where the eye is, where it looks, and how it moves from frame to frame."""
-
-    position: Annotated[
-        tuple[Metres, Metres],
-        key("where the eye is in frame 1: (x, y) from the cell's corner [m], each within ±1e15"),
-    ] = (0.0, 0.0)
-    cell: Annotated[
-        tuple[Cell, Cell], key("where the cell is: (x, y) in squares of 16 m, within ±2**55")
-    ] = (
-        0,
-        0,
-    )
-    height: Annotated[float, key("height of the eye above the ground [m]", above=0, most=1e6)] = 1.7
-    heading: Annotated[
-        float, key("direction of view, clockwise from north [degrees]", least=-360, most=360)
-    ] = 0.0
-    pitch: Annotated[
-        float, key("direction of view, above the horizon [degrees]", least=-90, most=90)
-    ] = 0.0
-    fov: Annotated[float, key("full horizontal field of view [degrees]", above=0, below=180)] = 60.0
-    focal_length: Annotated[
-        float | None,
-        key("focal length of the lens [mm]; it decides instead of fov", above=0, most=1e5),
-    ] = None
-    sensor_width: Annotated[
-        float, key("width of the picture on the sensor [mm]", above=0, most=1e4)
-    ] = 36.0
-    roll: Annotated[
-        float, key("turn about the line of sight, clockwise [degrees]", least=-360, most=360)
-    ] = 0.0
-    speed: Annotated[
-        float, key("speed of the eye along the heading [m/s]; 0 = still", least=-1e6, most=1e6)
-    ] = 0.0
-    turn: Annotated[
-        float, key("turn of the view, clockwise [degrees/s]; 0 = none", least=-1e5, most=1e5)
-    ] = 0.0
-    fps: Annotated[float, key("frames per second", above=0, most=1000)] = 24.0
-    keys: Annotated[
-        tuple[CameraKey, ...],
-        Field(max_length=1000),
-        key("a flight in place of the walk: 2 or more, in the order of their frames"),
-    ] = ()
-
-    @property
-    def fov_x_deg(self) -> float:
-        """Full horizontal field of view, of the lens where there is one [degrees]."""
-        if self.focal_length is None:
-            return self.fov
-        return 2 * math.degrees(math.atan2(self.sensor_width, 2 * self.focal_length))
-
-    @model_validator(mode="after")
-    def _in_order(self) -> "CameraPreset":
-        frames = [each.frame for each in self.keys]
-        if len(frames) == 1 or any(a >= b for a, b in pairwise(frames)):
-            raise refuse("2 keys or more, in the order of their frames", "", "camera.keys")
-        return self
 
 
 class ViewPreset(Table):

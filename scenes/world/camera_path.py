@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from lod.camera import Camera, camera_from_heading, split_position
-from scenes.preset.tables import CameraKey, CameraPreset
+from scenes.preset.camera_tables import CameraKey, CameraPreset
 from scenes.terrain.ground import Ground
 
 
