@@ -1,15 +1,13 @@
-"""An assembled actor as frozen arrays, and the forward kinematics of many poses at once.
+"""An assembled actor as frozen arrays.
 
-A crowd is posed by these, never by one Python object per part; the actors' own recursive answers
-(``PositionableObject.frames``) are the reference that they are tested against.
+A crowd is posed from arrays, never by one Python object per part; the actors' own recursive answers
+(``PositionableObject.frames``) are the reference that it is tested against.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float64
 
 from lod.actors.actor import PartDescription, PositionableObject
 from lod.actors.appearance import ConeStick
@@ -18,7 +16,6 @@ from lod.actors.message import Route, ask, format_route, nearest_route, parse_ro
 from lod.actors.quaternion import IDENTITY, Vector
 from lod.arrays import freeze
 from lod.errors import InputError
-from lod.rotations import multiply_quaternions, rotate_vectors
 from lod.stick_table import StickTable
 
 
@@ -53,11 +50,6 @@ class ActorArrays:
 
     def __len__(self) -> int:
         return len(self.parent)
-
-    @cached_property
-    def depth(self) -> np.ndarray:
-        """Steps from row 0 to each part, (n,)."""
-        return np.array([len(route) for route in self.routes])
 
     def row(self, route: str | Sequence[str]) -> int:
         """Row of the part at a route. Raises InputError, which names the nearest known route."""
@@ -102,32 +94,3 @@ def _stick_table(looks: list[tuple[ConeStick, ...]], tint: dict[Vector, int]) ->
         end_radius=np.array([stick.end_radius for stick in sticks], np.float64),
         tint=np.array([tint[stick.albedo] for stick in sticks], np.int64),
     )
-
-
-def forward_kinematics(
-    actor: ActorArrays,
-    orientation: Float64[np.ndarray, "poses n 4"],
-    position: Float64[np.ndarray, "poses n 3"] | None = None,
-) -> tuple[Float64[np.ndarray, "poses n 3"], Float64[np.ndarray, "poses n 4"]]:
-    """Compute where all parts are, and how they are turned, in many poses at once (§3.3).
-
-    orientation  of each part in the frame of its whole: unit quaternions x, y, z, w
-    position     of each part's origin in the frame of its whole [m]; None = as assembled
-    Row 0 is the actor's own. Returns positions [m] and orientations in the frame in which the actor
-    stands.
-    """
-    origins, turns = np.empty((*orientation.shape[:2], 3)), np.empty(orientation.shape)
-    local = np.broadcast_to(actor.position if position is None else position, origins.shape)
-    origins[:, 0], turns[:, 0] = local[:, 0], _normalized(orientation[:, 0])
-    for depth in range(1, int(actor.depth.max()) + 1):
-        part = np.flatnonzero(actor.depth == depth)
-        whole = actor.parent[part]
-        # A part's origin turns with its whole, and then moves with it.
-        origins[:, part] = origins[:, whole] + rotate_vectors(turns[:, whole], local[:, part])
-        turns[:, part] = _normalized(multiply_quaternions(turns[:, whole], orientation[:, part]))
-    return origins, turns
-
-
-def _normalized(quaternions: np.ndarray) -> np.ndarray:
-    """The quaternions at length 1."""
-    return quaternions / np.sqrt(np.sum(quaternions * quaternions, axis=-1, keepdims=True))

@@ -62,11 +62,6 @@ def vector_part(q: Quaternion) -> Vector:
     return q.x, q.y, q.z
 
 
-def norm(q: Quaternion) -> float:
-    """Compute the length |q|, for which |a·b| = |a|·|b|."""
-    return math.hypot(q.x, q.y, q.z, q.w)
-
-
 def unit(q: Quaternion) -> Quaternion:
     """Scale ``q`` to length 1; return it unchanged where its length is 1 to rounding.
 
@@ -103,15 +98,6 @@ def rotate(q: Quaternion, values: VectorLike) -> Vector:
     return vector_part(q * pure_quaternion(values) / q)
 
 
-def slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
-    """Interpolate from a (share 0) to b (share 1) at constant angular speed, the shorter way.
-
-    This is Shoemake's spherical linear interpolation (reference 41 of the paper).
-    """
-    turn = rotation_vector(unit(b / a))
-    return unit(from_rotation_vector([share * angle for angle in turn]) * a)
-
-
 def rotation_vector(q: Quaternion) -> Vector:
     """Compute axis times angle [degrees], the shorter way round: at most 180 long.
 
@@ -130,8 +116,3 @@ def from_rotation_vector(angles_deg: VectorLike) -> Quaternion:
     x, y, z = vector(angles_deg, "rotation vector")
     angle = math.hypot(x, y, z)
     return rotation((x, y, z), angle) if angle > 0 else Quaternion(*IDENTITY)
-
-
-def matrix(q: Quaternion) -> np.ndarray:
-    """Compute the rotation matrix of ``q``, (3, 3), whose columns are the rotated axes."""
-    return np.array([rotate(q, axis) for axis in (EAST, NORTH, UP)]).T

@@ -26,7 +26,7 @@ class BlurWidths:
 
     pixel       angle of one pixel: a box of that width, σ = θ/√12
     eye         the viewer's optics, carried to the camera by the display (``blur_widths``)
-    atmosphere  seeing (``turbulence_width``)
+    atmosphere  seeing: the blur by turbulence of the air, in a long exposure
     motion      what passes by while the shutter is open: a box of angular speed × open time
     """
 
@@ -77,29 +77,6 @@ def eye_width(display: Display, eye: Eye) -> float:
     Barten's optical transfer function is exp(−2π²σ²f²), a Gaussian (1999, ch. 3).
     """
     return FULL_WIDTH * math.radians(optical_sigma(display, eye))
-
-
-def turbulence_width(
-    structure_constant: float, path_m: float, wavelength_nm: float = 550.0
-) -> float:
-    """Compute θ_atmosphere [rad], the full width of the seeing over a level path, long exposure.
-
-    It follows from Fried's length for a point source, r₀ = (0.16·k²·C_n²·L)^(−3/5) with k = 2π/λ,
-    and a point seen with a full width at half maximum of 0.98·λ/r₀ (Fried, J. Opt. Soc. Am. 56,
-    1966, p. 1372), taken for a Gaussian: σ = FWHM/√(8·ln 2). C_n² [m^(−2/3)] near ground runs from
-    1e-16 (calm) to 1e-13 (midday). Light scattered forward by particles blurs too (Kaufman, Applied
-    Optics 20, 1981, p. 1525), over degrees rather than seconds of arc; here all of it is lost
-    contrast, β.
-    """
-    for where, value in (("C_n²", structure_constant), ("path", path_m)):
-        if not (math.isfinite(value) and value >= 0):
-            raise InputError(where, value, "finite and at least 0")
-    if not (math.isfinite(wavelength_nm) and wavelength_nm > 0):
-        raise InputError("wavelength", wavelength_nm, "finite and above 0 nm", "try 550")
-    wavelength_m = wavelength_nm * 1e-9
-    k = 2 * math.pi / wavelength_m
-    inverse_r0 = (0.16 * k**2 * structure_constant * path_m) ** 0.6
-    return FULL_WIDTH * 0.98 * wavelength_m * inverse_r0 / math.sqrt(8 * math.log(2))
 
 
 def gaussian_transfer(width: float, frequency: Reals) -> Reals:

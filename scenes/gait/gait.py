@@ -17,14 +17,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.errors import InputError
-from lod.rotations import multiply_quaternions, rotate_vectors
 from scenes.gait.foot_path import Contacts, Leg, foot_path, heel_and_ball, sole_points
 from scenes.rig.anatomy import side_of
 from scenes.rig.footprints import Feet
 from scenes.rig.keyframes import Motion, key_phases
 from scenes.rig.rig import Rig
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions, Vectors, from_euler, inverse, to_euler
+from scenes.rig.rotations import (
+    Quaternions,
+    Vectors,
+    from_euler,
+    inverse,
+    multiply_quaternions,
+    rotate_vectors,
+    to_euler,
+)
 
 GRAVITY = 9.81
 KEYS = 32

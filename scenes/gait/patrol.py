@@ -7,8 +7,8 @@ density (displacement theorem: Kingman, "Poisson Processes", 1993, §5.5), so th
 hold for them unchanged.
 
 The motion was made for a straight path. On a circle of radius ρ a print that is x ahead and y
-aside of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands: ``min_radius``
-keeps that small.
+aside of the body moves under the foot by about (x²/2 + x·y)/ρ while it stands; which is little
+where a circle is many strides round.
 """
 
 import math
@@ -19,7 +19,6 @@ import numpy as np
 
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
-from scenes.rig.keyframes import Motion
 
 MIN_STRIDE_FACTOR = 0.82
 """Stride of the walker with the shortest steps, as a share of its prototype's."""
@@ -99,35 +98,3 @@ def stride_factors(u: Reals) -> tuple[Reals, Reals]:
     """
     stride = MIN_STRIDE_FACTOR + (1.0 - MIN_STRIDE_FACTOR) * u
     return stride, stride ** (-2 / 3)
-
-
-def foot_slip(stance: float, ahead: float, aside: float, radius: float) -> float:
-    """How far a foot slips on its print while the body goes ``stance`` m along a circle [m].
-
-    ahead, aside: where the print is, as the body is half-way through, from the body [m].
-    """
-    gone = np.linspace(-stance / 2, stance / 2, 65)
-    angle = gone / radius
-    x, y = ahead - gone, aside
-    at = np.stack(
-        (
-            radius * np.sin(angle) + x * np.cos(angle) - y * np.sin(angle),
-            radius * (1 - np.cos(angle)) + x * np.sin(angle) + y * np.cos(angle),
-        ),
-        axis=1,
-    )
-    return float(np.linalg.norm(at[:, None] - at[None], axis=-1).max())
-
-
-def min_radius(motion: Motion, duty: float, ahead: float, aside: float, most: float) -> float:
-    """Radius of the tightest circle on which feet slip by at most ``most`` m; 0 = no stride.
-
-    duty: share of the cycle that a foot stands; ahead, aside: of its print from the body [m]
-    """
-    if motion.stride == 0:
-        return 0.0
-    stance = duty * motion.stride
-    radius = stance
-    while max(foot_slip(stance, ahead, side * aside, radius) for side in (1, -1)) > most:
-        radius *= 1.05
-    return radius

@@ -15,7 +15,6 @@ from numba import njit
 
 from lod.arrays import Flags, Ints, Points, check_columns, freeze, frozen
 from lod.errors import InputError
-from lod.rotations import rotate_vectors
 from lod.stick_table import StickTable
 from scenes.rig.rotations import (
     Quaternions,
@@ -23,6 +22,7 @@ from scenes.rig.rotations import (
     from_euler,
     quaternion_product,
     rotate_vector,
+    rotate_vectors,
     to_euler,
 )
 

@@ -29,7 +29,6 @@ from lod.arrays import Flags, Reals
 from lod.stick_table import StickTable
 from scenes.sticks.union_area import FINE, areas_of_parts, largest_of_parts
 
-Direction = Float64[np.ndarray, "3"]
 Directions = Float64[np.ndarray, "d 3"]
 
 DIRECTIONS = 64
@@ -63,14 +62,6 @@ def outline_area(r0: Reals, r1: Reals, apart: Reals) -> Reals:
     caps = r0 * r0 * (np.pi / 2 + a) + r1 * r1 * (np.pi / 2 - a)
     hull = caps + (r0 + r1) * apart * np.sqrt(1 - sine * sine)
     return np.where(slim, hull, np.pi * np.maximum(r0, r1) ** 2)
-
-
-def outline_areas_along(table: StickTable, direction: Direction) -> Reals:
-    """Area of each stick's outline along a unit vector, (k,) [m²]."""
-    axis = table.end - table.start
-    across = axis - np.outer(axis @ direction, direction)
-    apart = np.sqrt((across * across).sum(axis=1))
-    return outline_area(table.start_radius, table.end_radius, apart)
 
 
 def largest_outline_areas(table: StickTable) -> Reals:

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lod.arrays import Ints, Points, Reals
 from lod.stick_table import StickTable
 
 BOX_M = 0.25
@@ -69,18 +68,6 @@ def make_grids(tables: Sequence[StickTable]) -> Grids:
     )
 
 
-def intersect_rays(
-    grids: Grids, which: int, origin: Points, direction: Points
-) -> tuple[Reals, Ints, Points]:
-    """Intersect rays, origin and direction (n, 3), with the sticks of one object.
-
-    Origins are outside all sticks. Returns the distance to the first intersection (n,), the row of
-    its stick (n,) and the outward unit normal there (n, 3); they are NOTHING, −1 and 0 for rays
-    that meet no stick.
-    """
-    return _intersect_rays(grids, which, origin, direction)
-
-
 @njit(cache=True)
 def _make_grid(sticks):  # type: ignore[no-untyped-def]
     """Make a grid of sticks: lowest corner (3,), boxes (3,), first row of each box, rows."""
@@ -124,20 +111,6 @@ def _make_grid(sticks):  # type: ignore[no-untyped-def]
             first = np.cumsum(first)
             at, rows = first[:-1].copy(), np.empty(first[-1], np.int64)
     return low, boxes, first, rows
-
-
-@njit(cache=True)
-def _intersect_rays(grids, which, origin, direction):  # type: ignore[no-untyped-def]
-    n = len(origin)
-    far, row, normal = np.full(n, NOTHING), np.full(n, -1), np.zeros((n, 3))
-    for i in range(n):
-        o, v = origin[i], direction[i]
-        far[i], row[i] = intersect_ray(
-            grids, which, (o[0], o[1], o[2]), (v[0], v[1], v[2]), NOTHING
-        )
-        if row[i] >= 0:
-            normal[i] = normal_at(grids.sticks[row[i]], origin[i] + far[i] * direction[i])
-    return far, row, normal
 
 
 @njit(cache=True)

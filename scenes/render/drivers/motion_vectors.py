@@ -11,12 +11,11 @@ import math
 
 import numpy as np
 
-from lod.rotations import rotate_vectors
 from scenes.render.description.describe import NEAR_M
 from scenes.render.description.scene_description import Description
 from scenes.render.drivers.camera_rays import pixel_directions
 from scenes.render.mitsuba.build import BuiltScene
-from scenes.rig.rotations import shortest_arc
+from scenes.rig.rotations import rotate_vectors, shortest_arc
 
 
 def motion_vectors(hit: np.ndarray, built: BuiltScene) -> np.ndarray:

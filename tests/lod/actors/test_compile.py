@@ -6,13 +6,12 @@ from hypothesis import strategies as st
 from lod.actors.actor import CompoundActor, SimpleActor
 from lod.actors.appearance import ConeStick, StickBundle
 from lod.actors.camera import CameraActor
-from lod.actors.compile import compile_actor, forward_kinematics
+from lod.actors.compile import compile_actor
 from lod.actors.dispatch import query
 from lod.actors.joint import JointLimits, RevoluteJoint
-from lod.actors.message import Refused, change
+from lod.actors.message import Refused
 from lod.actors.quaternion import UP, rotation
 from lod.errors import InputError
-from lod.rotations import rotate_vectors
 
 RED, GREY = (0.8, 0.1, 0.1), (0.5, 0.5, 0.5)
 
@@ -42,28 +41,6 @@ families = st.lists(st.integers(0, 9), max_size=10).map(
 
 
 @given(families, st.integers(0, 2**32 - 1))
-def test_poses_by_the_array_are_the_actors_own_answers(wholes, seed):
-    chance = np.random.default_rng(seed)
-    actor = chain_of_things(wholes, chance)
-    arrays = compile_actor(actor)
-    local = chance.normal(size=(3, len(arrays), 4))
-    local /= np.linalg.norm(local, axis=-1, keepdims=True)
-    positions, turns = forward_kinematics(arrays, local)
-    for pose in range(3):
-        for route, turn in zip(arrays.routes, local[pose], strict=True):
-            actor.receive(change(route, "orient", rotation_of(turn))).value  # noqa: B018
-        frames = dict(actor.frames())
-        assert list(frames) and set(frames) == set(arrays.routes)
-        for row, route in enumerate(arrays.routes):
-            assert np.allclose(positions[pose, row], frames[route].position, atol=1e-12)
-            assert np.allclose(turns[pose, row], frames[route].turn, atol=1e-12)
-
-
-def rotation_of(turn):
-    return RevoluteJoint(turn=turn).orientation
-
-
-@given(families, st.integers(0, 2**32 - 1))
 def test_wholes_stand_before_their_parts(wholes, seed):
     arrays = compile_actor(chain_of_things(wholes, np.random.default_rng(seed)))
     assert arrays.parent[0] == -1
@@ -78,13 +55,14 @@ def test_wholes_stand_before_their_parts(wholes, seed):
 def test_the_sticks_are_those_that_a_camera_renders(wholes, seed, deepest):
     actor = chain_of_things(wholes, np.random.default_rng(seed))
     arrays = compile_actor(actor)
-    positions, turns = forward_kinematics(arrays, arrays.orientation[None])
-    shown = arrays.depth <= deepest
+    frames = dict(actor.frames())
+    shown = np.array([len(route) for route in arrays.routes]) <= deepest
     is_leaf = np.bincount(arrays.parent[1:][shown[1:]], minlength=len(arrays)) == 0
     found = []
     for sticks, wanted in ((arrays.inner, shown & ~is_leaf), (arrays.leaf, shown & is_leaf)):
         own = sticks.owner[wanted[sticks.owner]]
-        ends = rotate_vectors(turns[0, own], sticks.end[wanted[sticks.owner]]) + positions[0, own]
+        joints = [frames[arrays.routes[row]] for row in own]
+        ends = map(RevoluteJoint.to_whole, joints, sticks.end[wanted[sticks.owner]])
         tints = arrays.tints[sticks.tint[wanted[sticks.owner]]]
         found += [(*end, *tint) for end, tint in zip(ends, tints, strict=True)]
     rendered = CameraActor().render([actor], lambda route, _: len(route) <= deepest)
@@ -103,13 +81,6 @@ def test_a_joints_limits_and_places():
     assert arrays.high_deg.tolist() == [[np.inf] * 3, [0, 140, 0]]
     with pytest.raises(ValueError, match="read-only"):
         arrays.position[0] = 1
-
-
-def test_moved_and_posed_together():
-    arrays = compile_actor(CompoundActor({"arm": SimpleActor(RevoluteJoint((0, 0, 1)))}))
-    position = np.array([[[5.0, 6.0, 7.0], [0.0, 0.0, 2.0]]])
-    positions, _ = forward_kinematics(arrays, arrays.orientation[None], position)
-    assert positions.tolist() == [[[5, 6, 7], [5, 6, 9]]]
 
 
 def test_an_unknown_route_names_the_nearest():

@@ -13,7 +13,6 @@ from lod.vision.blur_cascade import (
     blur_widths,
     eye_width,
     gaussian_transfer,
-    turbulence_width,
 )
 from lod.vision.eye import Display, Eye, optical_sigma
 
@@ -87,22 +86,6 @@ def test_an_ideal_eye_has_no_width():
     assert blur_widths(1e-3, Display(), None, 2e-5, 3e-5) == BlurWidths(1e-3, 0.0, 2e-5, 3e-5)
 
 
-def test_seeing_by_hand():
-    """C_n² = 1e-14 over 5 km at 550 nm: r₀ = 15.5 mm, FWHM 7.2'', √12·σ = 10.6''."""
-    k = 2 * math.pi / 550e-9
-    r0 = (0.16 * k**2 * 1e-14 * 5000) ** -0.6
-    assert r0 == pytest.approx(15.5e-3, rel=0.01)
-    fwhm = 0.98 * 550e-9 / r0
-    assert turbulence_width(1e-14, 5000.0) == pytest.approx(fwhm * 1.4711, rel=1e-4)
-    assert turbulence_width(0.0, 5000.0) == 0
-
-
-@given(path=st.floats(10, 1e5))
-def test_seeing_grows_with_the_path(path):
-    near, far = turbulence_width(1e-14, path), turbulence_width(1e-14, 2 * path)
-    assert far / near == pytest.approx(2**0.6)
-
-
 @pytest.mark.parametrize("name", ["eye", "atmosphere", "motion"])
 @pytest.mark.parametrize("bad", [-1.0, math.nan, math.inf])
 def test_bad_widths_are_refused(name, bad):
@@ -113,9 +96,3 @@ def test_bad_widths_are_refused(name, bad):
 def test_a_camera_without_pixels_is_refused():
     with pytest.raises(InputError, match="pixel"):
         BlurWidths(0.0)
-
-
-@pytest.mark.parametrize("bad", [(-1e-14, 1.0, 550.0), (1e-14, math.inf, 550.0), (1e-14, 1.0, 0.0)])
-def test_bad_seeing_is_refused(bad):
-    with pytest.raises(InputError):
-        turbulence_width(*bad)

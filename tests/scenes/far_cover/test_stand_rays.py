@@ -7,7 +7,7 @@ from lod.stick_table import StickTable
 from scenes.far_cover.stand_rays import intersect_stand, stand_field
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit_float
-from scenes.sticks.ray_grid import NOTHING, intersect_rays, make_grids
+from scenes.sticks.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
 
 SEED = np.uint64(0x57A4D)
 
@@ -58,6 +58,12 @@ def objects_near(stand, number, centre, reach=5):
     return found
 
 
+def first_of_one(grids, which, origin, way):
+    """Distance to the first stick of one object along a ray, its row, and the normal there."""
+    t, stick = intersect_ray(grids, which, tuple(origin), tuple(way), NOTHING)
+    return t, stick, normal_at(grids.sticks[stick], origin + t * way) if stick >= 0 else 0 * way
+
+
 def test_every_line_meets_what_is_nearest_of_all_that_stands_around():
     """Of all objects, one by one, in frames of their own."""
     tables = [tangle(1), tangle(2), ball()]
@@ -78,9 +84,9 @@ def test_every_line_meets_what_is_nearest_of_all_that_stands_around():
                 ((np.cos(turn), np.sin(turn), 0), (-np.sin(turn), np.cos(turn), 0), (0, 0, 1))
             )
             own = spin @ (origin[i] - (x, y, 0))
-            t, stick, up = intersect_rays(grids, k, own[None], (spin @ v[i])[None])
-            if t[0] < best:
-                best, which, outward = t[0], stick[0], spin.T @ up[0]
+            t, stick, up = first_of_one(grids, k, own, spin @ v[i])
+            if t < best:
+                best, which, outward = t, stick, spin.T @ up
         assert far[i] == pytest.approx(best) and row[i] == which
         assert normal[i] == pytest.approx(outward, abs=1e-9)
     assert 0.2 < (row >= 0).mean() < 1
@@ -107,7 +113,9 @@ def test_what_is_met_of_one_object_is_entered_there_and_nothing_before():
     eye = np.column_stack((rng.normal(size=(80, 2)) * 2, np.full(80, 8.0)))
     way = np.column_stack((rng.normal(size=(80, 2)) * 0.3, np.full(80, -1.0)))
     way /= np.linalg.norm(way, axis=1)[:, None]
-    far, which, normal = intersect_rays(make_grids([table]), 0, eye, way)
+    grids = make_grids([table])
+    met = [first_of_one(grids, 0, *ray) for ray in zip(eye, way, strict=True)]
+    far, which, normal = (np.array(column) for column in zip(*met, strict=True))
     hit = far < NOTHING
     assert hit.mean() > 0.3 and (which[~hit] == -1).all()
     assert ((normal[hit] * way[hit]).sum(axis=1) < 1e-6).all()

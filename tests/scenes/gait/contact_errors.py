@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Reals
-from lod.rotations import rotate_vectors
 from scenes.gait.foot_path import Leg, heel_and_ball
 from scenes.gait.gait import Gait
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions, Vectors
+from scenes.rig.rotations import Quaternions, Vectors, rotate_vectors
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,6 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from lod.arrays import Points
-from lod.rotations import multiply_quaternions
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.model_files.names import animal_names
@@ -22,7 +21,7 @@ from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import Instances, PoseTables
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions, inverse
+from scenes.rig.rotations import Quaternions, inverse, multiply_quaternions
 
 _TOUCHES = 0.003
 """A contact touches while it is no higher than this above the lower one of its foot [m]."""

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
 from lod.arrays import frozen
 from lod.errors import InputError
-from lod.rotations import multiply_quaternions, rotate_vectors
 from scenes.gait.gait import KEYS
 from scenes.models.people.people import child_sizes, human_anatomy, people_at_rest, standing_people
 from scenes.models.people.walking import walking_people
@@ -20,7 +19,14 @@ from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.reach_bound import reach_bound
 from scenes.rig.rig import Rig, RiggedSticks
-from scenes.rig.rotations import from_euler, inverse, matrices, to_euler
+from scenes.rig.rotations import (
+    from_euler,
+    inverse,
+    matrices,
+    multiply_quaternions,
+    rotate_vectors,
+    to_euler,
+)
 from scenes.sticks.outline_area import largest_area
 
 seeds = st.integers(0, 2**32 - 1)

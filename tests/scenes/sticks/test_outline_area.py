@@ -15,7 +15,6 @@ from scenes.sticks.outline_area import (
     mean_area,
     mean_outline_areas,
     outline_area,
-    outline_areas_along,
 )
 from scenes.sticks.union_area import areas_of_parts
 
@@ -38,6 +37,12 @@ def table(rows, parts=1, owner=None):
 
 def one(r0, r1, length):
     return table([((0, 0, 0), (0, 0, length), r0, r1)])
+
+
+def outline_areas_along(t, direction):
+    """Area of each stick's outline along a unit vector."""
+    apart = np.linalg.norm(np.cross(t.end - t.start, direction), axis=1)
+    return outline_area(t.start_radius, t.end_radius, apart)
 
 
 def inside(t, across, up, uv):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lod.stick_table import StickTable
-from scenes.sticks.outline_area import directions, outline_areas_along
+from scenes.sticks.outline_area import directions, outline_area
 from scenes.sticks.union_area import areas_of_parts
 from scenes.sticks.visible_area import first_met, visible_areas
 
@@ -23,7 +23,9 @@ def test_alone_it_shows_its_whole_outline_whatever_its_taper():
         one = table([((0.1, 0.2, 0.3), (0.4, 1.1, 1.0), r0, r1)])
         for direction in directions(7):
             area = visible_areas(one, direction[None], 0.01)[0, 0]
-            assert area == pytest.approx(outline_areas_along(one, direction)[0], rel=2e-3)
+            apart = np.linalg.norm(np.cross(one.end - one.start, direction), axis=1)
+            exact = outline_area(one.start_radius, one.end_radius, apart)[0]
+            assert area == pytest.approx(exact, rel=2e-3)
 
 
 def test_the_nearer_hides_the_farther():

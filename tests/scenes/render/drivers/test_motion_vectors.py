@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
 from lod.pruning.crossfade import blend_weights
-from lod.rotations import rotate_vectors
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
@@ -27,7 +26,7 @@ from scenes.render.mitsuba import variants
 from scenes.render.mitsuba.build import build_scene
 from scenes.render.pipeline.render import render_frame
 from scenes.rig.pose import pose_points
-from scenes.rig.rotations import shortest_arc
+from scenes.rig.rotations import rotate_vectors, shortest_arc
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 
