@@ -1,17 +1,15 @@
 """The sticks of every part of an object as one table: round cones, part after part."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
 import numpy as np
 
-from lod.arrays import check_columns, freeze
+from lod.arrays import Flags, Reals, check_columns, freeze
 from lod.errors import InputError
 
 Table = TypeVar("Table", bound="StickTable")
-
-_COLUMNS = ("owner", "start", "end", "start_radius", "end_radius", "tint")
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,36 +54,50 @@ class StickTable:
         """Part that each stick belongs to, (k,)."""
         return np.repeat(np.arange(len(self.first) - 1), self.count)
 
-    @staticmethod
-    def of(
-        parts: int,
-        owner: np.ndarray,
-        start: np.ndarray,
-        end: np.ndarray,
-        start_radius: np.ndarray,
-        end_radius: np.ndarray,
-        tint: np.ndarray,
-    ) -> "StickTable":
+    @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """All columns but ``first``, (k, …) each, in the order in which ``of`` takes them."""
+        return tuple(getattr(self, each.name) for each in fields(self)[1:])
+
+    @classmethod
+    def of(cls: type[Table], parts: int, owner: np.ndarray, *columns: np.ndarray) -> Table:
         """Build the table of ``parts`` parts from sticks in any order and their owners, (k,)."""
         owner = np.asarray(owner, np.int64)
         if len(owner) and not (owner.min() >= 0 and owner.max() < parts):
             raise InputError("sticks.owner", int(owner.max()), f"a part, 0 to {parts - 1}")
         order = np.argsort(owner, kind="stable")
-        columns = (start, end, start_radius, end_radius, tint)
-        count = np.bincount(owner, minlength=parts)
-        return StickTable(
-            np.concatenate(([0], np.cumsum(count))), *(np.asarray(c)[order] for c in columns)
-        )
+        first = np.concatenate(([0], np.cumsum(np.bincount(owner, minlength=parts))))
+        return cls(first, *(np.asarray(column)[order] for column in columns))
+
+    @classmethod
+    def merge(cls: type[Table], tables: Sequence[Table]) -> Table:
+        """Build the table of parts whose sticks stand in several tables of the same parts."""
+        owner = np.concatenate([table.owner for table in tables])
+        columns = zip(*(table.columns for table in tables), strict=True)
+        return cls.of(len(tables[0].count), owner, *map(np.concatenate, columns))
 
     @staticmethod
-    def merge(tables: Sequence["StickTable"]) -> "StickTable":
-        """Build the table of parts whose sticks stand in several tables of the same parts."""
-        columns = [np.concatenate([getattr(t, name) for t in tables]) for name in _COLUMNS]
-        return StickTable.of(len(tables[0].count), *columns)
+    def as_one_part(tables: Sequence["StickTable"]) -> "StickTable":
+        """Build the table of a single part that has all the sticks of several tables."""
+        return StickTable.merge([t.with_owner(1, np.zeros(len(t), np.int64)) for t in tables])
 
-    def with_owner(self, parts: int, owner: np.ndarray) -> "StickTable":
+    def with_owner(self: Table, parts: int, owner: np.ndarray) -> Table:
         """Return the table of ``parts`` parts with these sticks, each with its owner, (k,)."""
-        return StickTable.of(parts, owner, *(getattr(self, name) for name in _COLUMNS[1:]))
+        return self.of(parts, owner, *self.columns)
+
+    def take(self: Table, rows: np.ndarray) -> Table:
+        """Return the table of the same parts with the sticks at ``rows`` (indices or flags)."""
+        columns = (column[rows] for column in self.columns)
+        return self.of(len(self.count), self.owner[rows], *columns)
+
+    def only(self: Table, parts: Flags) -> Table:
+        """Return the table with the sticks of the flagged parts (n,) alone."""
+        return self.take(parts[self.owner])
+
+    def thickened(self: Table, factor: Reals) -> Table:
+        """Return the table with both radii of each stick multiplied by its factor, (k,)."""
+        radii = self.start_radius * factor, self.end_radius * factor
+        return replace(self, start_radius=radii[0], end_radius=radii[1])
 
     def scaled(self: Table, factor: float) -> Table:
         """Return the table with every length multiplied by ``factor``."""

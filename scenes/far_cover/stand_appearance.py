@@ -127,15 +127,8 @@ def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.nda
 def full_detail_sticks(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
     """Sticks of a prototype at full detail, as one part at rest, and its tints (t, 3)."""
     one = prototype.posed() if isinstance(prototype, RiggedPrototype) else prototype
-    ends = one.hierarchy.part_count == 0
-    names = ("start", "end", "start_radius", "end_radius", "tint")
-    rows = ends[one.leaf.owner]
-    leaf = [getattr(one.leaf, name)[rows] for name in names]
-    columns = [
-        np.concatenate((getattr(one.inner, name), each))
-        for name, each in zip(names, leaf, strict=True)
-    ]
-    return StickTable(np.array((0, len(columns[0]))), *columns), one.tints
+    leaves = one.leaf.only(one.hierarchy.part_count == 0)
+    return StickTable.as_one_part([one.inner, leaves]), one.tints
 
 
 def unit_direction(elevation_deg: float, azimuth_deg: float) -> Reals:

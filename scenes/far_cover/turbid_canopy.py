@@ -51,20 +51,9 @@ def outlines_between(
     The layers add up to the whole outline. A stick counts where its middle is.
     """
     middle = (table.start[:, 2] + table.end[:, 2]) / 2
-    below = [0.0]
-    for top in height[1:-1]:
-        below.append(_outline(table, middle < top))
-    below.append(_outline(table, np.ones(len(middle), np.bool_)))
-    return np.maximum(np.diff(below), 0.0)
-
-
-def _outline(table: StickTable, rows: np.ndarray) -> float:
-    count = int(rows.sum())
-    if not count:
-        return 0.0
-    columns = (table.start, table.end, table.start_radius, table.end_radius, table.tint)
-    one = StickTable(np.array((0, count)), *(each[rows] for each in columns))
-    return float(areas_of_parts(one, _SIDES)[0].mean())
+    parts = [table.take(middle < top) for top in height[1:-1]]
+    below = [areas_of_parts(each, _SIDES)[0].mean() for each in (*parts, table)]
+    return np.maximum(np.diff(below, prepend=0.0), 0.0)
 
 
 def _tops(table: StickTable) -> Reals:

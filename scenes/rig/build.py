@@ -14,9 +14,7 @@ from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Part, Rod, side_of
 from scenes.rig.keyframes import rest_motion
 from scenes.rig.leaf_appearance import (
     fit_leaf_appearances,
-    group_by_owner,
     inner_appearances,
-    select_sticks,
     sticks_below,
 )
 from scenes.rig.rig import Rig, RiggedSticks
@@ -103,9 +101,10 @@ def _sticks(
                 tint = material[rod.material]
                 columns.append((row[name], *ends, *radii, tint, joint, joint))
     if not columns:
-        return select_sticks(None, np.zeros(0, np.int64), np.zeros(0, np.int64), len(row) - 1)
+        point, none = np.zeros((0, 3)), np.zeros(0)
+        return RiggedSticks.of(len(row) - 1, none, point, point, *(none,) * 5)
     owner, *rest = (np.array(column) for column in zip(*columns, strict=True))
-    return group_by_owner(owner, rest, len(row) - 1)
+    return RiggedSticks.of(len(row) - 1, owner, *rest)
 
 
 def _scale_to_height(

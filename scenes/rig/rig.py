@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.arrays import Flags, Ints, Points, check_columns, freeze, frozen
+from lod.arrays import Ints, Points, check_columns, freeze, frozen
 from lod.errors import InputError
 from lod.stick_table import StickTable
 from scenes.rig.rotations import (
@@ -133,14 +133,6 @@ class RiggedSticks(StickTable):
             for joint, point in ((self.start_joint, self.start), (self.end_joint, self.end))
         )
         return StickTable(self.first, start, end, self.start_radius, self.end_radius, self.tint)
-
-    def only(self, parts: Flags) -> "RiggedSticks":
-        """The table with the sticks of the flagged parts (n,) alone."""
-        keep = parts[self.owner]
-        count = np.bincount(self.owner[keep], minlength=len(parts))
-        columns = ("start", "end", "start_radius", "end_radius", "tint", "start_joint", "end_joint")
-        first = np.concatenate(([0], np.cumsum(count)))
-        return RiggedSticks(first, *(getattr(self, name)[keep] for name in columns))
 
 
 def to_object_frame(origin: Vectors, turn: Quaternions, joint: Ints, point: Points) -> Points:

@@ -126,8 +126,9 @@ def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
     rig = Rig((), empty, none, np.zeros((0, 4)), none, none, nowhere, nowhere)
 
     def fixed(table: StickTable) -> RiggedSticks:
-        columns = (table.start, table.end, table.start_radius, table.end_radius, table.tint)
-        return RiggedSticks(table.first, *columns, *(np.full(len(table), -1),) * 2)
+        on_frame = np.full(len(table), -1)
+        columns = *table.columns, on_frame, on_frame
+        return RiggedSticks.of(len(table.count), table.owner, *columns)
 
     return RiggedPrototype(
         name=prototype.name,

@@ -25,7 +25,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Flags, Reals
+from lod.arrays import Reals
 from lod.stick_table import StickTable
 from scenes.sticks.union_area import FINE, areas_of_parts, largest_of_parts
 
@@ -108,16 +108,8 @@ def _exact_where_single(
     single, several = np.flatnonzero(count == 1), np.flatnonzero(count > 1)
     areas[single] = closed_form(table)[table.first[single]]
     if len(several):
-        areas[several] = measured(parts_alone(table, count > 1))
+        areas[several] = measured(table.only(count > 1))[several]
     return areas
-
-
-def parts_alone(table: StickTable, parts: Flags) -> StickTable:
-    """The table of the flagged parts (n,) alone, in their order."""
-    keep = parts[table.owner]
-    names = ("start", "end", "start_radius", "end_radius", "tint")
-    first = np.concatenate(([0], np.cumsum(table.count[parts])))
-    return StickTable(first, *(getattr(table, name)[keep] for name in names))
 
 
 def _lengths(table: StickTable) -> Reals:

@@ -1,15 +1,13 @@
 """Areas that depend on the direction of view: sticks scaled to a share of their area, and the
 largest area that a part covers when the share of its sticks changes with the elevation."""
 
-from dataclasses import replace
-
 import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Reals
 from lod.pruning.area_scaling import radius_factor
 from lod.stick_table import StickTable
-from scenes.sticks.outline_area import directions, largest_area, parts_alone
+from scenes.sticks.outline_area import directions, largest_area
 from scenes.sticks.union_area import areas_of_parts
 from scenes.sticks.view_angles import elevation_index, interpolate
 from scenes.sticks.view_dependence import ViewDependence
@@ -20,10 +18,7 @@ def with_area_share(table: StickTable, share: Reals | float) -> StickTable:
     for all."""
     share = np.broadcast_to(share, len(table)).astype(np.float64)
     length = np.sqrt(((table.end - table.start) ** 2).sum(axis=1))
-    factor = _radius_factors(table.start_radius, table.end_radius, length, share)
-    return replace(
-        table, start_radius=table.start_radius * factor, end_radius=table.end_radius * factor
-    )
+    return table.thickened(_radius_factors(table.start_radius, table.end_radius, length, share))
 
 
 def area_shares_at(views: ViewDependence, rows: Ints, sin_elevation: float) -> Reals:
@@ -41,16 +36,14 @@ def largest_area_in_view(table: StickTable, views: ViewDependence) -> Reals:
     dependent[table.owner[np.append(changing, False)[views.rows(len(table))]]] = True
     if not dependent.any():
         return largest_area(table)
-    largest = np.empty(len(dependent))
-    largest[~dependent] = largest_area(parts_alone(table, ~dependent))
-    some = parts_alone(table, dependent)
+    some = table.only(dependent)
     rows = views.rows(len(table))[dependent[table.owner]]
-    areas = []
+    areas = [largest_area(table.only(~dependent))]
     for view in directions():
         shown = with_area_share(some, area_shares_at(views, rows, view[2]))
         areas.append(areas_of_parts(shown, view[None])[:, 0])
-    largest[dependent] = np.max(areas, axis=0)
-    return largest
+    found: Reals = np.max(areas, axis=0)
+    return found
 
 
 @njit(cache=True)

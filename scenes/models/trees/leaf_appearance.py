@@ -80,10 +80,10 @@ def leaf_appearances(tree: GrownTree) -> list[StickTable]:
     levels = [tree.branch_sticks(k) for k in range(len(tree.levels))]
     if len(tree.leaves.twig):
         levels.append(tree.leaf_sticks())
-    full = _full_detail_views(_as_one_part(levels), tree.palette)
+    full = _full_detail_views(StickTable.as_one_part(levels), tree.palette)
     appearances = []
     for depth in range(len(levels) - 1):
-        above = _as_one_part([_no_sticks(), *levels[:depth]])
+        above = StickTable.as_one_part([levels[0].take(np.zeros(0, np.int64)), *levels[:depth]])
         appearances.append(_level_appearance(tree, depth, above, full))
     return [*appearances, levels[-1]]
 
@@ -99,7 +99,7 @@ def _level_appearance(
     hidden = tree.borne_sticks(depth, own=not len(wood))
     blobs, blob_of_stick = cluster(hidden, shapes.blob_count[depth])
     factor = fit_radii(blobs, wood, fitting_area(borne))
-    kept = StickTable.merge([above, _as_one_part([wood])])
+    kept = StickTable.merge([above, StickTable.as_one_part([wood])])
     factor = factor * _cover_factor(blobs, factor, kept, full)
     if depth == 0:
         blobs = _match_uprightness(blobs, factor, kept, full)
@@ -126,7 +126,7 @@ def _cover_factor(
     the share of their area that the blobs show from each elevation."""
     scale = 1.0
     for _ in range(STEPS):
-        table = _as_one_part([blobs.table(len(factor), scale * factor)])
+        table = StickTable.as_one_part([blobs.table(len(factor), scale * factor)])
         covered = _covers(table, kept, full, by_elevation).mean()
         scale *= float(radius_step(np.array([full.cover]), np.array([covered]))[0])
     return scale
@@ -154,7 +154,7 @@ def _match_uprightness(
     over above as the tree does: few shapes fill the gaps between a spire's tiers."""
     share = 1.0
     for _ in range(STEPS):
-        shapes = _as_one_part([blobs.flattened(share).table(len(factor), factor)])
+        shapes = StickTable.as_one_part([blobs.flattened(share).table(len(factor), factor)])
         missing = full.uprightness / uprightness(full.views, _covers(shapes, kept, full, None))
         if abs(missing - 1) < UPRIGHTNESS_TOLERANCE:
             break
@@ -167,7 +167,7 @@ def _wanted_albedos(
 ) -> tuple[Reals, Points]:
     """Area that is seen of each blob (g,) [m²], and its albedo (g, 3) about its own with which all
     that is seen has the tree's mean colour."""
-    table = StickTable.merge([kept, _as_one_part([blobs])])
+    table = StickTable.merge([kept, StickTable.as_one_part([blobs])])
     area = visible_areas(table, full.views, full.spacing).mean(axis=0)
     of_kept, of_blobs = area[: len(kept)], area[len(kept) :]
     left = area.sum() * full.colour - of_kept @ palette[kept.tint]
@@ -197,14 +197,3 @@ def _full_detail_views(everything: StickTable, palette: Points) -> FullDetailVie
     area = areas.mean(axis=0)
     colour = area @ palette[everything.tint] / area.sum()
     return FullDetailViews(views, spacing, areas.sum(axis=1), colour)
-
-
-def _as_one_part(tables: list[StickTable]) -> StickTable:
-    """The sticks of all parts as those of one part."""
-    return StickTable.merge([t.with_owner(1, np.zeros(len(t), np.int64)) for t in tables])
-
-
-def _no_sticks() -> StickTable:
-    """A part without sticks."""
-    points, none = np.zeros((0, 3)), np.zeros(0)
-    return StickTable(np.zeros(2, np.int64), points, points, none, none, none.astype(np.int64))
