@@ -43,3 +43,9 @@ def check_columns(where: str, data: Any, **shapes: tuple[int, ...]) -> None:
             first = np.argwhere(~finite)[0]
             row, arrived = int(first[0]), float(values[tuple(first)])
             raise InputError(f"{where}.{name}[{row}]", arrived, "every number is finite")
+
+
+def expand(count: np.ndarray) -> tuple[Ints, Ints]:
+    """Give the owner of each item, where owner i has count[i] items, and its number there, (k,)."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)

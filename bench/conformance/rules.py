@@ -8,7 +8,7 @@ none.
 
 import gc
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -88,12 +88,7 @@ def all_parts(representation: Representation, view: View) -> Parts:
         own = representation.parts_of(batches[-1], view)
         batches.append(replace(own, parent=own.parent + first))
         first += len(batches[-2])
-    columns = {
-        field.name: np.concatenate([getattr(batch, field.name) for batch in batches])
-        for field in fields(Parts)
-        if field.name != "state"
-    }
-    return Parts(**columns, state=batches[0].state)
+    return Parts.concatenate(batches)
 
 
 def inside_its_bound(subject: Subject) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """What representations hand to the pruner: batches of parts as arrays, and what shows of them."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -51,21 +52,21 @@ class Parts:
 
     def take(self, rows: np.ndarray) -> "Parts":
         """Select the parts at ``rows`` (indices or flags)."""
-        position = self.position[rows]
-        centre = position if self.centre is self.position else self.centre[rows]
-        return Parts(
-            position=position,
-            centre=centre,
-            bound=self.bound[rows],
-            limit=self.limit[rows],
-            limit_offscreen=self.limit_offscreen[rows],
-            level=self.level[rows],
-            object=self.object[rows],
-            part=self.part[rows],
-            parent=self.parent[rows],
-            share=self.share[rows],
-            state=self.state,
-        )
+        return _gather((self,), lambda name: getattr(self, name)[rows])
+
+    @staticmethod
+    def concatenate(batches: Sequence["Parts"]) -> "Parts":
+        """Lay batches end to end; ``parent`` keeps the rows that it has in each of them."""
+        return _gather(batches, lambda k: np.concatenate([getattr(each, k) for each in batches]))
+
+
+def _gather(batches: Sequence[Parts], column: Callable[[str], np.ndarray]) -> Parts:
+    """Parts with these columns; centres that are positions in every batch stay so."""
+    names = [each.name for each in fields(Parts) if each.name not in ("centre", "state")]
+    columns = {name: column(name) for name in names}
+    shared = all(each.centre is each.position for each in batches)
+    centre = columns["position"] if shared else column("centre")
+    return Parts(**columns, centre=centre, state=batches[0].state)
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,7 @@ def prune_by_level(representation: Representation, view: View) -> Cut:
         parents.append(passed.parent + first_row)
         first_row += len(batches[-1])
         batches.append(passed)
-    parts = _by_object(_join(batches, np.concatenate(parents)))
+    parts = _by_object(replace(Parts.concatenate(batches), parent=np.concatenate(parents)))
     return cut_from_parts(parts, examined_objects, examined_parts)
 
 
@@ -104,22 +104,3 @@ def _by_object(parts: Parts) -> Parts:
     row[order] = np.arange(len(order))
     ordered = parts.take(order)
     return replace(ordered, parent=np.where(ordered.parent < 0, -1, row[ordered.parent]))
-
-
-def _join(batches: list[Parts], parent: np.ndarray) -> Parts:
-    if len(batches) == 1:
-        return batches[0]
-
-    def column(name: str) -> np.ndarray:
-        return np.concatenate([getattr(batch, name) for batch in batches])
-
-    position = column("position")
-    shared = all(batch.centre is batch.position for batch in batches)
-    names = ("bound", "limit", "limit_offscreen", "level", "object", "part", "share")
-    return Parts(
-        position=position,
-        centre=position if shared else column("centre"),
-        parent=parent,
-        state=batches[0].state,
-        **{name: column(name) for name in names},
-    )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lod.arrays import freeze
+from lod.arrays import expand, freeze
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.area_scaling import leaf_area_share
 from lod.pruning.parts import BlendWeights
@@ -168,12 +168,6 @@ def _limits(part_tables: PartTables, view: View, motion_step: int) -> tuple[np.n
     return inside, outside
 
 
-def expand(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Owner of each of ``count.sum()`` items, where owner i has count[i], and its number there."""
-    owner = np.repeat(np.arange(len(count)), count)
-    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-
-
 @njit(cache=True, nogil=True)
 def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
     """Number of sticks in the blocks that ``_sticks_of`` goes through."""
@@ -225,21 +219,17 @@ def _appearances(
     palettes = np.concatenate([p.tints for p in prototypes])
     tints, tint_row = np.unique(palettes, axis=0, return_inverse=True)
     tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])[:-1]
-    tables, tint, block, parts = [], [], [], 0
+    tables, block, parts = [], [], 0
     for prototype, start in zip(prototypes, tint_start, strict=True):
         for is_leaf, table in enumerate((prototype.inner, prototype.leaf)):
-            tables.append(table)
-            tint.append(tint_row.ravel()[start + table.tint])
+            tables.append(replace(table, tint=tint_row.ravel()[start + table.tint]))
             block.append(2 * (parts + table.owner) + is_leaf)
         parts += len(prototype.hierarchy)
     blocks = np.concatenate(block)
-    order = np.argsort(blocks, kind="stable")
-    names = ("start", "end", "start_radius", "end_radius", "start_joint", "end_joint")
-    columns = {k: np.concatenate([getattr(table, k) for table in tables])[order] for k in names}
-    count = np.bincount(blocks, minlength=2 * parts)
-    first = np.concatenate(([0], np.cumsum(count)))
+    columns = map(np.concatenate, zip(*(table.columns for table in tables), strict=True))
+    sticks = RiggedSticks.of(2 * parts, blocks, *columns)
     pairs = [each for p in prototypes for each in (ViewDependence(), p.view_dependence)]
     views = ViewDependence.concatenate(pairs, [len(table) for table in tables])
-    views = replace(views, table_row=views.table_row[order])
-    tint_of_stick, tints = with_tone_steps(np.concatenate(tint)[order], tints, views)
-    return RiggedSticks(first=first, tint=tint_of_stick, **columns), tints, views
+    views = replace(views, table_row=views.table_row[np.argsort(blocks, kind="stable")])
+    tint, tints = with_tone_steps(sticks.tint, tints, views)
+    return replace(sticks, tint=tint), tints, views

@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from numba import njit
 from scipy.stats import poisson
 
-from lod.arrays import freeze
+from lod.arrays import expand, freeze
 from lod.camera import Corner
 from lod.pruning.compiled_test import compile_view, sphere_in_frustum
 from lod.pruning.view import View
@@ -99,8 +99,7 @@ class PoissonCells:
     def sample(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
         """Every object of the given cells: the same cell always holds the same objects."""
         count = _counts(cell_x, cell_y, self.key, self._cumulative)
-        row = np.repeat(np.arange(len(count)), count)
-        index = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+        row, index = expand(count)
         x, y = cell_x[row], cell_y[row]
         return CellSamples(x, y, index, _uniforms(x, y, index, self.key))
 

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from lod.arrays import Ints, Points, Reals
+from lod.arrays import Ints, Points, Reals, expand
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from lod.metric.hierarchy import Hierarchy
@@ -132,8 +132,7 @@ class Plume:
         """The live puffs of a plume, the particles of a puff."""
         n, births = self.kind.particles, self.growth.live(parts.state.time_s)
         count = np.array([len(births), n, 0])[parts.level]
-        parent = np.repeat(np.arange(len(parts)), count)
-        number = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
+        parent, number = expand(count)
         level = parts.level[parent] + 1
         puff = self._puff_id(births[np.where(level == 1, number, 0)])
         part = np.where(level == 1, puff, parts.part[parent] + 1 + number)
@@ -193,8 +192,7 @@ class Plume:
         count = np.array([CLUMPS * len(births), n // PARTICLES_PER_BALL, 1])[parts.level] * (
             weights.leaf > 0
         )
-        owner = np.repeat(np.arange(len(parts)), count)
-        number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+        owner, number = expand(count)
         birth, member = self._birth_and_number(parts.part[owner])
         level = parts.level[owner]
         birth = np.where(level == 0, births[np.where(level == 0, number // CLUMPS, 0)], birth)

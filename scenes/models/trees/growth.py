@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.arrays import Ints, Points, Reals
+from lod.arrays import Ints, Points, Reals, expand
 from scenes.models.trees.parameters import BranchLevel, Foliage, TreeSpecies
 
 STEEPEST = -0.3
@@ -125,8 +125,7 @@ def _places(
     # §4.3: short parents bear fewer children.
     mean = level.branches * (0.25 + 0.75 * parents.length / parents.length.max())
     count = np.maximum(2, np.floor(mean + rng.random(len(parents)))).astype(np.int64)
-    parent = np.repeat(np.arange(len(parents)), count)
-    number = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
+    parent, number = expand(count)
     step = (number + 0.5 + 0.35 * rng.uniform(-1, 1, len(parent))) / count[parent]
     along = level.base_size + (0.99 - level.base_size) * step
     if level.two_ranked:  # on either side in turn, level
@@ -176,9 +175,8 @@ def _leaves(twigs: Branches, f: Foliage, rng: np.random.Generator) -> Leaves:
     """Grow leaves along the outer part of each twig, which stand off it and turn to the light."""
     share = twigs.length / twigs.length.max()
     count = np.maximum(3, np.rint(f.leaves * np.sqrt(share))).astype(np.int64)
-    twig = np.repeat(np.arange(len(twigs)), count)
+    twig, number = expand(count)
     n = len(twig)
-    number = np.arange(n) - np.repeat(np.cumsum(count) - count, count)
     step = (number + 0.5) / count[twig]
     along = np.clip(0.10 + 0.95 * step + 0.06 * rng.normal(size=n), 0, 1)
     point, heading, _ = _at(twigs, twig, along)
