@@ -16,13 +16,14 @@ from lod.errors import InputError
 from scenes.gait.foot_path import Leg
 from scenes.gait.gait import Gait, Wave
 from scenes.model_files.read import read_model_file
-from scenes.rig.anatomy import MEAN, Anatomy, Build, Joint, Limits, Part, Rod
+from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Joint, Limits, Part, Rod
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 Share = Annotated[Number, Field(ge=0, le=1)]
 Triple = tuple[Number, Number, Number]
 Axis = Literal["x", "y", "z"]
+_Sticks = Literal["body", "leaf", "core"]
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,7 @@ class PartTable(_Table):
     whole  the part that owns it; only the first part of the file has none
     level  of detail; joint: the joint that its origin rides on
     body   sticks of its own, shown beside its parts; leaf: sticks that stand for all of it
+    core   sticks hidden inside the parts of a part of the trunk, where it has no body
     """
 
     whole: str = ""
@@ -113,6 +115,7 @@ class PartTable(_Table):
     joint: str
     body: tuple[StickTable, ...] = ()
     leaf: tuple[StickTable, ...] = ()
+    core: tuple[StickTable, ...] = ()
 
 
 class WaveTable(_Table):
@@ -193,6 +196,7 @@ class AnimalFile(_Table):
             side_body=_rods(self.side_parts, "body"),
             leaf=_rods(self.parts, "leaf"),
             side_leaf=_rods(self.side_parts, "leaf"),
+            core=_rods(self.parts, "core"),
             rest={name: joint.rest for name, joint in joints.items() if joint.rest is not None},
             limits={name: angles for name, angles in limits.items() if angles is not None},
             shift=self.shift,
@@ -215,9 +219,9 @@ def _parts(tables: dict[str, PartTable]) -> dict[str, Part]:
     return {name: Part(t.whole, t.level, t.joint) for name, t in tables.items()}
 
 
-def _rods(tables: dict[str, PartTable], look: Literal["body", "leaf"]) -> dict[str, list[Rod]]:
-    """The sticks of one appearance of every part that has any."""
-    sticks = {name: getattr(table, look) for name, table in tables.items()}
+def _rods(tables: dict[str, PartTable], key: _Sticks) -> dict[str, list[Rod]]:
+    """The sticks under one key of every part that has any."""
+    sticks = {name: getattr(table, key) for name, table in tables.items()}
     return {
         name: [rod for stick in own for rod in stick.rods(tables[name].joint)]
         for name, own in sticks.items()
@@ -240,6 +244,7 @@ def _check_names(file: AnimalFile, source: str) -> None:
             _check_name(f"{source}: {table}.{name}.parent", joint.parent, joints, "above it")
             joints.append(name)
     parts: list[str] = []
+    sided = [f"{side} {name}" for side in SIDES for name in file.side_joints]
     for table, tables in (("parts", file.parts), ("side_parts", file.side_parts)):
         for name, part in tables.items():
             where = f"{source}: {table}.{name}"
@@ -247,6 +252,7 @@ def _check_names(file: AnimalFile, source: str) -> None:
             _check_name(f"{where}.joint", part.joint, joints[1:], "of this file")
             _check_sticks(f"{where}.body", part.body, joints[1:], file)
             _check_sticks(f"{where}.leaf", part.leaf, joints[1:], file)
+            _check_sticks(f"{where}.core", part.core, joints[1:] + sided, file)
             parts.append(name)
     gait = file.gait
     for k, leg in enumerate(gait.legs):

@@ -1,11 +1,7 @@
 """Who stands in a crowd: posable adults and children, with limits of their joints.
 
-Ranges of motion, rounded to the wider of Boone & Azen, "Normal range of motion of joints in male
-subjects", J. Bone Joint Surg. 61-A:756 (1979), and the handbook of the American Academy of
-Orthopaedic Surgeons (1965). Under load and with the knee bent the ankle bends further up, by 30° at
-least (weight-bearing lunge: Bennell et al., Aust. J. Physiother. 44:175, 1998). The spine's and
-the neck's are shared out evenly over their two joints. Signs, on the left: about x outwards, about
-y back (the spine forwards), about z to the left.
+A person is written as an animal is: ``person.toml`` holds skeleton, sticks, limits and gait, and
+says where they are from.
 
 Children: the head takes up a larger share of the stature and the legs a smaller one. Head 1/6 at
 six years and 1/7 at twelve against 1/7.7 in the tables (Stratz, "Der Körper des Kindes", 1909;
@@ -16,78 +12,32 @@ Health 7:1047, 2010).
 
 from dataclasses import replace
 from functools import cache, lru_cache
+from importlib import resources
 
 import numpy as np
 
 from lod.errors import InputError
-from scenes.models.people.body_sticks import (
-    BUST,
-    LONG_HAIR,
-    PERSON_CORE,
-    SIDE_BODY,
-    SIDE_LEAF,
-    TRUNK_BODY,
-    TRUNK_LEAF,
-)
-from scenes.models.people.skeleton import (
-    FINGERS,
-    SIDE_JOINTS,
-    SIDE_PARTS,
-    STANDING,
-    TOES,
-    TRUNK_JOINTS,
-    TRUNK_PARTS,
-)
+from scenes.models.animals.animal_file import AnimalTables, load_animal
 from scenes.models.people.variation import Person, random_adult
-from scenes.rig.anatomy import Anatomy, Build, Limits
+from scenes.rig.anatomy import Anatomy, Build, Rod
 from scenes.rig.build import build_prototype
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
-_FINGERS = list(FINGERS)[:4]
-
-LIMITS: dict[str, Limits] = {
-    "pelvis": ((-10, -15, -15), (10, 15, 15)),
-    "waist": ((-18, -13, -23), (18, 40, 23)),
-    "chest": ((-18, -13, -23), (18, 40, 23)),
-    "neck": ((-23, -23, -35), (23, 23, 35)),
-    "head": ((-23, -23, -35), (23, 23, 35)),
-    "shoulder": ((-35, -165, -70), (150, 57, 90)),
-    "elbow": ((-10, -141, -80), (5, 0, 80)),
-    "wrist": ((-75, -21, -15), (74, 35, 5)),
-    "hip": ((-27, -121, -44), (45, 30, 44)),
-    "knee": ((0, 0, 0), (0, 141, 0)),
-    "ankle": ((-36, -30, -25), (20, 54, 25)),
-    "thumb joint 1": ((-50, -60, -10), (15, 15, 10)),
-    "thumb joint 2": ((-50, -5, 0), (5, 25, 0)),
-    "thumb joint 3": ((-80, -5, 0), (20, 25, 0)),
-    **{f"{f} joint 1": ((-90, -20, 0), (30, 20, 0)) for f in _FINGERS},
-    **{f"{f} joint 2": ((-100, 0, 0), (0, 0, 0)) for f in _FINGERS},
-    **{f"{f} joint 3": ((-90, 0, 0), (10, 0, 0)) for f in _FINGERS},
-    **{f"{toe} toe": ((0, -70, 0), (0, 45, 0)) for toe in TOES},
-}
+BUST = [Rod("chest", (0.010, 0.034, 0.032), (0.019, 0.037, 0.008), 0.046, 0.042, "top", True)]
+LONG_HAIR = [
+    Rod("head", (-0.022, 0.022, 0.055), (-0.034, 0.030, -0.030), 0.0320, 0.0220, "hair", True),
+    Rod("head", (-0.034, 0, 0.040), (-0.044, 0, -0.045), 0.0330, 0.0240, "hair"),
+]
 
 _HEAD, _LEG = 0.13, 0.525
 """Shares of stature in the tables: chin to crown, and sole to hip."""
 
 
 @cache
-def human_anatomy() -> Anatomy:
-    """The tables of people: skeleton, parts, sticks, rest pose and limits."""
-    return Anatomy(
-        joints=TRUNK_JOINTS,
-        side_joints=SIDE_JOINTS,
-        parts=TRUNK_PARTS,
-        side_parts=SIDE_PARTS,
-        body=TRUNK_BODY,
-        side_body=SIDE_BODY,
-        leaf=TRUNK_LEAF,
-        side_leaf=SIDE_LEAF,
-        core={"person": PERSON_CORE},
-        rest=STANDING,
-        limits=LIMITS,
-        shift=((-0.02, -0.03, -0.12), (0.02, 0.03, 0.03)),
-    )
+def human_tables() -> AnimalTables:
+    """The tables of people: anatomy, rest pose, limits, and the gait of their legs."""
+    return load_animal(resources.files("scenes.models.people") / "person.toml")
 
 
 def person_build(who: Person, age: float | None = None) -> Build:
@@ -103,15 +53,16 @@ def child_sizes(age: float) -> dict[str, float]:
     leg = _LEG * (1 - sitting) / (1 - 0.52)
     whole = (1 - _HEAD - _LEG) / (1 - head - leg)
     skull, shank = float(head * whole / _HEAD), float(leg * whole / _LEG)
+    toes = human_tables().gait.legs[0].toes
     return {
         **dict.fromkeys(("head", "eye", "ear", "nose", "mouth"), skull),
-        **dict.fromkeys(("hip", "knee", "ankle", *(f"{toe} toe" for toe in TOES)), shank),
+        **dict.fromkeys(("hip", "knee", "ankle", *toes), shank),
     }
 
 
 def person_anatomy(who: Person) -> Anatomy:
     """The tables of people, with bust and long hair where this person has them."""
-    tables = human_anatomy()
+    tables = human_tables().anatomy
     body = dict(tables.body)
     body["chest"] = body["chest"] + (BUST if who.bust else [])
     body["cranium"] = body["cranium"] + (LONG_HAIR if who.long_hair else [])

@@ -1,44 +1,17 @@
 """How people walk, each with a gait of their own.
 
-Joint and foot angles after Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter,
-"Biomechanics and Motor Control of Human Movement" (4th ed. 2009): the foot lands 20° toes up, is
-flat by 10 % of the cycle, lifts its heel at 38 % and leaves at 62 % of it about 60° toes down;
-the pelvis turns 5° and lists 3° to each side, the chest turns against it, the head stays. Arms
-swing against the legs.
+After Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter, "Biomechanics and Motor Control
+of Human Movement" (4th ed. 2009): the pelvis turns 5° and lists 3° to each side, the chest turns
+against it, the head stays. Arms swing against the legs; ``person.toml`` says how these move.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
-from scenes.gait.foot_path import Leg
 from scenes.gait.gait import Gait, Wave, with_gait
-from scenes.models.people.skeleton import TOES
+from scenes.models.people.people import human_tables
 from scenes.rig.rigged_prototype import RiggedPrototype
-
-FOOT = (
-    (0.0, 20.0),
-    (0.09, 0.0),
-    (0.30, 0.0),
-    (0.42, -13.0),
-    (0.50, -28.0),
-    (0.62, -60.0),
-    (0.66, -62.0),
-    (0.75, -35.0),
-    (0.86, 2.0),
-    (0.96, 20.0),
-)
-"""Degrees of the foot to the ground by phase after landing, toes up above 0."""
-
-_LEG = Leg(
-    ahead=-0.09,
-    hip="hip",
-    knee="knee",
-    ankle="ankle",
-    toes=tuple(f"{toe} toe" for toe in TOES),
-    pitch=FOOT,
-    spread=0.055,
-    turnout=6.0,
-    clearance=0.045,
-)
 
 
 def walking_gait(
@@ -53,14 +26,9 @@ def walking_gait(
 
     froude: speed²/(g·hip height); spread: of the feet from the middle [shares of hip height]
     """
-    leg = Leg(**{**vars(_LEG), "spread": spread})
-    return Gait(
-        legs=(leg,),
-        waves=_waves(swing, elbow, lean, nod),
-        duty=0.62,
-        froude=froude,
-        tilts=True,
-    )
+    gait = human_tables().gait
+    legs, waves = (replace(gait.legs[0], spread=spread),), _waves(swing, elbow, lean, nod)
+    return replace(gait, legs=legs, waves=waves, froude=froude)
 
 
 def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, ...]:

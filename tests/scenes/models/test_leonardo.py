@@ -17,7 +17,7 @@ from scenes.field.placed_object import Placed
 from scenes.model_files.names import animal_names
 from scenes.models.animals.catalogue import animal, animal_tables
 from scenes.models.catalogue import at_rest
-from scenes.models.people.people import human_anatomy, people_at_rest
+from scenes.models.people.people import human_tables, people_at_rest
 from scenes.sticks.outline_area import largest_area
 
 PEOPLE = {"person": 0.0, "child": 1.0}
@@ -43,7 +43,7 @@ class Plain:
 def one(name):
     """The object at rest, and the names of its parts."""
     if name in PEOPLE:
-        return people_at_rest(0, 1, PEOPLE[name])[0], human_anatomy().part_names
+        return people_at_rest(0, 1, PEOPLE[name])[0], human_tables().anatomy.part_names
     return animal(name), animal_tables(name).anatomy.part_names
 
 

@@ -6,11 +6,10 @@ import pytest
 from lod.errors import InputError
 from lod.metric.family import METRICS, limit_distances
 from lod.stick_table import StickTable
-from scenes.models.people.people import human_anatomy, standing_people
-from scenes.models.people.skeleton import SIDE_JOINTS, TRUNK_JOINTS
+from scenes.models.people.people import human_tables, standing_people
 from scenes.sticks.outline_area import mean_area
 
-NAMES = list(human_anatomy().part_names)
+NAMES = list(human_tables().anatomy.part_names)
 ROW = {name: row for row, name in enumerate(NAMES)}
 
 
@@ -144,9 +143,11 @@ class TestStanding:
     def test_segments(self):
         """The same source: upper arm 0.186, forearm 0.146, thigh 0.245, shank 0.246 of stature."""
         lengths = {"elbow": 0.186, "wrist": 0.146, "knee": 0.245, "ankle": 0.246}
+        anatomy = human_tables().anatomy
         for joint, length in lengths.items():
-            assert np.linalg.norm(SIDE_JOINTS[joint].offset) == pytest.approx(length, abs=0.006)
-        assert "neck" in TRUNK_JOINTS
+            offset = anatomy.side_joints[joint].offset
+            assert np.linalg.norm(offset) == pytest.approx(length, abs=0.006)
+        assert "neck" in anatomy.joints
 
     def test_faces_x_with_the_left_side_at_y(self, people):
         for p in people:

@@ -11,7 +11,7 @@ from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_b
 from lod.arrays import frozen
 from lod.errors import InputError
 from scenes.gait.gait import KEYS
-from scenes.models.people.people import child_sizes, human_anatomy, people_at_rest, standing_people
+from scenes.models.people.people import child_sizes, human_tables, people_at_rest, standing_people
 from scenes.models.people.walking import walking_people
 from scenes.rig import foot_placement, pose
 from scenes.rig.foot_placement import Placements, place_on_ground
@@ -369,6 +369,6 @@ def test_bad_rigs_are_refused():
 
 
 def test_parts_have_names():
-    names = human_anatomy().part_names
+    names = human_tables().anatomy.part_names
     assert len(names) == len(people()[0].joint) == len(set(names))
     assert names[0] == "person"
