@@ -61,7 +61,7 @@ def albedo_factors(species: TreeSpecies, season: str) -> list[float]:
     """Share of their albedo that leaf appearances of each level keep for the stand to send as much
     light as in full detail."""
     trees = calibration_trees(species, season)
-    leafless = species.foliage is not None and not species.leaf_colours(season)
+    leafless = species.foliage is not None and not species.foliage_colours(season)
     grown = species.bare() if leafless else species
     finest = _finest(trees)
     wanted = outgoing(trees, grown, finest).total.sum()
@@ -136,7 +136,7 @@ def _finest(trees: tuple[Prototype, ...]) -> int:
 def measure(name: str, tables: tuple[str, ...]) -> None:
     """Measure these tables of a species, and write them to its file."""
     species = tree_species(name)
-    if species.leaf_colours("summer"):
+    if species.foliage_colours("summer"):
         levels = range(len(species.levels) + 1)
         if "elevation" in tables:
             factors, by_elevation = zip(*(elevation_table(species, k) for k in levels), strict=True)
@@ -146,7 +146,7 @@ def measure(name: str, tables: tuple[str, ...]) -> None:
         if "azimuth" in tables:
             tones = [azimuth_tones(species, level) for level in levels]
             update_tables(name, "leaf", azimuth_tone=tones)
-    if "albedo" in tables and not species.leaf_colours("winter"):
+    if "albedo" in tables and not species.foliage_colours("winter"):
         update_tables(name, "bare", albedo_factor=albedo_factors(species, "winter"))
 
 

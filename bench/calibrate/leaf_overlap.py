@@ -119,7 +119,7 @@ def model_objects(model: str) -> Iterator[tuple[str, tuple[Prototype, ...]]]:
     alike "" in all seasons."""
     seasons = {"": "summer"}
     if model in tree_species_names():
-        in_leaf = tree_species(model).leaf_colours
+        in_leaf = tree_species(model).foliage_colours
         seasons = {"leaf": "summer"} if in_leaf("summer") else {}
         seasons |= {} if in_leaf("winter") else {"bare": "winter"}
     for foliage, season in seasons.items():

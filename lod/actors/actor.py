@@ -43,7 +43,7 @@ Test = Callable[[Route, Vector], bool]
 
 
 def always(route: Route, position: Vector) -> bool:
-    """The test that displays every part."""
+    """Display every part: the test that all parts pass."""
     return True
 
 
@@ -71,50 +71,50 @@ class PositionableObject(ObjectWithParts, abstract=True):
         part_types: Mapping[str, type[ObjectWithParts]] | None = None,
         name: str | None = None,
     ) -> None:
-        """``joint``: where it is and how it is turned, in the frame of its whole."""
+        """Assemble the object; ``joint`` is where and how it is in the frame of its whole."""
         super().__init__(parts, part_types, name)
         self._joint = joint
 
     @query
     def joint(self) -> RevoluteJoint:
-        """Position, orientation and limits in the frame of its whole."""
+        """Return position, orientation and limits in the frame of its whole."""
         return self._joint
 
     @query
     def position(self) -> Vector:
-        """Origin in the frame of its whole [m]."""
+        """Return its origin in the frame of its whole [m]."""
         return self._joint.position
 
     @query
     def orientation(self) -> Quaternion:
-        """Orientation in the frame of its whole, a number of the asker's own."""
+        """Return its orientation in the frame of its whole, a number of the asker's own."""
         return self._joint.orientation
 
     @mutator
     def place(self, position: VectorLike) -> None:
-        """Move the origin there, in the frame of its whole [m]; turned as before."""
+        """Move the origin to a place in the frame of its whole [m]; it stays turned as before."""
         self._joint = self._joint.with_position(position)
 
     @mutator
     def orient(self, orientation: Quaternion) -> None:
-        """Replace the orientation (figure 4). Refused beyond the joint's limits."""
+        """Replace the orientation (figure 4). A turn beyond the joint's limits is refused."""
         self._joint = self._joint.with_orientation(orientation)
 
     @mutator
     def turn(self, axis: VectorLike, angle_deg: float) -> None:
-        """Turn in place about an axis of the frame of its whole. Refused beyond the limits."""
+        """Turn about an axis of the frame of its whole. A turn beyond the limits is refused."""
         self._joint = self._joint.with_orientation(
             rotation(axis, angle_deg) * self._joint.orientation
         )
 
     @mutator
     def bend(self, angles_deg: VectorLike) -> None:
-        """Set the turn from rest to a rotation vector [degrees]. Refused beyond the limits."""
+        """Set the turn from rest to a rotation vector [degrees], within the limits or refused."""
         self._joint = self._joint.with_angles(angles_deg)
 
     @query
     def frames(self) -> tuple[tuple[Route, RevoluteJoint], ...]:
-        """The frame of this object and of every part below it, in the frame of its whole.
+        """Return the frames of this object and of every part below it, in the frame of its whole.
 
         Every part answers for those below it, and its whole carries the answers into its own frame.
         """
@@ -126,7 +126,7 @@ class PositionableObject(ObjectWithParts, abstract=True):
 
     @query
     def description(self) -> tuple[PartDescription, ...]:
-        """This object and every part below it, wholes before their parts."""
+        """Describe this object and every part below it, wholes before their parts."""
         found = [PartDescription((), self._joint)]
         return tuple(found) + self._descriptions_below()
 
@@ -141,11 +141,12 @@ class PositionableObject(ObjectWithParts, abstract=True):
     def displayed_sticks(
         self, whole: RevoluteJoint = IDENTITY_JOINT, displayed: Test = always
     ) -> tuple[tuple[Route, ConeStick], ...] | None:
-        """The sticks of every displayed part from here down, each with its route from the root.
+        """Return the sticks of every displayed part from here down, with routes from the root.
 
         whole      frame of the whole, in the frame that the sticks are wanted in
         displayed  test of a part's route and origin; below one that fails, nothing is asked (§2.4)
-        None where this object fails that test itself.
+
+        It is None where this object fails that test itself.
         """
         frame = whole.compose(self._joint)
         if not displayed(self._route, frame.position):
@@ -159,7 +160,7 @@ class PositionableObject(ObjectWithParts, abstract=True):
         return tuple((self._route, stick) for stick in own) + sum(there, ())
 
     def _current_appearance(self, is_leaf: bool) -> Appearance:
-        """An object that is only somewhere shows no sticks."""
+        """Return no sticks: an object that is only somewhere shows none."""
         return NO_STICKS
 
 
@@ -184,12 +185,12 @@ class Actor(PositionableObject, abstract=True):
 
     @query
     def appearance(self) -> Appearance:
-        """The appearance as an inner node, in the actor's own frame."""
+        """Return the appearance as an inner node, in the actor's own frame."""
         return self._inner
 
     @query
     def leaf_appearance(self) -> Appearance:
-        """The appearance while none of the actor's parts is displayed (§2.4)."""
+        """Return the appearance while none of the actor's parts is displayed (§2.4)."""
         return self._leaf
 
     @mutator
@@ -199,7 +200,7 @@ class Actor(PositionableObject, abstract=True):
 
     @query
     def description(self) -> tuple[PartDescription, ...]:
-        """This actor and every part below it, wholes before their parts."""
+        """Describe this actor and every part below it, wholes before their parts."""
         own = PartDescription((), self._joint, self._inner, self._leaf)
         return (own, *self._descriptions_below())
 

@@ -42,19 +42,19 @@ class ConeStick:
             raise InputError("stick.albedo", self.albedo, "three shares, 0 to 1")
 
     def sticks_in(self, frame: RevoluteJoint) -> tuple["ConeStick", ...]:
-        """This stick in the frame that ``frame``, the joint of its part, is given in."""
+        """Return this stick in the frame that ``frame``, the joint of its part, is given in."""
         ends = frame.to_whole(self.start), frame.to_whole(self.end)
         return (replace(self, start=ends[0], end=ends[1]),)
 
 
 @dataclass(frozen=True)
 class StickBundle:
-    """Several sticks as one appearance; none at all is an appearance too."""
+    """Several sticks as one appearance, which may be none at all."""
 
     sticks: tuple[ConeStick, ...] = ()
 
     def sticks_in(self, frame: RevoluteJoint) -> tuple[ConeStick, ...]:
-        """All of them, in the order given."""
+        """Return all of its sticks in the frame that ``frame`` is given in, in their order."""
         return tuple(
             with_position for stick in self.sticks for with_position in stick.sticks_in(frame)
         )
@@ -65,7 +65,7 @@ class Appearance(Protocol):
     """What fills the appearance slot of an actor: a value that gives its sticks in any frame."""
 
     def sticks_in(self, frame: RevoluteJoint) -> tuple[ConeStick, ...]:
-        """Its sticks, in the frame that ``frame`` is given in."""
+        """Return its sticks in the frame that ``frame`` is given in."""
 
 
 NO_STICKS = StickBundle()

@@ -17,9 +17,12 @@ from lod.pruning.shapes import Sticks
 
 
 class CameraActor(PositionableObject):
-    """Renders other actors. Its eye is its origin; it looks along its own y, its own z upwards.
+    """A camera that renders other actors.
 
-    fov_x_deg  full horizontal field of view;  size  width and height [px]
+    Its eye is its origin; it looks along its own y, its own z upwards.
+
+    fov_x_deg  full horizontal field of view [degrees]
+    size       width and height [px]
     """
 
     def __init__(
@@ -38,9 +41,10 @@ class CameraActor(PositionableObject):
     def projection(
         self, whole: RevoluteJoint = IDENTITY_JOINT, cell: tuple[int, int] = (0, 0)
     ) -> Projection:
-        """The camera of the theory that stands where this one does.
+        """Return the camera of the theory that stands where this one does.
 
-        whole  frame of the whole that carries it;  cell  the grid square that positions count from
+        whole  frame of the whole that carries it
+        cell   grid square that positions count from
         """
         frame = whole.compose(self._joint)
         corner, x, y = split_position(frame.position[0], frame.position[1], *cell)
@@ -55,10 +59,11 @@ class CameraActor(PositionableObject):
         displayed: Test = always,
         whole: RevoluteJoint = IDENTITY_JOINT,
     ) -> Sticks:
-        """The sticks of the displayed parts of some actors, in the frame of ``projection(whole)``.
+        """Return the sticks of the displayed parts of actors, in the frame of ``projection``.
 
         displayed  test of a part's route and position in that frame, where the eye is too (§2.4)
-        Owner of a stick is a row of the parts that show any, in the order shown.
+
+        The owner of a stick is a row of the parts that show any, in the order shown.
         """
         corner = self.projection(whole).corner
         frame = RevoluteJoint((-corner.x * GRID_M, -corner.y * GRID_M, 0.0))

@@ -52,7 +52,7 @@ class ActorArrays:
         return len(self.parent)
 
     def row(self, route: str | Sequence[str]) -> int:
-        """Row of the part at a route. Raises InputError, which names the nearest known route."""
+        """Find the row of the part at a route. InputError names the nearest known route."""
         names = parse_route(route)
         if names not in self.routes:
             cure = f"did you mean {format_route(nearest_route(names, self.routes))!r}?"

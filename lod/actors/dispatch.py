@@ -15,14 +15,14 @@ Result = TypeVar("Result")
 def query(
     method: Callable[Concatenate[Self, Given], Result],
 ) -> Callable[Concatenate[Self, Given], Result]:
-    """A method that messages may ask: it gives information and changes nothing."""
+    """Let messages ask for a method: it gives information and changes nothing."""
     return _by_message(method, changes=False)
 
 
 def mutator(
     method: Callable[Concatenate[Self, Given], Result],
 ) -> Callable[Concatenate[Self, Given], Result]:
-    """A method that messages may have carried out: it changes state, all or nothing.
+    """Let messages have a method carried out: it changes state, all or nothing.
 
     State is kept in attributes that are bound anew, to values that never change; what a method
     alters within a list or an array of its own stays altered when the change is refused.
@@ -33,7 +33,10 @@ def mutator(
 def _by_message(
     method: Callable[Concatenate[Self, Given], Result], changes: bool
 ) -> Callable[Concatenate[Self, Given], Result]:
-    """Called from outside, a method is a message to the object itself: an owned part refuses it."""
+    """Make a method one that messages name.
+
+    Called from outside, it is a message to the object itself, which an owned part refuses.
+    """
     if any(p.kind is Parameter.KEYWORD_ONLY for p in signature(method).parameters.values()):
         raise TypeError(f"{method.__name__}: messages carry arguments by position only")
 
@@ -50,7 +53,7 @@ def _by_message(
 
 
 def rejection_reason(receiver: object, action: Action) -> str:
-    """Why ``receiver`` cannot be sent that action; empty where it can."""
+    """Say why ``receiver`` cannot be sent that action; the answer is empty where it can."""
     kind = type(receiver)
     method: Any = getattr(kind, action.name, None)
     if getattr(method, "changes", None) is not action.changes:

@@ -55,7 +55,7 @@ class JointLimits:
         return unit(Quaternion(*self.rest) * from_rotation_vector(angles_deg))
 
     def contains(self, orientation: Quaternion) -> bool:
-        """Whether the turn from rest lies in the box, the short way round or the long way."""
+        """Tell whether the turn from rest lies in the box, the short way round or the long way."""
         short = rotation_vector(1 / Quaternion(*self.rest) * orientation)
         return self._holds(short) or self._holds(_long_way(short))
 
@@ -96,12 +96,12 @@ class RevoluteJoint:
 
     @property
     def orientation(self) -> Quaternion:
-        """The orientation as a new quaternion: changing it changes no joint."""
+        """Return the orientation as a new quaternion: changing it changes no joint."""
         return Quaternion(*self.turn)
 
     @property
     def angles_deg(self) -> Vector:
-        """The turn from rest as a rotation vector [degrees], the short way round."""
+        """Compute the turn from rest as a rotation vector [degrees], the short way round."""
         rest = Quaternion(*self.limits.rest) if self.limits else Quaternion(*IDENTITY)
         return rotation_vector(1 / rest * self.orientation)
 

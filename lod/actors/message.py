@@ -75,7 +75,7 @@ class Refusal:
 
     @property
     def value(self) -> Any:
-        """A refusal has no value: reading it raises Refused."""
+        """Raise Refused: a refusal has no value to read."""
         raise Refused(self.who, self.why)
 
 

@@ -137,17 +137,17 @@ class ObjectWithParts:
 
     @property
     def _acts(self) -> bool:
-        """Whether it carries out a message now, so that its own methods may be called."""
+        """Tell whether it carries out a message now, so that its own methods may be called."""
         return self.__active > 0
 
     @property
     def _owned_by(self) -> str:
-        """The name of the whole that owns it; empty while it has no owner."""
+        """Return the name of the whole that owns it; it is empty while it has no owner."""
         return "" if self.__owner is None else str(self.__owner)
 
     @property
     def _route(self) -> Route:
-        """The route to this object from the whole that has no owner."""
+        """Return the route to this object from the whole that has no owner."""
         return () if self.__owner is None else (*self.__owner._route, self.__name)
 
     def __carry_out(self, message: Message, intercepts: bool = True) -> Reply:
@@ -210,7 +210,7 @@ class ObjectWithParts:
         return f"has no part {route[0]!r}; the nearest known route is {closest!r}"
 
     def __remember(self) -> list[tuple["ObjectWithParts", dict[str, Any]]]:
-        """The attributes of this object and of every part below, as they are bound now."""
+        """Return the attributes of this object and of every part below, as they are bound now."""
         below = [pair for part in (self.__parts or {}).values() for pair in part.__remember()]
         return [(self, dict(vars(self))), *below]
 
@@ -299,7 +299,7 @@ def _refusal(who: str, refused: Refused | InputError) -> Refusal:
 
 
 def _hands_out(value: Any) -> bool:
-    """Whether an answer is, or holds, a part that has an owner."""
+    """Tell whether an answer is, or holds, a part that has an owner."""
     if isinstance(value, ObjectWithParts):
         return bool(value._owned_by)
     if isinstance(value, MethodType):

@@ -109,12 +109,12 @@ def source_function(
     kernel = _kernel(air)
     toward_sun = henyey_greenstein(directions() @ slab.to_sun, air.asymmetry)
     first = air.albedo * toward_sun[None, ..., None] * direct_irradiance(slab)[:, None, None]
-    source, leaf_source = first, slab.plants / (4 * np.pi) * direct_irradiance(slab)
+    source, plant_source = first, slab.plants / (4 * np.pi) * direct_irradiance(slab)
     for _ in range(_MOST_ROUNDS):
-        light = radiance(slab, source, leaf_source)
+        light = radiance(slab, source, plant_source)
         before, source = source, first + _scatter(kernel, light)
         around = light.sum(axis=(1, 2)) * _SOLID_ANGLE
-        leaf_source = slab.plants / (4 * np.pi) * (direct_irradiance(slab) + around)
+        plant_source = slab.plants / (4 * np.pi) * (direct_irradiance(slab) + around)
         if np.abs(source - before).max() <= _SETTLED * np.abs(source).max():
             break
     return source
@@ -129,16 +129,16 @@ def direct_irradiance(slab: SlabInputs) -> Float64[np.ndarray, "levels bands"]:
 
 
 def radiance(
-    slab: SlabInputs, source: np.ndarray, leaf_source: Float64[np.ndarray, "levels bands"]
+    slab: SlabInputs, source: np.ndarray, plant_source: Float64[np.ndarray, "levels bands"]
 ) -> Float64[np.ndarray, "levels rings spokes bands"]:
     """Compute the radiance L at every height: down through the layer, off the ground, and up.
 
-    ``source`` is the source function of the air, ``leaf_source`` that of the plants.
+    ``source`` is the source function of the air, ``plant_source`` that of the plants.
     """
     half, up = RINGS // 2, _up()[RINGS // 2 :]
     steps = slab.extinction_depth[:, None, None] / up[:, None, None]
     through, share = np.exp(-steps), mean_path_fraction(steps)
-    low, high = _step_sources(slab, source, leaf_source)
+    low, high = _step_sources(slab, source, plant_source)
     light = np.empty_like(source)
     light[-1, half:] = slab.sky
     for k in range(len(slab.depth) - 1, -1, -1):
@@ -153,14 +153,14 @@ def radiance(
 
 
 def _step_sources(
-    slab: SlabInputs, source: np.ndarray, leaf_source: np.ndarray
+    slab: SlabInputs, source: np.ndarray, plant_source: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Source functions of air and plants together at the lower and upper end of each step."""
     nothing = np.ones_like(slab.depth)
     air = np.divide(
         slab.depth, slab.extinction_depth, out=nothing, where=slab.extinction_depth > 0
     )[:, None, None]
-    there = leaf_source[:, None, None]
+    there = plant_source[:, None, None]
     return air * source[:-1] + (1 - air) * there[:-1], air * source[1:] + (1 - air) * there[1:]
 
 

@@ -25,16 +25,14 @@ _SLACK_DEG = 1e-6
 
 @dataclass(frozen=True, init=False)
 class AngleLimits(JointLimits):
-    """A box of angles about x, y and z in Rz·Ry·Rx, as the tables of figures give them
-    [degrees].
-    """
+    """A box of angles about x, y and z in Rz·Ry·Rx, as tables of figures give them [degrees]."""
 
     def orientation(self, angles_deg: VectorLike) -> Quaternion:
-        """Orientation by those angles."""
+        """Compute the orientation by those angles."""
         return Quaternion(*from_euler(np.array(vector(angles_deg))).tolist())
 
     def contains(self, orientation: Quaternion) -> bool:
-        """Whether its angles lie in the box; the same turn has a second set of them."""
+        """Tell whether its angles lie in the box; the same turn has a second set of them."""
         angles = to_euler(np.array([float(orientation[k]) for k in range(4)]))
         other = angles * np.array((1.0, -1.0, 1.0)) + 180.0
         return self._within(angles) or self._within(other)
@@ -47,7 +45,7 @@ class AngleLimits(JointLimits):
 
 
 def to_actor(prototype: RiggedPrototype) -> CompoundActor:
-    """The prototype at rest as an actor; the names of its parts are those of the rig's joints."""
+    """Make the prototype at rest an actor whose parts have the names of the rig's joints."""
     rig, looks = prototype.rig, _joint_sticks(prototype)
 
     def parts_of(joint: int) -> dict[str, Actor]:
@@ -63,8 +61,9 @@ def to_actor(prototype: RiggedPrototype) -> CompoundActor:
 
 
 def compile_rig(actor: Actor, like: Rig) -> Rig:
-    """The rig that an actor compiles to, at rest as it is posed now: joints in the order of
-    ``like``, which says how far the whole sways.
+    """Compile an actor to a rig that is at rest as the actor is posed now.
+
+    Its joints have the order of those of ``like``, which also says how far the whole sways.
 
     Raises InputError where a joint has no part of its name; Refused where a whole refuses.
     """
@@ -79,14 +78,14 @@ def compile_rig(actor: Actor, like: Rig) -> Rig:
 
 
 def pose_from_actor(prototype: RiggedPrototype, actor: Actor) -> RiggedPrototype:
-    """The prototype, held in the pose that its actor is in."""
+    """Hold the prototype in the pose that its actor is in."""
     return prototype.with_motion(
         replace(rest_motion(prototype.rig), rotations=compile_rig(actor, prototype.rig).rest[None])
     )
 
 
 def _joint_sticks(prototype: RiggedPrototype) -> list[Appearance]:
-    """The sticks that ride on each joint while every part is displayed."""
+    """Collect the sticks that ride on each joint while every part is displayed."""
     sticks: list[list[ConeStick]] = [[] for _ in prototype.rig.name]
     for table in prototype.full_detail_sticks():
         albedo = prototype.tints[table.tint].tolist()

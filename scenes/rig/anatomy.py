@@ -73,11 +73,11 @@ class Anatomy:
 
     @property
     def part_names(self) -> tuple[str, ...]:
-        """Names of the parts, in the order of the hierarchy's rows."""
+        """Return the names of the parts, in the order of the hierarchy's rows."""
         return tuple(self.both_sides(self.parts, self.side_parts))
 
     def both_sides(self, trunk: dict[str, Any], side: dict[str, Any]) -> dict[str, Any]:
-        """The trunk's entries, then those of the left side, then their mirror images' names."""
+        """Return the trunk's entries, then those of the left side, then their mirror images."""
         sided = self.side_joints.keys() | self.side_parts.keys()
         named = dict(trunk)
         for hand in SIDES:
@@ -109,13 +109,13 @@ class Build:
 
 
 def side_of(name: str) -> tuple[float, str]:
-    """The sign of a name's side (+1 on the left and in the middle) and the name without it."""
+    """Return the sign of a name's side (+1 on the left and in the middle), and the bare name."""
     hand, _, bare = name.partition(" ")
     return (SIDES[hand], bare) if hand in SIDES else (1.0, name)
 
 
 def _with_references(entry, here):  # type: ignore[no-untyped-def]
-    """The entry with every name of a joint or part passed through ``here``."""
+    """Pass every name of a joint or part in an entry through ``here``."""
     if isinstance(entry, Joint):
         return entry._replace(parent=here(entry.parent))
     if isinstance(entry, Part):

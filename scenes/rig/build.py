@@ -27,7 +27,7 @@ of one part: a limb lies right in its own parts. Measured (``bench.calibrate.lea
 
 
 def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
-    """A posable prototype at rest, without a motion."""
+    """Build a posable prototype at rest, without a motion."""
     parts = anatomy.both_sides(anatomy.parts, anatomy.side_parts)
     row = {part: i for i, part in enumerate(parts)} | {"": -1}
     parent = np.array([row[part.whole] for part in parts.values()])
@@ -49,7 +49,7 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
 
 
 def _mirror_images(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Ints:
-    """For each part on the right, its mirror image on the left, and for all others themselves.
+    """Find the mirror image on the left of each part on the right; all others have themselves.
 
     Where limits of the trunk are not symmetric, no part is the mirror image of another.
     """
@@ -62,7 +62,7 @@ def _mirror_images(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Int
 
 
 def _rig(anatomy: Anatomy, build: Build) -> Rig:
-    """Joints in the tables' lengths, both sides, with rest and limits."""
+    """Make the joints of both sides in the tables' lengths, with rest and limits."""
     joints = anatomy.both_sides(anatomy.joints, anatomy.side_joints)
     row = {name: i for i, name in enumerate(joints)} | {"": -1}
     offset, rest, low, high = (np.zeros((len(joints), 3)) for _ in range(4))
@@ -87,7 +87,7 @@ def _entry(table: dict, name: str, default):  # type: ignore[no-untyped-def]
 def _sticks(
     table: dict[str, list[Rod]], row: dict[str, int], rig: Rig, build: Build
 ) -> RiggedSticks:
-    """The rods of a table as sticks in the frames of joints."""
+    """Make the rods of a table sticks in the frames of joints."""
     material = {name: i for i, name in enumerate((*build.materials, MEAN))}
     columns = []
     for name, rods in table.items():
@@ -110,7 +110,7 @@ def _sticks(
 def _scale_to_height(
     rig: Rig, tables: tuple[RiggedSticks, ...], height: float
 ) -> tuple[Rig, tuple[RiggedSticks, ...]]:
-    """Rig and tables scaled: the lowest point of the first is at 0, the highest at ``height`` m."""
+    """Scale rig and tables: the lowest point of the first is at 0, the highest at ``height`` m."""
     posed = tables[0].posed(*rig.frames())
     lows = (posed.start[:, 2] - posed.start_radius, posed.end[:, 2] - posed.end_radius)
     tops = (posed.start[:, 2] + posed.start_radius, posed.end[:, 2] + posed.end_radius)

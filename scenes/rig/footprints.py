@@ -15,7 +15,7 @@ from lod.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Feet:
-    """Legs (l,) in any order.
+    """The legs of an object that stand on the ground, (l,), in any order.
 
     legs   (l, 3) joints: hip, knee, ankle
     sticks_out (l,) whether its hip turns aside about z, not about x
@@ -51,12 +51,12 @@ class Feet:
 
     @property
     def plane(self) -> np.ndarray:
-        """Matrices (l, 3, 3) from heights at the three points to height at the print and slopes."""
+        """Compute matrices (l, 3, 3) from heights at three points to the print's height and slopes."""
         points = np.concatenate((np.ones((len(self), 3, 1)), self.sole), axis=2)
         return np.linalg.inv(points)
 
     def scaled(self, factor: float) -> "Feet":
-        """Every length times ``factor``."""
+        """Return the feet with every length multiplied by ``factor``."""
         return replace(self, home=self.home * factor, sole=self.sole * factor)
 
 
@@ -71,10 +71,10 @@ NO_FEET = Feet(
 
 @njit(cache=True, inline="always")
 def print_and_swing(own, duty):  # type: ignore[no-untyped-def]
-    """Where the last print is ahead of mid-stance, and how far the foot has swung on [strides].
+    """Compute how far the last print is ahead of mid-stance, and the foot has swung on [strides].
 
-    The swing goes from 0, while the foot stands, to 1 at the next print. own: phase after landing,
-    0 to 1; duty: share of the cycle that the foot stands.
+    The swing goes from 0, while the foot stands, to 1 at the next print. ``own`` is the phase after
+    landing, 0 to 1, and ``duty`` the share of the cycle that the foot stands.
     """
     u = (own - duty) / (1.0 - duty) if own > duty else 0.0
     return duty / 2 - own, u * u * (3.0 - 2.0 * u)

@@ -14,7 +14,7 @@ from scenes.rig.rotations import Quaternions
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """One cycle, K key poses evenly spaced in phase; key K is key 0 again.
+    """One cycle of K key poses, evenly spaced in phase; key K is key 0 again.
 
     rotations (K, j, 4) of every joint in its parent, of one sign from key to key, so that slerp
             takes the short way
@@ -40,11 +40,11 @@ class Motion:
 
     @property
     def speed(self) -> float:
-        """Ground speed at which the feet do not slide [m/s]."""
+        """Compute the ground speed at which the feet do not slide [m/s]."""
         return self.stride / self.period
 
     def at(self, phase: float) -> tuple[Quaternions, Reals]:
-        """Rotations (j, 4) and shift (3,) at a phase [cycles], as ``scenes.rig.pose`` has them."""
+        """Compute rotations (j, 4) and shift (3,) at a phase [cycles], as ``scenes.rig.pose``."""
         along = (phase % 1.0) * len(self.rotations)
         key = min(int(along), len(self.rotations) - 1)
         after, share = (key + 1) % len(self.rotations), along - key
@@ -53,11 +53,11 @@ class Motion:
         return slerp(a, b, share), shift
 
     def scaled(self, factor: float) -> "Motion":
-        """The same motion of a rig ``factor`` times as large, dynamically similar: time goes as
-        √length.
+        """Return the dynamically similar motion of a rig ``factor`` times as large.
 
-        Alexander, "Stride length and speed for adults, children, and fossil hominids", Am. J. Phys.
-        Anthropol. 63:23 (1984): strides are alike at equal speed²/(g·leg length).
+        Time then goes as √length: strides are alike at equal speed²/(g·leg length) (Alexander,
+        "Stride length and speed for adults, children, and fossil hominids", Am. J. Phys. Anthropol.
+        63:23, 1984).
         """
         period = self.period * math.sqrt(factor) if self.stride else self.period
         lengths = (self.shift * factor, self.stride * factor)
@@ -65,12 +65,12 @@ class Motion:
 
 
 def rest_motion(rig: Rig) -> Motion:
-    """The motion of an object that stays at rest: one key."""
+    """Return the motion of an object that stays at rest, which has one key."""
     return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0)
 
 
 def slerp(a: Quaternions, b: Quaternions, share: float) -> Quaternions:
-    """Spherical interpolation from a (share 0) to b (share 1), the short way (Shoemake 1985)."""
+    """Interpolate from a (share 0) to b (share 1), the short way round (Shoemake 1985)."""
     cos = (a * b).sum(axis=-1, keepdims=True)
     b, cos = np.where(cos < 0, -b, b), np.abs(cos)
     sine = np.linalg.norm(b - cos * a, axis=-1, keepdims=True)
@@ -83,14 +83,14 @@ def slerp(a: Quaternions, b: Quaternions, share: float) -> Quaternions:
 
 
 def continuous_signs(rotations: Quaternions) -> Quaternions:
-    """Equal rotations (K, j, 4), every quaternion of the same sign as the key before it."""
+    """Return equal rotations (K, j, 4), every quaternion of the same sign as the key before it."""
     dots = (rotations[1:] * rotations[:-1]).sum(axis=-1)
     flips = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
     return np.concatenate((rotations[:1], rotations[1:] * flips[..., None]))
 
 
 def key_phases(keys: int) -> Reals:
-    """Phases of ``keys`` evenly spaced keys, (K,)."""
+    """Give the phases of ``keys`` evenly spaced keys, (K,)."""
     return np.arange(keys) / keys
 
 

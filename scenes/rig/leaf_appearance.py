@@ -13,7 +13,7 @@ CORE = 0.75
 
 
 def sticks_below(parent: Ints, body: StickTable) -> StickTable:
-    """The sticks of every part's own body and of all parts below it, at rest."""
+    """Collect the sticks of every part's own body and of all parts below it, at rest."""
     owner, stick = body.owner, np.arange(len(body))
     owners, sticks = [], []
     while len(owner):
@@ -33,7 +33,7 @@ def fit_leaf_appearances(
     full: StickTable,
     materials: dict[str, Colour],
 ) -> tuple[RiggedSticks, np.ndarray]:
-    """Leaf appearances of all parts, and the palette (t, 3) with the mean tint as its last row.
+    """Fit the leaf appearances of all parts; the palette (t, 3) gets the mean tint as its last row.
 
     given: sticks chosen for some parts, whose radii are fitted so that their mean area over
         directions is that of everything they hide (``full``); other parts look as their bodies do.
@@ -51,7 +51,7 @@ def fit_leaf_appearances(
 
 
 def _upright_stick(full: StickTable, area: float, tint: int) -> RiggedSticks:
-    """The whole as one upright stick of that mean area: for radius r and height h it is π·r·h/2."""
+    """Make the whole one upright stick of mean area π·r·h/2, of radius r and height h."""
     own = slice(full.first[0], full.first[1])
     tops = (full.start[own, 2] + full.start_radius[own], full.end[own, 2] + full.end_radius[own])
     height = max(float(top.max()) for top in tops)
@@ -63,7 +63,7 @@ def _upright_stick(full: StickTable, area: float, tint: int) -> RiggedSticks:
 
 
 def _fit_radii(rig: Rig, given: RiggedSticks, target: Reals, rounds: int = 4) -> RiggedSticks:
-    """Sticks with radii scaled part by part, so that mean areas at rest are the targets [m²]."""
+    """Scale the radii of sticks part by part, so that mean areas at rest are the targets [m²]."""
     rows = np.flatnonzero(given.count)
     factor = np.ones(len(target))
     frames = rig.frames()
@@ -77,10 +77,10 @@ def _fit_radii(rig: Rig, given: RiggedSticks, target: Reals, rounds: int = 4) ->
 def inner_appearances(
     parent: Ints, body: RiggedSticks, leaf: RiggedSticks, given: RiggedSticks
 ) -> RiggedSticks:
-    """Inner appearances: the bodies of parts that own parts, and cores where there is no body.
+    """Choose the inner appearances: bodies of parts that own parts, and cores where there is none.
 
-    given: cores chosen for some parts; elsewhere the core is the leaf appearance, thinned. The
-        whole object has no core unless one is given.
+    ``given`` holds cores chosen for some parts; elsewhere the core is the leaf appearance, thinned.
+    The whole object has no core unless one is given.
     """
     owns = np.zeros(len(parent), bool)
     owns[parent[parent >= 0]] = True

@@ -37,7 +37,7 @@ HIP_X, HIP_Y, HIP_Z, KNEE = range(4)
 
 
 class LegTables(NamedTuple):
-    """What bends legs, (l, …) of all legs of all prototypes.
+    """Tables from which legs are bent, (l, …) of all legs of all prototypes.
 
     leg   (l, 9) phase at which the foot lands (STRIKE), share of the cycle that it stands (DUTY),
         where its print is in mid-stance (HOME_X, HOME_Y) [m], STRIDE [m], how far it stretches
@@ -80,7 +80,7 @@ class FootContact(NamedTuple):
 
 
 def bone_lengths(rig: Rig, motion: Motion) -> np.ndarray:
-    """The rows of ``LegTables.bones``, (l, 6)."""
+    """Compute the rows of ``LegTables.bones``, (l, 6)."""
     feet = motion.feet
     length = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1)
     hips = zip(feet.legs[:, 0].tolist(), feet.sticks_out.tolist(), strict=True)
@@ -91,7 +91,7 @@ def bone_lengths(rig: Rig, motion: Motion) -> np.ndarray:
 
 
 def joint_limit_arcs(rig: Rig, motion: Motion) -> np.ndarray:
-    """The rows of ``LegTables.arc``, (l, 4, 4)."""
+    """Compute the rows of ``LegTables.arc``, (l, 4, 4)."""
     legs = motion.feet.legs
     joints, axes = legs[:, (0, 0, 0, 1)], np.array((0, 1, 2, 1))
     low, high = np.radians(rig.low[joints, axes]), np.radians(rig.high[joints, axes])
@@ -100,7 +100,7 @@ def joint_limit_arcs(rig: Rig, motion: Motion) -> np.ndarray:
 
 
 def _fixed_hip_angle(rig: Rig, motion: Motion, hip: int, sticks_out: bool) -> float:
-    """The hip's angle about z, or x where the leg sticks out, as its first key poses it [degrees].
+    """Find the hip's angle about z, or x where the leg sticks out, in its first key [degrees].
 
     A rotation has two sets of Euler angles: the one within the joint's limits counts.
     """
@@ -166,7 +166,7 @@ def _clamp_ankle(frame, knee, ankle, limits, leg):  # type: ignore[no-untyped-de
 
 @njit(cache=True, inline="always")
 def _tangent(sine, cosine, other):  # type: ignore[no-untyped-def]
-    """Tangent of an angle about x or z, infinite beyond 90°.
+    """Compute the tangent of an angle about x or z, infinite beyond 90°.
 
     Where both angles are beyond 90°, the rotation is one about y and both are taken the other way.
     """
@@ -217,7 +217,7 @@ def two_bone_ik(frame, rows, legs, leg, x, y, z):  # type: ignore[no-untyped-def
 
 @njit(cache=True, inline="always")
 def _from_half_angles(cx, sx, cy, sy, cz, sz):  # type: ignore[no-untyped-def]
-    """Quaternion of Rz·Ry·Rx from cosines and sines of its angles."""
+    """Compute the quaternion of Rz·Ry·Rx from cosines and sines of its angles."""
     sx, cx = _half_angle(cx, sx)
     sy, cy = _half_angle(cy, sy)
     sz, cz = _half_angle(cz, sz)
@@ -231,7 +231,7 @@ def _from_half_angles(cx, sx, cy, sy, cz, sz):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _clamp_to_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
-    """Cosine and sine of an angle, or of the nearest end of its arc."""
+    """Give the cosine and sine of an angle, or of the nearest end of its arc."""
     mc, ms, hc, hs = arc[leg, which, 0], arc[leg, which, 1], arc[leg, which, 2], arc[leg, which, 3]
     if c * mc + s * ms >= hc:
         return c, s
@@ -242,7 +242,7 @@ def _clamp_to_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _half_angle(c, s):  # type: ignore[no-untyped-def]
-    """Sine and cosine of half an angle within ±180°."""
+    """Compute sine and cosine of half an angle within ±180°."""
     return math.copysign(math.sqrt(max(0.0, (1.0 - c) / 2)), s), math.sqrt(max(0.0, (1.0 + c) / 2))
 
 
@@ -254,7 +254,7 @@ def set_rotation(frame, row, q):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _direction(x, y):  # type: ignore[no-untyped-def]
-    """Cosine and sine of the angle of (x, y)."""
+    """Compute cosine and sine of the angle of (x, y)."""
     n = math.sqrt(x * x + y * y)
     return (x / n, y / n) if n > 0.0 else (1.0, 0.0)
 

@@ -54,7 +54,7 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class PoseBuffers(NamedTuple):
-    """Scratch arrays to pose one object at a time.
+    """Scratch arrays in which one object is posed at a time.
 
     frame (j + 2, 7) origin and quaternion of joint frames in the scene: row 0 is the object's own
         frame, row j + 1 that of joint j; the last row is the object's bob
@@ -66,7 +66,7 @@ class PoseBuffers(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """What posing the joints of one object reads: rows of its prototype, and its phase.
+    """Rows of the prototype of one object, and its phase, from which its joints are posed.
 
     keys: first row of its keys; key: rows from there to the key before its phase; share: of the way
     from that key to the next; cos, sin: of its heading
@@ -94,7 +94,7 @@ def pose_points(
     place: Vectors,
     joint: np.ndarray,
 ) -> Points:
-    """Points that ride on joints, (m, 3) [m]: row ``points`` of the table, of object ``rows``.
+    """Pose points that ride on joints, (m, 3) [m]: rows ``points`` of a table, of objects ``rows``.
 
     place (k, 3), joint (k,): the table (joint −1 = the object's frame). Points of one object stand
         together.
@@ -115,7 +115,7 @@ def pose_points(
 
 @njit(cache=True, nogil=True)
 def _pose_points(tables, max_joints, instances, each, places, joints, out):  # type: ignore[no-untyped-def]
-    """Every point into ``out`` (m, 3); each: object (m,) and row of the table (m,)."""
+    """Pose every point into ``out`` (m, 3); ``each`` is object (m,) and row of the table (m,)."""
     rows, items = each
     buffers = pose_buffers(max_joints)
     m = 0
@@ -131,7 +131,7 @@ def _pose_points(tables, max_joints, instances, each, places, joints, out):  # t
 
 @njit(cache=True)
 def rotation_matrix(frame, row):  # type: ignore[no-untyped-def]
-    """Rotation matrix of a frame, row by row: for many points of a joint it costs least."""
+    """Compute the rotation matrix of a frame, row by row: it costs least for many points."""
     x, y, z, w = frame[row, 3], frame[row, 4], frame[row, 5], frame[row, 6]
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
     wx, wy, wz = w * x, w * y, w * z
@@ -142,7 +142,7 @@ def rotation_matrix(frame, row):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def transform_point(frame, row, rotation, x, y, z):  # type: ignore[no-untyped-def]
-    """Where (x, y, z) of a frame is in the scene, given its rotation matrix."""
+    """Transform (x, y, z) from a frame to the scene, given the frame's rotation matrix."""
     a, b, c, d, e, f, g, h, i = rotation
     return (
         frame[row, 0] + a * x + b * y + c * z,
@@ -166,13 +166,13 @@ def _place_points(frame, items, places, joints, out):  # type: ignore[no-untyped
 
 @njit(cache=True)
 def pose_buffers(max_joints):  # type: ignore[no-untyped-def]
-    """PoseBuffers for objects of up to ``max_joints`` joints."""
+    """Make PoseBuffers for objects of up to ``max_joints`` joints."""
     return PoseBuffers(np.zeros((max_joints + 2, 7)), np.zeros(max_joints + 1, np.int8))
 
 
 @njit(cache=True)
 def begin_pose(tables, buffers, instances, o):  # type: ignore[no-untyped-def]
-    """Begin to pose object ``o`` of the instances: its own frame and bob. Gives its Pose."""
+    """Begin to pose object ``o``: pose its own frame and bob, and return its Pose."""
     frame, state, cos, sin = buffers.frame, buffers.state, instances.cos[o], instances.sin[o]
     frame[0, 0], frame[0, 1] = instances.origin[o, 0], instances.origin[o, 1]
     frame[0, 2], frame[0, 3], frame[0, 4] = instances.origin[o, 2], 0.0, 0.0
@@ -192,8 +192,9 @@ def begin_pose(tables, buffers, instances, o):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def mark_joint(tables, buffers, pose, row):  # type: ignore[no-untyped-def]
-    """Mark the joint in a row of the frames, and all that it rides on, to be posed; gives the first
-    row that is marked.
+    """Mark the joint in a row of the frames, and all that it rides on, to be posed.
+
+    Returns the first row that is marked.
     """
     lowest = row
     while buffers.state[row] == _UNKNOWN:
@@ -204,8 +205,7 @@ def mark_joint(tables, buffers, pose, row):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def pose_marked(tables, buffers, pose, contacts, o, lowest, highest):  # type: ignore[no-untyped-def]
-    """Pose the marked joints of object ``o``, from row to row, parents first; with a hip, all of
-    its leg.
+    """Pose the marked joints of object ``o``, row by row, parents first; with a hip its whole leg.
 
     contacts (n, legs, 6): ``Instances.foot_contacts``
     """
@@ -236,7 +236,7 @@ def pose_marked(tables, buffers, pose, contacts, o, lowest, highest):  # type: i
 
 @njit(cache=True, inline="always")
 def _contact(contacts, o, leg):  # type: ignore[no-untyped-def]
-    """The FootContact of one leg of object ``o``."""
+    """Return the FootContact of one leg of object ``o``."""
     return FootContact(
         contacts[o, leg, PRINT_X],
         contacts[o, leg, PRINT_Y],
@@ -249,7 +249,7 @@ def _contact(contacts, o, leg):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _pose_joint(tables, frame, pose, row):  # type: ignore[no-untyped-def]
-    """The frame of a joint from that of its parent, which is posed: slerp, product, offset."""
+    """Pose a joint on its parent, which is posed: slerp, product, offset."""
     joint, offset, keys = tables.joint, tables.offset, tables.keys
     at, a = pose.first_joint + row - 1, pose.keys + row - 1
     if joint[at, MOVES]:
@@ -274,6 +274,6 @@ def _pose_joint(tables, frame, pose, row):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _is_level(contacts, o, leg, z):  # type: ignore[no-untyped-def]
-    """Whether a foot stands as its prototype's does: on level ground, at the same stride."""
+    """Tell whether a foot stands as its prototype's does: on level ground, at the same stride."""
     stands = contacts[o, leg, PRINT_Z] == z and contacts[o, leg, AHEAD] == 0.0
     return stands and contacts[o, leg, SLOPE_X] == 0.0 and contacts[o, leg, SLOPE_Y] == 0.0

@@ -112,7 +112,7 @@ PRINT_X, PRINT_Y, PRINT_Z, AHEAD, SLOPE_X, SLOPE_Y = range(6)
 
 @dataclass(frozen=True, eq=False)
 class Instances:
-    """Objects to be posed.
+    """The objects that are to be posed.
 
     origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
     prototype (n,) its row in the pose tables; phase (n,) of its motion [cycles]
@@ -144,19 +144,19 @@ class Instances:
         return len(self.prototype)
 
     def columns(self) -> InstanceColumns:
-        """The arrays for compiled kernels; phases within one cycle."""
+        """Return the arrays for compiled kernels, with phases within one cycle."""
         within = frozen(self.phase - np.floor(self.phase), np.float64)
         facing = self.origin, self.cos, self.sin
         return InstanceColumns(*facing, self.prototype, within, self.foot_contacts)
 
 
 def _joined(tables: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
-    """The tables one below the other, read-only."""
+    """Put tables one below the other, read-only."""
     return frozen(np.concatenate(tables), dtype)
 
 
 def _prototype_rows(rigs: list[Rig], motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
-    """The table of prototypes (v, 8), and the keys of all motions (t, 6)."""
+    """Make the table of prototypes (v, 8), and the keys of all motions (t, 6)."""
     joints = np.array([len(rig) for rig in rigs])
     keys = np.array([len(motion.rotations) for motion in motions])
     legs = np.array([len(motion.feet) for motion in motions])
@@ -168,7 +168,7 @@ def _prototype_rows(rigs: list[Rig], motions: list[Motion]) -> tuple[np.ndarray,
 
 
 def _starts(counts: np.ndarray) -> np.ndarray:
-    """First row of each table, laid end to end, from their numbers of rows."""
+    """Find the first row of each table, laid end to end, from their numbers of rows."""
     return np.cumsum(counts) - counts
 
 
@@ -213,7 +213,7 @@ def _ankle_rows(rig: Rig, motion: Motion) -> np.ndarray:
 
 
 def _hip_rows(rig: Rig, motion: Motion) -> np.ndarray:
-    """Places of hips, and of ankles from their prints, at every key and at key 0 again, (k, 6)."""
+    """Place hips, and ankles from their prints, at every key and at key 0 again, (k, 6)."""
     feet, keys = motion.feet, len(motion.rotations)
     origin, _ = rig.frames(motion.rotations, motion.shift)
     own = (np.arange(keys)[:, None] / keys - feet.strike) % 1.0
@@ -227,7 +227,7 @@ def _hip_rows(rig: Rig, motion: Motion) -> np.ndarray:
 
 
 def _shared_keys(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
-    """The first row of each motion's keys, and all rows: those of equal keys once."""
+    """Find the first row of each motion's keys, and make all rows: equal keys stand there once."""
     first: dict[bytes, int] = {}
     rows, starts, count = [np.zeros((0, 6))], [], 0
     for motion in motions:
@@ -241,8 +241,9 @@ def _shared_keys(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _key_rows(motion: Motion) -> np.ndarray:
-    """Keys, with key 0 again at the end and every sign as the key before; and the way to the
-    next.
+    """Make the rows of a motion: its keys, and the way from each to the next.
+
+    Key 0 stands again at the end, and every quaternion has the sign of the key before it.
     """
     cos = (motion.rotations[-1:] * motion.rotations[:1]).sum(axis=-1, keepdims=True)
     rotations = np.concatenate((motion.rotations, motion.rotations[:1] * np.copysign(1.0, cos)))

@@ -31,7 +31,7 @@ STEP_DEG = 7.5
 
 
 def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
-    """Bound on the distance from a joint to the far side of spheres on other joints [m].
+    """Bound the distance from a joint to the far side of spheres on other joints [m].
 
     joints (k,), points (k, 3) [m], radii (k,) [m]: the spheres, in the frames of their joints
         (−1 = the object's frame)
@@ -49,7 +49,7 @@ def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals
 
 
 def _bound_across(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
-    """Bound for a sphere that does not ride on ``joint``, through the nearest joint of both [m]."""
+    """Bound it for a sphere that does not ride on ``joint``, by the nearest joint of both [m]."""
     if joint >= 0 and rig.parent[joint] == -1 and joints[0] == -1:
         corners = np.stack(np.meshgrid(*zip(rig.shift_low, rig.shift_high, strict=True)), axis=-1)
         away = points[0] - rig.offset[joint] - corners.reshape(-1, 3)
@@ -62,7 +62,7 @@ def _bound_across(rig: Rig, joint: int, joints: Ints, points: Points, radii: Rea
 
 
 def _is_under(rig: Rig, joint: int) -> np.ndarray:
-    """Whether joints −1, 0, 1, … ride on ``joint``, (j + 1,)."""
+    """Tell whether joints −1, 0, 1, … ride on ``joint``, (j + 1,)."""
     under = np.zeros(len(rig) + 1, bool)
     under[joint + 1] = True
     for row, parent in enumerate(rig.parent):
@@ -71,7 +71,7 @@ def _is_under(rig: Rig, joint: int) -> np.ndarray:
 
 
 def _bound_below(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
-    """Bound for spheres that ride on ``joint``, or on joints below it [m]."""
+    """Bound it for spheres that ride on ``joint``, or on joints below it [m]."""
     if joint == -1:
         moves = np.maximum(np.abs(rig.shift_low), np.abs(rig.shift_high))
         radii = radii + np.where(joints >= 0, np.linalg.norm(moves), 0.0)
@@ -109,7 +109,7 @@ class _Spheres(NamedTuple):
 
 @njit(cache=True)
 def _support(tree, root, spheres, cells, step):  # type: ignore[no-untyped-def]
-    """Largest h(u)/|u| over the grid, of all spheres as seen from joint ``root``."""
+    """Compute the largest h(u)/|u| over the grid, of all spheres as seen from joint ``root``."""
     parent, offset, low, high = tree
     joints, points, radii = spheres
     grid = _directions(cells)
@@ -144,7 +144,7 @@ def _support(tree, root, spheres, cells, step):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _sweep(h, grid, cells, axis, low, high, step):  # type: ignore[no-untyped-def]
-    """Support function of the set turned about an axis by every angle from low to high."""
+    """Compute the support function of the set turned about an axis by every angle of a range."""
     steps = math.ceil((high - low) / step)
     if steps == 0 and low == 0.0:
         return h
@@ -163,7 +163,7 @@ def _sweep(h, grid, cells, axis, low, high, step):  # type: ignore[no-untyped-de
 
 @njit(cache=True, inline="always")
 def _interpolated(h, cells, axis, u, v, w):  # type: ignore[no-untyped-def]
-    """Upper bound of h in a direction, bilinear on the face of the cube that it points through.
+    """Bound h in a direction, bilinearly on the face of the cube that it points through.
 
     u, v, w: components of the direction along ``axis`` and the two axes that follow it
     """
@@ -185,7 +185,7 @@ def _interpolated(h, cells, axis, u, v, w):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _directions(cells):  # type: ignore[no-untyped-def]
-    """Grid points on the six faces of the cube of half side 1, (6·(cells + 1)², 3)."""
+    """Make the grid points on the six faces of the cube of half side 1, (6·(cells + 1)², 3)."""
     grid = np.empty((6 * (cells + 1) ** 2, 3))
     at = 0
     for face in range(6):

@@ -31,7 +31,7 @@ _SLACK_DEG = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """Joints, parents before children.
+    """The joints of one object, parents before children.
 
     name    of every joint
     parent  (j,) −1 for joints that sit in the object's own frame
@@ -60,7 +60,7 @@ class Rig:
         return len(self.name)
 
     def row(self, name: str) -> int:
-        """Row of the joint of that name. Raises InputError where there is none."""
+        """Find the row of the joint of that name. Raises InputError where there is none."""
         if name not in self.name:
             raise InputError("joint", name, f"one of {', '.join(self.name)}")
         return self.name.index(name)
@@ -70,7 +70,7 @@ class Rig:
         rotations: Quaternions | None = None,
         shift: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
     ) -> tuple[Vectors, Quaternions]:
-        """Origin (…, j, 3) [m] and rotation (…, j, 4) of every joint in the object's frame.
+        """Compute origin (…, j, 3) [m] and rotation (…, j, 4) of every joint in the object's frame.
 
         turns: (…, j, 4) rotation of every joint in its parent, at rest by default
         shift: (…, 3) added to the origins of joints that sit in the object's frame [m]
@@ -84,7 +84,7 @@ class Rig:
         return origin.reshape(*before, len(self), 3), turn.reshape(local.shape)
 
     def limit_excess(self, rotations: Quaternions) -> Float64[np.ndarray, "..."]:
-        """How far each joint is beyond its limits, (…, j) [degrees]; 0 within them."""
+        """Compute how far each joint is beyond its limits, (…, j) [degrees], 0 within them."""
         angle = to_euler(rotations)
         # The same turn has a second set of angles, (x ± 180, ±180 − y, z ± 180).
         other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
@@ -96,12 +96,12 @@ class Rig:
         return np.maximum(0, np.maximum(self.low - near, near - self.high)).max(axis=-1)
 
     def random_turns(self, rng: np.random.Generator, count: int) -> Quaternions:
-        """Random poses within the limits, (count, j, 4): uniform angles, and limits themselves."""
+        """Draw random poses within limits, (count, j, 4): uniform angles, and limits themselves."""
         share = np.clip(rng.uniform(-0.25, 1.25, (count, len(self), 3)), 0, 1)
         return from_euler(self.low + share * (self.high - self.low))
 
     def scaled(self, factor: float) -> "Rig":
-        """The rig with every length times ``factor``."""
+        """Return the rig with every length multiplied by ``factor``."""
         lengths = (self.offset * factor, self.shift_low * factor, self.shift_high * factor)
         offset, shift_low, shift_high = lengths
         angles = (self.rest, self.low, self.high)
@@ -127,7 +127,7 @@ class RiggedSticks(StickTable):
                 raise InputError(f"sticks.{key}", joints.shape, "a joint, or -1, for every stick")
 
     def posed(self, origin: Vectors, turn: Quaternions) -> StickTable:
-        """The sticks in the object's frame, from the frames of all joints."""
+        """Return the sticks in the object's frame, given the frames of all joints."""
         start, end = (
             to_object_frame(origin, turn, joint, point)
             for joint, point in ((self.start_joint, self.start), (self.end_joint, self.end))
@@ -136,7 +136,7 @@ class RiggedSticks(StickTable):
 
 
 def to_object_frame(origin: Vectors, turn: Quaternions, joint: Ints, point: Points) -> Points:
-    """Points (k, 3) [m] given in frames of joints (k,), in the object's frame."""
+    """Transform points (k, 3) [m] from the frames of joints (k,) to the object's frame."""
     row = np.maximum(joint, 0)
     at = origin[row] + rotate_vectors(turn[row], point)
     return np.where((joint < 0)[:, None], point, at)
@@ -144,7 +144,7 @@ def to_object_frame(origin: Vectors, turn: Quaternions, joint: Ints, point: Poin
 
 @njit(cache=True)
 def _frames(parent, offset, rotations, shift):  # type: ignore[no-untyped-def]
-    """Origins (m, j, 3) and turns (m, j, 4) of m poses, from turns (m, j, 4) and shifts (m, 3)."""
+    """Compute origins (m, j, 3) and turns (m, j, 4) of m poses from turns and shifts (m, 3)."""
     m, j = rotations.shape[:2]
     origin, facing = np.empty((m, j, 3)), np.empty((m, j, 4))
     for o in range(m):

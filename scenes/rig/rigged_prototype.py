@@ -82,7 +82,7 @@ class RiggedPrototype:
         rotations: Quaternions | None = None,
         shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
     ) -> Prototype:
-        """The object in one pose, at rest by default; its P, R, B stay those of every pose."""
+        """Return the object in one pose, by default at rest; P, R and B stay those of every pose."""
         origin, turn = self.rig.frames(rotations, shift)
         position = to_object_frame(origin, turn, self.joint, self.place)
         hierarchy = replace(self.hierarchy, position=position)
@@ -90,7 +90,9 @@ class RiggedPrototype:
         return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.view_dependence)
 
     def full_detail_sticks(self) -> tuple[RiggedSticks, RiggedSticks]:
-        """The sticks shown while every part is displayed: inner ones, and leaves without parts."""
+        """Return what is shown while all parts are displayed: inner sticks, and leaf sticks of
+        ends.
+        """
         owns = np.zeros(len(self.joint), bool)
         owns[self.hierarchy.parent[1:]] = True
         return self.inner.only(owns), self.leaf.only(~owns)
@@ -100,11 +102,11 @@ class RiggedPrototype:
         return self.posed(*self.motion.at(phase))
 
     def with_motion(self, motion: Motion) -> "RiggedPrototype":
-        """The same object with another motion."""
+        """Return the same object with another motion."""
         return replace(self, motion=motion)
 
     def scaled(self, factor: float) -> "RiggedPrototype":
-        """The same object ``factor`` times as large, moving in a way dynamically similar."""
+        """Return the object ``factor`` times as large, moving in a dynamically similar way."""
         return RiggedPrototype(
             self.name,
             self.rig.scaled(factor),
@@ -120,7 +122,7 @@ class RiggedPrototype:
 
 
 def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
-    """A prototype of one pose as a rig without joints: everything rides on the object's frame."""
+    """Rig a prototype of one pose without joints: everything rides on the object's frame."""
     none, nowhere = np.zeros((0, 3)), np.zeros(3)
     empty = np.zeros(0, np.int64)
     rig = Rig((), empty, none, np.zeros((0, 4)), none, none, nowhere, nowhere)
@@ -154,7 +156,7 @@ def build_hierarchy(
     tints: Float64[np.ndarray, "t 3"],
     twin: Ints,
 ) -> tuple[Hierarchy, Ints]:
-    """The compiled hierarchy by the rule of this file, and the joint of each part's origin, (n,).
+    """Build the hierarchy by the rule of this file, and find the joint of each part's origin, (n,).
 
     joint (n,) where each would have its origin by itself; twin (n,) an earlier part that it is the
     mirror image of, or itself
@@ -182,7 +184,7 @@ def build_hierarchy(
 
 
 def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:
-    """Farthest that any stick of these parts can be from a joint [m]."""
+    """Bound how far any stick of these parts can be from a joint [m]."""
     columns: list[tuple[Ints, Points, Reals]] = []
     for table in tables:
         rows = np.flatnonzero(np.isin(table.owner, parts))
@@ -205,7 +207,7 @@ def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
 
 
 def _spans_joints(leaf: RiggedSticks) -> np.ndarray:
-    """Parts whose leaf appearance rides on more than one joint, (n,)."""
+    """Tell of which parts the leaf appearance rides on more than one joint, (n,)."""
     n = len(leaf.first) - 1
     least, most = np.full(n, np.iinfo(np.int64).max), np.full(n, -2)
     for joints in (leaf.start_joint, leaf.end_joint):

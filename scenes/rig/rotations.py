@@ -51,7 +51,7 @@ def rotate_vectors(q: Quaternions, v: Vectors) -> np.ndarray:
 
 
 def from_euler(degrees: Vectors) -> Quaternions:
-    """Quaternions of Rz·Ry·Rx from angles about x, y, z [degrees]."""
+    """Compute quaternions of Rz·Ry·Rx from angles about x, y, z [degrees]."""
     half = np.radians(degrees) / 2
     (sx, sy, sz), (cx, cy, cz) = (np.moveaxis(f(half), -1, 0) for f in (np.sin, np.cos))
     return np.stack(
@@ -66,7 +66,7 @@ def from_euler(degrees: Vectors) -> Quaternions:
 
 
 def to_euler(rotations: Quaternions) -> Vectors:
-    """Angles about x, y, z [degrees] of Rz·Ry·Rx, the one about y within ±90°."""
+    """Compute the angles about x, y, z [degrees] of Rz·Ry·Rx, the one about y within ±90°."""
     x, y, z, w = np.moveaxis(rotations, -1, 0)
     about_x = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     about_y = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
@@ -75,18 +75,18 @@ def to_euler(rotations: Quaternions) -> Vectors:
 
 
 def inverse(q: Quaternions) -> Quaternions:
-    """Inverse rotations of unit quaternions."""
+    """Invert the rotations of unit quaternions."""
     return q * np.array((-1.0, -1.0, -1.0, 1.0))
 
 
 def matrices(q: Quaternions) -> Matrices:
-    """Rotation matrices of unit quaternions: their columns are the rotated axes."""
+    """Compute the rotation matrices of unit quaternions: their columns are the rotated axes."""
     axes = [rotate_vectors(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)]
     return np.stack(axes, axis=-1)
 
 
 def shortest_arc(a: Vectors, b: Vectors) -> Quaternions:
-    """The shortest rotations that take directions a to b, (…, 4); a and b are not opposite."""
+    """Find the shortest rotations that take directions a to b, (…, 4), which are not opposite."""
     length = np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1)
     w = length + (a * b).sum(axis=-1)
     q = np.concatenate((np.cross(a, b), w[..., None]), axis=-1)
@@ -95,7 +95,7 @@ def shortest_arc(a: Vectors, b: Vectors) -> Quaternions:
 
 @njit(cache=True)
 def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyped-def]
-    """Product a·b of two quaternions, component by component."""
+    """Compute the product a·b of two quaternions, component by component."""
     return (
         aw * bx + ax * bw + ay * bz - az * by,
         aw * by - ax * bz + ay * bw + az * bx,
@@ -106,7 +106,7 @@ def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):  # type: ignore[no-untyp
 
 @njit(cache=True)
 def rotate_vector(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
-    """The vector (x, y, z) rotated by a unit quaternion."""
+    """Rotate the vector (x, y, z) by a unit quaternion."""
     tx, ty, tz = 2 * (qy * z - qz * y), 2 * (qz * x - qx * z), 2 * (qx * y - qy * x)
     return (
         x + qw * tx + qy * tz - qz * ty,
@@ -117,7 +117,7 @@ def rotate_vector(qx, qy, qz, qw, x, y, z):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def slerp_weights(share, angle, per_sine):  # type: ignore[no-untyped-def]
-    """Weights of two quaternions in a spherical interpolation.
+    """Compute the weights of two quaternions in a spherical interpolation.
 
     angle: between the quaternions, half the rotation between them [rad]; per_sine: 1/sin(angle).
     Shoemake, "Animating rotation with quaternion curves", SIGGRAPH 1985.
@@ -127,7 +127,7 @@ def slerp_weights(share, angle, per_sine):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _sine(x):  # type: ignore[no-untyped-def]
-    """Sine of x ≥ 0, by its series to x¹¹ for small angles, where the rest is below rounding."""
+    """Compute the sine of x ≥ 0, for small angles by its series to x¹¹; the rest is rounding."""
     if x > 0.3:
         return math.sin(x)
     s = x * x

@@ -17,7 +17,7 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 
 
 def speed_bound(prototype: RiggedPrototype) -> float:
-    """Bound on the speed of any point of the object against where it stands [m/s]."""
+    """Bound the speed of any point of the object against where it stands [m/s]."""
     motion, rig = prototype.motion, prototype.rig
     if len(motion.rotations) == 1:
         return 0.0
@@ -37,7 +37,7 @@ def speed_bound(prototype: RiggedPrototype) -> float:
 
 
 def _reach(prototype: RiggedPrototype, joints: int) -> np.ndarray:
-    """Greatest distance from each joint to what rides on it, (joints,) [m]."""
+    """Find the greatest distance from each joint to what rides on it, (joints,) [m]."""
     reach = np.zeros(joints)
     ends: list[tuple[Ints, Points]] = [(prototype.joint, prototype.place)]
     for table in (prototype.inner, prototype.leaf):

@@ -76,7 +76,7 @@ class JointTable(_Table):
         return self.limits
 
 
-class StickTable(_Table):
+class RodTable(_Table):
     """A stick: a cone with round ends in the frame of a joint.
 
     joint   by default that of its part
@@ -113,9 +113,9 @@ class PartTable(_Table):
     whole: str = ""
     level: Annotated[int, Field(ge=0)]
     joint: str
-    body: tuple[StickTable, ...] = ()
-    leaf: tuple[StickTable, ...] = ()
-    core: tuple[StickTable, ...] = ()
+    body: tuple[RodTable, ...] = ()
+    leaf: tuple[RodTable, ...] = ()
+    core: tuple[RodTable, ...] = ()
 
 
 class WaveTable(_Table):
@@ -268,7 +268,7 @@ def _check_names(file: AnimalFile, source: str) -> None:
 
 
 def _check_sticks(
-    where: str, sticks: Sequence[StickTable], joints: Sequence[str], file: AnimalFile
+    where: str, sticks: Sequence[RodTable], joints: Sequence[str], file: AnimalFile
 ) -> None:
     """Raise InputError where a stick names a joint or a material that is not there."""
     for k, stick in enumerate(sticks):

@@ -43,8 +43,7 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class AppearanceTables:
-    """What is measured of the leaf appearances of the tree, a limb, a branch and so on; () where
-    nothing is.
+    """What is measured of the leaf appearances of tree, limb, branch and so on; () for nothing.
 
     albedo_factor  share of its albedo that a leaf appearance has, so that it sends as much light as
                    what it hides, which shades itself; with ``elevation`` the share at the elevation
@@ -69,7 +68,7 @@ class AppearanceTables:
                 raise InputError(f"{file}: {name}", f"{arrived} levels", rule, "measure it anew")
 
     def rows(self, foliage: str) -> list[Row]:
-        """The rows of the file that hold these tables."""
+        """Make the rows of the file that hold these tables."""
         columns: dict[str, list[tuple[float, ...]]] = {
             "albedo_factor": [(each,) for each in self.albedo_factor],
             "elevation_area_share": [each.area_share for each in self.elevation],
@@ -86,7 +85,7 @@ class AppearanceTables:
 
 
 def read_tables(file: Traversable) -> dict[str, AppearanceTables]:
-    """The tables of trees in leaf and of bare trees from a CSV file; empty ones where it is absent.
+    """Read the tables of trees in leaf and of bare trees from a CSV file; empty ones without it.
 
     Raises InputError that names the file, the line, what arrived and the rule.
     """
@@ -102,7 +101,7 @@ def read_tables(file: Traversable) -> dict[str, AppearanceTables]:
 
 
 def table_text(tables: Mapping[str, AppearanceTables]) -> str:
-    """The text of the CSV file with these tables of trees in leaf and of bare trees."""
+    """Write the CSV file of these tables of trees in leaf and of bare trees as text."""
     rows = [row for foliage in FOLIAGE for row in tables[foliage].rows(foliage)]
     lines = [",".join(HEADER), *(_line(row) for row in rows)]
     return "\n".join(lines) + "\n"
@@ -119,7 +118,7 @@ def _line(row: Row) -> str:
 
 
 def _row(file: str, number: int, cells: list[str]) -> Row:
-    """One line of the file, checked."""
+    """Read one line of the file, and check it."""
     where = f"{file}: line {number}"
     try:
         foliage, quantity, level, angle, value = cells
@@ -137,7 +136,7 @@ def _row(file: str, number: int, cells: list[str]) -> Row:
 
 
 def _tables(file: str, foliage: str, values: _Values) -> AppearanceTables:
-    """The tables of trees in leaf or of bare trees."""
+    """Collect the tables of trees in leaf or of bare trees."""
     columns = {q: _levels(file, foliage, q, values) for q in ANGLES_DEG}
     shares, factors = columns["elevation_area_share"], columns["elevation_albedo_factor"]
     if len(shares) != len(factors):
@@ -154,7 +153,7 @@ def _tables(file: str, foliage: str, values: _Values) -> AppearanceTables:
 def _levels(
     file: str, foliage: str, quantity: str, values: _Values
 ) -> tuple[tuple[float, ...], ...]:
-    """The values of a quantity at its angles, level by level, none left out."""
+    """Collect the values of a quantity at its angles, level by level, none left out."""
     mine = {key[2:]: value for key, value in values.items() if key[:2] == (foliage, quantity)}
     levels = range(1 + max((level for level, _ in mine), default=-1))
     for level in levels:

@@ -6,41 +6,43 @@ import numpy as np
 
 from lod.arrays import Ints
 from lod.stick_table import StickTable
-from scenes.models.trees.growth import Branches, Leaves
+from scenes.models.trees.growth import Branches, GrownFoliage
 from scenes.models.trees.parameters import TreeSpecies
 
 
 @dataclass(frozen=True, eq=False)
 class GrownTree:
-    """A grown tree.
+    """A grown tree with its colours.
 
-    levels     branches of each level, from the trunk (0) to the twigs
-    leaves     of all twigs; leaf_tint (k,) row of the palette of each leaf
-    palette (t, 3)   linear Rec.709 albedo; rows 0 and 1 are the bark of trunk and of branches, the
-               last one that of young twigs
+    levels    branches of each level, from the trunk (0) to the twigs
+    foliage   leaves of all twigs; foliage_tint (k,) row of the palette of each leaf
+    palette   (t, 3) linear Rec.709 albedo; rows 0 and 1 are the bark of trunk and of branches, the
+              last one that of young twigs
     """
 
     species: TreeSpecies
     levels: list[Branches]
-    leaves: Leaves
-    leaf_tint: np.ndarray
+    foliage: GrownFoliage
+    foliage_tint: np.ndarray
     palette: np.ndarray
 
     def ancestor(self, level: int, depth: int) -> Ints:
-        """The branch of level ``depth`` that each branch of a level has grown from, (n,)."""
+        """Find the branch of level ``depth`` that each branch of a level has grown from, (n,)."""
         rows = np.arange(len(self.levels[level]))
         for k in range(level, depth, -1):
             rows = self.levels[k].parent[rows]
         return rows
 
     def wood_tint(self, level: int) -> int:
-        """Row of the palette of the branches of a level; twigs among leaves are half green."""
-        young = 0 < level == len(self.levels) - 1 and len(self.leaves.twig) > 0
+        """Give the row of the palette of a level; twigs among leaves are half green."""
+        young = 0 < level == len(self.levels) - 1 and len(self.foliage.twig) > 0
         return len(self.palette) - 1 if young else min(level, 1)
 
     def branch_sticks(self, level: int, keep: int | None = None) -> StickTable:
-        """Sticks of the branches of one level, each a part of its own: all sticks, or ``keep`` for
-        each branch, of the trunk then those below the crown."""
+        """Make the sticks of the branches of one level, each branch a part of its own.
+
+        They are all sticks, or ``keep`` of each branch: of the trunk those below the crown.
+        """
         branches = self.levels[level]
         segments = branches.nodes.shape[1] - 1
         keep = segments if keep is None else min(keep, segments)
@@ -54,19 +56,21 @@ class GrownTree:
         tint = np.full(len(owner), self.wood_tint(level))
         return StickTable.of(len(branches), owner, *ends, *radii_of_ends, tint)
 
-    def leaf_sticks(self) -> StickTable:
-        """Leaves, each a part of its own."""
-        leaves, n = self.leaves, len(self.leaves.twig)
-        ends = leaves.start, leaves.end, leaves.start_radius, leaves.end_radius
-        return StickTable.of(n, np.arange(n), *ends, self.leaf_tint)
+    def foliage_sticks(self) -> StickTable:
+        """Make the sticks of the foliage, each leaf a part of its own."""
+        foliage, n = self.foliage, len(self.foliage.twig)
+        ends = foliage.start, foliage.end, foliage.start_radius, foliage.end_radius
+        return StickTable.of(n, np.arange(n), *ends, self.foliage_tint)
 
     def borne_sticks(self, depth: int, own: bool = True) -> StickTable:
-        """All sticks that each branch of one depth bears: of the branches that grow from it, of
-        their leaves, and its own if ``own``."""
+        """Collect all sticks that each branch of one depth bears.
+
+        They are those of the branches that grow from it, of their foliage, and its own if ``own``.
+        """
         n, twigs = len(self.levels[depth]), len(self.levels) - 1
         tables = []
         for level in range(depth if own else depth + 1, twigs + 1):
             sticks = self.branch_sticks(level)
             tables.append(sticks.with_owner(n, self.ancestor(level, depth)[sticks.owner]))
-        owner = self.ancestor(twigs, depth)[self.leaves.twig]
-        return StickTable.merge([*tables, self.leaf_sticks().with_owner(n, owner)])
+        owner = self.ancestor(twigs, depth)[self.foliage.twig]
+        return StickTable.merge([*tables, self.foliage_sticks().with_owner(n, owner)])

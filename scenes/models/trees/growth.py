@@ -36,8 +36,8 @@ class Branches:
 
 
 @dataclass(frozen=True, eq=False)
-class Leaves:
-    """The foliage: single leaves of all twigs.
+class GrownFoliage:
+    """The foliage that has grown: the single leaves of all twigs.
 
     twig                      (k,) row of the twig that bears each leaf, in rising order
     start, end                (k, 3) its two ends [m]
@@ -51,16 +51,16 @@ class Leaves:
     end_radius: np.ndarray
 
 
-def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches], Leaves]:
-    """Grow a tree at the origin: its levels of branches from the trunk on, and its leaves."""
+def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches], GrownFoliage]:
+    """Grow a tree at the origin: its levels of branches from the trunk on, and its foliage."""
     levels = [_trunk(species, rng)]
     for number, level in enumerate(species.levels):
         shape = species.shape if number == 0 else None
         levels.append(_children(levels[-1], level, shape, species, rng))
     if species.foliage is None:
         nothing = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
-        return levels, Leaves(np.zeros(0, np.int64), *nothing)
-    return levels, _leaves(levels[-1], species.foliage, rng)
+        return levels, GrownFoliage(np.zeros(0, np.int64), *nothing)
+    return levels, _grow_foliage(levels[-1], species.foliage, rng)
 
 
 def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
@@ -171,7 +171,7 @@ def _chain(
     return nodes
 
 
-def _leaves(twigs: Branches, f: Foliage, rng: np.random.Generator) -> Leaves:
+def _grow_foliage(twigs: Branches, f: Foliage, rng: np.random.Generator) -> GrownFoliage:
     """Grow leaves along the outer part of each twig, which stand off it and turn to the light."""
     share = twigs.length / twigs.length.max()
     count = np.maximum(3, np.rint(f.leaves * np.sqrt(share))).astype(np.int64)
@@ -190,7 +190,7 @@ def _leaves(twigs: Branches, f: Foliage, rng: np.random.Generator) -> Leaves:
     size = rng.uniform(0.75, 1.25, n)
     start = point + f.offset * rng.uniform(0.2, 1.0, n)[:, None] * outward
     end = start + pointing * (f.length * size)[:, None]
-    return Leaves(twig, start, end, f.base_radius * size, f.tip_radius * size)
+    return GrownFoliage(twig, start, end, f.base_radius * size, f.tip_radius * size)
 
 
 def _across(heading: Points) -> tuple[Points, Points]:

@@ -60,26 +60,26 @@ class FullDetailViews:
 
     @property
     def cover(self) -> float:
-        """Mean area that the tree covers over all views [m²]."""
+        """Compute the mean area that the tree covers over all views [m²]."""
         return float(self.covers.mean())
 
     @property
     def uprightness(self) -> float:
-        """The uprightness of the tree."""
+        """Compute the uprightness of the tree."""
         return uprightness(self.views, self.covers)
 
 
 def uprightness(views: Points, covers: Reals) -> float:
-    """Mean cover (v,) of views (v, 3) from the side over that of views from above and below."""
+    """Compute the mean cover (v,) of views (v, 3) from the side over that from above and below."""
     side = np.abs(views[:, 2]) < SIDE_VIEW
     return float(covers[side].mean() / covers[~side].mean())
 
 
 def leaf_appearances(tree: GrownTree) -> list[StickTable]:
-    """Leaf appearances of the parts of every level, the finest last; one table for each level."""
+    """Fit the leaf appearances of the parts of every level, the finest last: a table for each."""
     levels = [tree.branch_sticks(k) for k in range(len(tree.levels))]
-    if len(tree.leaves.twig):
-        levels.append(tree.leaf_sticks())
+    if len(tree.foliage.twig):
+        levels.append(tree.foliage_sticks())
     full = _full_detail_views(StickTable.as_one_part(levels), tree.palette)
     appearances = []
     for depth in range(len(levels) - 1):
@@ -91,8 +91,11 @@ def leaf_appearances(tree: GrownTree) -> list[StickTable]:
 def _level_appearance(
     tree: GrownTree, depth: int, above: StickTable, full: FullDetailViews
 ) -> StickTable:
-    """What every branch of one depth looks like when nothing that it bears is displayed; ``above``:
-    the sticks of all levels above it."""
+    """Fit the leaf appearances of the branches of one depth.
+
+    That is how they look while nothing that they bear is displayed; ``above`` holds the sticks of
+    all levels above theirs.
+    """
     shapes, tables = tree.species.leaf_appearance, tree.species.tables
     borne, n = tree.borne_sticks(depth), len(tree.levels[depth])
     wood = tree.branch_sticks(depth, shapes.kept_segments[depth])
@@ -122,8 +125,10 @@ def _cover_factor(
     full: FullDetailViews,
     by_elevation: ElevationTable | None = None,
 ) -> float:
-    """Factor on the radii of all blobs with which the tree covers as much as in full detail, with
-    the share of their area that the blobs show from each elevation."""
+    """Find the factor on radii of blobs with which the tree covers as much as in full detail.
+
+    The blobs show, from each elevation, the share of their area that ``by_elevation`` says.
+    """
     scale = 1.0
     for _ in range(STEPS):
         table = StickTable.as_one_part([blobs.table(len(factor), scale * factor)])
@@ -135,7 +140,7 @@ def _cover_factor(
 def _covers(
     shapes: StickTable, kept: StickTable, full: FullDetailViews, by_elevation: ElevationTable | None
 ) -> Reals:
-    """Area that kept sticks and shapes cover together in each view, (v,) [m²]."""
+    """Measure the area that kept sticks and shapes cover together in each view, (v,) [m²]."""
     if by_elevation is None:
         table = StickTable.merge([kept, shapes])
         return visible_areas(table, full.views, full.spacing).sum(axis=1)
@@ -150,8 +155,11 @@ def _covers(
 def _match_uprightness(
     blobs: Blobs, factor: Reals, kept: StickTable, full: FullDetailViews
 ) -> Blobs:
-    """The blobs of the crown as a whole, lower or taller, so that it covers as much from the side
-    over above as the tree does: few shapes fill the gaps between a spire's tiers."""
+    """Make the crown as a whole lower or taller until its blobs are as upright as the tree.
+
+    Few shapes would fill the gaps between a spire's tiers: it then covers as much from the side,
+    over from above, as the tree does.
+    """
     share = 1.0
     for _ in range(STEPS):
         shapes = StickTable.as_one_part([blobs.flattened(share).table(len(factor), factor)])
@@ -165,8 +173,10 @@ def _match_uprightness(
 def _wanted_albedos(
     blobs: StickTable, own: Points, kept: StickTable, full: FullDetailViews, palette: np.ndarray
 ) -> tuple[Reals, Points]:
-    """Area that is seen of each blob (g,) [m²], and its albedo (g, 3) about its own with which all
-    that is seen has the tree's mean colour."""
+    """Choose albedos of blobs, about their own, that give all that is seen the tree's colour.
+
+    Returns the area that is seen of each blob (g,) [m²], and its albedo (g, 3).
+    """
     table = StickTable.merge([kept, StickTable.as_one_part([blobs])])
     area = visible_areas(table, full.views, full.spacing).mean(axis=0)
     of_kept, of_blobs = area[: len(kept)], area[len(kept) :]
@@ -175,20 +185,22 @@ def _wanted_albedos(
 
 
 def _tints(weight: Reals, wanted: Points, palette: np.ndarray) -> Ints:
-    """Rows of the palette for blobs of these weights and albedos; the trunk's bark is for it
-    alone."""
+    """Choose rows of the palette for blobs of these weights and albedos.
+
+    The trunk's bark is for the trunk alone.
+    """
     return error_diffusion(weight, wanted, palette, np.arange(1, len(palette)))
 
 
 def _mean_albedos(hidden: StickTable, group: Ints, groups: int, palette: np.ndarray) -> np.ndarray:
-    """Mean albedo of the sticks that each blob stands for, weighted by their area, (g, 3)."""
+    """Compute the mean albedo of the sticks that each blob stands for, weighted by area, (g, 3)."""
     area, colour = mean_outline_areas(hidden), palette[hidden.tint]
     sums = [np.bincount(group, area * c, groups) for c in colour.T]
     return np.stack(sums, axis=1) / np.bincount(group, area, groups)[:, None]
 
 
 def _full_detail_views(everything: StickTable, palette: Points) -> FullDetailViews:
-    """The views of a tree whose sticks are all of one part."""
+    """Measure the views of a tree whose sticks are all of one part."""
     half = directions(VIEWS)
     views = half * np.where(np.arange(VIEWS) % 2, -1.0, 1.0)[:, None]
     ends = np.concatenate((everything.start, everything.end))

@@ -213,7 +213,7 @@ class TreeSpecies:
         self.tables.check(f"{self.name}.csv", hiding)
         self.bare_tables.check(f"{self.name}.csv", len(self.levels))
 
-    def leaf_colours(self, season: str) -> tuple[tuple[float, float, float], ...]:
+    def foliage_colours(self, season: str) -> tuple[tuple[float, float, float], ...]:
         """Colours of the foliage in a season, from dark to light; () where the tree stands bare."""
         shades = self.foliage.albedo if self.foliage else {}
         return next((each.colours() for name, each in shades.items() if name == season), ())

@@ -49,7 +49,7 @@ class Blobs:
     radius: np.ndarray
 
     def flattened(self, share: float) -> "Blobs":
-        """The blobs with their heights above the mean multiplied by ``share``."""
+        """Return the blobs with their heights above the mean multiplied by ``share``."""
         middle = np.average(self.centre[:, 2], weights=self.radius * self.reach)
         scale = np.array((1.0, 1.0, share))
         centre = (self.centre - (0.0, 0.0, middle)) * scale + (0.0, 0.0, middle)
@@ -58,8 +58,10 @@ class Blobs:
         return replace(self, centre=centre, axis=axis / length[:, None], reach=self.reach * length)
 
     def table(self, parts: int, factor: Reals, tint: np.ndarray | None = None) -> StickTable:
-        """The blobs as sticks of ``parts`` parts, as long over all as their groups are; radii are
-        multiplied by the factor of their part (n,)."""
+        """Return the blobs as sticks of ``parts`` parts, as long over all as their groups are.
+
+        Their radii are multiplied by the factor of their part (n,).
+        """
         radius = self.radius * factor[self.part]
         half = np.maximum(self.reach - radius, 0.25 * radius)[:, None] * self.axis
         # One end plumper than the other, as a bough of leaves is.
@@ -69,8 +71,10 @@ class Blobs:
 
 
 def cluster(hidden: StickTable, max_blobs: int) -> tuple[Blobs, Ints]:
-    """At most ``max_blobs`` blobs for the hidden sticks of each part, and the blob of each stick,
-    (k,)."""
+    """Gather the hidden sticks of each part into at most ``max_blobs`` blobs.
+
+    Returns the blobs, and the blob of each stick, (k,).
+    """
     weight = mean_outline_areas(hidden)
     group, part = _stratify(hidden.first, _split_points(hidden, weight), weight, max_blobs)
     centre, axes, extent = _ellipsoids(hidden, weight, group, len(part))
@@ -79,8 +83,10 @@ def cluster(hidden: StickTable, max_blobs: int) -> tuple[Blobs, Ints]:
 
 
 def _split_points(hidden: StickTable, weight: Reals) -> Points:
-    """The points (k, 3) along which the sticks of each part are split into groups [m]: their
-    middles, or of a flat spray how far those are aside."""
+    """Find the points (k, 3) along which the sticks of each part are split into groups [m].
+
+    They are their middles, or of a flat spray how far those are aside.
+    """
     owner, middle = hidden.owner, (hidden.start + hidden.end) / 2
     centre, axes, extent = _ellipsoids(hidden, weight, owner, len(hidden.first) - 1)
     flat = extent[:, 1] ** 2 > FLAT * extent[:, 0] * extent[:, 2]
@@ -92,8 +98,11 @@ def _split_points(hidden: StickTable, weight: Reals) -> Points:
 def _ellipsoids(
     hidden: StickTable, weight: Reals, group: Ints, groups: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ellipsoids of even density with the covariance of groups of sticks: their centres (g, 3) [m],
-    axes as columns (g, 3, 3), the longest last, and half their lengths (g, 3) [m]."""
+    """Fit ellipsoids of even density to groups of sticks, by their covariance.
+
+    Returns their centres (g, 3) [m], axes as columns (g, 3, 3), the longest last, and half their
+    lengths (g, 3) [m].
+    """
     points = np.concatenate((hidden.start, hidden.end))
     of, weights = np.concatenate((group, group)), np.concatenate((weight, weight))
     total = np.bincount(of, weights, groups)
@@ -106,8 +115,10 @@ def _ellipsoids(
 
 
 def fit_radii(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 6) -> Reals:
-    """Factor on the radii of each part's blobs with which they and its own wood cover the target
-    area (n,) on average over directions, (n,)."""
+    """Fit the factor (n,) on the radii of each part's blobs.
+
+    They and the part's own wood then cover the target area (n,) [m²] on average over directions.
+    """
     factor = np.full(len(target), 0.7)
     bare = fitting_area(wood)
     for _ in range(rounds):
@@ -117,12 +128,12 @@ def fit_radii(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 6) ->
 
 
 def radius_step(target: Reals, covered: Reals) -> Reals:
-    """Factor on radii for the covered area to come nearer to the target, (n,)."""
+    """Compute a factor on radii for the covered area to come nearer to the target, (n,)."""
     return np.clip(target / np.maximum(covered, 1e-12), 0.1, 4.0) ** _STEP
 
 
 def fitting_area(table: StickTable) -> Reals:
-    """Mean area over a few directions that each part covers, in coarse rows, (n,) [m²]."""
+    """Measure the mean area over directions that each part covers, in coarse rows, (n,) [m²]."""
     return mean_area(table, directions(FITTING_DIRECTIONS), COARSE)
 
 
@@ -132,7 +143,7 @@ def error_diffusion(
     palette: Float64[np.ndarray, "t 3"],
     allowed: Int64[np.ndarray, " a"],
 ) -> Ints:
-    """A tint of the palette for each blob, so that their weighted mean is as wanted.
+    """Choose a tint of the palette for each blob, so that their weighted mean is as wanted.
 
     Error diffusion from blob to blob (after Floyd & Steinberg 1976).
     """
@@ -146,8 +157,10 @@ def _grouped_sums(group: Ints, values: np.ndarray, groups: int) -> np.ndarray:
 
 @njit(cache=True)
 def _stratify(first, centre, weight, max_blobs):  # type: ignore[no-untyped-def]
-    """Group of each stick, and part of each group: the heaviest group of a part is halved until it
-    has ``max_blobs``."""
+    """Halve the heaviest group of each part until it has ``max_blobs`` groups.
+
+    Returns the group of each stick, and the part of each group.
+    """
     group = np.empty(len(centre), np.int64)
     part = np.empty((len(first) - 1) * max_blobs, np.int64)
     order = np.arange(len(centre))

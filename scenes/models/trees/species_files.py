@@ -11,13 +11,13 @@ from scenes.models.trees.parameters import TreeSpecies
 
 
 def species_folder() -> Traversable:
-    """The folder of the files."""
+    """Return the folder of the files."""
     return resources.files("scenes.models.trees") / "species"
 
 
 @cache
 def tree_species(name: str) -> TreeSpecies:
-    """The species of a name (see ``scenes.model_files.names.tree_species_names``).
+    """Read the species of a name (see ``scenes.model_files.names.tree_species_names``).
 
     Raises InputError for anything in its files that breaks a rule.
     """
@@ -25,7 +25,7 @@ def tree_species(name: str) -> TreeSpecies:
 
 
 def read_species(parameters: Traversable, measured: Traversable) -> TreeSpecies:
-    """The species of a TOML file, named for it, and of the CSV file measured of it, if any."""
+    """Read a species from its TOML file, named for it, and the CSV file measured of it, if any."""
     tables = read_tables(measured)
     name = parameters.name.removesuffix(".toml")
     given = {"name": name, "tables": {}, "bare_tables": {}}

@@ -36,7 +36,7 @@ one's."""
 def tree_prototypes(
     seed: int, count: int, species: TreeSpecies, season: str = "summer"
 ) -> tuple[Prototype, ...]:
-    """``count`` trees of a species; the k-th depends on the seed, the season and k only."""
+    """Make ``count`` trees of a species; the k-th depends on the seed, the season and k only."""
     if count < 1:
         raise InputError(f"{species.name}: prototypes", count, "at least one prototype")
     if season not in SEASONS:
@@ -47,34 +47,33 @@ def tree_prototypes(
 
 
 def grow_tree(species: TreeSpecies, seed: int, k: int, season: str = "summer") -> GrownTree:
-    """The k-th tree of a seed: its wood is the same in every season."""
+    """Grow the k-th tree of a seed; its wood is the same in every season."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, _STREAM, k))))
-    shades = species.leaf_colours(season)
+    shades = species.foliage_colours(season)
     if species.foliage and not shades:
         species = species.bare()
-    levels, leaves = grow(species, rng)
+    levels, foliage = grow(species, rng)
     bark = np.array(species.bark_albedo)
     if not shades:
         blends = [(1 - share) * bark[0] + share * bark[1] for share in (0.33, 0.67)]
         palette = np.vstack((bark, *_darker_tints(species, bark), blends))
-        return GrownTree(species, levels, leaves, np.zeros(0, np.int64), palette)
+        return GrownTree(species, levels, foliage, np.zeros(0, np.int64), palette)
     # Every branch has its own shade, and every leaf its own about that.
     branch = np.arange(len(levels[-1]))
     for level in levels[:2:-1]:
         branch = level.parent[branch]
     of_branch = rng.normal(size=len(levels[2]))
-    tone = 0.7 * of_branch[branch[leaves.twig]] + 0.7 * rng.normal(size=len(leaves.twig))
+    tone = 0.7 * of_branch[branch[foliage.twig]] + 0.7 * rng.normal(size=len(foliage.twig))
     middle = (len(shades) - 1) / 2
     shade = np.clip(np.rint(middle + tone), 0, len(shades) - 1).astype(np.int64)
     albedo = np.array(shades)
     blends = [(1 - s) * albedo[int(middle)] + s * bark[1] for s in (0.25, 0.5)]
     palette = np.vstack((bark, albedo, *_darker_tints(species, albedo), blends))
-    return GrownTree(species, levels, leaves, len(bark) + shade, palette)
+    return GrownTree(species, levels, foliage, len(bark) + shade, palette)
 
 
 def _darker_tints(species: TreeSpecies, colours: Points) -> list[Float64[np.ndarray, "2 3"]]:
-    """The darkest and the lightest of some colours, darker and darker down to what the leaf
-    appearances with the least albedo need."""
+    """Darken the darkest and the lightest of some colours, down to what leaf appearances need."""
     factors = species.tables.albedo_factor
     least = 0.9 * min(factors, default=1.0)
     steps = math.ceil(math.log(least) / math.log(DARKER)) if factors else 0
@@ -82,10 +81,10 @@ def _darker_tints(species: TreeSpecies, colours: Points) -> list[Float64[np.ndar
 
 
 def _prototype(name: str, tree: GrownTree) -> Prototype:
-    """The prototype of a grown tree; rows are parts, level by level."""
+    """Make the prototype of a grown tree, whose rows are parts, level by level."""
     counts = [len(level) for level in tree.levels]
-    if len(tree.leaves.twig):
-        counts.append(len(tree.leaves.twig))
+    if len(tree.foliage.twig):
+        counts.append(len(tree.foliage.twig))
     row = [0, *np.cumsum(counts).tolist()]  # first of each level, and the number of parts
     n = row[-1]
     tables = leaf_appearances(tree)
@@ -102,22 +101,24 @@ def _prototype(name: str, tree: GrownTree) -> Prototype:
 
 
 def _places(tree: GrownTree, counts: list[int], row: list[int]) -> PartPlaces:
-    """Places of the parts: of a branch at its base, of a leaf at its middle."""
-    levels, leaves = tree.levels, tree.leaves
+    """Place the parts: a branch at its base, a leaf of the foliage at its middle."""
+    levels, foliage = tree.levels, tree.foliage
     branches = [row[k - 1] + levels[k].parent for k in range(1, len(levels))]
     bases = [level.nodes[:, 0] for level in levels[1:]]
     overlap = tree.species.tables.overlap or (0.0,) * (len(counts) - 1)
     return PartPlaces(
-        parent=np.concatenate(([-1], *branches, row[len(levels) - 1] + leaves.twig)),
+        parent=np.concatenate(([-1], *branches, row[len(levels) - 1] + foliage.twig)),
         level=np.repeat(np.arange(len(counts)), counts),
-        origin=np.concatenate((np.zeros((1, 3)), *bases, (leaves.start + leaves.end) / 2)),
+        origin=np.concatenate((np.zeros((1, 3)), *bases, (foliage.start + foliage.end) / 2)),
         overlap=np.repeat((*overlap, 0.0), counts),
     )
 
 
 def _view_dependence(species: TreeSpecies, appearances: list[StickTable]) -> ViewDependence | None:
-    """The tables of the leaf appearances of every level but the last: of their blobs, which follow
-    the wood that is kept."""
+    """Collect the tables of the leaf appearances of every level but the last.
+
+    They are of the blobs, which follow the wood that is kept.
+    """
     tables, shapes = species.tables, species.leaf_appearance
     if not (tables.elevation or tables.azimuth_tone):
         return None
@@ -130,5 +131,5 @@ def _view_dependence(species: TreeSpecies, appearances: list[StickTable]) -> Vie
 
 
 def _from_row(table: StickTable, row: int, n: int) -> StickTable:
-    """A table of some parts as rows ``row`` and on among n parts."""
+    """Make a table of some parts one of n parts, as rows ``row`` and on."""
     return table.with_owner(n, table.owner + row)

@@ -1,4 +1,4 @@
-"""Sums over samples, on the way to a frame's layers."""
+"""Samples of a frame are summed here, and made its layers."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from scenes.render.mitsuba.build import BuiltScene
 
 @dataclass(eq=False)
 class Samples:
-    """Sums over the samples of a frame, on the way to its layers; rgb and albedo end as means.
+    """Sums over the samples of a frame, of which rgb and albedo end as means.
 
     hit        (h, w, 9) distance, normal, shape and primitive number, and position where motion is
                asked for, of one sample of each pixel
@@ -25,7 +25,7 @@ class Samples:
 
     @staticmethod
     def zeros(width: int, height: int) -> "Samples":
-        """Samples of a picture of which none is taken yet."""
+        """Return the sums of a picture of which no sample is taken yet."""
         colour = (height, width, 3)
         hit = np.zeros((height, width, 9), np.float32)  # as the renderer gives it
         return Samples(np.zeros(colour), np.zeros(colour), hit)

@@ -1,9 +1,9 @@
-"""The process that renders frames for scenes/render/sequence/worker.py: a JSON object a line, both
-ways.
+"""The process that renders frames for scenes/render/sequence/worker.py.
 
-In: {settings}, which opens a session with them, or {frame, target, most_bytes}. Out: {ready} once;
-{record} of a session that is open, empty; of each frame {samples: [taken, of]} some times, and its
-{record}. Instead of any record {input: [where, arrived, rule, cure]}, {disk: [errno, strerror,
+Requests and answers are JSON objects, one a line. A request is {settings}, which opens a session
+with them, or {frame, target, most_bytes}. The answers are {ready} once; {record} of a session that
+is open, which is empty; and of each frame {samples: [taken, of]} some times, and then its {record}.
+In place of any record may come {input: [where, arrived, rule, cure]}, {disk: [errno, strerror,
 file]} or {failed: text}.
 """
 
@@ -25,7 +25,7 @@ _PR_SET_PDEATHSIG = 1
 
 
 def end_with_parent(parent: int) -> None:
-    """Be killed when the parent dies, however it dies; where the system can (Linux)."""
+    """Have this process killed when its parent dies, however it dies, where the system can."""
     prctl = getattr(ctypes.CDLL(None), "prctl", None)
     if prctl is not None:
         prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -34,7 +34,7 @@ def end_with_parent(parent: int) -> None:
 
 
 def own_stdout() -> TextIO:
-    """What was stdout, for answers alone; what libraries print goes to stderr."""
+    """Take stdout for answers alone; what libraries print then goes to stderr."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     return answers

@@ -141,15 +141,15 @@ class TestSeasons:
         trees = {
             name: grow_tree(tree_species(name), 1, 0, "winter") for name in tree_species_names()
         }
-        assert [name for name, it in trees.items() if len(it.leaves.twig)] == ["conifer"]
+        assert [name for name, it in trees.items() if len(it.foliage.twig)] == ["conifer"]
         for season in SEASONS:
-            assert not len(grow_tree(tree_species("dead_tree"), 1, 0, season).leaves.twig)
+            assert not len(grow_tree(tree_species("dead_tree"), 1, 0, season).foliage.twig)
 
     def test_leaves_are_green_in_summer_and_turn_in_autumn(self):
         for name in set(tree_species_names()) - {"dead_tree", "conifer"}:
             for season, turned in (("spring", False), ("summer", False), ("autumn", True)):
                 it = grow_tree(tree_species(name), 1, 0, season)
-                red, green, blue = it.palette[it.leaf_tint].mean(axis=0)
+                red, green, blue = it.palette[it.foliage_tint].mean(axis=0)
                 assert (red > green) == turned
                 assert min(red, green) > 2 * blue
 
@@ -158,15 +158,15 @@ class TestSeasons:
             greens = (
                 grow_tree(tree_species(name), 1, 0, season) for season in ("spring", "summer")
             )
-            spring, summer = (it.palette[it.leaf_tint].mean() for it in greens)
+            spring, summer = (it.palette[it.foliage_tint].mean() for it in greens)
             assert spring > 1.2 * summer
 
     def test_tints_vary_and_are_few(self, kind):
         for season in SEASONS:
             it = grow_tree(tree_species(kind), 1, 0, season)
             assert len(it.palette) <= 15
-            if len(it.leaf_tint):
-                share = np.bincount(it.leaf_tint)[2:] / len(it.leaf_tint)
+            if len(it.foliage_tint):
+                share = np.bincount(it.foliage_tint)[2:] / len(it.foliage_tint)
                 assert share.min() > 0.03
                 assert len(share) == 5
 
@@ -220,7 +220,7 @@ class TestChance:
 
     def test_trees_of_a_seed_and_of_other_seeds_differ(self):
         species, pairs = tree_species("tree"), ((1, 0), (1, 1), (2, 0))
-        rows = {grow_tree(species, s, k).leaves.start.tobytes() for s, k in pairs}
+        rows = {grow_tree(species, s, k).foliage.start.tobytes() for s, k in pairs}
         assert len(rows) == 3
 
     def test_none_at_all(self):
