@@ -8,7 +8,7 @@ stays flat.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -16,6 +16,7 @@ from scipy.interpolate import PchipInterpolator
 
 from lod.arrays import Reals
 from lod.errors import InputError
+from scenes.model_files.read import CLOSED
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 Points2 = Float64[np.ndarray, "3 2"]
@@ -38,8 +39,7 @@ class Leg:
     sticks_out  the hip turns about z towards the foot, not about x (insects)
     """
 
-    __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
-    # A file of an animal that gives a leg any other key is refused.
+    __pydantic_config__ = CLOSED
 
     hip: str
     knee: str

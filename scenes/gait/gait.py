@@ -13,11 +13,14 @@ author, Am. J. Phys. Anthropol. 63:23, 1984).
 
 import math
 from dataclasses import dataclass, replace
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from lod.errors import InputError
 from scenes.gait.foot_path import Contacts, Leg, foot_path, heel_and_ball, sole_points
+from scenes.model_files.read import CLOSED
 from scenes.rig.anatomy import side_of
 from scenes.rig.footprints import Feet
 from scenes.rig.keyframes import Motion, key_phases
@@ -32,6 +35,9 @@ from scenes.rig.rotations import (
     rotate_vectors,
     to_euler,
 )
+
+Axis = Literal["x", "y", "z"]
+AXES: tuple[Axis, ...] = ("x", "y", "z")
 
 GRAVITY = 9.81
 KEYS = 32
@@ -49,13 +55,26 @@ class Wave:
     whole [shares of h].
     """
 
+    __pydantic_config__ = CLOSED
+
     joint: str
-    axis: int
+    axis: Axis
     amplitude: float
     peak: float = 0.0
     cycles: int = 1
     mean: float | None = None
     apart: float = 0.5
+
+
+@dataclass(frozen=True)
+class Spin:
+    """A joint that goes round: whole rounds about an axis in one cycle."""
+
+    __pydantic_config__ = CLOSED
+
+    joint: str
+    axis: Axis
+    rounds: int
 
 
 @dataclass(frozen=True)
@@ -65,18 +84,19 @@ class Gait:
     duty    share of the cycle that a foot stands; froude: speed²/(g·h)
     stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude``
         gives
-    spins   joints that go round: name, axis, whole turns a cycle
     steepest  slope of the ground that its feet follow; tilts: as in Motion
     """
 
-    legs: tuple[Leg, ...]
-    waves: tuple[Wave, ...]
-    duty: float = 0.62
-    froude: float = 0.22
-    stride: float | None = None
-    period: float | None = None
-    spins: tuple[tuple[str, int, int], ...] = ()
-    steepest: float = 0.3
+    __pydantic_config__ = CLOSED
+
+    legs: tuple[Leg, ...] = ()
+    waves: tuple[Wave, ...] = ()
+    spins: tuple[Spin, ...] = ()
+    duty: Annotated[float, Field(gt=0, le=1)] = 0.62
+    froude: Annotated[float, Field(gt=0)] = 0.22
+    stride: Annotated[float, Field(ge=0)] | None = None
+    period: Annotated[float, Field(gt=0)] | None = None
+    steepest: Annotated[float, Field(ge=0)] = 0.3
     tilts: bool = False
 
     def stride_m(self, height: float) -> float:
@@ -139,9 +159,10 @@ def _body_motion(
     angles = np.broadcast_to(rest, (len(phase), *rest.shape)).copy()
     shift, moved = np.zeros((len(phase), 3)), np.zeros(rest.shape, bool)
     for wave in gait.waves:
+        axis = AXES.index(wave.axis)
         if not wave.joint:
             swing = np.cos(2 * np.pi * (wave.cycles * phase - wave.peak))
-            shift[:, wave.axis] += height * ((wave.mean or 0.0) + wave.amplitude * swing)
+            shift[:, axis] += height * ((wave.mean or 0.0) + wave.amplitude * swing)
             continue
         named = [name for name in rig.name if side_of(name)[1] == wave.joint]
         if not named:
@@ -150,14 +171,14 @@ def _body_motion(
             row, right = rig.row(name), name.startswith("right ")
             late = wave.apart if right else 0.0
             value = wave.amplitude * np.cos(2 * np.pi * (wave.cycles * (phase - late) - wave.peak))
-            sign = -1.0 if right and wave.axis != 1 else 1.0
-            if wave.mean is not None and not moved[row, wave.axis]:
-                angles[:, row, wave.axis] = sign * wave.mean
-            angles[:, row, wave.axis] += sign * value
-            moved[row, wave.axis] = True
-    for name, axis, count in gait.spins:
-        row = rig.row(name)
-        angles[:, row, axis] += 360.0 * count * phase
+            sign = -1.0 if right and wave.axis != "y" else 1.0
+            if wave.mean is not None and not moved[row, axis]:
+                angles[:, row, axis] = sign * wave.mean
+            angles[:, row, axis] += sign * value
+            moved[row, axis] = True
+    for spin in gait.spins:
+        row, axis = rig.row(spin.joint), AXES.index(spin.axis)
+        angles[:, row, axis] += 360.0 * spin.rounds * phase
         moved[row, axis] = True
     still = ~moved.any(axis=1)
     rotations = from_euler(angles)

@@ -18,21 +18,6 @@ MEAN = "mean"
 """Material of a blob: the mean tint of everything that it replaces, by outline area."""
 
 
-class Joint(NamedTuple):
-    """A joint of the modelling skeleton (§2.3): where it sits in the frame of its parent."""
-
-    parent: str
-    offset: Vector
-
-
-class Part(NamedTuple):
-    """A part of the detail hierarchy (figs 1, 2): its whole, its level, the joint at its origin."""
-
-    whole: str
-    level: int
-    joint: str
-
-
 class Rod(NamedTuple):
     """A stick in a joint's frame: two ends, two radii, a material; ``pair``: its mirror too."""
 
@@ -45,31 +30,49 @@ class Rod(NamedTuple):
     pair: bool = False
 
 
+class Joint(NamedTuple):
+    """A joint of the modelling skeleton (§2.3): where it sits in the frame of its parent.
+
+    rest    angles about x, y, z as the object stands [degrees]
+    limits  (low, high) angles; None: the joint does not turn from rest
+    """
+
+    parent: str
+    offset: Vector
+    rest: Vector = (0.0, 0.0, 0.0)
+    limits: Limits | None = None
+
+
+class Part(NamedTuple):
+    """A part of the detail hierarchy (figs 1, 2): its whole, its level, the joint at its origin.
+
+    body  sticks of its own
+    leaf  its leaf appearance; without one the part looks as it is, and the whole object is one
+          upright stick as high as it
+    core  sticks that a part without a body hides inside its parts; without them these are its leaf
+          appearance, thinned, and for the whole object nothing
+    """
+
+    whole: str
+    level: int
+    joint: str
+    body: tuple[Rod, ...] = ()
+    leaf: tuple[Rod, ...] = ()
+    core: tuple[Rod, ...] = ()
+
+
 @dataclass(frozen=True)
 class Anatomy:
     """Tables of one kind of object. ``side_`` entries are given for the left and mirrored.
 
-    rest    degrees about x, y, z of joints as it stands; absent = (0, 0, 0)
-    limits  (low, high) degrees of joints; absent = the joint does not turn from rest
     shift   (low, high) how far the whole may bob and sway, in the tables' lengths
-    core    sticks that a part without a body hides inside its parts; absent = its leaf
-        appearance, thinned, and for the root nothing
-    leaf    leaf appearances; absent = the part looks as it is, and the root is one upright stick
-        as high as the object
     """
 
     joints: dict[str, Joint]
     side_joints: dict[str, Joint]
     parts: dict[str, Part]
     side_parts: dict[str, Part]
-    body: dict[str, list[Rod]]
-    side_body: dict[str, list[Rod]]
-    leaf: dict[str, list[Rod]]
-    side_leaf: dict[str, list[Rod]]
-    rest: dict[str, Vector]
-    limits: dict[str, Limits]
-    core: dict[str, list[Rod]] = field(default_factory=dict)
-    shift: Limits = field(default=((-0.1, -0.06, -0.1), (0.1, 0.06, 0.06)))
+    shift: Limits
 
     @property
     def part_names(self) -> tuple[str, ...]:
@@ -118,6 +121,8 @@ def _with_references(entry, here):  # type: ignore[no-untyped-def]
     """Pass every name of a joint or part in an entry through ``here``."""
     if isinstance(entry, Joint):
         return entry._replace(parent=here(entry.parent))
-    if isinstance(entry, Part):
-        return entry._replace(whole=here(entry.whole), joint=here(entry.joint))
-    return [rod._replace(joint=here(rod.joint)) for rod in entry]
+    rods = (
+        tuple(rod._replace(joint=here(rod.joint)) for rod in table)
+        for table in (entry.body, entry.leaf, entry.core)
+    )
+    return Part(here(entry.whole), entry.level, here(entry.joint), *rods)

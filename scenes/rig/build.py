@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from lod.arrays import Ints
-from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Part, Rod, side_of
+from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Part, side_of
 from scenes.rig.keyframes import rest_motion
 from scenes.rig.leaf_appearance import (
     fit_leaf_appearances,
@@ -32,9 +32,7 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
     row = {part: i for i, part in enumerate(parts)} | {"": -1}
     parent = np.array([row[part.whole] for part in parts.values()])
     rig = _rig(anatomy, build)
-    body = _sticks(anatomy.both_sides(anatomy.body, anatomy.side_body), row, rig, build)
-    given = _sticks(anatomy.both_sides(anatomy.leaf, anatomy.side_leaf), row, rig, build)
-    core = _sticks(anatomy.both_sides(anatomy.core, {}), row, rig, build)
+    body, given, core = (_sticks(parts, key, rig, build) for key in ("body", "leaf", "core"))
     rig, (body, given, core) = _scale_to_height(rig, (body, given, core), build.height)
     full = sticks_below(parent, body.posed(*rig.frames()))
     leaf, tints = fit_leaf_appearances(rig, body, given, full, build.materials)
@@ -72,39 +70,33 @@ def _rig(anatomy: Anatomy, build: Build) -> Rig:
         size = build.sizes.get(side_of(joint.parent)[1], 1.0)
         offset[i] = np.array((x, side * y * build.stretch.get(bare, 1.0), z)) * size
         mirror = np.array((side, 1.0, side))
-        rest[i] = np.array(_entry(anatomy.rest, name, (0.0, 0.0, 0.0))) * mirror
-        limits = np.array(_entry(anatomy.limits, name, (rest[i] * mirror, rest[i] * mirror)))
+        rest[i] = np.array(joint.rest) * mirror
+        limits = np.array(joint.limits or (joint.rest, joint.rest))
         low[i], high[i] = np.sort(limits * mirror, axis=0)
     parent = np.array([row[joint.parent] for joint in joints.values()])
     shift = np.array(anatomy.shift)
     return Rig(tuple(joints), parent, offset, from_euler(rest), low, high, *shift)
 
 
-def _entry(table: dict, name: str, default):  # type: ignore[no-untyped-def]
-    return table.get(name, table.get(side_of(name)[1], default))
-
-
-def _sticks(
-    table: dict[str, list[Rod]], row: dict[str, int], rig: Rig, build: Build
-) -> RiggedSticks:
-    """Make the rods of a table sticks in the frames of joints."""
+def _sticks(parts: dict[str, Part], key: str, rig: Rig, build: Build) -> RiggedSticks:
+    """Make the rods that parts have under one key sticks in the frames of joints."""
     material = {name: i for i, name in enumerate((*build.materials, MEAN))}
-    columns = []
-    for name, rods in table.items():
+    columns: list[tuple] = []
+    for row, (name, part) in enumerate(parts.items()):
         side, _ = side_of(name)
-        for rod in rods:
+        for rod in getattr(part, key):
             joint = rig.row(rod.joint) if rod.joint else -1
             size = build.sizes.get(side_of(rod.joint)[1], 1.0)
             for mirror in (side, -side) if rod.pair else (side,):
                 ends = [np.array((x, mirror * y, z)) * size for x, y, z in (rod.start, rod.end)]
                 radii = [r * build.girth * size for r in (rod.start_radius, rod.end_radius)]
                 tint = material[rod.material]
-                columns.append((row[name], *ends, *radii, tint, joint, joint))
+                columns.append((row, *ends, *radii, tint, joint, joint))
     if not columns:
         point, none = np.zeros((0, 3)), np.zeros(0)
-        return RiggedSticks.of(len(row) - 1, none, point, point, *(none,) * 5)
+        return RiggedSticks.of(len(parts), none, point, point, *(none,) * 5)
     owner, *rest = (np.array(column) for column in zip(*columns, strict=True))
-    return RiggedSticks.of(len(row) - 1, owner, *rest)
+    return RiggedSticks.of(len(parts), owner, *rest)
 
 
 def _scale_to_height(

@@ -51,7 +51,7 @@ class Feet:
 
     @property
     def plane(self) -> np.ndarray:
-        """Compute matrices (l, 3, 3) from heights at three points to the print's height and slopes."""
+        """Compute matrices (l, 3, 3) from heights at three points to print height and slopes."""
         points = np.concatenate((np.ones((len(self), 3, 1)), self.sole), axis=2)
         return np.linalg.inv(points)
 

@@ -82,7 +82,7 @@ class RiggedPrototype:
         rotations: Quaternions | None = None,
         shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
     ) -> Prototype:
-        """Return the object in one pose, by default at rest; P, R and B stay those of every pose."""
+        """Return the object in one pose, by default at rest; P, R and B stay those of all poses."""
         origin, turn = self.rig.frames(rotations, shift)
         position = to_object_frame(origin, turn, self.joint, self.place)
         hierarchy = replace(self.hierarchy, position=position)

@@ -8,22 +8,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources.abc import Traversable
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lod.errors import InputError
-from scenes.gait.foot_path import Leg
-from scenes.gait.gait import Gait, Wave
+from scenes.gait.gait import Gait
 from scenes.model_files.read import read_model_file
-from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Joint, Limits, Part, Rod
+from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Joint, Part, Rod
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 Share = Annotated[Number, Field(ge=0, le=1)]
 Triple = tuple[Number, Number, Number]
-Axis = Literal["x", "y", "z"]
-_Sticks = Literal["body", "leaf", "core"]
 
 
 @dataclass(frozen=True)
@@ -53,7 +50,7 @@ class JointTable(_Table):
 
     parent: str = ""
     at: Triple
-    rest: Triple | None = None
+    rest: Triple = (0.0, 0.0, 0.0)
     limits: tuple[Triple, Triple] | None = None
     free: Triple | None = None
     hinge: tuple[Number, Number] | None = None
@@ -64,16 +61,16 @@ class JointTable(_Table):
             raise ValueError("at most one of limits, free and hinge")
         return self
 
-    @property
-    def angles(self) -> Limits | None:
-        """Lowest and highest angles about x, y, z [degrees]; None = it stays as it rests."""
+    def joint(self) -> Joint:
+        """Make the joint, with its limits as lowest and highest angles about x, y, z."""
+        limits = self.limits
         if self.free is not None:
             x, y, z = self.free
-            return (0.0 - x, 0.0 - y, 0.0 - z), self.free
+            limits = (0.0 - x, 0.0 - y, 0.0 - z), self.free
         if self.hinge is not None:
             low, high = self.hinge
-            return (0.0, low, 0.0), (0.0, high, 0.0)
-        return self.limits
+            limits = (0.0, low, 0.0), (0.0, high, 0.0)
+        return Joint(self.parent, self.at, self.rest, limits)
 
 
 class RodTable(_Table):
@@ -94,7 +91,7 @@ class RodTable(_Table):
     around: Annotated[int, Field(ge=1)] = 1
 
     def rods(self, part_joint: str) -> list[Rod]:
-        """The stick and its copies around z."""
+        """Make the rods of the stick and of its copies around z."""
         joint = part_joint if self.joint is None else self.joint
         turns = [math.radians(360.0 * k / self.around) for k in range(self.around)]
         ends = [(_turned(self.start, turn), _turned(self.end, turn)) for turn in turns]
@@ -117,52 +114,13 @@ class PartTable(_Table):
     leaf: tuple[RodTable, ...] = ()
     core: tuple[RodTable, ...] = ()
 
-
-class WaveTable(_Table):
-    """A swing of a joint, as ``scenes.gait.gait.Wave`` has it, with its axis by name."""
-
-    joint: str
-    axis: Axis
-    amplitude: Number
-    peak: Number = Wave.peak
-    cycles: int = Wave.cycles
-    mean: Number | None = Wave.mean
-    apart: Number = Wave.apart
-
-    def wave(self) -> Wave:
-        """The wave by number of its axis."""
-        return Wave(**{**self.model_dump(), "axis": "xyz".index(self.axis)})
-
-
-class SpinTable(_Table):
-    """A joint that goes round: whole rounds about an axis in one cycle."""
-
-    joint: str
-    axis: Axis
-    rounds: int
-
-
-class GaitTable(_Table):
-    """How the animal moves, as ``scenes.gait.gait.Gait`` has it; absent keys have its defaults."""
-
-    legs: tuple[Leg, ...] = ()
-    waves: tuple[WaveTable, ...] = ()
-    spins: tuple[SpinTable, ...] = ()
-    duty: Annotated[Number, Field(gt=0, le=1)] = Gait.duty
-    froude: Positive = Gait.froude
-    stride: Annotated[Number, Field(ge=0)] | None = Gait.stride
-    period: Positive | None = Gait.period
-    steepest: Annotated[Number, Field(ge=0)] = Gait.steepest
-    tilts: bool = Gait.tilts
-
-    def gait(self) -> Gait:
-        """The gait of these tables."""
-        return Gait(
-            legs=self.legs,
-            waves=tuple(wave.wave() for wave in self.waves),
-            spins=tuple((s.joint, "xyz".index(s.axis), s.rounds) for s in self.spins),
-            **self.model_dump(exclude={"legs", "waves", "spins"}),
+    def part(self) -> Part:
+        """Make the part, with the rods of its sticks."""
+        rods = (
+            tuple(rod for stick in sticks for rod in stick.rods(self.joint))
+            for sticks in (self.body, self.leaf, self.core)
         )
+        return Part(self.whole, self.level, self.joint, *rods)
 
 
 class AnimalFile(_Table):
@@ -181,52 +139,27 @@ class AnimalFile(_Table):
     side_joints: dict[str, JointTable] = {}
     parts: dict[str, PartTable]
     side_parts: dict[str, PartTable] = {}
-    gait: GaitTable
+    gait: Gait
 
     def tables(self) -> AnimalTables:
-        """What the rig and the gait are made from."""
-        joints = self.joints | self.side_joints
-        limits = {name: joint.angles for name, joint in joints.items()}
-        anatomy = Anatomy(
-            joints=_joints(self.joints),
-            side_joints=_joints(self.side_joints),
-            parts=_parts(self.parts),
-            side_parts=_parts(self.side_parts),
-            body=_rods(self.parts, "body"),
-            side_body=_rods(self.side_parts, "body"),
-            leaf=_rods(self.parts, "leaf"),
-            side_leaf=_rods(self.side_parts, "leaf"),
-            core=_rods(self.parts, "core"),
-            rest={name: joint.rest for name, joint in joints.items() if joint.rest is not None},
-            limits={name: angles for name, angles in limits.items() if angles is not None},
-            shift=self.shift,
+        """Make the tables that rig and gait are built from."""
+        joints, side_joints = (
+            {name: table.joint() for name, table in tables.items()}
+            for tables in (self.joints, self.side_joints)
         )
-        return AnimalTables(anatomy, Build(self.height, self.materials), self.gait.gait())
+        parts, side_parts = (
+            {name: table.part() for name, table in tables.items()}
+            for tables in (self.parts, self.side_parts)
+        )
+        anatomy = Anatomy(joints, side_joints, parts, side_parts, self.shift)
+        return AnimalTables(anatomy, Build(self.height, self.materials), self.gait)
 
 
 def load_animal(file: Traversable) -> AnimalTables:
-    """The tables of an animal's file. Raises InputError for the first thing wrong with it."""
+    """Read the tables of an animal's file. Raises InputError for the first thing wrong with it."""
     animal = read_model_file(file, AnimalFile, {})
     _check_names(animal, file.name)
     return animal.tables()
-
-
-def _joints(tables: dict[str, JointTable]) -> dict[str, Joint]:
-    return {name: Joint(table.parent, table.at) for name, table in tables.items()}
-
-
-def _parts(tables: dict[str, PartTable]) -> dict[str, Part]:
-    return {name: Part(t.whole, t.level, t.joint) for name, t in tables.items()}
-
-
-def _rods(tables: dict[str, PartTable], key: _Sticks) -> dict[str, list[Rod]]:
-    """The sticks under one key of every part that has any."""
-    sticks = {name: getattr(table, key) for name, table in tables.items()}
-    return {
-        name: [rod for stick in own for rod in stick.rods(tables[name].joint)]
-        for name, own in sticks.items()
-        if own
-    }
 
 
 def _turned(point: Triple, angle: float) -> Triple:

@@ -24,11 +24,11 @@ from scenes.rig.build import build_prototype
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
-BUST = [Rod("chest", (0.010, 0.034, 0.032), (0.019, 0.037, 0.008), 0.046, 0.042, "top", True)]
-LONG_HAIR = [
+BUST = (Rod("chest", (0.010, 0.034, 0.032), (0.019, 0.037, 0.008), 0.046, 0.042, "top", True),)
+LONG_HAIR = (
     Rod("head", (-0.022, 0.022, 0.055), (-0.034, 0.030, -0.030), 0.0320, 0.0220, "hair", True),
     Rod("head", (-0.034, 0, 0.040), (-0.044, 0, -0.045), 0.0330, 0.0240, "hair"),
-]
+)
 
 _HEAD, _LEG = 0.13, 0.525
 """Shares of stature in the tables: chin to crown, and sole to hip."""
@@ -63,10 +63,10 @@ def child_sizes(age: float) -> dict[str, float]:
 def person_anatomy(who: Person) -> Anatomy:
     """The tables of people, with bust and long hair where this person has them."""
     tables = human_tables().anatomy
-    body = dict(tables.body)
-    body["chest"] = body["chest"] + (BUST if who.bust else [])
-    body["cranium"] = body["cranium"] + (LONG_HAIR if who.long_hair else [])
-    return replace(tables, body=body)
+    more = {"chest": BUST if who.bust else (), "cranium": LONG_HAIR if who.long_hair else ()}
+    own = {name: tables.parts[name] for name in more}
+    worn = {name: part._replace(body=(*part.body, *more[name])) for name, part in own.items()}
+    return replace(tables, parts={**tables.parts, **worn})
 
 
 @lru_cache(maxsize=16)

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenes.gait.gait import Gait, Wave, with_gait
+from scenes.gait.gait import AXES, Gait, Wave, with_gait
 from scenes.models.people.people import human_tables
 from scenes.rig.rigged_prototype import RiggedPrototype
 
@@ -32,7 +32,7 @@ def walking_gait(
 
 
 def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, ...]:
-    x, y, z = range(3)
+    x, y, z = AXES
     return (
         Wave("", y, 0.016, peak=0.31),  # over the foot that stands
         Wave("", z, 0.024, cycles=2, peak=0.50),  # highest in mid-stance

@@ -67,19 +67,20 @@ def test_a_file_becomes_anatomy_build_and_gait(tmp_path):
     it = tables(tmp_path, BIRD)
     assert it.build.height == 0.4
     assert it.anatomy.part_names == ("bird", "head", "left leg", "right leg")
-    assert it.anatomy.limits["neck"] == ((0, -10, 0), (0, 60, 0))
-    assert it.anatomy.limits["hip"] == ((-10, -40, -10), (10, 40, 10))
-    assert "trunk" not in it.anatomy.limits  # it does not turn
-    assert it.anatomy.rest == {"neck": (0, 30, 0), "knee": (0, 10, 0)}
-    assert it.anatomy.side_body["leg"] == [
-        Rod("ankle", (0, 0, 0), (1, 0, 0), 0.1, 0.1, "mean", False)
-    ]
+    joints = it.anatomy.joints | it.anatomy.side_joints
+    assert joints["neck"].limits == ((0, -10, 0), (0, 60, 0))
+    assert joints["hip"].limits == ((-10, -40, -10), (10, 40, 10))
+    assert joints["trunk"].limits is None  # it does not turn
+    rest = {name: joint.rest for name, joint in joints.items() if any(joint.rest)}
+    assert rest == {"neck": (0, 30, 0), "knee": (0, 10, 0)}
+    rod = Rod("ankle", (0, 0, 0), (1, 0, 0), 0.1, 0.1, "mean", False)
+    assert it.anatomy.side_parts["leg"].body == (rod,)
     assert (it.gait.froude, it.gait.duty) == (0.1, 0.62)
     assert it.gait.legs[0].apart == 0.5
 
 
 def test_copies_stand_evenly_around_the_axis(tmp_path):
-    rods = tables(tmp_path, BIRD).anatomy.body["head"]
+    rods = tables(tmp_path, BIRD).anatomy.parts["head"].body
     angles = [math.degrees(math.atan2(rod.end[1], rod.end[0])) % 360 for rod in rods]
     assert angles == pytest.approx([0, 90, 180, 270])
     assert {(math.hypot(*rod.end[:2]).__round__(12), rod.end[2]) for rod in rods} == {(2.0, 1.0)}
