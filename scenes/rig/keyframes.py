@@ -43,15 +43,6 @@ class Motion:
         """Compute the ground speed at which the feet do not slide [m/s]."""
         return self.stride / self.period
 
-    def at(self, phase: float) -> tuple[Quaternions, Reals]:
-        """Compute rotations (j, 4) and shift (3,) at a phase [cycles], as ``scenes.rig.pose``."""
-        along = (phase % 1.0) * len(self.rotations)
-        key = min(int(along), len(self.rotations) - 1)
-        after, share = (key + 1) % len(self.rotations), along - key
-        a, b = self.rotations[key], self.rotations[after]
-        shift = (1 - share) * self.shift[key] + share * self.shift[after]
-        return slerp(a, b, share), shift
-
     def scaled(self, factor: float) -> "Motion":
         """Return the dynamically similar motion of a rig ``factor`` times as large.
 
@@ -67,19 +58,6 @@ class Motion:
 def rest_motion(rig: Rig) -> Motion:
     """Return the motion of an object that stays at rest, which has one key."""
     return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0)
-
-
-def slerp(a: Quaternions, b: Quaternions, share: float) -> Quaternions:
-    """Interpolate from a (share 0) to b (share 1), the short way round (Shoemake 1985)."""
-    cos = (a * b).sum(axis=-1, keepdims=True)
-    b, cos = np.where(cos < 0, -b, b), np.abs(cos)
-    sine = np.linalg.norm(b - cos * a, axis=-1, keepdims=True)
-    angle = np.arctan2(sine, cos)
-    near = sine < 1e-9
-    safe = np.where(near, 1.0, sine)
-    first = np.where(near, 1 - share, np.sin((1 - share) * angle) / safe)
-    second = np.where(near, share, np.sin(share * angle) / safe)
-    return first * a + second * b
 
 
 def continuous_signs(rotations: Quaternions) -> Quaternions:

@@ -97,10 +97,6 @@ class RiggedPrototype:
         owns[self.hierarchy.parent[1:]] = True
         return self.inner.only(owns), self.leaf.only(~owns)
 
-    def at_phase(self, phase: float) -> Prototype:
-        """The object at a phase of its motion."""
-        return self.posed(*self.motion.at(phase))
-
     def with_motion(self, motion: Motion) -> "RiggedPrototype":
         """Return the same object with another motion."""
         return replace(self, motion=motion)

@@ -31,6 +31,7 @@ from scenes.rig.pose_tables import PoseTables
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 from tests.scenes.gait.contact_errors import lowest_heights, sample_cycle
+from tests.scenes.rig.motion_phase import motion_at
 
 FLAT = 0.0
 HILLY = 1.5
@@ -154,7 +155,7 @@ def origins(field, view, at, facing, variant, phase, pace):
         rows, parts = np.zeros(len(it.joint), np.int64), np.arange(len(it.joint))
         return pose_points(cast, instances, rows, parts, np.zeros((len(parts), 3)), it.joint)
     height = field.ground.height(corner, base)[0]
-    place = it.rig.frames(*it.motion.at(phase))[0][it.joint]
+    place = it.rig.frames(*motion_at(it.motion, phase))[0][it.joint]
     cos, sin = math.cos(facing), math.sin(facing)
     spin = np.array(((cos, -sin, 0), (sin, cos, 0), (0, 0, 1)))
     return place @ spin.T + (*base[0], height)
@@ -318,7 +319,7 @@ def test_walkers_keep_the_law(kind):
 def _areas(prototype, view, eye):
     """Mean over phases of the ground from which each part is displayed; the whole first."""
     D = law.chained_limits(prototype.hierarchy, METRICS["blake"], view.m)
-    poses = [prototype.motion.at(k / 16) for k in range(16)]
+    poses = [motion_at(prototype.motion, k / 16) for k in range(16)]
     heights = [prototype.rig.frames(*pose)[0][prototype.joint, 2] for pose in poses]
     return np.mean([law.disc_areas(D, eye - h) for h in heights], axis=0)
 

@@ -9,6 +9,7 @@ from scenes.gait.foot_path import Leg, heel_and_ball
 from scenes.gait.gait import Gait
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import Quaternions, Vectors, rotate_vectors
+from tests.scenes.rig.motion_phase import motion_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,7 @@ class SampledCycle:
 def sample_cycle(prototype: RiggedPrototype, count: int = 240) -> SampledCycle:
     """One cycle of the motion at evenly spaced phases that are not those of keys."""
     phase = (np.arange(count) + 0.37) / count
-    poses = [prototype.motion.at(float(p)) for p in phase]
+    poses = [motion_at(prototype.motion, float(p)) for p in phase]
     rotations, shift = (np.array(column) for column in zip(*poses, strict=True))
     return SampledCycle(phase, rotations, *prototype.rig.frames(rotations, shift))
 

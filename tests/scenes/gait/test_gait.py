@@ -11,11 +11,12 @@ from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import random_gait, walking_gait, walking_people
 from scenes.rig.foot_placement import Placements, place_on_ground
-from scenes.rig.keyframes import rest_motion, slerp
+from scenes.rig.keyframes import rest_motion
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.rotations import from_euler, to_euler
 from tests.scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
+from tests.scenes.rig.motion_phase import at_phase, motion_at, slerp
 
 GAITS = {
     "adult": walking_gait(),
@@ -83,7 +84,7 @@ def test_the_cycle_closes_smoothly():
     who = walking_people((someone(),), 0)[0]
     step = 1 / 160
     phases = np.arange(-3, 164) * step
-    poses = zip(*[who.motion.at(float(p)) for p in phases], strict=True)
+    poses = zip(*[motion_at(who.motion, float(p)) for p in phases], strict=True)
     origins = who.rig.frames(*map(np.array, poses))[0]
     assert np.allclose(origins[0], origins[160], atol=1e-12)
     speed = np.diff(origins, axis=0) / step / who.motion.stride
@@ -97,7 +98,7 @@ def test_speed_times_time_is_what_the_feet_say():
     motion, row = who.motion, who.rig.row("left ankle")
     times = np.linspace(0.15, 0.30, 7) * motion.period  # in mid-stance, sole flat
     path = [
-        motion.speed * t + who.rig.frames(*motion.at(float(t / motion.period)))[0][row, 0]
+        motion.speed * t + who.rig.frames(*motion_at(motion, float(t / motion.period)))[0][row, 0]
         for t in times
     ]
     assert np.ptp(path) < 0.002
@@ -297,4 +298,4 @@ def test_slerp_is_even_and_takes_the_short_way():
 def test_a_still_thing_does_not_move():
     who = someone()
     quiet = who.with_motion(rest_motion(who.rig))
-    assert np.allclose(quiet.at_phase(0.7).leaf.start, who.posed().leaf.start)
+    assert np.allclose(at_phase(quiet, 0.7).leaf.start, who.posed().leaf.start)

@@ -10,6 +10,7 @@ from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import PoseTables
 from scenes.rig.rotations import matrices, to_euler
 from tests.scenes.gait.contact_errors import foot_slide, lowest_heights, sample_cycle
+from tests.scenes.rig.motion_phase import at_phase, motion_at
 
 WALKERS = [name for name in animal_names() if animal_tables(name).gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]
@@ -60,7 +61,7 @@ def test_an_insect_walks_on_alternating_tripods():
 def test_sails_go_round_once_a_cycle():
     it = animal("windmill")
     hub = it.rig.row("hub")
-    turned = [to_euler(it.motion.at(k / 60)[0][hub])[0] for k in range(61)]
+    turned = [to_euler(motion_at(it.motion, k / 60)[0][hub])[0] for k in range(61)]
     assert np.allclose(np.diff(np.unwrap(turned, period=360)), 6.0, atol=1e-6)
     assert it.motion.speed == 0
 
@@ -88,7 +89,7 @@ def test_an_artifact_has_big_bits_tacked_on():
 def test_every_pose_of_the_motion_stays_within_R(name):
     it = animal(name)
     for phase in np.linspace(0, 1, 9):
-        it.at_phase(float(phase))  # a prototype refuses sticks beyond R
+        at_phase(it, float(phase))  # a prototype refuses sticks beyond R
 
 
 def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
@@ -105,7 +106,7 @@ def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
             for corner in np.vstack((np.zeros(3), np.eye(3)))
         ]
         for o, phase in enumerate(phases.tolist()):
-            at, facing = it.rig.frames(*it.motion.at(phase))
+            at, facing = it.rig.frames(*motion_at(it.motion, phase))
             origin, *axes = (corner[rows == o] for corner in corners)
             assert np.allclose(origin, at, atol=1e-12)
             turned = np.stack([axis - origin for axis in axes], axis=-1)

@@ -23,6 +23,7 @@ from scenes.models.trees.weather import Weather
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
 from scenes.sticks.prototype import Prototype
+from tests.scenes.rig.motion_phase import at_phase
 
 KINDS = list(tree_species_names())
 
@@ -119,13 +120,13 @@ def test_it_moves_smoothly_and_comes_back(name):
     period, fps = sways.motion.period, 24.0
     times = np.arange(int(period * fps) + 1) / fps
     tip = sways.hierarchy.position[:, 2].argmax()
-    path = np.array([sways.at_phase(t / period).hierarchy.position[tip] for t in times[:120]])
+    path = np.array([at_phase(sways, t / period).hierarchy.position[tip] for t in times[:120]])
     step = np.linalg.norm(np.diff(path, axis=0), axis=1)
     jerk = np.linalg.norm(np.diff(path, 2, axis=0), axis=1)
     assert np.ptp(path, axis=0).max() > 0.02 * sways.hierarchy.position[tip, 2]
     assert step.max() < 0.2 * np.ptp(path, axis=0).max()
     assert jerk.max() < 0.3 * step.max()
-    ends = (sways.at_phase(phase).hierarchy.position[tip] for phase in (0.0, 1.0 - 1e-9))
+    ends = (at_phase(sways, phase).hierarchy.position[tip] for phase in (0.0, 1.0 - 1e-9))
     assert next(ends) == pytest.approx(next(ends), abs=1e-6)
 
 
@@ -134,7 +135,7 @@ def test_it_grows_with_the_square_of_the_wind():
         still, sways = pair("tree", wind)
         away = [
             np.linalg.norm(
-                sways.at_phase(phase).hierarchy.position - still.hierarchy.position, axis=1
+                at_phase(sways, phase).hierarchy.position - still.hierarchy.position, axis=1
             ).max()
             for phase in np.linspace(0, 1, 20)
         ]
@@ -163,7 +164,7 @@ def test_the_pruner_sees_it_where_it_is():
     for time in (0.0, 1.7, 100.3):
         cut = prune(tree, replace(view, time_s=time))
         parts = cut.parts
-        there = sways.at_phase(time / sways.motion.period)
+        there = at_phase(sways, time / sways.motion.period)
         assert parts.position == pytest.approx(there.hierarchy.position[parts.part], abs=1e-9)
         sticks = tree.appearance(parts, blend_weights(cut, view))
         assert sticks.start[:, 2].max() == pytest.approx(there.leaf.start[:, 2].max(), abs=0.3)
@@ -172,5 +173,5 @@ def test_the_pruner_sees_it_where_it_is():
 def test_sizes():
     _, sways = pair("shrub")
     double = sways.scaled(2.0)
-    pose = double.at_phase(0.3).hierarchy.position
-    assert pose == pytest.approx(2 * sways.at_phase(0.3).hierarchy.position)
+    pose = at_phase(double, 0.3).hierarchy.position
+    assert pose == pytest.approx(2 * at_phase(sways, 0.3).hierarchy.position)
