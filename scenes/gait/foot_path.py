@@ -7,7 +7,6 @@ joined by monotone cubics (Fritsch & Carlson, SIAM J. Numer. Anal. 17:238, 1980)
 stays flat.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,46 +15,13 @@ from scipy.interpolate import PchipInterpolator
 
 from lod.arrays import Reals
 from lod.errors import InputError
-from scenes.model_files.read import CLOSED
+from scenes.gait.parameters import Leg
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 Points2 = Float64[np.ndarray, "3 2"]
 Spheres = Float64[np.ndarray, "k 4"]
 
 _NEAR = 1e-5
-
-
-@dataclass(frozen=True)
-class Leg:
-    """A pair of legs: joints without their side, phases of the left one, lengths [shares of h].
-
-    strike, apart  phase at which the foot lands; how much later the right one does
-    pitch    (phase after landing, degrees) of the foot to the ground, toes up above 0
-    ahead, spread  where the foot stands in mid-stance, ahead of the hip and aside of the middle;
-        without spread, where it rests, and ahead of that
-    bend     +1: a positive angle about y flexes the knee; −1 for elbows that point back
-    toes     joints that stay flat on the ground while the foot rises; ``flat_toes``: at any
-        pitch
-    sticks_out  the hip turns about z towards the foot, not about x (insects)
-    """
-
-    __pydantic_config__ = CLOSED
-
-    hip: str
-    knee: str
-    ankle: str
-    pitch: tuple[tuple[float, float], ...] = ((0.0, 0.0), (0.5, 0.0))
-    toes: tuple[str, ...] = ()
-    strike: float = 0.0
-    apart: float = 0.5
-    ahead: float = 0.0
-    spread: float | None = None
-    turnout: float = 0.0
-    bend: int = 1
-    clearance: float = 0.03
-    sticks_out: bool = False
-    flat_toes: bool = False
-    curl: float = 0.0
 
 
 class Contacts(NamedTuple):

@@ -3,24 +3,17 @@
 A foot is prescribed relative to the ground: it lands on its heel, rolls flat, rises about its ball
 and swings to its next print. Hips follow from the body's own waves, and hip and knee from the two
 of them by two-link inverse kinematics. Everything on legs goes by the same rules; what differs
-stands in its ``Gait``.
-
-Lengths are shares of h, the height of the first leg's hip at rest. Speed and stride are those of
-dynamically similar animals: speed² = Froude·g·h, and stride = 2.3·h·Froude^0.3 (Alexander,
-"Estimates of speeds of dinosaurs", Nature 261:129, 1976; for people from four years on, the same
-author, Am. J. Phys. Anthropol. 63:23, 1984).
+stands in its ``Gait`` (``scenes.gait.parameters``).
 """
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
 
 from lod.errors import InputError
-from scenes.gait.foot_path import Contacts, Leg, foot_path, heel_and_ball, sole_points
-from scenes.model_files.read import CLOSED
+from scenes.gait.foot_path import Contacts, foot_path, heel_and_ball, sole_points
+from scenes.gait.parameters import AXES, Gait, Leg
 from scenes.rig.anatomy import side_of
 from scenes.rig.footprints import Feet
 from scenes.rig.keyframes import Motion, key_phases
@@ -36,79 +29,10 @@ from scenes.rig.rotations import (
     to_euler,
 )
 
-Axis = Literal["x", "y", "z"]
-AXES: tuple[Axis, ...] = ("x", "y", "z")
-
-GRAVITY = 9.81
 KEYS = 32
 
 REACH = 0.996
 """How far a leg may be stretched, as a share of its length: knees are never locked."""
-
-
-@dataclass(frozen=True)
-class Wave:
-    """One joint's swing about one axis: mean + amplitude·cos 2π(cycles·phase − peak) [degrees].
-
-    Added to the angle at rest where ``mean`` is None. Of joints on both sides this is the left
-    one; the right one is its mirror image, ``apart`` of a cycle later. Joint "" bobs and sways the
-    whole [shares of h].
-    """
-
-    __pydantic_config__ = CLOSED
-
-    joint: str
-    axis: Axis
-    amplitude: float
-    peak: float = 0.0
-    cycles: int = 1
-    mean: float | None = None
-    apart: float = 0.5
-
-
-@dataclass(frozen=True)
-class Spin:
-    """A joint that goes round: whole rounds about an axis in one cycle."""
-
-    __pydantic_config__ = CLOSED
-
-    joint: str
-    axis: Axis
-    rounds: int
-
-
-@dataclass(frozen=True)
-class Gait:
-    """How one kind of object moves.
-
-    duty    share of the cycle that a foot stands; froude: speed²/(g·h)
-    stride  ground covered in a cycle [shares of h], and period [s]: instead of what ``froude``
-        gives
-    steepest  slope of the ground that its feet follow; tilts: as in Motion
-    """
-
-    __pydantic_config__ = CLOSED
-
-    legs: tuple[Leg, ...] = ()
-    waves: tuple[Wave, ...] = ()
-    spins: tuple[Spin, ...] = ()
-    duty: Annotated[float, Field(gt=0, le=1)] = 0.62
-    froude: Annotated[float, Field(gt=0)] = 0.22
-    stride: Annotated[float, Field(ge=0)] | None = None
-    period: Annotated[float, Field(gt=0)] | None = None
-    steepest: Annotated[float, Field(ge=0)] = 0.3
-    tilts: bool = False
-
-    def stride_m(self, height: float) -> float:
-        """Ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
-        relative = 2.3 * self.froude**0.3 if self.stride is None else self.stride
-        return relative * height
-
-    def period_s(self, height: float) -> float:
-        """Duration of one cycle [s]."""
-        if self.period is not None:
-            return self.period
-        return self.stride_m(height) / math.sqrt(self.froude * GRAVITY * height)
 
 
 def with_gait(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> RiggedPrototype:

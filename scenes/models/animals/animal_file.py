@@ -13,7 +13,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lod.errors import InputError
-from scenes.gait.gait import Gait
+from scenes.gait.parameters import Gait
 from scenes.model_files.read import read_model_file
 from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Joint, Part, Rod
 

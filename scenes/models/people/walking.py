@@ -9,7 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenes.gait.gait import AXES, Gait, Wave, with_gait
+from scenes.gait.gait import with_gait
+from scenes.gait.parameters import AXES, Gait, Wave
 from scenes.models.people.people import human_tables
 from scenes.rig.rigged_prototype import RiggedPrototype
 

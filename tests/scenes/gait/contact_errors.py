@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Reals
-from scenes.gait.foot_path import Leg, heel_and_ball
-from scenes.gait.gait import Gait
+from scenes.gait.foot_path import heel_and_ball
+from scenes.gait.parameters import Gait, Leg
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import Quaternions, Vectors, rotate_vectors
 from tests.scenes.rig.motion_phase import motion_at
