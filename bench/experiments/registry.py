@@ -1,7 +1,8 @@
-"""Which experiments can `lodbench run` measure and judge? Every package beside this file.
+"""Which experiments can `lodbench run` measure and judge? Every package below this folder.
 
-Each package exports one object, ``EXPERIMENT``, whose claims the report shows. Studies, which are
-programs of their own without records and claims, are in ``bench.studies.registry``.
+Each package exports one object, ``EXPERIMENT``, whose claims the report shows; a package within
+one is an experiment of its own on the same subject. Studies, which are programs of their own
+without records and claims, are in ``bench.studies.registry``.
 """
 
 import importlib
@@ -10,11 +11,13 @@ from pathlib import Path
 
 from bench.runner.experiment import Experiment
 
+_HERE = "bench.experiments."
+
 
 def find_experiments() -> dict[str, Experiment]:
-    """Import every package beside this file, and return its experiment by name, in their order."""
-    packages = [m.name for m in pkgutil.iter_modules([str(Path(__file__).parent)]) if m.ispkg]
-    found = [importlib.import_module(f"bench.experiments.{name}").EXPERIMENT for name in packages]
+    """Import every package below this folder; return their experiments by name, in their order."""
+    modules = pkgutil.walk_packages([str(Path(__file__).parent)], _HERE)
+    found = [importlib.import_module(each.name).EXPERIMENT for each in modules if each.ispkg]
     return {each.name: each for each in sorted(found, key=lambda each: (each.order, each.name))}
 
 

@@ -66,8 +66,8 @@ def command(
 def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...]:
     """Check the names of experiments, and give each once.
 
-    ``all`` is every one; those that are timed come first, before others have filled memory, and
-    stay on this machine.
+    ``all`` is every one that does not stand apart; those that are timed come first, before others
+    have filled memory, and stay on this machine.
     """
     from bench.experiments.registry import EXPERIMENTS
 
@@ -76,7 +76,8 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
             "EXPERIMENT", experiments, "at least one, or all", f"try {next(iter(EXPERIMENTS))}"
         )
     if ALL in experiments:
-        return tuple(sorted(EXPERIMENTS, key=lambda name: not EXPERIMENTS[name].timed))
+        together = [name for name, each in EXPERIMENTS.items() if not each.apart]
+        return tuple(sorted(together, key=lambda name: not EXPERIMENTS[name].timed))
     for name in experiments:
         if name not in EXPERIMENTS:
             cure = nearest_name(name, (*EXPERIMENTS, ALL))

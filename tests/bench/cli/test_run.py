@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from bench.cli.commands.run import _chosen
 from bench.cli.main import main
 from bench.experiments import registry as experiments
 from bench.experiments.registry import EXPERIMENTS
@@ -96,3 +97,10 @@ def test_doctor_says_what_works(
     words = capfd.readouterr().out
     assert "no libLLVM was found" in words
     assert "apt install libllvm19" in words
+
+
+def test_all_leaves_out_what_stands_apart() -> None:
+    every = _chosen(("all",), None)
+    assert set(every) == {name for name, each in EXPERIMENTS.items() if not each.apart}
+    assert set(EXPERIMENTS) - set(every) >= {"fidelity_shipped"}
+    assert _chosen(("fidelity_shipped",), None) == ("fidelity_shipped",)

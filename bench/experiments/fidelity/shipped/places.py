@@ -1,0 +1,61 @@
+"""In which places is a preset judged? Fixed by a rule, and never looked at while scenes are built.
+
+Place k of a preset is the preset in the world of seed JUDGED_SEED + k, seen from where the preset's
+eye stands but turned by k × 60°, with the sun 20° high where k is even and 55° where it is odd.
+Worlds of seeds up to BUILDING_SEEDS are for building: looked at, measured and tuned on at will.
+
+`campfire` keeps its sun, and the eye goes round its fire, which it always faces. `fly_in` is a
+flight, of which frames 1, 24 and 48 are judged, at τ = 1 px in place of the exaggerated one.
+"""
+
+import math
+from dataclasses import dataclass
+
+from scenes.preset.load import load_preset
+from scenes.preset.tables import Preset
+
+JUDGED_SEED = 2300
+"""The seed of the world of each preset's place 0."""
+
+BUILDING_SEEDS = 1000
+"""The largest seed of a world that may be looked at while a scene or its pruning is built."""
+
+SUN_ELEVATIONS = (20.0, 55.0)
+"""Elevations of the sun in even and in odd places [degrees]."""
+
+TURN_DEG = 60.0
+_ROUND_THE_FIRE = "campfire"
+_FLIGHT, _FRAMES = "fly_in", (1, 24, 48)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A preset from one place: its name there, settings laid over it, and the frame's number."""
+
+    preset: str
+    number: int
+    settings: tuple[str, ...]
+    frame: int = 1
+
+    def load(self) -> Preset:
+        """Load the preset as it is seen here."""
+        return load_preset(self.preset, self.settings)
+
+
+def judged_places(preset: str, count: int, size: str) -> list[Place]:
+    """Return the first ``count`` places where a preset is judged, in pictures of a size (WxH)."""
+    return [_place(preset, k, size) for k in range(count)]
+
+
+def _place(name: str, k: int, size: str) -> Place:
+    settings = (f"render.size={size}", f"seed={JUDGED_SEED + k}")
+    if name == _FLIGHT:
+        return Place(name, k, (*settings, "view.detail=1"), _FRAMES[k])
+    camera, turn = load_preset(name, ()).camera, k * TURN_DEG
+    heading = f"camera.heading={math.fmod(camera.heading + turn, 360.0):g}"
+    if name != _ROUND_THE_FIRE:
+        sun = f"light.sun_elevation={SUN_ELEVATIONS[k % 2]:g}"
+        return Place(name, k, (*settings, heading, sun))
+    (x, y), a = camera.position, math.radians(turn)
+    east, north = x * math.cos(a) + y * math.sin(a), y * math.cos(a) - x * math.sin(a)
+    return Place(name, k, (*settings, heading, f"camera.position=[{east:.6f}, {north:.6f}]"))
