@@ -34,11 +34,11 @@ QUALITY_KEYS = {
 FILE_KEYS = {
     "compression": "output.compression",
     "multipart": "output.multipart",
-    "float": "output.colour",
+    "half": "output.colour",
     "motion": "output.motion",
     "denoise": "output.denoise",
 }
-_TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compression", "float"}
+_TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compression", "half"}
 
 
 def view_flags(command: Command) -> Command:
@@ -87,7 +87,7 @@ def file_flags(command: Command) -> Command:
             "--multipart", is_flag=True, default=None, help="A part for each group of layers."
         ),
         click.option(
-            "--float", flag_value="float", default=None, help="Colour as float instead of half."
+            "--half", flag_value="half", default=None, help="Colour as half instead of float."
         ),
         click.option(
             "--motion", is_flag=True, default=None, help="Layers motion.X/Y: px to the next frame."

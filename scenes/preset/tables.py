@@ -188,7 +188,7 @@ class OutputPreset(Table):
         key("how the file is packed, always without loss; only zip and zips notice a flipped bit"),
     ] = "zip"
     multipart: Annotated[bool, key("whether each group of layers is a part of the file")] = False
-    colour: Annotated[Literal["half", "float"], key("pixels of colour layers")] = "half"
+    colour: Annotated[Literal["half", "float"], key("pixels of colour layers")] = "float"
     motion: Annotated[bool, key("whether there are layers motion.X and motion.Y, in pixels")] = (
         False
     )

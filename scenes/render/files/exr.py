@@ -1,11 +1,13 @@
 """Layers to and from OpenEXR files: nothing in the header but what made the pixels.
 
-Channels: half R G B (linear Rec.709), float Z [m], half N.X N.Y N.Z, half albedo.R albedo.G
-albedo.B, uint id.object id.part id.level; where asked for, float motion.X motion.Y [px] and
-denoised.R denoised.G denoised.B like R G B. Also float A, 1 everywhere: Mitsuba's reader gives
-every layer the type of the first by name, and Z and ids would overflow as halves. One part, or a
-part for each group of layers; a channel is called the same in both. The only file that imports
-OpenEXR.
+Channels: R G B (linear Rec.709), A (1 everywhere), albedo.R albedo.G albedo.B, float or half; float
+Z [m], half N.X N.Y N.Z, uint id.object id.part detail.level; where asked for, float motion.X
+motion.Y [px] and denoised.R denoised.G denoised.B like R G B. One part, or a part for each group of
+layers; a channel is called the same in both. The only file that imports OpenEXR.
+
+Types and names are such that every reader opens a float file by its plain call: OpenEXR's wants one
+type for all of a layer; Mitsuba's gives all layers the type of the first by name (A), and takes any
+layer of three channels for R G B or X Y Z, which is why the level stands apart from the other ids.
 """
 
 import contextlib
@@ -27,7 +29,7 @@ from scenes.render.files.digests import FILE_SHA256, PIXELS_SHA256, UNSEALED, pi
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 DEFAULT_OUTPUT = OutputPreset()
-"""One part, ZIP, half."""
+"""One part, ZIP, float."""
 
 _HALF_MAX = 65504.0
 _COLOUR = np.floating
@@ -48,7 +50,8 @@ _CHANNELS: dict[str, _Channel] = {
     "Z": _Channel("depth", "Z", None, np.float32),
     **{f"N.{name}": _Channel("N", "N", i, np.float16) for i, name in enumerate("XYZ")},
     **{f"albedo.{n}": _Channel("albedo", "albedo", i, _COLOUR) for i, n in enumerate("RGB")},
-    **{f"id.{n}": _Channel("id", n, None, np.uint32) for n in ("object", "part", "level")},
+    **{f"id.{n}": _Channel("id", n, None, np.uint32) for n in ("object", "part")},
+    "detail.level": _Channel("id", "level", None, np.uint32),
 }
 _ASKED_FOR: dict[str, _Channel] = {
     **{f"motion.{n}": _Channel("motion", "motion", i, np.float32) for i, n in enumerate("XY")},
@@ -125,7 +128,7 @@ def _parts(layers: Layers, output: OutputPreset) -> dict[str, dict[str, np.ndarr
     for name, channel in {**_CHANNELS, **asked}.items():
         pixels = _pixels(layers, channel, output)
         parts.setdefault(channel.part if output.multipart else "", {})[name] = pixels
-    next(iter(parts.values()))["A"] = np.ones_like(layers.Z)
+    next(iter(parts.values()))["A"] = np.ones_like(layers.Z, _colour_type(output))
     return parts
 
 
@@ -134,7 +137,7 @@ def _pixels(layers: Layers, channel: _Channel, output: OutputPreset) -> np.ndarr
     values = values if channel.component is None else values[..., channel.component]
     dtype = channel.dtype
     if dtype is _COLOUR:
-        dtype = np.float32 if output.colour == "float" else np.float16
+        dtype = _colour_type(output)
     if dtype is np.float16:
         values = np.clip(values, -_HALF_MAX, _HALF_MAX)
     return np.ascontiguousarray(values, dtype=dtype)
@@ -197,10 +200,13 @@ def channel_types(output: OutputPreset) -> dict[str, np.dtype]:
     """Pixel types by channel in a file of that output, with the layers that it asks for."""
     asked = {"motion": output.motion, "denoised": output.denoise}
     extra = {name: each for name, each in _ASKED_FOR.items() if asked[each.part]}
-    colour = np.float32 if output.colour == "float" else np.float16
-    types = {name: each.dtype for name, each in {**_CHANNELS, **extra}.items()}
-    types = {name: colour if each is _COLOUR else each for name, each in types.items()}
-    return {name: np.dtype(each) for name, each in {**types, "A": np.float32}.items()}
+    types = {name: each.dtype for name, each in {**_CHANNELS, **extra}.items()} | {"A": _COLOUR}
+    colour = _colour_type(output)
+    return {k: np.dtype(colour if each is _COLOUR else each) for k, each in types.items()}
+
+
+def _colour_type(output: OutputPreset) -> Any:
+    return np.float32 if output.colour == "float" else np.float16
 
 
 def _fields(pixels: Mapping[str, np.ndarray]) -> dict[str, Any]:

@@ -176,7 +176,7 @@ def test_another_size_or_type_or_setting_is_found(frames, tmp_path, renderer):
     frames()
     assert "8×5 pixels, not 8×4" in wrong(tmp_path)["a.0001.exr"]
     manifest = json.loads((tmp_path / "manifest.json").read_text())
-    other = frame_settings(preset_from({"output": {"colour": "float"}, "seed": 3}), "scalar_rgb")
+    other = frame_settings(preset_from({"output": {"colour": "half"}, "seed": 3}), "scalar_rgb")
     from scenes.render.files.manifest import settings_hash
 
     manifest["settings"] = {settings_hash(other): other}
@@ -186,7 +186,7 @@ def test_another_size_or_type_or_setting_is_found(frames, tmp_path, renderer):
     found = wrong(tmp_path)["a.0001.exr"]
     assert (
         "header has other settings (seed: 3 → 0)" in found
-        and "channel R is float16, not float32" in found
+        and "channel R is float32, not float16" in found
     )
 
 
