@@ -67,7 +67,12 @@ def test_pages_are_short() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert len(readme.splitlines()) <= 200 and len(readme.split()) <= 2000
     lines = {page.name: len(page.read_text(encoding="utf-8").splitlines()) for page in HOW_TO}
-    reference = {"architecture.md": 120, "method.md": 120, "keys.md": 300}  # to look things up in
+    reference = {
+        "architecture.md": 120,
+        "method.md": 120,
+        "keys.md": 300,
+        "exr.md": 120,
+    }  # to look things up in
     index = {"index.md": 80}
     assert {name: n for name, n in lines.items() if n > {**reference, **index}.get(name, 60)} == {}
 

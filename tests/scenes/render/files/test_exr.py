@@ -119,7 +119,7 @@ def test_every_header_has_the_hash_of_the_pixels_in_its_file(tmp_path, output):
 
 
 def written_out(pixels):
-    """As docs/frames.md says it."""
+    """As docs/exr.md says it."""
     types = {"e": "half", "f": "float", "I": "uint"}
     digest = hashlib.sha256()
     for name, values in sorted(pixels.items()):

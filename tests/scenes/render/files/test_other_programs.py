@@ -112,7 +112,7 @@ def test_mitsuba_splits_it(files, form):
     assert same(np.dstack([found[f"albedo.{name}"] for name in "RGB"]), "albedo", form)
     normals = np.dstack([found[f"N.{name}"] for name in "XYZ"])
     assert np.array_equal(normals, LAYERS.N.astype(np.float16))
-    if form == "half":  # as docs/frames.md says: every layer is taken for half
+    if form == "half":  # as docs/exr.md says: every layer is taken for half
         assert np.isinf(found["Z"]).all() and np.isinf(found["id.part"]).all()
         return
     assert np.array_equal(found["Z"], LAYERS.Z)
