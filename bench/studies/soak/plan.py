@@ -128,7 +128,7 @@ def plan_round(seed: int, number: int, clusters: bool = True) -> Round:
     chance = random.Random(f"{seed}/{number}")
     small = chance.random() < 0.25
     disk_kb = chance.randrange(24, 240) if small else None
-    looks = chance.sample(sorted(LOOKS), chance.choice((1, 1, 2, 3)))
+    looks = chance.sample(sorted(LOOKS), chance.choice((1, 2, 3)))
     steps: list[Step] = []
     for _ in range(chance.randint(2, 4)):
         steps.append(_burst(chance, looks, small, clusters))
@@ -138,12 +138,23 @@ def plan_round(seed: int, number: int, clusters: bool = True) -> Round:
 
 
 def _burst(chance: random.Random, looks: list[str], small: bool, clusters: bool) -> Burst:
+    if chance.random() < 0.2:
+        return _rivals(chance)
     several = chance.choices((1, 2, 3, 4), (10, 7, 2, 1))[0]
     on_cluster = clusters and chance.random() < 0.1
     commands = [_command(chance, looks, on_cluster and not k) for k in range(several)]
     meanwhile = _harm(chance) if chance.random() < 0.15 else None
     freeze = _moment(chance) if small and chance.random() < 0.3 else None
     return Burst(tuple(commands), meanwhile, freeze)
+
+
+def _rivals(chance: random.Random) -> Burst:
+    """Draw renders that want the same frames at once, of equal settings or of others."""
+    several = chance.choice((2, 2, 3, 4))
+    looks = sorted(LOOKS) if chance.random() < 0.7 else [chance.choice(sorted(LOOKS))]
+    waits = [chance.choice((0.0, chance.random())) for _ in range(several)]
+    commands = [Command("render", looks[k % len(looks)], wait=wait) for k, wait in enumerate(waits)]
+    return Burst(tuple(commands))
 
 
 def _command(chance: random.Random, looks: list[str], on_cluster: bool) -> Command:

@@ -59,6 +59,8 @@ def test_four_hundred_rounds_hold_everything_that_is_promised() -> None:
     assert harms == {*damage.FRAME_DAMAGES, *damage.MANIFEST_DAMAGES, *damage.PLANTS}
     bursts = [step for plan in PLANS for step in plan.steps if isinstance(step, Burst)]
     assert {len(each.commands) for each in bursts} == {1, 2, 3, 4}
+    rivals = [burst for burst in bursts if len({each.look for each in burst.commands}) > 1]
+    assert sum(not any(each.hit for each in burst.commands) for burst in rivals) > 50
     assert any(each.freeze for each in bursts) and any(each.meanwhile for each in bursts)
     assert 0.15 < sum(plan.disk_kb is not None for plan in PLANS) / len(PLANS) < 0.35
     assert all(each.hit for each in drawn if each.verb == "long")  # it would take for ever
