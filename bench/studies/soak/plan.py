@@ -76,7 +76,7 @@ class Command(Written):
     stem    of the frames' names, before the number
     flags   of render
     stream  where its output goes, one of STREAMS
-    wait    before it starts, as a fraction of the time that a start takes
+    wait_s  that the first command of a burst has worked for when this one starts
     """
 
     verb: str
@@ -85,7 +85,7 @@ class Command(Written):
     frames: tuple[int, ...] = FRAMES
     flags: tuple[str, ...] = ()
     stream: str = "kept"
-    wait: float = 0.0
+    wait_s: float = 0.0
     hit: Hit | None = None
 
 
@@ -152,8 +152,10 @@ def _rivals(chance: random.Random) -> Burst:
     """Draw renders that want the same frames at once, of equal settings or of others."""
     several = chance.choice((2, 2, 3, 4))
     looks = sorted(LOOKS) if chance.random() < 0.7 else [chance.choice(sorted(LOOKS))]
-    waits = [chance.choice((0.0, chance.random())) for _ in range(several)]
-    commands = [Command("render", looks[k % len(looks)], wait=wait) for k, wait in enumerate(waits)]
+    waits = [chance.choice((0.0, chance.uniform(0.0, _STARTS_S))) for _ in range(several)]
+    commands = [
+        Command("render", looks[k % len(looks)], wait_s=wait) for k, wait in enumerate(waits)
+    ]
     return Burst(tuple(commands))
 
 
@@ -173,7 +175,7 @@ def _command(chance: random.Random, looks: list[str], on_cluster: bool) -> Comma
         tuple(frames),
         _flags(chance, on_cluster),
         "kept" if kept else chance.choice(list(STREAMS)),
-        chance.choice((0.0, 0.0, chance.random(), 2 * chance.random())),
+        chance.choice((0.0, chance.uniform(0.0, _STARTS_S))),
         hit,
     )
 
@@ -202,10 +204,11 @@ def _hit(chance: random.Random, verb: str, on_cluster: bool) -> Hit:
 def _moment(chance: random.Random) -> Moment:
     """Half of all moments lie before the first frame, where most of the time goes."""
     if chance.random() < 0.5:
-        return Moment(chance.uniform(STARTED_S, 2.0), 0, 0.0)
+        return Moment(chance.uniform(STARTED_S, _STARTS_S), 0, 0.0)
     return Moment(STARTED_S, chance.randrange(len(FRAMES)), chance.uniform(0.0, 0.1))
 
 
+_STARTS_S = 2.0
 STARTED_S = 0.4
 """Seconds of work after which the interpreter has surely handed over to the program.
 

@@ -92,6 +92,10 @@ class Running:
             return 0.0
         return float(times.user + times.system)
 
+    def is_before(self, cpu_s: float) -> bool:
+        """Say whether the program runs, and has worked for less than so many seconds."""
+        return self.process.poll() is None and self.worked() < cpu_s
+
     def _finished(self) -> int:
         """Count the frames that came since the command started."""
         count = 0

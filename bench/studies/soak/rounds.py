@@ -20,23 +20,23 @@ from bench.studies.soak.program import Run, Running
 from scenes.render.files.manifest import NAME, file_hash
 
 _TICK_S = 0.01
+_DAMAGE_S = 1.5
 _MADE_BY_PREVIEW = (".png", ".mp4")
 
 
 class Folder:
     """A folder that a round is done to, and everything that was seen there.
 
-    place    where the program runs
-    truth    the right bytes of every frame
-    start_s  that the program takes to start on this machine
-    say      told of every action before it is taken
+    place  where the program runs
+    disk   that the frames lie on
+    truth  the right bytes of every frame
+    say    told of every action before it is taken
     """
 
     def __init__(
-        self, place: Place, disk: Disk, truth: Truth, start_s: float, say: Callable[[str], object]
+        self, place: Place, disk: Disk, truth: Truth, say: Callable[[str], object]
     ) -> None:
-        self._place, self._disk, self._truth = place, disk, truth
-        self._start_s, self._say = start_s, say
+        self._place, self._disk, self._truth, self._say = place, disk, truth, say
         self._ledger, self._runs, self._killed = Ledger(), 0, False
         self.tried: Counter[str] = Counter()
         self.broken: list[Broken] = []
@@ -89,18 +89,16 @@ class Folder:
 
     def _run(self, burst: Burst, running: list[Running]) -> tuple[list[Run], set[str]]:
         """Start the commands, do to them what is planned, and wait for their ends."""
-        waiting = sorted(burst.commands, key=lambda command: command.wait)
-        start, harmed = time.monotonic(), set[str]()
-        meanwhile, freeze = burst.meanwhile, burst.freeze
+        waiting = sorted(burst.commands, key=lambda command: command.wait_s)
+        harmed, meanwhile, freeze = set[str](), burst.meanwhile, burst.freeze
         while waiting or sum(each.step() for each in running):
-            passed = time.monotonic() - start
-            while waiting and (passed >= waiting[0].wait * self._start_s or not running):
+            while waiting and not (running and running[0].is_before(waiting[0].wait_s)):
                 self._runs += 1
                 logs = self._place.folder.parent / "logs" / f"{self._runs:03d}"
                 self._ledger.note_asked(waiting[0])
                 running.append(self._place.start(waiting.pop(0), logs))
             first = running[0]
-            if meanwhile and first.process.poll() is None and first.worked() > 1.5:
+            if meanwhile and not first.is_before(_DAMAGE_S):
                 harmed |= self._damage(meanwhile)
                 meanwhile = None
             if freeze and first.is_due(freeze):

@@ -7,19 +7,21 @@ cluster that die. Everything is drawn from one seed. After each step the folder 
 bytes of the same frames rendered alone, and against what the program promised.
 """
 
+import hashlib
 import json
 import shutil
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import click
 
 from bench.cli.output import table
+from bench.records.provenance import provenance
 from bench.studies.soak.disk import mounts, small_disk
 from bench.studies.soak.judge import KINDS, Broken
 from bench.studies.soak.looks import FRAMES, LOOKS, PRESET, PRESET_NAME, Truth, frame_name
@@ -58,12 +60,12 @@ def soak(
     """
     variant = choose(variant)
     environment = trusting(variant)
-    truth, start_s = render_alone(_place(keep / "alone", "out", variant, environment))
+    truth = render_alone(_place(keep / "alone", "out", variant, environment))
     figures = Figures()
     for number in rounds:
         plan = plan_round(seed, number)
         place = _place(keep / f"round{number}", plan.folder, variant, environment)
-        folder = _do_round(plan, place, truth, start_s, say)
+        folder = _do_round(plan, place, truth, say)
         figures.add(plan, folder.tried, folder.broken)
         for each in folder.broken:
             say(f"BROKEN {each.kind}: {each.text}")
@@ -73,9 +75,9 @@ def soak(
     return figures
 
 
-def render_alone(place: Place) -> tuple[Truth, float]:
-    """Render every look in a folder of its own; gives the right bytes, and the seconds it took."""
-    start, running = time.monotonic(), {}
+def render_alone(place: Place) -> Truth:
+    """Render every look in a folder of its own."""
+    running = {}
     for look in LOOKS:
         alone = replace(place, out=look)
         running[look] = alone.start(Command("render", look), place.folder.parent / "logs" / look)
@@ -88,7 +90,7 @@ def render_alone(place: Place) -> tuple[Truth, float]:
         hashes[look] = {frame: file_hash(path) for frame, path in paths.items()}
     if len({each for look in hashes.values() for each in look.values()}) < len(LOOKS) * len(FRAMES):
         raise click.ClickException("frames of other settings have the same bytes")
-    return Truth(hashes), time.monotonic() - start
+    return Truth(hashes)
 
 
 def _place(base: Path, out: str, variant: str, environment: Mapping[str, str]) -> Place:
@@ -102,15 +104,13 @@ def _place(base: Path, out: str, variant: str, environment: Mapping[str, str]) -
     return Place(base / "run", out, variant, {**environment, "TMPDIR": str(base / "tmp")})
 
 
-def _do_round(
-    plan: Round, place: Place, truth: Truth, start_s: float, say: Callable[[str], object]
-) -> Folder:
+def _do_round(plan: Round, place: Place, truth: Truth, say: Callable[[str], object]) -> Folder:
     """Do a round from its plan, and heal what it leaves."""
     say(f"round {plan.number} in {plan.folder!r}, disk {plan.disk_kb or 'as it is'}")
     if plan.disk_kb is not None and not mounts():
         place = replace(place, file_kb=plan.disk_kb // 8)
     with small_disk(place.frames.resolve(), plan.disk_kb) as disk:
-        folder = Folder(place, disk, truth, start_s, say)
+        folder = Folder(place, disk, truth, say)
         if plan.disk_kb is not None:
             folder.tried["small disks"] += 1
         for step in plan.steps:
@@ -156,9 +156,8 @@ def command(
     numbers = _numbers(0, minutes) if only is None else iter((only,))
     figures = soak(seed, numbers, variant, keep, say)
     found = {
-        "seed": seed,
         "seconds": round(time.monotonic() - start),
-        "variant": variant,
+        "provenance": asdict(provenance(_scene(), seed, variant=choose(variant))),
         "small disks are": "tmpfs" if mounts() else "a limit on the size of a file",
         "tried": dict(sorted(figures.tried.items())),
         "broken": {kind: figures.broken[kind] for kind in KINDS},
@@ -171,8 +170,14 @@ def command(
     keep.rmdir()
 
 
+def _scene() -> str:
+    """Hash what is rendered."""
+    return hashlib.sha256(repr((PRESET, sorted(LOOKS.items()), FRAMES)).encode()).hexdigest()
+
+
 def _text(found: Mapping[str, Any]) -> str:
     """Write figures for people."""
     rows = [*found["tried"].items(), ("", None), *found["broken"].items()]
-    head = f"seed {found['seed']}, {found['seconds']} s, {found['variant']}"
+    source = found["provenance"]
+    head = f"seed {source['seed']}, {found['seconds']} s, {source['variant']}, {source['commit']}"
     return "\n".join([head, f"small disks are {found['small disks are']}", table(rows)])
