@@ -198,7 +198,10 @@ def _hit(chance: random.Random, verb: str, on_cluster: bool) -> Hit:
     weights = (1, 1, 6) if on_cluster else (3, 3, 1)
     target = chance.choices(targets, weights[: len(targets)])[0]
     kind = "KILL" if target == "worker" else chance.choice(SIGNALS)
-    return Hit(kind, target, _moment(chance), chance.random(), chance.random() < 0.2)
+    moment = _moment(chance)
+    if verb == "long":  # it finishes no frame
+        moment = Moment(moment.cpu_s, 0, chance.uniform(0.0, 6.0))
+    return Hit(kind, target, moment, chance.random(), chance.random() < 0.2)
 
 
 def _moment(chance: random.Random) -> Moment:

@@ -7,7 +7,6 @@ cluster that die. Everything is drawn from one seed. After each step the folder 
 bytes of the same frames rendered alone, and against what the program promised.
 """
 
-import hashlib
 import json
 import shutil
 import tempfile
@@ -21,7 +20,7 @@ from typing import Any
 import click
 
 from bench.cli.output import table
-from bench.records.provenance import provenance
+from bench.records.provenance import provenance, scene_digest
 from bench.studies.soak.disk import mounts, small_disk
 from bench.studies.soak.judge import KINDS, Broken
 from bench.studies.soak.looks import FRAMES, LOOKS, PRESET, PRESET_NAME, Truth, frame_name
@@ -155,9 +154,10 @@ def command(
     say(f"seed {seed}, in {keep}")
     numbers = _numbers(0, minutes) if only is None else iter((only,))
     figures = soak(seed, numbers, variant, keep, say)
+    scene = scene_digest([PRESET, sorted(LOOKS.items()), FRAMES])
     found = {
         "seconds": round(time.monotonic() - start),
-        "provenance": asdict(provenance(_scene(), seed, variant=choose(variant))),
+        "provenance": asdict(provenance(scene, seed, variant=choose(variant))),
         "small disks are": "tmpfs" if mounts() else "a limit on the size of a file",
         "tried": dict(sorted(figures.tried.items())),
         "broken": {kind: figures.broken[kind] for kind in KINDS},
@@ -168,11 +168,6 @@ def command(
         first = figures.texts[0].replace("\n", " ")
         raise click.ClickException(f"seed {seed}, {first}; all of it in {keep}")
     keep.rmdir()
-
-
-def _scene() -> str:
-    """Hash what is rendered."""
-    return hashlib.sha256(repr((PRESET, sorted(LOOKS.items()), FRAMES)).encode()).hexdigest()
 
 
 def _text(found: Mapping[str, Any]) -> str:
