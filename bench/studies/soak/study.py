@@ -12,8 +12,9 @@ import shutil
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from itertools import count, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -51,19 +52,17 @@ class Figures:
 
 
 def soak(
-    seed: int, rounds: Iterator[int], variant: str, keep: Path, say: Callable[[str], object]
-) -> Figures:
-    """Do rounds of a seed, each in a folder below ``keep``, where those that broke something stay.
+    plans: Iterable[Round], variant: str, keep: Path, say: Callable[[str], object], figures: Figures
+) -> None:
+    """Do rounds, each in a folder below ``keep``, where those that broke something stay.
 
-    ``say`` is told of every action before it is taken.
+    ``say`` is told of every action before it is taken; ``figures`` grow with every round.
     """
     variant = choose(variant)
     environment = trusting(variant)
     truth = render_alone(_place(keep / "alone", "out", variant, environment))
-    figures = Figures()
-    for number in rounds:
-        plan = plan_round(seed, number)
-        place = _place(keep / f"round{number}", plan.folder, variant, environment)
+    for plan in plans:
+        place = _place(keep / f"round{plan.number}", plan.folder, variant, environment)
         folder = _do_round(plan, place, truth, say)
         figures.add(plan, folder.tried, folder.broken)
         for each in folder.broken:
@@ -71,7 +70,6 @@ def soak(
         if not folder.broken:
             shutil.rmtree(place.folder.parent)
     shutil.rmtree(keep / "alone")
-    return figures
 
 
 def render_alone(place: Place) -> Truth:
@@ -120,12 +118,10 @@ def _do_round(plan: Round, place: Place, truth: Truth, say: Callable[[str], obje
     return folder
 
 
-def _numbers(first: int, minutes: float) -> Iterator[int]:
+def _numbers(minutes: float) -> Iterator[int]:
     """Count rounds, as long as there is time to begin another."""
     end = time.monotonic() + 60 * minutes
-    while time.monotonic() < end:
-        yield first
-        first += 1
+    yield from takewhile(lambda number: time.monotonic() < end, count())
 
 
 @click.command()
@@ -152,22 +148,30 @@ def command(
         click.echo(f"{time.monotonic() - start:7.1f} s  {text}", err=True)
 
     say(f"seed {seed}, in {keep}")
-    numbers = _numbers(0, minutes) if only is None else iter((only,))
-    figures = soak(seed, numbers, variant, keep, say)
+    plans = (plan_round(seed, k) for k in (_numbers(minutes) if only is None else (only,)))
+    figures = Figures()
+    try:
+        soak(plans, variant, keep, say, figures)
+    finally:
+        found = _found(figures, time.monotonic() - start, seed, choose(variant))
+        click.echo(json.dumps(found) if as_json else _text(found))
+    if sum(figures.broken.values()):
+        first = figures.texts[0].replace("\n", " ")
+        raise click.ClickException(f"seed {seed}, {first}; all of it in {keep}")
+    keep.rmdir()
+
+
+def _found(figures: Figures, seconds: float, seed: int, variant: str) -> dict[str, Any]:
+    """Put together what was tried and what broke, and where that was."""
     scene = scene_digest([PRESET, sorted(LOOKS.items()), FRAMES])
-    found = {
-        "seconds": round(time.monotonic() - start),
-        "provenance": asdict(provenance(scene, seed, variant=choose(variant))),
+    return {
+        "seconds": round(seconds),
+        "provenance": asdict(provenance(scene, seed, variant=variant)),
         "small disks are": "tmpfs" if mounts() else "a limit on the size of a file",
         "tried": dict(sorted(figures.tried.items())),
         "broken": {kind: figures.broken[kind] for kind in KINDS},
         "how": figures.texts,
     }
-    click.echo(json.dumps(found) if as_json else _text(found))
-    if sum(figures.broken.values()):
-        first = figures.texts[0].replace("\n", " ")
-        raise click.ClickException(f"seed {seed}, {first}; all of it in {keep}")
-    keep.rmdir()
 
 
 def _text(found: Mapping[str, Any]) -> str:
