@@ -17,7 +17,7 @@ truth anywhere from 81 % to 98 % of the time in simulation; the weighted ones 94
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import statsmodels.api as sm
@@ -53,6 +53,23 @@ class Estimate:
     standard_error: float
     scale: float
     rows: int
+
+    def __format__(self, form: str) -> str:
+        """Write the number and its interval, each in this form: ``0.98 (0.97 to 0.99)``."""
+        return f"{self.value:{form}} ({self.low:{form}} to {self.high:{form}})"
+
+
+def exactly(value: float, rows: int = 1) -> Estimate:
+    """Return a number that is counted, and so has no error, as an estimate."""
+    return Estimate(value, value, value, 0.0, 1.0, rows)
+
+
+def student_interval(
+    value: float, error: float, freedom: float, rows: int, scale: float = 1.0
+) -> Estimate:
+    """Return an estimate with Student's t interval, from its standard error and its freedom."""
+    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], freedom)) * error
+    return Estimate(value, value - reach, value + reach, error, scale, rows)
 
 
 def two_sided_slope(counts: Reals, covariate: Reals, dispersion: Reals | None = None) -> Estimate:
@@ -102,13 +119,12 @@ def two_sided_share(counts: Reals, out_of: Reals) -> Estimate:
     if not (np.isfinite(out_of).all() and (0 <= counts).all() and (counts <= out_of).all()):
         raise InputError("share", "a count outside 0 to what it is out of", "a share of each field")
     if not out_of.any():
-        return Estimate(0.0, 0.0, 0.0, 0.0, 1.0, len(counts))
+        return exactly(0.0, len(counts))
     value = float(counts.sum() / out_of.sum())
     spread = float(np.std(counts - value * out_of, ddof=1)) / math.sqrt(len(counts))
     error = spread / float(out_of.mean())
-    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], len(counts) - 1)) * error
-    low, high = max(0.0, value - reach), min(1.0, value + reach)
-    return Estimate(value, low, high, error, 1.0, len(counts))
+    found = student_interval(value, error, len(counts) - 1, len(counts))
+    return replace(found, low=max(0.0, found.low), high=min(1.0, found.high))
 
 
 def two_sided_paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
@@ -123,9 +139,7 @@ def two_sided_paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
         raise InputError("paired_ratio", (n, len(wholes)), "2 pairs or more, not all of nothing")
     value = float(counts.sum() / wholes.sum())
     without = (counts.sum() - counts) / (wholes.sum() - wholes)
-    error = math.sqrt((n - 1) * float(without.var()))
-    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], n - 1)) * error
-    return Estimate(value, value - reach, value + reach, error, 1.0, n)
+    return student_interval(value, math.sqrt((n - 1) * float(without.var())), n - 1, n)
 
 
 def two_sided_ratio_of_means(sums: Reals, counts: Reals, wholes: Reals, out_of: Reals) -> Estimate:
@@ -142,9 +156,7 @@ def two_sided_ratio_of_means(sums: Reals, counts: Reals, wholes: Reals, out_of: 
     total = [each.sum() for each in columns]
     value = float(total[0] / total[1] / (total[2] / total[3]))
     without = rest[0] / rest[1] / (rest[2] / rest[3])
-    error = math.sqrt((n - 1) * float(without.var()))
-    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], n - 1)) * error
-    return Estimate(value, value - reach, value + reach, error, 1.0, n)
+    return student_interval(value, math.sqrt((n - 1) * float(without.var())), n - 1, n)
 
 
 def two_sided_median(values: Reals) -> Estimate:
@@ -179,10 +191,8 @@ def two_sided_quantile(values: Reals, share: float) -> Estimate:
 
 def two_sided_mean(values: Reals) -> Estimate:
     """Estimate the mean of n ≥ 2 values, (n,), with Student's t interval."""
-    error = float(values.std(ddof=1)) / len(values) ** 0.5
-    half = float(stats.t.ppf(TWO_SIDED_TAILS[1], len(values) - 1)) * error
-    value = float(values.mean())
-    return Estimate(value, value - half, value + half, error, 1.0, len(values))
+    n, error = len(values), float(values.std(ddof=1)) / len(values) ** 0.5
+    return student_interval(float(values.mean()), error, n - 1, n)
 
 
 def standard_error(counts: Reals) -> float:
@@ -217,8 +227,7 @@ def _fit(
     model = sm.GLM(counts, design, sm.families.Poisson(), offset=offset, var_weights=weights)
     fit = model.fit(scale="X2")
     value, error = float(fit.params[-1]), float(fit.bse[-1])
-    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], fit.df_resid)) * error
-    return Estimate(value, value - reach, value + reach, error, float(fit.scale), len(counts))
+    return student_interval(value, error, fit.df_resid, len(counts), float(fit.scale))
 
 
 def _positive(name: str, values: Reals) -> np.ndarray:

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import statsmodels.api as sm
-from scipy import stats
 
-from bench.statistics.estimates import TWO_SIDED_TAILS, Estimate
+from bench.statistics.estimates import Estimate, student_interval
 from lod.arrays import Reals
 from lod.errors import InputError
 
@@ -59,8 +58,7 @@ def fit_exponent(x: Reals, y: Reals) -> Estimate:
     """
     fit = sm.OLS(np.log(_positive(y)), sm.add_constant(np.log(_positive(x)))).fit(cov_type="HC3")
     value, error = float(fit.params[1]), float(fit.bse[1])
-    reach = float(stats.t.ppf(TWO_SIDED_TAILS[1], fit.df_resid)) * error
-    return Estimate(value, value - reach, value + reach, error, 1.0, len(y))
+    return student_interval(value, error, fit.df_resid, len(y))
 
 
 def compare_with_log(x: Reals, y: Reals) -> RivalModels:

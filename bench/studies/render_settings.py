@@ -18,7 +18,7 @@ import click
 import numpy as np
 
 from bench.cli.output import table
-from bench.statistics.estimates import LEAST_REPEATS, Estimate, two_sided_median
+from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
@@ -98,15 +98,11 @@ def tried(name: str, size: str, spp: int, pairs: int) -> list[tuple[Any, ...]]:
             each.name,
             f"{np.median(found):.4f}",
             f"{np.median(seconds) / 2:.2f}",
-            _among(two_sided_median(found * seconds / used)),
+            f"{two_sided_median(found * seconds / used):.2f}",
             f"{np.mean(held) / deepest:.3f}",
         )
         for each, held, (found, seconds) in zip(all_settings, pictures, rows, strict=True)
     ]
-
-
-def _among(found: Estimate) -> str:
-    return f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})"
 
 
 @click.command()

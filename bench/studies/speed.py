@@ -23,7 +23,7 @@ import psutil
 from bench.cli.output import table
 from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
 from bench.runner.timing import interleaved_seconds
-from bench.statistics.estimates import Estimate, two_sided_median
+from bench.statistics.estimates import two_sided_median
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from lod.pruning.view import View
@@ -59,9 +59,8 @@ def memory_bandwidth(repeats: int) -> float:
 
 
 def rate_text(count: int, seconds: Sequence[float]) -> str:
-    """Write millions a second, with the interval of the median."""
-    found = two_sided_median(count / np.array(seconds) / 1e6)
-    return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f})"
+    """Write millions a second, with the interval of the median and the unit."""
+    return f"{two_sided_median(count / np.array(seconds) / 1e6):.1f} M/s"
 
 
 def species_rows(name: str, field: SpeciesField, view: View, repeats: int, speed: float) -> Rows:
@@ -91,16 +90,16 @@ def species_rows(name: str, field: SpeciesField, view: View, repeats: int, speed
     floor = (len(cut) * _OUT_BYTES + len(instances) * _BODY_BYTES) / speed
     one, any_way = (two_sided_median(np.array(away_s) * 1e9 / n) for n in (away, searched))
     return [
-        (f"{name}: part tests", f"{tests:,}", f"{rate_text(tests, test_s)} M/s"),
+        (f"{name}: part tests", f"{tests:,}", rate_text(tests, test_s)),
         (f"{name}: time ÷ floor", "", f"{np.median(test_s) / floor:.1f}"),
         (
             f"{name}: turned away one by one ({kept:,} kept)",
             f"{away:,}",
-            f"{nanoseconds_text(one)} each",
+            f"{one:.1f} ns each",
         ),
-        (f"{name}: and with their cells", f"{searched:,}", f"{nanoseconds_text(any_way)} each"),
-        (f"{name}: sticks posed and emitted", f"{sticks:,}", f"{rate_text(sticks, emit_s)} M/s"),
-        (f"{name}: parts blended", f"{len(cut):,}", f"{rate_text(len(cut), look_s)} M/s"),
+        (f"{name}: and with their cells", f"{searched:,}", f"{any_way:.1f} ns each"),
+        (f"{name}: sticks posed and emitted", f"{sticks:,}", rate_text(sticks, emit_s)),
+        (f"{name}: parts blended", f"{len(cut):,}", rate_text(len(cut), look_s)),
     ]
 
 
@@ -111,11 +110,6 @@ def objects_searched(field: SpeciesField, view: View) -> int:
     many = 1 << 16
     runs = ((x[at : at + many], y[at : at + many]) for at in range(0, len(x), many))
     return sum(len(field.cells.sample(*run)) for run in runs)
-
-
-def nanoseconds_text(found: Estimate) -> str:
-    """Write nanoseconds with their interval."""
-    return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f}) ns"
 
 
 def thread_rows(name: str, field: SpeciesField, view: View, repeats: int) -> Rows:
@@ -129,8 +123,7 @@ def thread_rows(name: str, field: SpeciesField, view: View, repeats: int) -> Row
             seconds.append(time.perf_counter() - start)
     numba.set_num_threads(1)
     found = two_sided_median(np.array(spent[1]) / np.array(spent[2]))
-    among = f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})"
-    return [(f"{name}: prune on two cores, times as fast", "", among)]
+    return [(f"{name}: prune on two cores, times as fast", "", f"{found:.2f}")]
 
 
 def world_rows(name: str, species: str, size: str, repeats: int) -> Rows:
@@ -146,8 +139,7 @@ def world_rows(name: str, species: str, size: str, repeats: int) -> Rows:
     last = np.array(seconds[-1])
     rows: Rows = [("objects in the window", "scene MB", "hash", "s", "÷ the largest world's")]
     for objects, each, spent in zip(WORLDS, made, seconds, strict=True):
-        ratio = two_sided_median(np.array(spent) / last)
-        among = f"{ratio.value:.3f} ({ratio.low:.3f} to {ratio.high:.3f})"
+        among = f"{two_sided_median(np.array(spent) / last):.3f}"
         megabytes = f"{scene_bytes(each) / 1e6:.1f}"
         rows.append(
             (f"{objects:.0e}", megabytes, scene_hash(each), f"{np.median(spent):.3f}", among)
@@ -179,8 +171,8 @@ def ready_scene_rows(variant: str, size: str, repeats: int) -> Rows:
             grown = grown or process.memory_info().rss - before
             primitives = sum(map(len, held.owners))
             del held, seen
-    share, found = 1e6 / len(shape), two_sided_median(np.array(spent))
-    among = f"{found.value * share:.2f} ({found.low * share:.2f} to {found.high * share:.2f}) s"
+    share = 1e6 / len(shape)
+    among = f"{two_sided_median(np.array(spent) * share):.2f} s"
     what = f"cut to ready scene ({primitives:,} primitives), for 1 M sticks"
     return [(what, f"{len(shape):,}", f"{among}, {grown * share / 1e6:.0f} MB")]
 

@@ -7,7 +7,7 @@ import numpy as np
 from bench.experiments.colonnade.scene import COUNT, image_width, places
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import Estimate, two_sided_mean
+from bench.statistics.estimates import Estimate, exactly, two_sided_mean
 
 BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)
 """The metric and the detail of both cuts that are compared: they display about as many parts."""
@@ -55,15 +55,15 @@ def _parts(metric: str, row: list[Point], about: str) -> Claim:
     words = about, "parts of the outermost column ÷ the middle one's", _SOURCE
     name = f"{metric}/column/parts"
     if metric == "depth":
-        return claim(name, words, 1.0, 0.0, _counted(float(share)))
-    return claim(name, words, 0.9, 0.0, _counted(float(share)), "at most")
+        return claim(name, words, 1.0, 0.0, exactly(float(share)))
+    return claim(name, words, 0.9, 0.0, exactly(float(share)), "at most")
 
 
 def _same_parts(blake: list[Point], depth: list[Point]) -> Claim:
     share = _total(blake) / _total(depth)
     about = "The two cuts whose errors are compared display about as many parts."
     words = about, "parts of all columns, blake at 8 px ÷ depth at 12 px", _SOURCE
-    return claim("blake/column/budget", words, 1.0, 0.1, _counted(share))
+    return claim("blake/column/budget", words, 1.0, 0.1, exactly(share))
 
 
 def _error(weight: str, what: str, blake: list[Point], depth: list[Point]) -> Claim:
@@ -87,8 +87,3 @@ def _total(row: list[Point]) -> float:
 def _over_middle(row: list[Point], name: str) -> Estimate:
     outer = np.mean([row[k].values(name) for k in OUTER], axis=0)
     return two_sided_mean(outer / row[MIDDLE].values(name))
-
-
-def _counted(value: float) -> Estimate:
-    """Return a number that is counted and has no error."""
-    return Estimate(value, value, value, 0.0, 1.0, 1)

@@ -14,7 +14,7 @@ from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON, Distances, lo
 from bench.experiments.figure.fit import Chosen, Counts, exponent, rank_correlation
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped, where
-from bench.statistics.estimates import Estimate, two_sided_median
+from bench.statistics.estimates import exactly, two_sided_median
 
 COUNTED, SIZED, POSED = "parts against distance", "sizes", "posing"
 
@@ -136,10 +136,12 @@ def _falls(kind: str, table: dict[str, np.ndarray], rng: np.random.Generator) ->
     words = about, "rank correlation of P with level", "§2.3"
     rank = claim(f"sizes/{kind}/rank", words, 0, 0, found, "at most")
     share = no_smaller(whole, size)
-    every = Estimate(share, share, share, 0.0, 1.0, len(whole) - 1)  # counted, not sampled
     about = f"Parts of the {kind} are generally smaller than their whole."
     words = about, "share of parts no smaller than their whole", "§2.3"
-    return [rank, claim(f"sizes/{kind}/no_smaller", words, 0, FEW, every, "at most")]
+    return [
+        rank,
+        claim(f"sizes/{kind}/no_smaller", words, 0, FEW, exactly(share, len(whole) - 1), "at most"),
+    ]
 
 
 def no_smaller(whole: np.ndarray, size: np.ndarray) -> float:

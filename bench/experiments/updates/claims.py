@@ -2,7 +2,7 @@
 
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import Estimate, two_sided_paired_ratio, two_sided_share
+from bench.statistics.estimates import Estimate, exactly, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 
 _PAPER, _DERIVED = "§2", "derived: docs/method.md"
@@ -35,8 +35,8 @@ def _off(points: tuple[Point, ...], threshold: float) -> Claim:
     about = f"Whatever the camera does, no part is off by more than a threshold of {rule}."
     words = about, "the farthest that a part is off [px]", _DERIVED
     rows = sum(len(point.column("parts")) for point in points)
-    exact = Estimate(farthest, farthest, farthest, 0.0, 1.0, rows)
-    return claim(f"off/{rule.replace(' ', '_')}", words, threshold, 0.0, exact, "at most")
+    name = f"off/{rule.replace(' ', '_')}"
+    return claim(name, words, threshold, 0.0, exactly(farthest, rows), "at most")
 
 
 def _fewer(schedules: dict[str, Point]) -> list[Claim]:

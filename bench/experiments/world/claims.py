@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, where
-from bench.statistics.estimates import Estimate, two_sided_median
+from bench.statistics.estimates import Estimate, exactly, two_sided_median
 from bench.statistics.power_law import fit_exponent
 
 _LAW = "§4.1"
@@ -27,7 +27,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 def _of_pruned(beyond: list[Point]) -> tuple[Claim, ...]:
     """Claim what holds of every world that reaches beyond the limit."""
     hashes = float(len({p.case["scene"] for p in beyond}))
-    exact = Estimate(hashes, hashes, hashes, 0.0, 1.0, len(beyond))
+    exact = exactly(hashes, len(beyond))
     same = "The frame is the same, bit for bit, in every world larger than the limit."
     longer = "A larger world takes no longer, once it is larger than the limit."
     slope = power_of_worlds(beyond)

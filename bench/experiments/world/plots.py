@@ -31,7 +31,7 @@ def _row(point: Point) -> tuple[str, ...]:
         *(_LABELS[case["metric"]], f"{case['objects']:.0e}", f"{case['side_m']:.4g}"),
         *(f"{case['limit_m']:.4g}" if case["limit_m"] else "none", *counts),
         *(f"{point.column('bytes')[0] / 1e6:.1f}", case["scene"]),
-        f"{found.value:.4f} ({found.low:.4f} to {found.high:.4f})",
+        f"{found:.4f}",
     )
 
 

@@ -67,7 +67,7 @@ def _row(pruned: Point, full: Point | None) -> tuple[object, ...]:
     cells: list[object] = [f"{case['objects']:.3g}", f"{case['side_m']:.4g}"]
     for column in (_TIME, _CPU):
         cells += [full and _middle(full, column), _middle(pruned, column)]
-        cells.append(full and _told(factor(seconds(full, column) / seconds(pruned, column))))
+        cells.append(full and f"{factor(seconds(full, column) / seconds(pruned, column)):.3g}")
     cells.insert(4, _middle(pruned, "trace_us"))
     held = seconds(pruned, _MEMORY)[0], seconds(full, _MEMORY)[0] if full else None
     cells += [held[1] and f"{held[1]:.0f}", f"{held[0]:.0f}"]
@@ -77,10 +77,6 @@ def _row(pruned: Point, full: Point | None) -> tuple[object, ...]:
 
 def _middle(point: Point, column: str) -> str:
     return f"{float(np.median(seconds(point, column))):.2f}"
-
-
-def _told(found: Estimate) -> str:
-    return f"{found.value:.3g} ({found.low:.3g} to {found.high:.3g})"
 
 
 def summary_text(found: dict[str, Any]) -> str:
@@ -139,7 +135,7 @@ def _of_ratio(found: dict[str, Any], column: str) -> Estimate | None:
 
 
 def _exponent(found: Estimate | None) -> str:
-    return "too few worlds to say" if found is None else f"exponent {_told(found)}"
+    return "too few worlds to say" if found is None else f"exponent {found:.3g}"
 
 
 def plots(found: dict[str, Any]) -> tuple[Plot, ...]:
