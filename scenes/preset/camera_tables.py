@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from scenes.preset.values import Cell, Metres, Table, key, refuse
+from scenes.preset.values import Cell, Metres, Moment, Table, key, refuse
 
 _THERE = "absent: the camera's"
 
@@ -71,6 +71,7 @@ class CameraPreset(Table):
         float, key("turn of the view, clockwise [degrees/s]; 0 = none", least=-1e5, most=1e5)
     ] = 0.0
     fps: Annotated[float, key("frames per second", above=0, most=1000)] = 24.0
+    date: Moment = None
     keys: Annotated[
         tuple[CameraKey, ...],
         Field(max_length=1000),

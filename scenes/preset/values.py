@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable
+from datetime import datetime
 from typing import Annotated, Any
 
 from pydantic import (
@@ -104,6 +105,18 @@ def _power_of_two(value: float) -> float:
     return value
 
 
+def _moment(value: Any) -> Any:
+    if value is None or isinstance(value, int | float | bool):
+        return value
+    try:
+        moment = value if isinstance(value, datetime) else datetime.fromisoformat(str(value))
+    except ValueError:
+        moment = None
+    if moment is None or moment.tzinfo is not None:
+        raise refuse("a local date and time, without a zone", "try 2026-06-21T12:00:00")
+    return moment.isoformat(timespec="seconds")
+
+
 def _metres(value: float | None) -> str | None:
     return None if value is None else f"{value!r}m"
 
@@ -184,6 +197,11 @@ Size = Annotated[
     tuple[Side, Side],
     BeforeValidator(_reported(_size)),
     key(f"WIDTHxHEIGHT in pixels, each side from 1 to {LARGEST_SIDE}"),
+]
+Moment = Annotated[
+    str | None,
+    BeforeValidator(_moment),
+    key("local date and time of frame 1, as 2026-06-21T12:00:00; absent = none"),
 ]
 Metres = Annotated[float, Field(ge=-_FARTHEST_M, le=_FARTHEST_M)]
 Cell = Annotated[int, Field(ge=-_FARTHEST_CELL, le=_FARTHEST_CELL)]

@@ -100,6 +100,10 @@ def _write(path: Path, layers: Layers, header: Mapping[str, Any], output: Output
         "type": OpenEXR.scanlineimage,
         "chromaticities": REC709,
     }
+    if "timeCode" in every:
+        every["timeCode"] = OpenEXR.TimeCode(
+            *every["timeCode"], *[0] * 14
+        )  # no flags, no user bits
     parts: list[OpenEXR.Part] = []
     for name, part in channels.items():
         arrays = {k: OpenEXR.Channel(v) for k, v in part.items()}

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from datetime import datetime, timedelta
 from fractions import Fraction
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -20,15 +21,20 @@ _PRESET = f"{PREFIX}preset."
 
 
 def frame_header(
-    camera: Camera, fps: float, settings: Mapping[str, Any], frame: int
+    camera: Camera,
+    fps: float,
+    settings: Mapping[str, Any],
+    frame: int,
+    date: str | None = None,
 ) -> dict[str, Any]:
     """Make the attributes for write_exr: only what determines the pixels, so that hashes repeat.
 
     worldToCamera and worldToNDC (4, 4) are for row vectors, as OpenEXR documents them: camera x
     right, y up, looking along +z; the picture from (0, 0), upper left, to (1, 1). The world's
     origin is the grid corner ``lod:corner``, and so is that of ``lod:eye`` [m]. settings: of
-    ``frame_settings``, or any nested plain data; settings_in reads them back. Raises InputError for
-    a frame rate that cannot be.
+    ``frame_settings``, or any nested plain data; settings_in reads them back. date: local, of frame
+    1, in ISO 8601. Raises InputError for a frame rate that cannot be, and for a date beyond the
+    year 9999.
     """
     if not (math.isfinite(fps) and 0 < fps <= 1e6):
         raise InputError("camera.fps", fps, "above 0 frames a second", "try 24")
@@ -42,9 +48,32 @@ def frame_header(
         "worldToNDC": np.ascontiguousarray(_ndc_from_world(camera).T, np.float32),
         "screenWindowWidth": float(np.float32(2 * camera.tan_half[0])),
         "framesPerSecond": Fraction(fps).limit_denominator(100_000),
+        **_time_of_shot(fps, frame, date),
         **flatten_attributes(about, PREFIX),
         **settings_attributes(settings, frame),
     }
+
+
+def _time_of_shot(fps: float, frame: int, date: str | None) -> dict[str, Any]:
+    """When a frame is: ``timeCode`` as (hours, minutes, seconds, frames), and ``capDate``.
+
+    A time code counts from frame 1 in whole frames a second (24 at 23.976) and wraps after 24
+    hours; there is none above 30 a second, or where the rate is no whole number or 1000/1001 of
+    one.
+    """
+    found: dict[str, Any] = {}
+    rate, count = round(fps), frame - 1
+    if 1 <= rate <= 30 and min(abs(fps - rate), abs(fps * 1.001 - rate)) < 1e-3 and count >= 0:
+        seconds = count // rate
+        found["timeCode"] = (seconds // 3600 % 24, seconds // 60 % 60, seconds % 60, count % rate)
+    if date is not None:
+        try:
+            now = datetime.fromisoformat(date) + timedelta(seconds=math.floor(count / fps))
+        except OverflowError:
+            rule = f"a date from which frame {frame} is before the year 10000"
+            raise InputError("camera.date", date, rule, "give an earlier date") from None
+        found["capDate"] = now.isoformat(sep=" ").replace("-", ":")
+    return found
 
 
 def settings_attributes(settings: Mapping[str, Any], frame: int) -> dict[str, Any]:

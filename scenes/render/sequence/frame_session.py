@@ -97,8 +97,8 @@ class FrameSession:
 
     def header(self, frame: int) -> dict[str, Any]:
         """Make the header of a frame's file: all that determines its pixels."""
-        camera = view_at(self._world, self._preset, frame).camera
-        return frame_header(camera, self._preset.camera.fps, self.settings, frame)
+        camera, shot = view_at(self._world, self._preset, frame).camera, self._preset.camera
+        return frame_header(camera, shot.fps, self.settings, frame, shot.date)
 
 
 def _adding(of: int, watch: Watch) -> Callable[[int], object]:

@@ -117,6 +117,33 @@ def test_the_screen_window_is_as_wide_as_the_picture_at_distance_one(tmp_path, f
     assert width == pytest.approx(2 * np.tan(np.radians(fov / 2)), rel=1e-6)
 
 
+TIMES = [
+    (24.0, 1, (0, 0, 0, 0), "2026:06:21 23:59:59"),
+    (24.0, 25, (0, 0, 1, 0), "2026:06:22 00:00:00"),
+    (24000 / 1001, 24 * 3661 + 6, (1, 1, 1, 5), "2026:06:22 01:01:03"),
+    (30.0, 30 * 86400 + 2, (0, 0, 0, 1), "2026:06:22 23:59:59"),
+    (12.5, 26, None, "2026:06:22 00:00:01"),
+    (60.0, 61, None, "2026:06:22 00:00:00"),
+]
+
+
+@pytest.mark.parametrize(("fps", "frame", "code", "date"), TIMES)
+def test_the_shot_tells_the_time_and_no_clock_does(tmp_path, fps, frame, code, date):
+    made = frame_header(camera(), fps, {}, frame, "2026-06-21T23:59:59")
+    write_exr(tmp_path / "a.exr", some_layers(), made)
+    header = read_header(tmp_path / "a.exr")
+    assert header["capDate"] == date and ("timeCode" in header) == (code is not None)
+    if code:
+        found = header["timeCode"]
+        assert (found.hours, found.minutes, found.seconds, found.frame) == code
+    assert "capDate" not in frame_header(camera(), fps, {}, frame)
+
+
+def test_a_date_that_the_shot_outlives_is_refused():
+    with pytest.raises(InputError, match="before the year 10000"):
+        frame_header(camera(), 1.0, {}, 3, "9999-12-31T23:59:59")
+
+
 VALUES = (
     st.integers()
     | st.floats(allow_nan=False)
@@ -144,6 +171,7 @@ def test_a_thousand_headers_survive_the_round_trip(settings, frame, fps, cell):
         write_exr(Path(folder) / "a.exr", some_layers(), header)
         found, back = whole_frame(Path(folder) / "a.exr"), read_header(Path(folder) / "a.exr")
     assert found == (frame, {"software": header["software"], **settings})
+    header.pop("timeCode", None)
     for name, value in header.items():
         same = np.array_equal if isinstance(value, np.ndarray) else operator.eq
         assert same(back[name], value), name
