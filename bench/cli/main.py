@@ -3,16 +3,17 @@
 import atexit
 import importlib
 import os
-import signal
 import sys
 from collections.abc import Sequence
 from importlib import metadata
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import click
 
 from bench.cli.kernel_cache import use_kernel_cache
 from lod.errors import InputError
+from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped, restore
+from scenes.processes.standard_streams import is_unread, open_standard_streams, write_failure
 
 COMMANDS = (
     *("doctor", "list", "show", "count", "render", "verify", "run", "report", "compare", "study"),
@@ -59,40 +60,33 @@ def program(ctx: click.Context) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run one command and leave with its code: 0 ok, 1 failed, 2 bad input, 130 interrupted."""
+    """Run one command and leave with its code: 0 ok, 1 failed, 2 bad input, 128 + n for signal n.
+
+    What stdout does not take ends no command: that it was lost is said at the end, and fails it;
+    but a reader that went away, as that of ``| head`` does, had what it wanted.
+    """
+    open_standard_streams()
     words = list(sys.argv[1:] if arguments is None else arguments)
-    code, before = OK, _second_interrupt_ends()
+    code, line, before = OK, "", raise_when_stopped()
     try:
         with program.make_context("lodbench", words) as context:
             program.invoke(context)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        code = FAILED  # nobody reads on
     except BaseException as error:
         if os.environ.get(TRACEBACK) and not isinstance(error, click.exceptions.Exit):
             raise
         code, line = _verdict(error)
-        if line:
-            click.echo(f"lodbench: {line}", err=True)
-    if code == INTERRUPTED:
-        # While the interpreter ends there is no handler any more: another Ctrl-C would kill it.
-        atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    lost = write_failure(sys.stdout)
+    if lost and not is_unread(lost):
+        what = f"error: stdout could not be written ({lost.strerror}): what was printed is lost"
+        code, line = code or FAILED, f"{line}; {what}" if line else f"{what}, the work is done"
+    if line:
+        click.echo(f"lodbench: {line}", err=True)
+    if code > 128:
+        # While the interpreter ends there is no handler any more: another signal would kill it.
+        atexit.register(ignore_signals)
     else:
-        signal.signal(signal.SIGINT, before)
+        restore(before)
     sys.exit(code)
-
-
-def _second_interrupt_ends() -> Any:
-    """Let the first Ctrl-C wind the command up, and a second one end it at once.
-
-    Gives the handler that was installed before.
-    """
-
-    def first(number: int, frame: object) -> NoReturn:
-        signal.signal(signal.SIGINT, lambda number, frame: os._exit(INTERRUPTED))
-        raise KeyboardInterrupt
-
-    return signal.signal(signal.SIGINT, first)
 
 
 def _verdict(error: BaseException) -> tuple[int, str]:
@@ -100,6 +94,8 @@ def _verdict(error: BaseException) -> tuple[int, str]:
     match error:
         case click.exceptions.Exit():
             return error.exit_code, ""
+        case Stopped():
+            return error.exit_code, "interrupted"
         case KeyboardInterrupt() | click.Abort():
             return INTERRUPTED, "interrupted"
         case InputError():

@@ -11,6 +11,8 @@ from typing import Any, TextIO
 import click
 import numpy as np
 
+from scenes.processes.standard_streams import carry_failure, lenient_stream
+
 
 @dataclasses.dataclass(frozen=True)
 class Output:
@@ -41,14 +43,17 @@ def output(as_json: bool) -> Iterator[Output]:
         yield Output(None)
         return
     sys.stdout.flush()
-    kept = os.dup(1)
+    kept, results = os.dup(1), sys.stdout
     try:
         with (
-            os.fdopen(os.dup(kept), "w", encoding="utf-8") as stream,
+            lenient_stream(os.dup(kept), closefd=True) as stream,
             contextlib.redirect_stdout(sys.stderr),
         ):
             os.dup2(2, 1)
-            yield Output(stream)
+            try:
+                yield Output(stream)
+            finally:
+                carry_failure(stream, results)
     finally:
         os.dup2(kept, 1)
         os.close(kept)

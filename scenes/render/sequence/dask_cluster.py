@@ -3,19 +3,26 @@
 The only file that imports Dask (the extra ``cluster``).
 """
 
+import asyncio
 import contextlib
+import json
 import logging
 import os
+import shutil
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from lod.errors import InputError
+from scenes.processes.signals import signals_held
 from scenes.render.files.header import software
 from scenes.render.mitsuba.variants import trusting
 
-_ANSWER_S = 15
+_ANSWER_S = 8
+_NOT_DASK = "what listens there does not speak as Dask does"
+_SCRATCH = "lodbench-workers-"
 MOST_WORKERS = 1024
 
 
@@ -53,7 +60,8 @@ def cluster(
     with contextlib.ExitStack() as stack:
         if where.isdecimal():
             local = stack.enter_context(_local(where, variant))
-            client = stack.enter_context(distributed.Client(local))
+            with signals_held():
+                client = stack.enter_context(distributed.Client(local))
             threads = threads or max(1, (os.cpu_count() or 1) // int(where))
         else:
             client = stack.enter_context(_remote(where))
@@ -71,36 +79,104 @@ def _local(where: str, variant: str) -> Iterator[Any]:
         raise InputError("--cluster", where, f"from 1 to {MOST_WORKERS} workers")
     # Whoever counts the tries of a frame is told of every worker that it ended.
     settings = {"distributed.scheduler.allowed-failures": 0}
-    with (
-        dask.config.set(settings),
-        LocalCluster(
-            n_workers=int(where),
-            threads_per_worker=1,
-            memory_limit=0,
-            dashboard_address=":0",
-            silence_logs=logging.CRITICAL,
-            env=trusting(variant) if variant else {},
-        ) as local,
-    ):
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(dask.config.set(settings))
+        folder = stack.enter_context(scratch_folder(dask.config.get("temporary-directory")))
+        with signals_held():
+            local = LocalCluster(
+                n_workers=int(where),
+                threads_per_worker=1,
+                memory_limit=0,
+                dashboard_address=":0",
+                silence_logs=logging.CRITICAL,
+                env=trusting(variant) if variant else {},
+                local_directory=folder,
+            )
+            stack.enter_context(local)
         yield local
+
+
+@contextlib.contextmanager
+def scratch_folder(parent: str | None = None) -> Iterator[str]:
+    """Make a folder for what workers keep on disk, and remove it at the end with all in it.
+
+    What a process left that was killed is removed, too: its lock on its folder died with it.
+    ``parent`` is None for the system's temporary folder.
+    """
+    for old in Path(parent or tempfile.gettempdir()).glob(f"{_SCRATCH}*"):
+        with contextlib.suppress(OSError), _locked(old):
+            shutil.rmtree(old, ignore_errors=True)
+    folder = tempfile.mkdtemp(prefix=_SCRATCH, dir=parent)
+    try:
+        with _locked(Path(folder)):
+            yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder. Raises OSError where another process has it."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        with contextlib.suppress(ImportError):
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(handle)
 
 
 @contextlib.contextmanager
 def _remote(where: str) -> Iterator[Any]:
     from distributed import Client
 
-    is_address = "://" in where
-    if not is_address and not Path(where).is_file():
-        rule = "a number of workers, a scheduler's address, or the file of one"
-        raise InputError("--cluster", where, rule, "try --cluster 4 or tcp://HOST:8786")
-    named = {"address": where} if is_address else {"scheduler_file": where}
-    try:
-        client = Client(**named, timeout=_ANSWER_S)
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        rule = f"a scheduler that answers ({' '.join(str(error).split())})"
-        raise InputError("--cluster", where, rule, "see that it runs: dask scheduler") from None
-    with client:
+    address = where if "://" in where else _address_in(where)
+    if wrong := asyncio.run(_what_is_wrong_at(address)):
+        rule, cure = f"a Dask scheduler's address; {wrong}", "see that it runs: dask scheduler"
+        raise InputError("--cluster", where, rule, cure)
+    with Client(address, timeout=_ANSWER_S) as client:
         yield client
+
+
+def _address_in(file: str) -> str:
+    """Read the address that a scheduler wrote into its file."""
+    try:
+        return str(json.loads(Path(file).read_bytes())["address"])
+    except OSError:
+        rule = "a number of workers, a scheduler's address, or the file of one"
+        cure = "try --cluster 4 or --cluster tcp://HOST:8786"
+    except (ValueError, TypeError, KeyError, RecursionError):
+        rule, cure = "the file that a Dask scheduler wrote", "dask scheduler --scheduler-file FILE"
+    raise InputError("--cluster", file, rule, cure)
+
+
+async def _what_is_wrong_at(address: str) -> str:
+    """Greet what listens at an address as Dask does; nothing where it answers as Dask does.
+
+    The length of an answer is its first eight bytes, to Dask, so that whatever else answers may
+    appear as any error at all, MemoryError among them.
+    """
+    from distributed.comm import CommClosedError, connect
+    from distributed.security import Security
+
+    security = Security().get_connection_args("client")
+    try:
+        greeting = connect(address, timeout=_ANSWER_S / 2, **security)
+        (await asyncio.wait_for(greeting, _ANSWER_S)).abort()
+    except CommClosedError:
+        return "what listens there closes the connection"
+    except TimeoutError:
+        return f"what listens there says nothing for {_ANSWER_S} s"
+    except OSError:
+        return "nothing answers there"
+    except (ValueError, TypeError) as error:
+        known = ("address" in str(error), "TLS" in str(error))
+        return str(error) if any(known) else _NOT_DASK
+    except Exception:
+        return _NOT_DASK
+    return ""
 
 
 def check_versions(client: Any) -> None:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from lod.errors import InputError
+from scenes.processes.standard_streams import open_standard_streams
 from scenes.render.files.disk import DiskError, partial_path, stray_partials
 from scenes.render.files.header import software
 from scenes.render.sequence.dask_cluster import Cluster
@@ -43,6 +44,7 @@ def frame_task(
     """
     from distributed import get_worker
 
+    open_standard_streams()
     worker = get_worker()
     if settings["software"] != software():
         rule = f"a worker with {settings['software']}, as here; {worker.address} has another"

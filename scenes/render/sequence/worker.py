@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import Any
 
 from lod.errors import InputError
+from scenes.processes.signals import signals_held
 from scenes.render.mitsuba.variants import trusting
 from scenes.render.sequence.sequence import FrameFailed
 from scenes.render.sequence.settings import Record, Settings
@@ -117,10 +118,9 @@ class Worker:
         return _how(process.returncode if code is None else code)
 
     def _start(self, variant: str) -> None:
-        """Start the process, which ignores Ctrl-C: this one ends it."""
+        """Start the process, which no signal asks to end: this one ends it."""
         paths = os.pathsep.join([str(_ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
+        with signals_held():
             self._process = subprocess.Popen(
                 [*CHILD, str(os.getpid()), str(self._threads)],
                 stdin=subprocess.PIPE,
@@ -128,8 +128,6 @@ class Worker:
                 bufsize=0,
                 env={**_MALLOC, **trusting(variant), "PYTHONPATH": paths},
             )
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if self._answer() is None:
             raise RuntimeError(f"the process that renders does not start ({self.end()})")
 

@@ -7,37 +7,19 @@ In place of any record may come {input: [where, arrived, rule, cure]}, {disk: [e
 file]} or {failed: text}.
 """
 
-import ctypes
 import json
 import os
-import signal
 import sys
 import traceback
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol, TextIO
+from typing import Any, Protocol
 
 from lod.errors import InputError
+from scenes.processes.child import end_with_parent, own_stdout
+from scenes.processes.standard_streams import open_standard_streams
 from scenes.render.sequence.frame_session import FrameSession
 from scenes.render.sequence.settings import Record, Settings
-
-_PR_SET_PDEATHSIG = 1
-
-
-def end_with_parent(parent: int) -> None:
-    """Have this process killed when its parent dies, however it dies, where the system can."""
-    prctl = getattr(ctypes.CDLL(None), "prctl", None)
-    if prctl is not None:
-        prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(1)
-
-
-def own_stdout() -> TextIO:
-    """Take stdout for answers alone; what libraries print then goes to stderr."""
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
-    return answers
 
 
 class Session(Protocol):
@@ -72,6 +54,7 @@ def serve(open_session: Callable[[Settings], Session] = FrameSession) -> None:
     """Answer every line of stdin until it ends. argv: the parent's number, threads (0 = all)."""
     parent, threads = map(int, sys.argv[1:3])
     end_with_parent(parent)
+    open_standard_streams()
     answers = own_stdout()
     session: Session | None = None
 

@@ -1,8 +1,11 @@
 """A sequence on a cluster: the same frames, whatever dies on the way."""
 
+import contextlib
 import os
 import signal
+import socket
 import sys
+import threading
 
 import cloudpickle
 import numpy as np
@@ -13,7 +16,8 @@ from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
 from scenes.render.files.disk import partial_path
 from scenes.render.files.exr import write_exr
-from scenes.render.sequence.dask_cluster import Cluster, check_versions, cluster
+from scenes.render.sequence import dask_cluster
+from scenes.render.sequence.dask_cluster import Cluster, check_versions, cluster, scratch_folder
 from scenes.render.sequence.dask_frames import render_on_cluster, sweep
 from scenes.render.sequence.frame_session import FrameSession
 from scenes.render.sequence.sequence import open_job, render_sequence
@@ -142,3 +146,63 @@ def test_a_frame_that_cannot_be_is_bad_input_if_nothing_was_done(settings, two, 
     job = open_job(tmp_path / "a.####.exr", [1, 2], wrong)
     with pytest.raises(InputError, match="fov"):
         list(render_on_cluster(job, Cluster(two.client, 1, "")))
+
+
+BANNERS = [
+    (b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not speak as Dask does"),
+    (b"SSH-2.0-OpenSSH_9.2p1\r\n", "does not speak as Dask does"),
+    (bytes(64), "does not speak as Dask does"),
+    ((200).to_bytes(8, "little") + bytes([1] * 200), "does not speak as Dask does"),
+    (b"", "closes the connection"),
+    (None, "says nothing for 1 s"),
+]
+
+
+@pytest.mark.parametrize(("banner", "says"), BANNERS)
+def test_a_port_that_is_not_of_dask_is_named(monkeypatch, banner, says):
+    monkeypatch.setattr(dask_cluster, "_ANSWER_S", 1)
+    with socket.create_server(("127.0.0.1", 0)) as server, contextlib.ExitStack() as stack:
+
+        def answer():
+            with contextlib.suppress(OSError):
+                while True:
+                    connection = server.accept()[0]
+                    connection.sendall(banner or b"")
+                    if banner is None:
+                        stack.callback(connection.close)
+                    else:
+                        connection.close()
+
+        stack.callback(server.shutdown, socket.SHUT_RDWR)
+        threading.Thread(target=answer, daemon=True).start()
+        where = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        rule = rf"--cluster: '{where}': a Dask scheduler's address; .*{says}"
+        with pytest.raises(InputError, match=rule), cluster(where):
+            pass
+
+
+def test_a_port_where_nothing_listens_and_a_file_that_names_none(monkeypatch, tmp_path):
+    monkeypatch.setattr(dask_cluster, "_ANSWER_S", 1)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        free = server.getsockname()[1]
+    with (
+        pytest.raises(InputError, match="nothing answers there"),
+        cluster(f"tcp://127.0.0.1:{free}"),
+    ):
+        pass
+    for text in ("", "{", "[]", '{"address"', '{"id": 1}'):
+        (tmp_path / "scheduler.json").write_text(text)
+        with (
+            pytest.raises(InputError, match="file that a Dask scheduler wrote"),
+            cluster(str(tmp_path / "scheduler.json")),
+        ):
+            pass
+
+
+def test_scratch_folders_go_and_so_do_those_of_the_dead(tmp_path):
+    dead = tmp_path / "lodbench-workers-dead"
+    dead.mkdir()
+    (dead / "worker.dirlock").write_text("")
+    with scratch_folder(str(tmp_path)) as mine, scratch_folder(str(tmp_path)) as other:
+        assert {mine, other} == {str(path) for path in tmp_path.iterdir()}
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,1 @@
+"""This package keeps processes in order: their streams, their signals, and when they end."""

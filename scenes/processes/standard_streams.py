@@ -1,0 +1,91 @@
+"""Standard streams that are always there, and that nobody needs to read.
+
+A process that is started without one of them (``2>&-``) would give its number to the next file that
+it opens, and a library's warning would then be written into a frame. A full disk behind stdout, or
+a reader that goes away, is no reason to stop rendering: what cannot be written is lost, and
+remembered, for whoever ends the program to say so.
+"""
+
+import errno
+import io
+import os
+import select
+import sys
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+_STREAMS = ("stdin", "stdout", "stderr")
+
+
+class LenientFile(io.FileIO):
+    """A file whose writer never hears that writing failed; ``failure`` is the first such error."""
+
+    failure: OSError | None = None
+
+    def write(self, data: "ReadableBuffer", /) -> int:
+        """Write what can be written, waiting for a reader who is slow; give the size of all."""
+        rest = memoryview(data).cast("B")
+        while rest and self.failure is None:
+            try:
+                written = super().write(rest)
+            except OSError as error:
+                self.failure = error
+                break
+            if written is None:  # a pipe that does not block, and is full
+                select.select([], [self], [])
+            else:
+                rest = rest[written:]
+        return memoryview(data).nbytes
+
+
+def open_standard_streams() -> None:
+    """Open what the system left closed as /dev/null, and make stdout and stderr lenient.
+
+    Streams that stand in for the process's own, as those of tests, are left as they are.
+    """
+    for number, name in enumerate(_STREAMS):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # the lowest number is free
+        if name != "stdin" and getattr(sys, name) is getattr(sys, f"__{name}__"):
+            setattr(sys, name, lenient_stream(number, getattr(sys, name)))
+
+
+def lenient_stream(number: int, like: TextIO | None = None, closefd: bool = False) -> TextIO:
+    """Open a lenient text stream on a file descriptor, with the encoding of another one.
+
+    What that encoding lacks is written as an escape.
+    """
+    file = LenientFile(number, "w", closefd=closefd)
+    stream = io.TextIOWrapper(
+        io.BufferedWriter(file),
+        encoding=like.encoding if like else "utf-8",
+        errors="backslashreplace",
+        line_buffering=number == 2 or file.isatty(),
+    )
+    stream.mode = "w"  # type: ignore[misc]  # as open() does: it belongs to a TextIO
+    return stream
+
+
+def write_failure(stream: TextIO) -> OSError | None:
+    """Flush a stream, and give the first error that was met while writing to it, if any."""
+    raw = getattr(getattr(stream, "buffer", None), "raw", None)
+    if not isinstance(raw, LenientFile):
+        return None
+    stream.flush()
+    return raw.failure
+
+
+def carry_failure(source: TextIO, target: TextIO) -> None:
+    """Let a stream that goes on answer for the failure of one that ends."""
+    failure, raw = write_failure(source), getattr(getattr(target, "buffer", None), "raw", None)
+    if isinstance(raw, LenientFile):
+        raw.failure = raw.failure or failure
+
+
+def is_unread(failure: OSError | None) -> bool:
+    """Say whether the reader went away, as that of ``| head`` does, which is nobody's fault."""
+    return failure is not None and failure.errno == errno.EPIPE

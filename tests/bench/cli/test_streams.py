@@ -1,0 +1,119 @@
+"""A right folder is right, and a frame is whole, whatever becomes of the program's streams."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+TINY = """
+[camera]
+speed = 20
+[terrain]
+reach = 100
+[placed.insect]
+model = "insect"
+position = [0, 8]
+[render]
+size = "16x9"
+spp = 1
+variant = "scalar_rgb"
+"""
+LODBENCH = f"'{sys.executable}' -P -m bench.cli.main"
+FULL = "lodbench: error: stdout could not be written (No space left on device)"
+
+
+def shell(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
+    """Run a line of bash in which $lodbench is the program; the code is that of the program."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LODBENCH_TRUSTED_VARIANT": "scalar_rgb"}
+    return subprocess.run(
+        ["bash", "-c", f"{script.replace('$lodbench', LODBENCH)}; exit ${{PIPESTATUS[0]}}"],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with two right frames in out."""
+    folder = tmp_path_factory.mktemp("right")
+    (folder / "tiny.toml").write_text(TINY)
+    done = shell(folder, "$lodbench render tiny.toml -o out/a.####.exr --frames 1-2")
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.parametrize("json_lines", ["", "--json"])
+@pytest.mark.parametrize(
+    "redirection",
+    ["2>&-", ">&-", "<&-", ">&- 2>&-", "<&- >&- 2>&-", "2>/dev/full", "| true", "| head -0"],
+)
+def test_a_right_folder_is_right(right: Path, redirection: str, json_lines: str) -> None:
+    done = shell(right, f"$lodbench verify out {json_lines} {redirection}")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("command", ["verify out", "verify out --json", "list", "frames --help"])
+def test_what_a_full_disk_did_not_take_is_said(right: Path, command: str) -> None:
+    done = shell(right, f"$lodbench {command} >/dev/full")
+    assert done.returncode == 1
+    assert done.stderr == f"{FULL}: what was printed is lost, the work is done\n"
+
+
+def test_a_wrong_folder_stays_wrong(right: Path, tmp_path: Path) -> None:
+    subprocess.run(["cp", "-r", right / "out", tmp_path], check=True)
+    (tmp_path / "out" / "a.0002.exr").write_text("half")
+    done = shell(tmp_path, "$lodbench verify out | true")
+    assert done.returncode == 1
+    assert "1 files are wrong" in done.stderr
+    both = shell(tmp_path, "$lodbench verify out >/dev/full")
+    assert both.returncode == 1
+    assert "1 files are wrong" in both.stderr
+    assert "stdout could not be written" in both.stderr
+
+
+@pytest.mark.parametrize("redirection", [">&- 2>&-", "2>/dev/full | true", "--json | head -1"])
+def test_frames_are_rendered_whoever_reads_of_it(
+    right: Path, tmp_path: Path, redirection: str
+) -> None:
+    (tmp_path / "tiny.toml").write_text(TINY)
+    render = "$lodbench render tiny.toml -o out/a.####.exr --frames 1-2"
+    assert shell(tmp_path, f"{render} {redirection}").returncode == 0
+    for frame in ("a.0001.exr", "a.0002.exr"):
+        assert (tmp_path / "out" / frame).read_bytes() == (right / "out" / frame).read_bytes()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_each_signal_ends_a_sequence_tidily(right: Path, tmp_path: Path, number: int) -> None:
+    (tmp_path / "tiny.toml").write_text(TINY)
+    words = ["render", "tiny.toml", "-o", "out/a.####.exr", "--frames", "1-500", "--json"]
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "bench.cli.main", *words],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "LODBENCH_TRUSTED_VARIANT": "scalar_rgb"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout
+    first = json.loads(process.stdout.readline())
+    os.killpg(process.pid, number)  # as a terminal does, to the processes that render, too
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (128 + number, "lodbench: interrupted\n")
+    end = json.loads(out.splitlines()[-1])
+    frames = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert len(frames) == end["done"] + 1 < 500
+    assert frames[-1] == "manifest.json"
+    assert Path(first["path"]).name == frames[0]
+    time.sleep(0.1)
+    with pytest.raises(ProcessLookupError):  # nobody of its group is left
+        os.killpg(process.pid, 0)
