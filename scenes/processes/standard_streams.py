@@ -11,10 +11,7 @@ import io
 import os
 import select
 import sys
-from typing import TYPE_CHECKING, TextIO
-
-if TYPE_CHECKING:
-    from _typeshed import ReadableBuffer
+from typing import Any, TextIO
 
 _STREAMS = ("stdin", "stdout", "stderr")
 
@@ -24,7 +21,7 @@ class LenientFile(io.FileIO):
 
     failure: OSError | None = None
 
-    def write(self, data: "ReadableBuffer", /) -> int:
+    def write(self, data: Any, /) -> int:
         """Write what can be written, waiting for a reader who is slow; give the size of all."""
         rest = memoryview(data).cast("B")
         while rest and self.failure is None:

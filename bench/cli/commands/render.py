@@ -84,16 +84,16 @@ def command(
         chosen = fit_to_memory(chosen, most_bytes)
     from scenes.render.mitsuba.variants import choose
     from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.sequence import open_job
+    from scenes.render.sequence.sequence import open_job, owned_folder
     from scenes.render.sequence.settings import frame_settings
 
     check_targets([frame_path(pattern, number) for number in numbers])
     chosen = within_budget(chosen, numbers)
     settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral))
-    make_folder(Path(pattern).parent)
+    folder = make_folder(Path(pattern).parent)
     with output(as_json) as out:
         records: list[dict[str, Any]] = []
-        with _counted(out, records):
+        with _counted(out, records), owned_folder(folder, settings):
             job = open_job(pattern, numbers, settings, overwrite)
             _render(out, job, Workers(threads, most_bytes, cluster), records)
         done = [Path(record["path"]) for record in records if "error" not in record]

@@ -1,21 +1,23 @@
 """manifest.json: what every frame in a folder was made with, its state, and its file's hash."""
 
 import contextlib
+import fcntl
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from lod.errors import InputError
+from scenes.processes.claims import claim
 from scenes.render.files.disk import partial_path
 
 NAME = "manifest.json"
 VERSION = 3
 DONE, PENDING, FAILED = "done", "pending", "failed"
-_CURE = "use another folder, or --overwrite"
+_CURE = "choose another folder, or --overwrite"
 
 
 @dataclass(eq=False)
@@ -32,16 +34,38 @@ class Manifest:
     frames: dict[str, dict[str, Any]] = field(default_factory=dict)
     settings: dict[str, dict[str, Any]] = field(default_factory=dict)
 
-    def put(self, settings: Mapping[str, Any], entries: Mapping[str, dict[str, Any]]) -> None:
-        """Note frames by file name, beside what others have noted meanwhile, and save."""
+    def put(
+        self,
+        settings: Mapping[str, Any],
+        entries: Mapping[str, dict[str, Any]],
+        overwrite: bool = False,
+        then: Callable[[], object] = lambda: None,
+    ) -> None:
+        """Note frames by file name, beside what others have noted meanwhile, and save.
+
+        ``then`` is called before anyone else may write. Raises InputError for a frame that is on
+        record with other settings, unless ``overwrite``; nothing is noted then.
+        """
         key = settings_hash(settings)
         with _alone(self.folder):
             kept = load_manifest(self.folder)
+            if not overwrite:
+                for name in entries:
+                    kept.check_settings(name, settings)
             self.frames = kept.frames
             self.settings = {**kept.settings, key: dict(settings)}
             for name, entry in entries.items():
                 self.frames[name] = {"sha256": None, **entry, "settings": key}
             self._save()
+            then()
+
+    def check_settings(self, name: str, settings: Mapping[str, Any]) -> None:
+        """Raise InputError where a frame is on record with other settings than these."""
+        entry = self.frames.get(name)
+        if entry is not None and entry["settings"] != settings_hash(settings):
+            changed = differences(self.settings[entry["settings"]], settings)
+            rule = f"on record with other settings ({'; '.join(changed[:3]) or 'unknown'})"
+            raise InputError("-o", str(self.folder / name), rule, _CURE)
 
     def _save(self) -> None:
         """Write under a temporary name and rename, so that it is always whole."""
@@ -64,14 +88,17 @@ class Manifest:
 
 @contextlib.contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """One writer of the manifest at a time, where the file system knows locks."""
+    """One writer of the manifest at a time.
+
+    Those of one machine queue at a lock of the folder, where there are locks; a claim keeps out
+    those of others.
+    """
     handle = os.open(folder, os.O_RDONLY)
     try:
-        with contextlib.suppress(ImportError, OSError):
-            import fcntl
-
+        with contextlib.suppress(OSError):
             fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
+        with claim(folder, "manifest", wait=True):
+            yield
     finally:
         os.close(handle)
 

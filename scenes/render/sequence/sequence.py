@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lod.errors import InputError
+from scenes.processes.claims import Claimed, claim
 from scenes.render.files.disk import DiskError, partial_path, stray_partials
 from scenes.render.files.frame_paths import frame_path, make_folder
 from scenes.render.files.manifest import (
@@ -15,7 +16,6 @@ from scenes.render.files.manifest import (
     NAME,
     PENDING,
     Manifest,
-    differences,
     file_hash,
     load_manifest,
     settings_hash,
@@ -63,8 +63,8 @@ def open_job(
 
     A frame that stands there with these settings and the hash on record is done. The rest goes
     into the manifest as pending; partial files that a dead process left of them are removed. Raises
-    InputError for frames of other settings and for files that the manifest does not know, unless
-    ``overwrite``.
+    InputError for frames that are on record with other settings, whatever became of them, and for
+    files that the manifest does not know, unless ``overwrite``.
     """
     paths = {frame: frame_path(pattern, frame) for frame in frames}
     folder = make_folder(Path(pattern).parent)
@@ -78,8 +78,26 @@ def open_job(
                 stray.unlink(missing_ok=True)
         if left:
             entries = {name: {"frame": frame, "state": PENDING} for name, frame in left.items()}
-            manifest.put(settings, entries)
+            manifest.put(settings, entries, overwrite)
     return job
+
+
+@contextlib.contextmanager
+def owned_folder(folder: str | Path, settings: Settings) -> Iterator[None]:
+    """Keep everyone with other settings out of a folder; several of the same may share it.
+
+    Raises InputError where another process renders there with other settings.
+    """
+    folder = make_folder(folder)
+    with contextlib.ExitStack() as stack:
+        try:
+            with _disk(folder):
+                stack.enter_context(claim(folder, "frames", settings_hash(settings)))
+        except Claimed as other:
+            rule = f"{other} renders there with other settings"
+            cure = "wait for its end, or choose another folder"
+            raise InputError("folder", str(folder), rule, cure) from None
+        yield
 
 
 def render_sequence(job: Job, render: Render) -> Iterator[Record]:
@@ -128,9 +146,8 @@ def commit_frame(job: Job, frame: int, record: Record, partial: Path) -> Record:
     """
     path = job.paths[frame]
     with _disk(path):
-        entry = {key: record[key] for key in _NOTED}
-        job.manifest.put(job.settings, {path.name: {**entry, "state": DONE}})
-        os.replace(partial, path)
+        entry = {**{key: record[key] for key in _NOTED}, "state": DONE}
+        job.manifest.put(job.settings, {path.name: entry}, then=lambda: os.replace(partial, path))
         sync_folder(path.parent)
     return {"frame": frame, "path": str(path), "kept": False, **record}
 
@@ -190,17 +207,14 @@ def _open_manifest(folder: Path, overwrite: bool) -> Manifest:
 
 def _finished(manifest: Manifest, paths: Mapping[int, Path], settings: Settings) -> set[int]:
     """Frames that need no rendering. Raises InputError for files that are not ours to replace."""
-    done, key = set(), settings_hash(settings)
+    done = set()
     for frame, path in paths.items():
+        manifest.check_settings(path.name, settings)
         if not path.exists():
             continue
         entry = manifest.frames.get(path.name)
         if entry is None:
             rule = "a file stands there that the folder's manifest does not know"
-            raise InputError("-o", str(path), rule, "choose another folder, or --overwrite")
-        if entry["settings"] != key:
-            changed = differences(manifest.settings[entry["settings"]], settings)
-            rule = f"rendered with other settings ({'; '.join(changed[:3]) or 'unknown'})"
             raise InputError("-o", str(path), rule, "choose another folder, or --overwrite")
         if file_hash(path) == entry["sha256"]:
             done.add(frame)

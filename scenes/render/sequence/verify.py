@@ -24,7 +24,7 @@ from scenes.render.files.manifest import (
     load_manifest,
     settings_hash,
 )
-from scenes.render.sequence.sequence import Job
+from scenes.render.sequence.sequence import Job, owned_folder
 from scenes.render.sequence.settings import Record, Settings, preset_from_settings
 
 _SIGNED = ("N.", "motion.")
@@ -158,7 +158,8 @@ def repairs(
         else:
             jobs.setdefault(manifest.frames[found.path.name]["settings"], []).append(found)
     for key, several in jobs.items():
-        yield from _rendered(manifest, manifest.settings[key], several, render)
+        with owned_folder(manifest.folder, manifest.settings[key]):
+            yield from _rendered(manifest, manifest.settings[key], several, render)
 
 
 def _refusal(manifest: Manifest, found: Checked) -> str:
