@@ -39,10 +39,16 @@ def frame_numbers(text: str) -> tuple[int, ...]:
 
 
 def memory_size(text: str) -> int:
-    """Read the bytes of ``4GB``, ``500 MB`` or ``2.5GiB``; raises InputError for anything else."""
+    """Read the bytes of ``4GB``, ``500 MB`` or ``2.5GiB``, and 0 of ``0``: no limit.
+
+    Raises InputError for anything else.
+    """
+    if text.strip() == "0":
+        return 0
     match = _MEMORY.fullmatch(text.strip())
     if match is None or not float(match[1]):
-        raise InputError("--max-memory", text, "above 0, in MB, GB, MiB or GiB", "try 4GB")
+        rule = "above 0, in MB, GB, MiB or GiB, or 0 for no limit"
+        raise InputError("--max-memory", text, rule, "try 4GB")
     return round(float(match[1]) * _UNITS[match[2].lower()])
 
 

@@ -71,6 +71,11 @@ def view_flags(command: Command) -> Command:
             help="Objects of a species per m², as figure=0.002.",
         ),
         click.option(
+            "--max-memory",
+            metavar="SIZE",
+            help="Refuse what needs more, as 4GB; 0 = never. By default 80 % of what is free.",
+        ),
+        click.option(
             "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
         ),
     )

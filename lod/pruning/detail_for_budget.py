@@ -20,6 +20,9 @@ MAX_PRUNES = 12
 _MAX_FACTOR = 2.0**20
 """Largest factor, up or down, between the first detail and any other that is tried."""
 
+_COARSEST_STEP = 1.01
+"""Ratio of details at which the search for the coarsest that shows everything ends."""
+
 _STEP = 1e-6
 """Relative difference of details at which the search ends: no part changes in between."""
 
@@ -37,8 +40,9 @@ def find_detail(parts_at: Callable[[float], int], most: int, start: float) -> Bu
     """Find the detail τ [px] at which at most ``most`` parts are displayed, and nearly as many.
 
     At least MIN_BUDGET_USE of the budget is used. parts_at(τ) must not grow with τ; where it jumps
-    past the budget, the side of the jump below the budget is returned. Raises InputError where even
-    the coarsest detail has too many.
+    past the budget, the side of the jump below the budget is returned; where even the finest detail
+    has fewer, the coarsest one that has as many. Raises InputError where even the coarsest detail
+    has too many.
     """
     low, high, fit = start / _MAX_FACTOR, start * _MAX_FACTOR, None
     above: tuple[float, int] | None = None
@@ -57,7 +61,21 @@ def find_detail(parts_at: Callable[[float], int], most: int, start: float) -> Bu
     if fit is None:
         rule = f"{parts:,} parts are displayed even at {detail:.6g} px"
         raise InputError("--max-parts", most, rule, "allow more")
+    if above is None:
+        return _coarsest_of_all(parts_at, fit, start, prunes)
     return BudgetFit(fit.detail, fit.parts, prunes)
+
+
+def _coarsest_of_all(
+    parts_at: Callable[[float], int], finest: BudgetFit, start: float, prunes: int
+) -> BudgetFit:
+    """The coarsest detail, to a hundredth, that displays as many parts as the finest one does."""
+    low, high = finest.detail, max(start, finest.detail)
+    while high / low > _COARSEST_STEP:
+        middle = math.sqrt(low * high)
+        prunes += 1
+        low, high = (middle, high) if parts_at(middle) == finest.parts else (low, middle)
+    return BudgetFit(low, finest.parts, prunes)
 
 
 def _next(

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.cli.frame_flags import memory_size
 from bench.cli.output import Output, output, table
 from bench.cli.view_flags import preset_from_flags, view_flags
 from lod.errors import InputError
@@ -19,16 +20,18 @@ if TYPE_CHECKING:
 @view_flags
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
+def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any) -> None:
     """Objects and parts of one frame: examined, displayed, predicted.
 
     PRESET may be a workload, as meadow@1: its counts must then be the golden ones.
     """
+    most_bytes = None if max_memory is None else memory_size(max_memory)
     workload = _workload(preset)
     chosen = preset_from_flags(workload.preset if workload else preset, **flags)
     if workload:
         _check_as_it_is(workload, chosen, frame)
     from bench.count.count_frame import Stopwatch, count
+    from scenes.render.pipeline.memory_limit import check_prototypes, check_pruning
     from scenes.render.sequence.detail_budget import within_budget
     from scenes.world.view import view_at
     from scenes.world.world import build_world
@@ -36,9 +39,12 @@ def command(preset: str, frame: int, as_json: bool, **flags: Any) -> None:
     watch = Stopwatch()
     with output(as_json) as out:
         with watch.stage("build"):
-            chosen = within_budget(chosen, (frame,))
+            check_prototypes(chosen, most_bytes)
+            chosen = within_budget(chosen, (frame,), most_bytes, out.note)
             world = build_world(chosen)
             view = view_at(world, chosen, frame)
+        with watch.stage("foretell"):
+            check_pruning(world, view, most_bytes, f"frame {frame}")
         counts = count(world, view)
         seconds = watch.seconds | counts.seconds
         wrong = workload.mismatches(counts) if workload else []

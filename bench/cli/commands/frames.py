@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import click
 
@@ -37,12 +38,13 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     chosen = preset_from_flags(flags["preset"], flags["settings"], flags["density"], **told)
     variant = choose(chosen.render.variant, chosen.render.spectral)
     kept = [*drop_flag(words, "--frames"), "--variant", variant]
+    most_bytes = None if flags["max_memory"] is None else memory_size(flags["max_memory"])
     if flags["fit"]:
-        most = flags["max_memory"]
-        chosen = fit_to_memory(chosen, None if most is None else memory_size(most))
+        chosen = fit_to_memory(chosen, most_bytes)
     if flags["max_parts"] is not None or flags["fit"]:
         # One detail for all: a frame by itself would choose its own.
-        detail = within_budget(chosen, numbers).view.detail
+        note = partial(click.echo, err=True)
+        detail = within_budget(chosen, numbers, most_bytes, note).view.detail
         kept = [word for word in kept if word != "--fit"]
         for flag in ("--max-parts", "--detail"):
             kept = list(drop_flag(kept, flag))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from bench.cli.frame_flags import memory_size
 from bench.cli.output import output, table
 from lod.errors import InputError
 
@@ -17,10 +18,12 @@ if TYPE_CHECKING:
 @click.command("ids")
 @click.argument("path", metavar="OUT/NAME.0001.exr")
 @click.option("--object", "objects", type=int, multiple=True, help="Only these ids of objects.")
+@click.option("--max-memory", metavar="SIZE", help="Refuse what needs more, as 4GB; 0 = never.")
 @click.option("--json", "as_json", is_flag=True, help="A JSON object for each on stdout.")
-def command(path: str, objects: tuple[int, ...], as_json: bool) -> None:
+def command(path: str, objects: tuple[int, ...], max_memory: str | None, as_json: bool) -> None:
     """Species, cell, number and 128-bit key of a frame's objects, worked out from its manifest."""
-    found = list(_identities(Path(path)))
+    most_bytes = None if max_memory is None else memory_size(max_memory)
+    found = list(_identities(Path(path), most_bytes))
     if strangers := sorted(set(objects) - {each.object for each in found}):
         raise InputError("--object", strangers[0], f"an id.object that {path} displays")
     chosen = [each for each in found if not objects or each.object in objects]
@@ -35,10 +38,12 @@ def _cell(each: "Identity") -> str:
     return "–" if each.cell is None else f"{each.cell[0]},{each.cell[1]}"
 
 
-def _identities(path: Path) -> Iterable["Identity"]:
+def _identities(path: Path, most_bytes: int | None) -> Iterable["Identity"]:
     from scenes.render.files.manifest import load_manifest
+    from scenes.render.pipeline.memory_limit import check_pruning
     from scenes.render.sequence.object_keys import identities
     from scenes.render.sequence.settings import preset_from_settings
+    from scenes.world.view import view_at
     from scenes.world.world import build_world
 
     manifest = load_manifest(path.parent)
@@ -47,4 +52,6 @@ def _identities(path: Path) -> Iterable["Identity"]:
         rule = "a frame that the manifest of its folder knows"
         raise InputError("FRAME", str(path), rule, "see `lodbench verify`")
     preset = preset_from_settings(manifest.settings[entry["settings"]])
-    return identities(build_world(preset), preset, entry["frame"])
+    world, frame = build_world(preset), entry["frame"]
+    check_pruning(world, view_at(world, preset, frame), most_bytes, f"frame {frame}")
+    return identities(world, preset, frame)

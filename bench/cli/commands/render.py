@@ -5,6 +5,7 @@ The steps of a frame, with the file and function of each, are listed in docs/arc
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
-@click.option("--max-memory", metavar="SIZE", help="Refuse frames that need more, as 4GB.")
 @click.option("--fit", is_flag=True, help="Set --detail so that frames fill --max-memory instead.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
@@ -88,7 +88,7 @@ def command(
     from scenes.render.sequence.settings import frame_settings
 
     check_targets([frame_path(pattern, number) for number in numbers])
-    chosen = within_budget(chosen, numbers)
+    chosen = within_budget(chosen, numbers, most_bytes, partial(click.echo, err=True))
     settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral))
     folder = make_folder(Path(pattern).parent)
     with output(as_json) as out:

@@ -1,11 +1,12 @@
 """`lodbench usd`: what is displayed in one frame, for other programs."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
-from bench.cli.frame_flags import LAST_FRAME
+from bench.cli.frame_flags import LAST_FRAME, memory_size
 from bench.cli.output import output
 from bench.cli.view_flags import preset_from_flags, view_flags
 from scenes.render.files.frame_paths import make_folder
@@ -16,19 +17,27 @@ from scenes.render.files.frame_paths import make_folder
 @click.option("-o", "path", required=True, metavar="OUT.usdc", help="A .usda, .usdc or .usd file.")
 @click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str, path: str, frame: int, as_json: bool, **flags: Any) -> None:
+def command(
+    preset: str, path: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any
+) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
     from scenes.frame.assemble import assemble_frame
     from scenes.render.files.usd import check_usd, write_usd
     from scenes.render.mitsuba.variants import SCALAR_VARIANT
+    from scenes.render.pipeline.memory_limit import check_frame_forecast, check_prototypes
     from scenes.render.sequence.detail_budget import within_budget
     from scenes.world.world import build_world
 
     check_usd(path)
-    chosen = within_budget(preset_from_flags(preset, **flags), (frame,))
+    most_bytes = None if max_memory is None else memory_size(max_memory)
+    chosen = preset_from_flags(preset, **flags)
+    check_prototypes(chosen, most_bytes)
+    chosen = within_budget(chosen, (frame,), most_bytes, partial(click.echo, err=True))
     make_folder(Path(path).parent)
     with output(as_json) as out:
-        made = assemble_frame(build_world(chosen), chosen, frame, SCALAR_VARIANT)
+        world = build_world(chosen)
+        check_frame_forecast(world, chosen, frame, SCALAR_VARIANT, most_bytes)
+        made = assemble_frame(world, chosen, frame, SCALAR_VARIANT)
         notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
         notes["lod:air"] = chosen.air.model_dump_json()
         counts = write_usd(path, made, notes)

@@ -14,20 +14,25 @@ once. The constant is what the smallest frames take, less than the fit's since t
 import colour-science.
 `lodbench study memory` holds it against what processes really take, by every kind of
 haze and light as well.
+
+Pruning alone, without a picture, takes per part, object, cell and triangle what the columns of a
+cut, of samples and of a mesh take (``lodbench count``, fitted in the same way).
 """
 
 from dataclasses import dataclass
 
-from lod.errors import InputError
 from lod.pruning.shapes import Sticks, Triangles
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
+from scenes.world.forecast import Forecast
 
 _BASE = 336e6
 _STICK, _STICK_IN_ONE, _TRIANGLE, _PIXEL = 277.0, 120.0, 204.0, 176.0
 _SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
 _BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 232e6, 705.0, 440.0
 _MOVED_STICK, _DENOISED_PIXEL = 126.0, 500.0
+_BASE_PRUNED = 330e6
+_PRUNED_PART, _OBJECT, _CELL, _MESHED_TRIANGLE = 48.0, 120.0, 24.0, 200.0
 
 
 @dataclass(frozen=True)
@@ -77,11 +82,12 @@ def count_shapes(frame_input: FrameInput) -> tuple[int, int]:
     return sticks, sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
 
 
-def check_memory(frame_input: FrameInput, most: int | None, what: str) -> None:
-    """Raise InputError, with both figures, where a frame needs more bytes than it may have."""
-    needed = predicted_bytes(frame_input) if most is not None else 0
-    if most is not None and needed > most:
-        counts = "with {:,} sticks and {:,} triangles,".format(*count_shapes(frame_input))
-        rule = f"{what}, {counts} needs about {needed / 1e9:.2f} GB"
-        cure = "allow more, add --fit, or ask for less detail, density or size"
-        raise InputError("--max-memory", f"{most / 1e9:.2f} GB", rule, cure)
+def forecast_bytes(found: Forecast) -> int:
+    """Predict the bytes that a process holds at most while it prunes such a view."""
+    columns = _OBJECT * found.objects + _CELL * found.cells + _MESHED_TRIANGLE * found.triangles
+    return parts_bytes(found.parts) + round(columns)
+
+
+def parts_bytes(parts: float) -> int:
+    """Predict the bytes that a process holds which has pruned a view down to so many parts."""
+    return round(_BASE_PRUNED + _PRUNED_PART * parts)

@@ -12,7 +12,11 @@ from scenes.frame.layers import Layers
 from scenes.render.description.describe import describe_frame
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
-from scenes.render.pipeline.memory_model import check_memory
+from scenes.render.pipeline.memory_limit import (
+    check_frame_forecast,
+    check_memory,
+    check_prototypes,
+)
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
 from scenes.render.sequence.settings import Record, Settings, preset_from_settings
@@ -72,11 +76,14 @@ class FrameSession:
         """Render a frame into arrays, with the seconds and counts of every stage.
 
         ``watch`` is called with the samples taken so far, and how many there will be. Raises
-        InputError for a frame that cannot be or would need more than ``most_bytes`` of memory.
+        InputError for a frame that cannot be or would need more memory than ``most_bytes`` allow
+        (``memory_limit``).
         """
         preset, start = self._preset, time.perf_counter()
+        check_prototypes(preset, most_bytes)
         world = self._world
         seconds = {"world": time.perf_counter() - start}
+        check_frame_forecast(world, preset, frame, preset.render.variant, most_bytes)
         frame_input = assemble_frame(world, preset, frame, preset.render.variant)
         check_memory(frame_input, most_bytes, f"frame {frame}")
         seconds |= frame_input.seconds

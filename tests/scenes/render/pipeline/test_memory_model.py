@@ -7,9 +7,9 @@ from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
+from scenes.render.pipeline.memory_limit import check_memory
 from scenes.render.pipeline.memory_model import (
     ExtraBuffers,
-    check_memory,
     predict_bytes,
     predicted_bytes,
 )
@@ -57,11 +57,9 @@ def test_wavelengths_need_more():
 
 def test_over_the_limit_is_refused_with_both_figures(zoo):
     needed = predicted_bytes(zoo)
-    check_memory(zoo, None, "frame 3")
+    check_memory(zoo, 0, "frame 3")
     check_memory(zoo, needed, "frame 3")
-    with pytest.raises(
-        InputError, match=r"'0\.10 GB': frame 3, with [1-9][0-9,]* sticks and .* GB"
-    ):
+    with pytest.raises(InputError, match=r"'100 MB': frame 3, with [1-9][0-9,]* sticks and .* MB;"):
         check_memory(zoo, 10**8, "frame 3")
 
 

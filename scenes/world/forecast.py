@@ -1,0 +1,43 @@
+"""How much of a world will a view display? Foretold before any of it is pruned but the ground."""
+
+from dataclasses import dataclass
+
+from lod.pruning.pruner import prune
+from lod.pruning.view import View
+from scenes.field.field_forecast import forecast_field
+from scenes.terrain.mesh import QUADS
+from scenes.world.world import World
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Expected numbers of what a view visits and displays of a world.
+
+    cells, objects   of the fields, visited; parts, sticks: displayed of them
+    triangles        of the ground
+    """
+
+    cells: float
+    objects: float
+    parts: float
+    sticks: float
+    triangles: float
+
+
+def forecast(world: World, view: View) -> Forecast:
+    """Foretell what a view displays of the fields and of the ground.
+
+    What is placed one by one, plumes, dust and what plug-ins make is left out. Raises InputError
+    where the ground would have more tiles than it may.
+    """
+    fields = [forecast_field(each, view) for each in world.fields]
+    ground = prune(world.terrain, view)
+    # A tile draws those of its quarters that no tile covers: 4 a tile, less one for each that does.
+    patches = 3 * ground.displayed_parts + ground.displayed_objects
+    return Forecast(
+        cells=sum(each.cells for each in fields),
+        objects=sum(each.objects for each in fields),
+        parts=sum(each.parts for each in fields),
+        sticks=sum(each.sticks for each in fields),
+        triangles=2.0 * QUADS**2 * patches,
+    )

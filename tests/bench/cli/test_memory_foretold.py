@@ -1,0 +1,99 @@
+"""What a command would need is foretold, and refused before it is taken: one line, exit code 2."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from bench.cli.main import main
+from scenes.render.pipeline import memory_limit
+
+GB = 10**9
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Run a command on a machine with 4 GB free."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(memory_limit, "free_bytes", lambda: 4 * GB)
+
+    def runner(*arguments: str) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as left:
+            main(arguments)
+        return left.value.code, *capfd.readouterr()
+
+    return runner
+
+
+FOREST = "species.tree.sizes="
+REFUSED = [
+    ("count", "meadow", "-D", f"{FOREST}[30]"),
+    ("count", "meadow", "-D", f"{FOREST}[1000]"),
+    ("count", "meadow", "-D", "camera.fov=0.001"),
+    ("count", "meadow", "--density", "tree=100"),
+    ("count", "meadow", "--size", "16384x1", "--detail", "0.3"),
+    ("usd", "meadow", "-o", "a.usda", "--density", "tree=100"),
+]
+
+
+@pytest.mark.parametrize("arguments", REFUSED, ids=" ".join)
+def test_what_needs_more_than_is_free_is_refused(
+    run: Run, tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("lodbench: error: --max-memory: ") and len(err.splitlines()) == 1
+    assert "80% of what is free" in err and "needs about" in err
+    assert "--max-parts" in err and "--max-memory 0" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_many_prototypes_are_refused_before_they_are_made(run: Run) -> None:
+    sizes = ",".join(str(1 + k / 64) for k in range(64))
+    prototypes = ("-D", "species.tree.prototypes=256", "-D", f"{FOREST}[{sizes}]")
+    code, _, err = run("count", "meadow", *prototypes)
+    assert code == 2
+    assert "16384 prototypes of tree need about" in err
+
+
+def test_a_detail_that_no_ground_can_have_is_refused(run: Run) -> None:
+    code, _, err = run("count", "meadow", "--detail", "1e-9")
+    assert code == 2
+    assert "60000 tiles" in err and "raise --detail" in err
+
+
+@pytest.mark.parametrize("budget", ["1000000000000", "1000000000"])
+def test_a_budget_of_parts_that_memory_cannot_hold_is_refused(run: Run, budget: str) -> None:
+    code, _, err = run("count", "crowd", "--visibility", "clear", "--max-parts", budget)
+    assert code == 2
+    assert err.startswith(f"lodbench: error: --max-parts: {budget}: so many parts need about")
+    assert "try --max-parts" in err
+
+
+def test_a_limit_is_told_as_it_was_given_and_none_lifts_it(run: Run) -> None:
+    code, _, err = run("count", "crowd", "--max-memory", "1MB")
+    assert (code, "--max-memory: '1 MB': " in err) == (2, True)
+    assert run("count", "crowd", "--max-memory", "0", "--json")[0] == 0
+
+
+@pytest.mark.parametrize("name", ["meadow", "forest", "crowd", "zoo", "aerial", "mountain"])
+def test_usual_presets_fit_into_4_gb(run: Run, name: str) -> None:
+    from scenes.preset.load import load_preset
+    from scenes.world.world import build_world
+
+    preset = load_preset(name, ['render.size="1920x1080"'])
+    world = build_world(preset)
+    memory_limit.check_frame_forecast(world, preset, 1, "llvm_ad_rgb", None)
+
+
+def test_a_budget_that_cannot_be_filled_shows_all_there_is(run: Run) -> None:
+    arguments = ("count", "crowd", "-D", "world.extent=40", "--max-parts", "100000", "--json")
+    code, out, err = run(*arguments)
+    assert code == 0
+    parts = json.loads(out)["parts"]["displayed"]
+    assert err == f"lodbench: --max-parts 100,000: {parts:,} parts at " + err.split(" at ")[1]
+    assert err.endswith(("that is all there is\n", "the ground can be no finer\n"))
+    finer = run(*arguments[:4], "--detail", "0.3", "--json")
+    assert json.loads(finer[1])["parts"]["displayed"] <= parts
