@@ -1,14 +1,17 @@
 """Which frames are asked for, and where do they go? Checked before anything slow begins."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
+
+import click
 
 from lod.errors import InputError
 
 LAST_FRAME = 999_999
 MOST_FRAMES = 100_000
-_SPAN = re.compile(r"(\d{1,6})(?:-(\d{1,6})(?:x(\d{1,6}))?)?", re.ASCII)
+_SPAN = re.compile(r"(\d{1,40})(?:-(\d{1,40})(?:x(\d{1,40}))?)?", re.ASCII)
 _MEMORY = re.compile(r"(\d{1,9}(?:\.\d{1,9})?) ?(MB|GB|MiB|GiB)", re.ASCII | re.IGNORECASE)
 _UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
 
@@ -25,6 +28,9 @@ def frame_numbers(text: str) -> tuple[int, ...]:
         match = _SPAN.fullmatch(span.strip())
         if match is None:
             raise InputError("--frames", text, "whole numbers, as 1-24 or 1,5,9", "try 1-24")
+        if max(int(each or 0) for each in match.groups()) > LAST_FRAME:
+            rule = f"frames are numbered up to {LAST_FRAME}"
+            raise InputError("--frames", text, rule, "render in parts, each in its folder")
         first, last, step = int(match[1]), int(match[2] or match[1]), int(match[3] or 1)
         if step < 1:
             raise InputError("--frames", text, "a step of at least 1", f"write {first}-{last}x10")
@@ -39,17 +45,27 @@ def frame_numbers(text: str) -> tuple[int, ...]:
 
 
 def memory_size(text: str) -> int:
-    """Read the bytes of ``4GB``, ``500 MB`` or ``2.5GiB``, and 0 of ``0``: no limit.
+    """Read the bytes of ``4GB``, ``500 MB`` or ``2.5GiB``; raises InputError for anything else."""
+    match = _MEMORY.fullmatch(text.strip())
+    if match is None or not float(match[1]):
+        raise InputError("--max-memory", text, "above 0, in MB, GB, MiB or GiB", "try 4GB")
+    return round(float(match[1]) * _UNITS[match[2].lower()])
+
+
+def memory_limit_bytes(text: str | None) -> int | None:
+    """Read --max-memory: a size in bytes, 0 where ``0`` lifts the limit, None where it is absent.
 
     Raises InputError for anything else.
     """
-    if text.strip() == "0":
-        return 0
-    match = _MEMORY.fullmatch(text.strip())
-    if match is None or not float(match[1]):
-        rule = "above 0, in MB, GB, MiB or GiB, or 0 for no limit"
-        raise InputError("--max-memory", text, rule, "try 4GB")
-    return round(float(match[1]) * _UNITS[match[2].lower()])
+    if text is None or text.strip() == "0":
+        return None if text is None else 0
+    return memory_size(text)
+
+
+def memory_flag(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --max-memory to a command (``memory_limit_bytes`` reads it)."""
+    about = "Refuse what needs more, as 4GB; 0 = never. By default 80 % of what is free."
+    return click.option("--max-memory", metavar="SIZE", help=about)(command)
 
 
 def check_targets(paths: Sequence[Path]) -> None:

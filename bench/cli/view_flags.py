@@ -38,6 +38,9 @@ FILE_KEYS = {
     "motion": "output.motion",
     "denoise": "output.denoise",
 }
+FLAG_KEYS = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
+"""The key that each flag sets, by the flag's name."""
+
 _TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compression", "half"}
 
 
@@ -69,11 +72,6 @@ def view_flags(command: Command) -> Command:
             multiple=True,
             metavar="NAME=K",
             help="Objects of a species per m², as figure=0.002.",
-        ),
-        click.option(
-            "--max-memory",
-            metavar="SIZE",
-            help="Refuse what needs more, as 4GB; 0 = never. By default 80 % of what is free.",
         ),
         click.option(
             "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
@@ -110,14 +108,17 @@ def preset_from_flags(
     name: str, settings: Sequence[str], density: Sequence[str], **flags: Any
 ) -> Preset:
     """Load a preset with -D laid over it, and the flags over that; flags left out are None."""
-    keys = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
     laid: list[str | Setting] = list(settings)
     for flag, text in flags.items():
         if text is not None:
             value = text if flag in _TEXT or isinstance(text, bool) else parse_number(text)
-            laid.append(Setting(f"--{flag.replace('_', '-')}", keys[flag], value))
+            laid.append(Setting(f"--{flag.replace('_', '-')}", FLAG_KEYS[flag], value))
     laid += [_density(text) for text in density]
-    return load_preset(name, laid)
+    preset = load_preset(name, laid)
+    if flags.get("smear") is not None and preset.view.shutter == 0:
+        rule, cure = "it says what an open shutter hides", "add --shutter 180, or leave it out"
+        raise InputError("--smear", flags["smear"], rule, cure)
+    return preset
 
 
 def _density(text: str) -> Setting:

@@ -83,8 +83,24 @@ def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
     first, second = _newest(before), _newest(after)
     shared = [key for key in first if key in second]
     if not shared:
-        raise InputError("A B", f"{before} {after}", "records of one experiment in both", "run it")
+        raise _nothing_shared(before, after, first, second)
     return tuple(compare(first[key], second[key]) for key in shared)
+
+
+def _nothing_shared(
+    before: Path,
+    after: Path,
+    first: Iterable[tuple[str, bool]],
+    second: Iterable[tuple[str, bool]],
+) -> InputError:
+    """Say which experiments two folders hold, or that one holds quick runs and one full ones."""
+    both = {name for name, _ in first} & {name for name, _ in second}
+    rule, cure = "records of one experiment in both", "run one experiment into both"
+    if both:
+        quick, full = (before, after) if (min(both), True) in set(first) else (after, before)
+        rule = f"runs of one kind: of {', '.join(sorted(both))} {quick} has quick ones, {full} full"
+        cure = f"lodbench run {min(both)} --quick -o {full}"
+    return InputError("A B", f"{before} {after}", rule, cure)
 
 
 def _newest(folder: Path) -> dict[tuple[str, bool], Record]:

@@ -15,7 +15,7 @@ from numba import njit
 
 from lod.arrays import Ints
 from lod.threads import map_chunks
-from scenes.far_cover.sky import Sky
+from scenes.far_cover.sky import ELEVATIONS_DEG, Sky
 from scenes.far_cover.stand_rays import StandField, intersect_stand
 
 MAX_DEPTH = 4
@@ -48,9 +48,11 @@ class SunAndSky(NamedTuple):
     def at_azimuths(elevation_deg: float, azimuths_deg: Sequence[float], sky: Sky) -> "SunAndSky":
         """Light of a sky and of its sun at azimuths from that of the lines of sight.
 
-        At azimuth 0 the sun is behind the viewer.
+        At azimuth 0 the sun is behind the viewer. The sun is no lower than the table of skies has
+        it (``scenes.far_cover.sky``): of a lower one the sky is that of the lowest, too.
         """
-        e, a = math.radians(elevation_deg), np.radians(azimuths_deg)
+        e = math.radians(max(elevation_deg, ELEVATIONS_DEG[0]))
+        a = np.radians(azimuths_deg)
         level = math.cos(e)
         up = np.full(len(a), math.sin(e))
         to_sun = np.column_stack((level * np.cos(a), level * np.sin(a), up))

@@ -21,6 +21,10 @@ _MEAN_PER_CELL = 2.0
 """Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""
 
 
+_THINNEST = 1e-24
+"""Below this density cells have their largest side [1/m²]."""
+
+
 @dataclass(frozen=True, eq=False)
 class CellSamples:
     """Objects drawn from some cells, in the order of the cells.
@@ -79,7 +83,7 @@ class PoissonCells:
     @property
     def exponent(self) -> int:
         """j: the cells are squares of side 2^j m."""
-        j = round(0.5 * math.log2(_MEAN_PER_CELL / self.density))
+        j = round(0.5 * math.log2(_MEAN_PER_CELL / max(self.density, _THINNEST)))
         return min(max(j, -3), 40)
 
     @property

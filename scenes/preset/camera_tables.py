@@ -88,6 +88,10 @@ class CameraPreset(Table):
     @model_validator(mode="after")
     def _in_order(self) -> "CameraPreset":
         frames = [each.frame for each in self.keys]
-        if len(frames) == 1 or any(a >= b for a, b in pairwise(frames)):
-            raise refuse("2 keys or more, in the order of their frames", "", "camera.keys")
+        if len(frames) == 1:
+            raise refuse("a flight has 2 keys or more", "add one, or leave it out", "camera.keys")
+        for a, b in pairwise(frames):
+            if a >= b:
+                rule = f"keys stand in the order of their frames: {b} comes after {a}"
+                raise refuse(rule, "give every key a frame after the last one's", "camera.keys")
         return self

@@ -58,7 +58,7 @@ def explain(error: ValidationError, blame: Blame, named: Mapping[str, Iterable[s
     elif first["type"] == "extra_forbidden":
         rule, cure = "no such key", nearest_key(key, known_keys(named))
     elif first["type"] == "rule" and key != dotted(first["loc"]):
-        arrived = _value(arrived, key)
+        arrived = _value(arrived, key.removeprefix(dotted(first["loc"])).lstrip("."))
     if others:
         cure = f"{cure} (and {len(others)} more)".strip()
     return InputError(blame(key), arrived, rule, cure)
@@ -71,8 +71,15 @@ def dotted(location: Sequence[int | str]) -> str:
 
 
 def nearest_key(key: str, known: Sequence[str]) -> str:
-    """Ask for the known key that was probably meant; list the choices where none is near."""
+    """Ask for the known key that was probably meant; list the choices where none is near.
+
+    A key without a dot may also have been meant for a table.
+    """
     parent, _, name = key.rpartition(".")
+    if not parent:
+        tables = {each.partition(".")[0]: each for each in known}
+        if close := difflib.get_close_matches(key, tables, 1):
+            return f"did you mean {close[0]}?"
     beside = {each.rpartition(".")[2]: each for each in known if each.rpartition(".")[0] == parent}
     namesakes = [each for each in known if each.rpartition(".")[2] == name]
     close = namesakes or difflib.get_close_matches(key, known, 1)
@@ -131,6 +138,6 @@ def _field(location: Sequence[int | str]) -> FieldInfo | None:
 
 def _value(data: Any, key: str) -> Any:
     """What ``data`` (tables or models) holds at a dotted key."""
-    for step in key.split("."):
+    for step in filter(None, key.split(".")):
         data = data.get(step) if isinstance(data, dict) else getattr(data, step, None)
     return data

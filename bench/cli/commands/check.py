@@ -4,11 +4,12 @@ from collections.abc import Iterable
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import Output, output, table
 from lod.errors import InputError
 
 
-@click.command("check")
+@click.command("check", cls=StrictCommand)
 @click.argument("names", metavar="[NAME]...", nargs=-1)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object per name on stdout.")
 def command(names: tuple[str, ...], as_json: bool) -> None:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import Output, output, table
 
 if TYPE_CHECKING:
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from bench.records.compare_runs import Comparison
 
 
-@click.command("compare")
+@click.command("compare", cls=StrictCommand)
 @click.argument("before", metavar="A")
 @click.argument("after", metavar="B")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object per experiment on stdout.")

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.frame_flags import memory_size
+from bench.cli.flag_rules import StrictCommand
+from bench.cli.frame_flags import memory_flag, memory_limit_bytes
 from bench.cli.output import Output, output, table
 from bench.cli.view_flags import preset_from_flags, view_flags
 from lod.errors import InputError
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
     from scenes.preset.tables import Preset
 
 
-@click.command("count")
+@click.command("count", cls=StrictCommand)
 @view_flags
+@memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any) -> None:
@@ -25,7 +27,7 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
 
     PRESET may be a workload, as meadow@1: its counts must then be the golden ones.
     """
-    most_bytes = None if max_memory is None else memory_size(max_memory)
+    most_bytes = memory_limit_bytes(max_memory)
     workload = _workload(preset)
     chosen = preset_from_flags(workload.preset if workload else preset, **flags)
     if workload:

@@ -8,12 +8,13 @@ from typing import Any
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import Output, output, table
 
 PACKAGES = ("lodbench", "mitsuba", "drjit", "OpenEXR", "numpy", "scipy", "numba", "colour-science")
 
 
-@click.command("doctor")
+@click.command("doctor", cls=StrictCommand)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(as_json: bool) -> None:
     """Mitsuba's variants, LLVM, memory, disk, processor and versions."""

@@ -1,20 +1,21 @@
 """`lodbench frames`: a sequence as one command a frame, for farms that run commands."""
 
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 import click
 
-from bench.cli.frame_flags import frame_numbers, memory_size
-from bench.cli.view_flags import FILE_KEYS, QUALITY_KEYS, VIEW_KEYS, preset_from_flags
+from bench.cli.flag_rules import StrictCommand
+from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
+from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
 from lod.errors import InputError
 from scenes.render.files.frame_paths import check_pattern
 
 _NOT_FOR_ONE = ("cluster", "preview")
 
 
-@click.command("frames", context_settings={"ignore_unknown_options": True})
+@click.command("frames", cls=StrictCommand, context_settings={"ignore_unknown_options": True})
 @click.option("--print-commands", is_flag=True, required=True, help="One line for each frame.")
 @click.argument("words", metavar="PRESET -o OUT/NAME.####.exr …", nargs=-1, type=click.UNPROCESSED)
 def command(print_commands: bool, words: tuple[str, ...]) -> None:
@@ -33,12 +34,11 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
             raise InputError(f"--{name}", "given", "not for single frames", "leave it out")
     check_pattern(flags["pattern"])
     numbers = frame_numbers(flags["frames"])
-    keys = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
-    told = {name: value for name, value in flags.items() if name in keys}
+    told = {name: value for name, value in flags.items() if name in FLAG_KEYS}
     chosen = preset_from_flags(flags["preset"], flags["settings"], flags["density"], **told)
     variant = choose(chosen.render.variant, chosen.render.spectral)
-    kept = [*drop_flag(words, "--frames"), "--variant", variant]
-    most_bytes = None if flags["max_memory"] is None else memory_size(flags["max_memory"])
+    kept = [*drop_flag(drop_flag(words, "--frames"), "--variant"), "--variant", variant]
+    most_bytes = memory_limit_bytes(flags["max_memory"])
     if flags["fit"]:
         chosen = fit_to_memory(chosen, most_bytes)
     if flags["max_parts"] is not None or flags["fit"]:
@@ -53,7 +53,7 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
         click.echo(shlex.join(["lodbench", "render", *kept, "--frames", str(number)]))
 
 
-def drop_flag(words: Sequence[str], flag: str) -> Iterator[str]:
+def drop_flag(words: Iterable[str], flag: str) -> Iterator[str]:
     """Yield the words of a command line without a flag and its value."""
     skip = False
     for word in words:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.cli.frame_flags import memory_size
+from bench.cli.flag_rules import StrictCommand
+from bench.cli.frame_flags import memory_flag, memory_limit_bytes
 from bench.cli.output import output, table
 from lod.errors import InputError
 
@@ -15,14 +16,14 @@ if TYPE_CHECKING:
     from scenes.render.sequence.object_keys import Identity
 
 
-@click.command("ids")
+@click.command("ids", cls=StrictCommand)
 @click.argument("path", metavar="OUT/NAME.0001.exr")
 @click.option("--object", "objects", type=int, multiple=True, help="Only these ids of objects.")
-@click.option("--max-memory", metavar="SIZE", help="Refuse what needs more, as 4GB; 0 = never.")
+@memory_flag
 @click.option("--json", "as_json", is_flag=True, help="A JSON object for each on stdout.")
 def command(path: str, objects: tuple[int, ...], max_memory: str | None, as_json: bool) -> None:
     """Species, cell, number and 128-bit key of a frame's objects, worked out from its manifest."""
-    most_bytes = None if max_memory is None else memory_size(max_memory)
+    most_bytes = memory_limit_bytes(max_memory)
     found = list(_identities(Path(path), most_bytes))
     if strangers := sorted(set(objects) - {each.object for each in found}):
         raise InputError("--object", strangers[0], f"an id.object that {path} displays")

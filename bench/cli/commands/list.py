@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import output, table
 
 if TYPE_CHECKING:
     from scenes.preset.keys import KeyEntry
 
 
-@click.command("list")
+@click.command("list", cls=StrictCommand)
 @click.option(
     "--keys",
     "preset",

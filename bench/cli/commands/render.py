@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.frame_flags import (
     check_targets,
     frame_numbers,
-    memory_size,
+    memory_flag,
+    memory_limit_bytes,
 )
 from bench.cli.output import Output, output
 from bench.cli.progress import frame_progress
@@ -29,8 +31,9 @@ if TYPE_CHECKING:
     from scenes.render.sequence.sequence import Job
 
 
-@click.command("render")
+@click.command("render", cls=StrictCommand)
 @view_flags
+@memory_flag
 @click.option("-o", "pattern", required=True, metavar="OUT/NAME.####.exr", help="Frames to write.")
 @click.option(
     "--frames", default="1", metavar="LIST", help="1-24, 1,5,9 or 1-100x10.", show_default=True
@@ -75,9 +78,7 @@ def command(
     """Prune, render and write frames: colour, depth, normals, albedo and ids."""
     check_pattern(pattern)
     numbers = frame_numbers(frames)
-    if resume and overwrite:
-        raise InputError("--resume --overwrite", "both", "one of the two", "leave one out")
-    most_bytes = None if max_memory is None else memory_size(max_memory)
+    most_bytes = memory_limit_bytes(max_memory)
     look = PictureStyle(tone, exposure, view)
     chosen = preset_from_flags(preset, **flags)
     if fit:
@@ -166,8 +167,8 @@ def _preview(
 
 def fit_to_memory(preset: Preset, most_bytes: int | None) -> Preset:
     """Let a preset ask for the detail with which its frames fill so much memory."""
-    if most_bytes is None:
-        raise InputError("--fit", "alone", "it fills a budget", "add --max-memory 4GB")
+    if not most_bytes:
+        raise InputError("--max-memory --fit", "0", "it fills a budget", "write --max-memory 4GB")
     view = preset.view.model_copy(update={"max_memory": most_bytes})
     return preset.model_copy(update={"view": view})
 

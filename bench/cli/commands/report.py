@@ -4,10 +4,11 @@ from pathlib import Path
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import output
 
 
-@click.command("report")
+@click.command("report", cls=StrictCommand)
 @click.argument("folder", metavar="DIR")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(folder: str, as_json: bool) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import Output, output, table
 from bench.cli.progress import RunTime, progress_bar, time_left_text
 from bench.runner.dask_cases import CaseExecutor, dask_executor
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 ALL = "all"
 
 
-@click.command("run")
+@click.command("run", cls=StrictCommand)
 @click.argument("experiments", metavar="EXPERIMENT...|all", nargs=-1)
 @click.option("--quick", is_flag=True, help="Fewer points and fields: minutes instead of hours.")
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
@@ -75,13 +76,14 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
         raise InputError(
             "EXPERIMENT", experiments, "at least one, or all", f"try {next(iter(EXPERIMENTS))}"
         )
+    for name in experiments:
+        if name not in (*EXPERIMENTS, ALL):
+            cure = nearest_name(name, (*EXPERIMENTS, ALL))
+            raise InputError("EXPERIMENT", name, "no experiment of that name", cure)
     if ALL in experiments:
         together = [name for name, each in EXPERIMENTS.items() if not each.apart]
         return tuple(sorted(together, key=lambda name: not EXPERIMENTS[name].timed))
     for name in experiments:
-        if name not in EXPERIMENTS:
-            cure = nearest_name(name, (*EXPERIMENTS, ALL))
-            raise InputError("EXPERIMENT", name, "no experiment of that name", cure)
         if cluster is not None and EXPERIMENTS[name].timed:
             able = ", ".join(n for n, each in EXPERIMENTS.items() if not each.timed)
             raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")

@@ -4,11 +4,12 @@ from typing import Any
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import output
 from bench.cli.view_flags import preset_from_flags, view_flags
 
 
-@click.command("show")
+@click.command("show", cls=StrictCommand)
 @view_flags
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, as_json: bool, **flags: Any) -> None:

@@ -6,14 +6,16 @@ from typing import Any
 
 import click
 
-from bench.cli.frame_flags import LAST_FRAME, memory_size
+from bench.cli.flag_rules import StrictCommand
+from bench.cli.frame_flags import LAST_FRAME, memory_flag, memory_limit_bytes
 from bench.cli.output import output
 from bench.cli.view_flags import preset_from_flags, view_flags
 from scenes.render.files.frame_paths import make_folder
 
 
-@click.command("usd")
+@click.command("usd", cls=StrictCommand)
 @view_flags
+@memory_flag
 @click.option("-o", "path", required=True, metavar="OUT.usdc", help="A .usda, .usdc or .usd file.")
 @click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
@@ -29,7 +31,7 @@ def command(
     from scenes.world.world import build_world
 
     check_usd(path)
-    most_bytes = None if max_memory is None else memory_size(max_memory)
+    most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
     check_prototypes(chosen, most_bytes)
     chosen = within_budget(chosen, (frame,), most_bytes, partial(click.echo, err=True))

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import Output, output
 from bench.cli.progress import frame_progress, progress_bar
 from bench.cli.rendering import Workers, render_job
-from lod.errors import InputError
 
 if TYPE_CHECKING:
     from scenes.render.files.manifest import Manifest
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenes.render.sequence.verify import Checked
 
 
-@click.command("verify")
+@click.command("verify", cls=StrictCommand)
 @click.argument("folder", metavar="DIR")
 @click.option("--repair", is_flag=True, help="Render again what is wrong; remove partial files.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
@@ -29,9 +29,6 @@ def command(folder: str, repair: bool, threads: int, cluster: str | None, as_jso
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
     from scenes.render.sequence.verify import open_manifest
 
-    if cluster is not None and not repair:
-        rule = "workers only repair; looking is done here"
-        raise InputError("--cluster", cluster, rule, "add --repair, or leave it out")
     manifest = open_manifest(Path(folder))
     with output(as_json) as out:
         wrong = _look(out, manifest)

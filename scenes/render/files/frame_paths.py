@@ -5,9 +5,15 @@ import tempfile
 from pathlib import Path
 
 from lod.errors import InputError
+from scenes.render.files.disk import partial_path
 
 PLACEHOLDER = "####"
 """Stands in a pattern for the frame's number, at least four digits."""
+
+LONGEST_NAME = 255
+"""Bytes of a file's name that every usual file system takes."""
+
+_LONGEST_NUMBER = 6
 
 
 def check_pattern(pattern: str | Path) -> None:
@@ -19,6 +25,25 @@ def check_pattern(pattern: str | Path) -> None:
     if name.count("#") != len(PLACEHOLDER) or PLACEHOLDER not in name or "#" in folder:
         rule = "the file's name holds #### once, for the number"
         raise InputError("-o", str(pattern), rule, cure)
+    check_name(os.path.join(folder, name.replace(PLACEHOLDER, "0" * _LONGEST_NUMBER)))
+
+
+def check_name(path: str | Path, where: str = "-o") -> None:
+    """Raise InputError for a file whose name no file system takes, before anything is rendered.
+
+    While it is written a file has a longer name (``partial_path``), which must not be too long.
+    """
+    cure = "choose another name"
+    try:
+        os.fspath(path).encode("utf-8")
+    except UnicodeEncodeError:
+        raise InputError(where, str(path), "a name is UTF-8 text", cure) from None
+    if "\0" in os.fspath(path):
+        raise InputError(where, str(path), "a name has no zero byte", cure)
+    name = Path(path).name
+    longest = LONGEST_NAME - len(partial_path(Path(path)).name.encode()) + len(name.encode())
+    if len(name.encode()) > longest:
+        raise InputError(where, name, f"a name of at most {longest} bytes", cure)
 
 
 def frame_path(pattern: str | Path, frame: int) -> Path:

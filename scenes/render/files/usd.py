@@ -17,6 +17,7 @@ from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
 from scenes.render.description.describe import describe_frame
 from scenes.render.description.scene_description import Description
+from scenes.render.files.frame_paths import check_name
 from scenes.render.files.header import camera_from_world, software
 
 SUFFIXES = (".usda", ".usdc", ".usd")
@@ -27,6 +28,7 @@ def check_usd(path: str | Path) -> None:
     """Raise InputError where USD is not installed, or the file's name is none of its."""
     if Path(path).suffix not in SUFFIXES:
         raise InputError("-o", str(path), f"a file that ends in {', '.join(SUFFIXES)}")
+    check_name(path)
     try:
         import pxr  # noqa: F401
     except ImportError:
