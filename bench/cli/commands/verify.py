@@ -88,9 +88,16 @@ def _tell(out: Output, checked: "Checked") -> None:
 def _summary(frames: int, wrong: list["Checked"], left: list["Checked"]) -> str:
     bad = sum(each.frame is not None for each in left)
     mended = f", {len(wrong) - len(left)} repaired" if len(left) < len(wrong) else ""
-    return f"{frames} frames: {frames - bad} right, {bad} wrong{mended}"
+    rest = len(left) - bad
+    others = f", {_files(rest)} beside them wrong" if rest else ""
+    return f"{frames} frames: {frames - bad} right, {bad} wrong{others}{mended}"
 
 
 def _verdict(left: list["Checked"], repaired: bool) -> str:
     cure = "" if repaired else "; --repair renders frames again and removes partial files"
-    return f"{len(left)} files are wrong, first {left[0].path}: {left[0].wrong[0]}{cure}"
+    verb = "is" if len(left) == 1 else "are"
+    return f"{_files(len(left))} {verb} wrong, first {left[0].path}: {left[0].wrong[0]}{cure}"
+
+
+def _files(count: int) -> str:
+    return "1 file" if count == 1 else f"{count} files"

@@ -104,6 +104,42 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     ((*COUNT, "-D", "seed"), ("-D", "'seed'", "key=value")),
     ((*COUNT, "-D", "camera.hight=3"), ("-D camera.hight", "3", "did you mean camera.height?")),
     ((*COUNT, "-D", "species.elk.density=1"), ("-D species.elk.density", "one of: figure, tree")),
+    # said twice, or against one another
+    ((*COUNT, "--detail", "2", "--max-parts", "1000"), ("--detail --max-parts", "'both'")),
+    ((*COUNT, "-D", "view.detail=2", "--max-parts", "9"), ("-D view.detail --max-parts", "'both'")),
+    ((*COUNT, "--seed", "3", "-D", "seed=4"), ("--seed -D seed", "'twice'", "leave one out")),
+    ((*COUNT, "--seed", "3", "--seed", "4"), ("--seed", "'twice'")),
+    ((*COUNT, "-D", "seed=3", "-D", "seed = 4"), ("-D seed", "'twice'")),
+    (
+        (*COUNT, "--density", "tree=1", "-D", "species.tree.density=2"),
+        ("-D species.tree.density --density tree", "'twice'"),
+    ),
+    ((*COUNT, "--smear", "window"), ("--smear", "'window'", "--shutter 180")),
+    ((*RENDER, "--tone", "linear"), ("--tone", "'alone'", "add --preview")),
+    ((*RENDER, "--view", "level"), ("--view", "'alone'", "add --preview")),
+    ((*RENDER, "--exposure", "1"), ("--exposure", "'alone'", "add --preview")),
+    ((*RENDER, "--fit"), ("--fit", "'alone'", "--max-memory 4GB")),
+    ((*RENDER, "--fit", "--max-memory", "0"), ("--fit", "'0'", "--max-memory 4GB")),
+    (
+        (*RENDER, "--fit", "--max-memory", "4GB", "--detail", "2"),
+        ("--detail --fit", "'both'"),
+    ),
+    (("verify", "here", "--threads", "2"), ("--threads", "'alone'", "add --repair")),
+    (("run", "all", "nosuch", "-o", "out"), ("EXPERIMENT", "'nosuch'", "one of")),
+    (("run", "all", "scalling", "-o", "out"), ("'scalling'", "did you mean scaling?")),
+    # what used to mislead
+    ((*RENDER, "--frames", "1-1000000"), ("--frames", "'1-1000000'", "up to 999999")),
+    ((*RENDER, "--frames", "1000000"), ("--frames", "up to 999999")),
+    ((*RENDER, "--frames", "1-9x9999999"), ("--frames", "up to 999999")),
+    (("count", "flight.toml"), ("flight.toml: camera.keys", "'frame': 5", "5 comes after 5")),
+    (("count", "one_key.toml"), ("camera.keys", "2 keys or more")),
+    (("count", "camra.toml"), ("camra.toml: camra", "did you mean camera?")),
+    (("count", "lihgt.toml"), ("lihgt.toml: lihgt", "did you mean light?")),
+    (("render", "meadow", "-o", f"o/{'n' * 240}.####.exr"), ("-o", "bytes", "another name")),
+    (("render", "meadow", "-o", f"o/{'é' * 120}.####.exr"), ("-o", "bytes", "another name")),
+    (("render", "meadow", "-o", "o/\udcff.####.exr"), ("-o", "UTF-8", "another name")),
+    (("render", "meadow", "-o", "o\udcff/a.####.exr"), ("-o", "UTF-8", "another name")),
+    (("usd", "meadow", "-o", f"{'n' * 252}.usda"), ("-o", "bytes", "another name")),
     # where frames go
     (("render", "meadow", "-o", "out/a.exr"), ("-o", "'out/a.exr'", "####")),
     (("render", "meadow", "-o", "out/a.####.png"), ("-o", "'out/a.####.png'", ".exr")),
@@ -138,6 +174,11 @@ def litter(tmp_path: Path) -> None:
     (tmp_path / "broken.toml").write_text("[camera]\nheight = \n")
     (tmp_path / "nan.toml").write_text("[species.elk]\nmodel = 'tree'\ndensity = nan\n")
     (tmp_path / "misspelt.toml").write_text("[camera]\nhieght = 2\n")
+    key = "[[camera.keys]]\nframe = 5\nposition = [0, 0]\nheight = 2\ntarget = [0, 9, 2]\n"
+    (tmp_path / "flight.toml").write_text(key + key)
+    (tmp_path / "one_key.toml").write_text(key)
+    (tmp_path / "camra.toml").write_text("[camra]\nheight = 2\n")
+    (tmp_path / "lihgt.toml").write_text("[lihgt]\nturbidity = 2\n")
     (tmp_path / "latin.toml").write_bytes(b"about = '\xe9'")
     (tmp_path / "spoilt").mkdir()
     (tmp_path / "spoilt" / "scaling-0123456789abcdef.json").write_text('{"format": ')

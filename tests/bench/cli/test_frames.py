@@ -41,7 +41,7 @@ def run(capfd, tmp_path, monkeypatch):
 
 
 def test_one_command_a_frame_with_every_flag_and_the_variant_settled(run):
-    flags = ("tiny.toml", "-o", "o/a b.####.exr", "-D", "seed=7", "--motion", "--tone", "linear")
+    flags = ("tiny.toml", "-o", "o/a b.####.exr", "-D", "seed=7", "--motion")
     code, out, err = run("frames", "--print-commands", *flags, "--frames", "1-2,5")
     assert code == 0, err
     commands = [shlex.split(line) for line in out.splitlines()]

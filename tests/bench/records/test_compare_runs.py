@@ -110,3 +110,13 @@ def test_a_record_that_lacks_something_breaks_the_schema(tmp_path, key):
     del data["content"][key]
     with pytest.raises(jsonschema.ValidationError, match=key):
         jsonschema.validate(data, SCHEMA)
+
+
+def test_quick_and_full_runs_of_one_experiment_are_told_apart(tmp_path):
+    for name, quick in (("one", True), ("two", False)):
+        (tmp_path / name).mkdir()
+        write_record(replace(a_record(), quick=quick), tmp_path / name)
+    with pytest.raises(InputError) as found:
+        compare_paths(tmp_path / "one", tmp_path / "two")
+    assert f"scaling {tmp_path / 'one'} has quick ones, {tmp_path / 'two'} full" in str(found.value)
+    assert found.value.cure == f"lodbench run scaling --quick -o {tmp_path / 'two'}"
