@@ -1,6 +1,7 @@
 """Array types by shape, and the freezing and checking of the columns of frozen data."""
 
-from typing import Any
+from dataclasses import fields
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -11,6 +12,11 @@ Points = Float64[np.ndarray, "n 3"]
 Reals = Float64[np.ndarray, " n"]
 Ints = Int64[np.ndarray, " n"]
 Flags = Bool[np.ndarray, " n"]
+
+FloatArray = Annotated[np.ndarray, np.float64]
+IntArray = Annotated[np.ndarray, np.int64]
+FlagArray = Annotated[np.ndarray, np.bool_]
+"""Arrays of any shape, as fields of ``ArrayData``."""
 
 
 def frozen(values: Any, dtype: Any) -> np.ndarray:
@@ -26,6 +32,18 @@ def freeze(data: Any, **dtypes: Any) -> None:
     """Make the named fields read-only arrays; for the ``__post_init__`` of a frozen dataclass."""
     for name, dtype in dtypes.items():
         object.__setattr__(data, name, frozen(getattr(data, name), dtype))
+
+
+class ArrayData:
+    """Base of frozen dataclasses of arrays: their FloatArray, IntArray and FlagArray are read-only.
+
+    What is given for such a field becomes an array of its kind when the data is made.
+    """
+
+    def __post_init__(self) -> None:
+        data: Any = self
+        kinds = {each.name: getattr(each.type, "__metadata__", ()) for each in fields(data)}
+        freeze(data, **{name: kind[0] for name, kind in kinds.items() if kind})
 
 
 def check_columns(where: str, data: Any, **shapes: tuple[int, ...]) -> None:

@@ -6,14 +6,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from lod.arrays import Flags, Reals, check_columns, freeze
+from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Reals, check_columns
 from lod.errors import InputError
 
 Table = TypeVar("Table", bound="StickTable")
 
 
 @dataclass(frozen=True, eq=False)
-class StickTable:
+class StickTable(ArrayData):
     """The sticks of n parts, part after part: each is the convex hull of two spheres.
 
     Whatever holds the table says in which frame it is. Prototypes have their origin where the
@@ -29,16 +29,15 @@ class StickTable:
     is not finite.
     """
 
-    first: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    start_radius: np.ndarray
-    end_radius: np.ndarray
-    tint: np.ndarray
+    first: IntArray
+    start: FloatArray
+    end: FloatArray
+    start_radius: FloatArray
+    end_radius: FloatArray
+    tint: IntArray
 
     def __post_init__(self) -> None:
-        freeze(self, first=np.int64, start=np.float64, end=np.float64, tint=np.int64)
-        freeze(self, start_radius=np.float64, end_radius=np.float64)
+        super().__post_init__()
         _check(self)
 
     def __len__(self) -> int:

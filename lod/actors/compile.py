@@ -14,13 +14,13 @@ from lod.actors.appearance import ConeStick
 from lod.actors.joint import IDENTITY_JOINT
 from lod.actors.message import Route, ask, format_route, nearest_route, parse_route
 from lod.actors.quaternion import IDENTITY, Vector
-from lod.arrays import freeze
+from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.errors import InputError
 from lod.stick_table import StickTable
 
 
 @dataclass(frozen=True, eq=False)
-class ActorArrays:
+class ActorArrays(ArrayData):
     """An actor and its n parts, row 0 the actor itself, every part after the part that owns it.
 
     routes             (n,) the way to each part; () for row 0
@@ -34,19 +34,15 @@ class ActorArrays:
     """
 
     routes: tuple[Route, ...]
-    parent: np.ndarray
-    position: np.ndarray
-    orientation: np.ndarray
-    rest: np.ndarray
-    low_deg: np.ndarray
-    high_deg: np.ndarray
+    parent: IntArray
+    position: FloatArray
+    orientation: FloatArray
+    rest: FloatArray
+    low_deg: FloatArray
+    high_deg: FloatArray
     inner: StickTable
     leaf: StickTable
-    tints: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, parent=np.int64, position=np.float64, orientation=np.float64, rest=np.float64)
-        freeze(self, low_deg=np.float64, high_deg=np.float64, tints=np.float64)
+    tints: FloatArray
 
     def __len__(self) -> int:
         return len(self.parent)

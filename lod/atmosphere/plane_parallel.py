@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Reals, freeze
+from lod.arrays import ArrayData, FloatArray, Reals
 
 Field = Float64[np.ndarray, "rings spokes bands"]
 
@@ -44,7 +44,7 @@ class Scattering:
 
 
 @dataclass(frozen=True, eq=False)
-class SlabInputs:
+class SlabInputs(ArrayData):
     """Inputs of the plane-parallel transfer: the layer, what bounds it, and what lights it.
 
     height   (levels,) from the ground up to the top [m]
@@ -57,17 +57,14 @@ class SlabInputs:
     plants   (bands,) albedo of the plants
     """
 
-    height: np.ndarray
-    depth: np.ndarray
-    cover: np.ndarray
-    to_sun: np.ndarray
-    sun: np.ndarray
-    sky: np.ndarray
-    ground: np.ndarray
-    plants: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
+    height: FloatArray
+    depth: FloatArray
+    cover: FloatArray
+    to_sun: FloatArray
+    sun: FloatArray
+    sky: FloatArray
+    ground: FloatArray
+    plants: FloatArray
 
     @property
     def extinction_depth(self) -> np.ndarray:

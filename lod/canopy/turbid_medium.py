@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.arrays import freeze
+from lod.arrays import ArrayData, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Canopy:
+class Canopy(ArrayData):
     """The optical depth of standing objects by height, and their albedo.
 
     height  (steps + 1,) above the ground, from 0 up [m]
@@ -25,12 +25,9 @@ class Canopy:
     albedo  (bands,) share of the light met that goes on
     """
 
-    height: np.ndarray
-    depth: np.ndarray
-    albedo: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, height=np.float64, depth=np.float64, albedo=np.float64)
+    height: FloatArray
+    depth: FloatArray
+    albedo: FloatArray
 
     @property
     def top_m(self) -> float:

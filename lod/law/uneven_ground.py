@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from lod.arrays import freeze
+from lod.arrays import ArrayData, FloatArray
 from lod.law.flat_ground import chained_limits
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.view import View
@@ -23,7 +23,7 @@ _INNER_M = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class PolarQuadrature:
+class PolarQuadrature(ArrayData):
     """Quadrature nodes on the ground around the eye, one in each cell of a polar grid.
 
     xy    (n, 2) position relative to the frame's corner [m]
@@ -31,12 +31,9 @@ class PolarQuadrature:
     turn  (n,) heading of the object that is tested there [rad]
     """
 
-    xy: np.ndarray
-    area: np.ndarray
-    turn: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, xy=np.float64, area=np.float64, turn=np.float64)
+    xy: FloatArray
+    area: FloatArray
+    turn: FloatArray
 
 
 def polar_quadrature(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> PolarQuadrature:

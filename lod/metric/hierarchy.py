@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from lod.arrays import check_columns, freeze
+from lod.arrays import ArrayData, FloatArray, IntArray, check_columns
 from lod.errors import InputError
 from lod.vision.contrast import NEVER_LOST
 
 
 @dataclass(frozen=True, eq=False)
-class Hierarchy:
+class Hierarchy(ArrayData):
     """The parts of one object. Row 0 is the whole object; each part stands after its owner.
 
     parent     (n,)   row of the part that owns this one; -1 for row 0
@@ -35,24 +35,22 @@ class Hierarchy:
     part in view is in view.
     """
 
-    parent: np.ndarray
-    level: np.ndarray
-    position: np.ndarray
-    P: np.ndarray
-    R: np.ndarray
-    B: np.ndarray
-    separation: np.ndarray
-    contrast: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
-    overlap: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    parent: IntArray
+    level: IntArray
+    position: FloatArray
+    P: FloatArray
+    R: FloatArray
+    B: FloatArray
+    separation: FloatArray
+    contrast: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    overlap: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if len(self.contrast) == 0:
             object.__setattr__(self, "contrast", np.full(len(self.parent), NEVER_LOST))
         if len(self.overlap) == 0:
             object.__setattr__(self, "overlap", np.zeros(len(self.parent)))
-        freeze(self, parent=np.int64, level=np.int64, position=np.float64)
-        freeze(self, P=np.float64, R=np.float64, B=np.float64, separation=np.float64)
-        freeze(self, contrast=np.int64, overlap=np.float64)
+        super().__post_init__()
         _check_shapes(self)
         _check_tree(self)
         _check_sizes(self)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lod.arrays import freeze
+from lod.arrays import ArrayData, FloatArray, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def _gather(batches: Sequence[Parts], column: Callable[[str], np.ndarray]) -> Pa
 
 
 @dataclass(frozen=True, eq=False)
-class BlendWeights:
+class BlendWeights(ArrayData):
     """Cross-fade weights: how much of each of its two appearances a displayed part shows (§2.4).
 
     The inner appearance carries the displayed parts of a part; the leaf appearance stands for the
@@ -86,11 +86,11 @@ class BlendWeights:
     hidden_area    (n,) share of the area of a part's own parts that is hidden; 1 by default
     """
 
-    inner: np.ndarray
-    leaf: np.ndarray
-    sin_elevation: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    cos_azimuth: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    hidden_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    inner: FloatArray
+    leaf: FloatArray
+    sin_elevation: FloatArray = field(default_factory=lambda: np.zeros(0))
+    cos_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    hidden_area: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if not len(self.sin_elevation):
@@ -99,8 +99,7 @@ class BlendWeights:
             object.__setattr__(self, "cos_azimuth", np.full(len(self.inner), np.nan))
         if not len(self.hidden_area):
             object.__setattr__(self, "hidden_area", np.ones(len(self.inner)))
-        freeze(self, inner=np.float64, leaf=np.float64, sin_elevation=np.float64)
-        freeze(self, cos_azimuth=np.float64, hidden_area=np.float64)
+        super().__post_init__()
 
     def __len__(self) -> int:
         return len(self.inner)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from lod.arrays import Flags, Ints, Reals, freeze
+from lod.arrays import ArrayData, FlagArray, Flags, FloatArray, IntArray, Ints, Reals
 from lod.pruning.shapes import Sticks
 
 WINDOW = 32
@@ -30,7 +30,7 @@ UpdateRule = Callable[[Reals], Flags]
 
 
 @dataclass(frozen=True, eq=False)
-class DrawnState:
+class DrawnState(ArrayData):
     """Sticks (s,) of parts (p,) as they are drawn in a frame.
 
     start, end       (s, 3) ends of the sticks [m]
@@ -39,19 +39,15 @@ class DrawnState:
     updated          (p,) whether the part is drawn at its true pose in this frame
     """
 
-    start: np.ndarray
-    end: np.ndarray
-    displacement_px: np.ndarray
-    error_px: np.ndarray
-    updated: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, start=np.float64, end=np.float64)
-        freeze(self, displacement_px=np.float64, error_px=np.float64, updated=bool)
+    start: FloatArray
+    end: FloatArray
+    displacement_px: FloatArray
+    error_px: FloatArray
+    updated: FlagArray
 
 
 @dataclass(frozen=True, eq=False)
-class TruePose:
+class TruePose(ArrayData):
     """Sticks (s,) of parts (p,) at their true pose in a frame, and the eye that sees them.
 
     start, end   (s, 3) ends of the sticks [m]
@@ -61,16 +57,12 @@ class TruePose:
     theta        angle of one pixel [rad]
     """
 
-    start: np.ndarray
-    end: np.ndarray
-    owner: np.ndarray
-    refresh_due: np.ndarray
-    eye: np.ndarray
+    start: FloatArray
+    end: FloatArray
+    owner: IntArray
+    refresh_due: FlagArray
+    eye: FloatArray
     theta: float
-
-    def __post_init__(self) -> None:
-        freeze(self, start=np.float64, end=np.float64, eye=np.float64)
-        freeze(self, owner=np.int64, refresh_due=bool)
 
 
 def threshold_rule(threshold_px: float) -> UpdateRule:

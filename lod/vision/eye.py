@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from lod.arrays import Reals, freeze
+from lod.arrays import ArrayData, FloatArray, Reals
 from lod.errors import InputError
 from lod.vision.barten import (
     contrast_sensitivity,
@@ -93,18 +93,15 @@ def optical_sigma(display: Display, eye: Eye) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivity:
+class Sensitivity(ArrayData):
     """Contrast sensitivity of an eye to bars: 1 / the least modulation it sees.
 
     frequency (k,) equal steps of log frequency, upwards [cycles/degree of the viewer's sight]
     value     (k,) sensitivity; band-pass, before any envelope is taken
     """
 
-    frequency: np.ndarray
-    value: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, frequency=np.float64, value=np.float64)
+    frequency: FloatArray
+    value: FloatArray
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,7 @@ from importlib import resources
 import numpy as np
 from scipy.interpolate import interpn
 
-from lod.arrays import Reals, freeze
+from lod.arrays import ArrayData, FloatArray, Reals
 
 SKY_ROWS, SKY_COLUMNS = 8, 6
 """Cells of the sky: rows even in the sine of elevation, columns even in azimuth from the sun.
@@ -20,16 +20,13 @@ TURBIDITIES = (2.0, 3.0, 5.0, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Sky:
+class Sky(ArrayData):
     """Radiance of the cells of the sky over that of white level ground in the light of sun and sky.
 
     radiance (SKY_ROWS, SKY_COLUMNS, 3) in red, green and blue
     """
 
-    radiance: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, radiance=np.float64)
+    radiance: FloatArray
 
     @property
     def share(self) -> Reals:

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Ints, Reals, freeze
+from lod.arrays import ArrayData, FloatArray, Ints, Reals
 from lod.stick_table import StickTable
 from scenes.far_cover.sky import Sky
 from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, SunAndSky, randoms_per_path, trace_lines
@@ -43,7 +43,7 @@ SpeciesDensity = tuple[tuple[Prototype | RiggedPrototype, ...], float]
 
 
 @dataclass(frozen=True, eq=False)
-class StandAppearance:
+class StandAppearance(ArrayData):
     """Tables by species k, depression δ and azimuth φ, in units of the light on open level ground.
 
     area (k, δ)  mean outline of an object [m²]
@@ -54,16 +54,13 @@ class StandAppearance:
     levels, above (n,)  heights [m], and of all outlines the share that is above each
     """
 
-    area: np.ndarray
-    radiance: np.ndarray
-    ground_bounce: np.ndarray
-    ground: np.ndarray
-    height: np.ndarray
-    levels: np.ndarray
-    above: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, **dict.fromkeys(self.__dataclass_fields__, np.float64))
+    area: FloatArray
+    radiance: FloatArray
+    ground_bounce: FloatArray
+    ground: FloatArray
+    height: FloatArray
+    levels: FloatArray
+    above: FloatArray
 
 
 Bare = list[list[tuple[StickTable, np.ndarray]]]

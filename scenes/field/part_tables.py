@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lod.arrays import expand, freeze
+from lod.arrays import ArrayData, FloatArray, IntArray, expand
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.area_scaling import leaf_area_share
 from lod.pruning.parts import BlendWeights
@@ -28,7 +28,7 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 @dataclass(frozen=True, eq=False)
-class PartTables:
+class PartTables(ArrayData):
     """Rows are the parts of all prototypes, one prototype after the other.
 
     root (v,) row of each prototype's whole object; bound, level, share, overlap as in Hierarchy
@@ -42,26 +42,20 @@ class PartTables:
     """
 
     hierarchies: tuple[Hierarchy, ...]
-    root: np.ndarray
-    joint: np.ndarray
-    origin: np.ndarray
-    rest: np.ndarray
-    bound: np.ndarray
-    level: np.ndarray
-    share: np.ndarray
-    overlap: np.ndarray
-    part_count: np.ndarray
-    first_part: np.ndarray
-    order: np.ndarray
+    root: IntArray
+    joint: IntArray
+    origin: FloatArray
+    rest: FloatArray
+    bound: FloatArray
+    level: IntArray
+    share: FloatArray
+    overlap: FloatArray
+    part_count: IntArray
+    first_part: IntArray
+    order: IntArray
     sticks: RiggedSticks
-    tints: np.ndarray
+    tints: FloatArray
     view_dependence: ViewDependence
-
-    def __post_init__(self) -> None:
-        freeze(self, root=np.int64, joint=np.int64, origin=np.float64, rest=np.float64)
-        freeze(self, bound=np.float64, level=np.int64, share=np.float64, tints=np.float64)
-        freeze(self, overlap=np.float64)
-        freeze(self, part_count=np.int64, first_part=np.int64, order=np.int64)
 
     @staticmethod
     def of(prototypes: tuple[RiggedPrototype, ...]) -> "PartTables":

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from lod.arrays import Ints, Points, freeze
+from lod.arrays import ArrayData, FloatArray, Ints, Points
 from lod.motion.image_motion import motion_steps
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
@@ -26,7 +26,7 @@ from scenes.sticks.prototype import Prototype
 
 
 @dataclass(frozen=True, eq=False)
-class InstancesInView:
+class InstancesInView(ArrayData):
     """Instances examined in a frame: pose, identity and image motion.
 
     instances    place, heading, prototype and phase of each, n rows
@@ -36,10 +36,7 @@ class InstancesInView:
 
     instances: Instances
     samples: Any
-    motion_step: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, motion_step=np.float64)
+    motion_step: FloatArray
 
     def __len__(self) -> int:
         return len(self.instances)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.arrays import Reals, freeze
+from lod.arrays import ArrayData, FloatArray, Reals
 from lod.errors import InputError
 
 MIN_STRIDE_FACTOR = 0.82
@@ -25,18 +25,15 @@ MIN_STRIDE_FACTOR = 0.82
 
 
 @dataclass(frozen=True, eq=False)
-class Walkers:
+class Walkers(ArrayData):
     """Walkers at one time: offset (n, 2) from their homes [m], cos and sin (n,) of their headings,
     phase (n,) of their motion [cycles].
     """
 
-    offset: np.ndarray
-    cos: np.ndarray
-    sin: np.ndarray
-    phase: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, offset=np.float64, cos=np.float64, sin=np.float64, phase=np.float64)
+    offset: FloatArray
+    cos: FloatArray
+    sin: FloatArray
+    phase: FloatArray
 
 
 class PatrolOrbit(NamedTuple):

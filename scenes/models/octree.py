@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from scipy.ndimage import gaussian_filter
 
-from lod.arrays import Ints, Points, Reals, freeze
+from lod.arrays import ArrayData, FlagArray, FloatArray, Ints, Points, Reals
 from lod.errors import InputError
 from lod.stick_table import StickTable
 from scenes.sticks.outline_area import directions, mean_area
@@ -41,7 +41,7 @@ _MOST_ROUNDS, _CLOSE = 12, 0.004
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
+class Solid(ArrayData):
     """A solid sampled in a cube: s³ voxels of one side, s = 2^(depth + 1).
 
     within  (s, s, s) whether the middle of each voxel is solid; nothing touches the cube's faces
@@ -50,13 +50,13 @@ class Solid:
     side    of the cube [m]
     """
 
-    within: np.ndarray
-    albedo: np.ndarray
-    corner: np.ndarray
+    within: FlagArray
+    albedo: FloatArray
+    corner: FloatArray
     side: float
 
     def __post_init__(self) -> None:
-        freeze(self, within=bool, albedo=np.float64, corner=np.float64)
+        super().__post_init__()
         s = len(self.within)
         if self.within.shape != (s, s, s) or s < 4 or s & (s - 1):
             rule = "a cube of voxels, 4 or a higher power of two along each side"

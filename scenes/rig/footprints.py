@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from lod.arrays import check_columns, freeze
+from lod.arrays import ArrayData, FlagArray, FloatArray, IntArray, check_columns
 from lod.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
-class Feet:
+class Feet(ArrayData):
     """The legs of an object that stand on the ground, (l,), in any order.
 
     legs   (l, 3) joints: hip, knee, ankle
@@ -26,18 +26,17 @@ class Feet:
     sole   (l, 3, 2) three points that the sole rests on, from its print, in the same axes [m]
     """
 
-    legs: np.ndarray
-    sticks_out: np.ndarray
-    bend: np.ndarray
-    strike: np.ndarray
-    duty: np.ndarray
-    home: np.ndarray
-    steepest: np.ndarray
-    sole: np.ndarray
+    legs: IntArray
+    sticks_out: FlagArray
+    bend: FloatArray
+    strike: FloatArray
+    duty: FloatArray
+    home: FloatArray
+    steepest: FloatArray
+    sole: FloatArray
 
     def __post_init__(self) -> None:
-        freeze(self, legs=np.int64, bend=np.float64, strike=np.float64, duty=np.float64)
-        freeze(self, sticks_out=np.bool_, home=np.float64, steepest=np.float64, sole=np.float64)
+        super().__post_init__()
         n = len(self.legs)
         check_columns("feet", self, legs=(n, 3), bend=(n,), strike=(n,), duty=(n,), home=(n, 2))
         check_columns("feet", self, steepest=(n,), sole=(n, 3, 2), sticks_out=(n,))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.arrays import check_columns, freeze, frozen
+from lod.arrays import ArrayData, FloatArray, IntArray, check_columns, frozen
 from lod.errors import InputError
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
@@ -111,7 +111,7 @@ PRINT_X, PRINT_Y, PRINT_Z, AHEAD, SLOPE_X, SLOPE_Y = range(6)
 
 
 @dataclass(frozen=True, eq=False)
-class Instances:
+class Instances(ArrayData):
     """The objects that are to be posed.
 
     origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
@@ -123,16 +123,15 @@ class Instances:
     Raises InputError where shapes do not match or a number is not finite.
     """
 
-    origin: np.ndarray
-    cos: np.ndarray
-    sin: np.ndarray
-    prototype: np.ndarray
-    phase: np.ndarray
-    foot_contacts: np.ndarray
+    origin: FloatArray
+    cos: FloatArray
+    sin: FloatArray
+    prototype: IntArray
+    phase: FloatArray
+    foot_contacts: FloatArray
 
     def __post_init__(self) -> None:
-        freeze(self, origin=np.float64, cos=np.float64, sin=np.float64, prototype=np.int64)
-        freeze(self, phase=np.float64, foot_contacts=np.float64)
+        super().__post_init__()
         n = len(self.prototype)
         check_columns("instances", self, origin=(n, 3), cos=(n,), sin=(n,), phase=(n,))
         contacts = self.foot_contacts

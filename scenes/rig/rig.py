@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.arrays import Ints, Points, check_columns, freeze, frozen
+from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, check_columns, frozen
 from lod.errors import InputError
 from lod.stick_table import StickTable
 from scenes.rig.rotations import (
@@ -30,7 +30,7 @@ _SLACK_DEG = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Rig:
+class Rig(ArrayData):
     """The joints of one object, parents before children.
 
     name    of every joint
@@ -43,17 +43,16 @@ class Rig:
     """
 
     name: tuple[str, ...]
-    parent: np.ndarray
-    offset: np.ndarray
-    rest: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    shift_low: np.ndarray
-    shift_high: np.ndarray
+    parent: IntArray
+    offset: FloatArray
+    rest: FloatArray
+    low: FloatArray
+    high: FloatArray
+    shift_low: FloatArray
+    shift_high: FloatArray
 
     def __post_init__(self) -> None:
-        freeze(self, parent=np.int64, offset=np.float64, rest=np.float64)
-        freeze(self, low=np.float64, high=np.float64, shift_low=np.float64, shift_high=np.float64)
+        super().__post_init__()
         _check(self)
 
     def __len__(self) -> int:
@@ -115,12 +114,11 @@ class RiggedSticks(StickTable):
     start_joint, end_joint (k,): the frames that start and end are in
     """
 
-    start_joint: np.ndarray
-    end_joint: np.ndarray
+    start_joint: IntArray
+    end_joint: IntArray
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        freeze(self, start_joint=np.int64, end_joint=np.int64)
         for key in ("start_joint", "end_joint"):
             joints = getattr(self, key)
             if joints.shape != self.tint.shape or np.any(joints < -1):

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lod.arrays import Ints, freeze
+from lod.arrays import ArrayData, FloatArray, IntArray, Ints
 from scenes.sticks.view_angles import (
     AZIMUTHS_DEG,
     ELEVATIONS_DEG,
@@ -51,7 +51,7 @@ CONSTANT = ElevationTable((1.0,) * len(ELEVATIONS_DEG))
 
 
 @dataclass(frozen=True, eq=False)
-class ViewDependence:
+class ViewDependence(ArrayData):
     """The tables of an object's leaf appearances, and which stick uses which; by default none does.
 
     table_row (k,)         row of the tables below for each stick of a leaf appearance, −1 for none
@@ -61,14 +61,10 @@ class ViewDependence:
                            the mean over all azimuths
     """
 
-    table_row: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    area_share: np.ndarray = field(default_factory=lambda: np.zeros((0, len(ELEVATIONS_DEG))))
-    elevation_steps: np.ndarray = field(default_factory=lambda: np.zeros((0, len(ELEVATIONS_DEG))))
-    azimuth_steps: np.ndarray = field(default_factory=lambda: np.zeros((0, len(AZIMUTHS_DEG) + 1)))
-
-    def __post_init__(self) -> None:
-        freeze(self, table_row=np.int64, area_share=np.float64)
-        freeze(self, elevation_steps=np.float64, azimuth_steps=np.float64)
+    table_row: IntArray = field(default_factory=lambda: np.zeros(0))
+    area_share: FloatArray = field(default_factory=lambda: np.zeros((0, len(ELEVATIONS_DEG))))
+    elevation_steps: FloatArray = field(default_factory=lambda: np.zeros((0, len(ELEVATIONS_DEG))))
+    azimuth_steps: FloatArray = field(default_factory=lambda: np.zeros((0, len(AZIMUTHS_DEG) + 1)))
 
     @staticmethod
     def from_tables(
