@@ -89,12 +89,12 @@ class Camera:
 
     @cached_property
     def right(self) -> np.ndarray:
-        """Unit vector to the right of the picture, (3,)."""
+        """Return the unit vector to the right of the picture, (3,)."""
         return frozen(np.cross(self.forward, self.up), np.float64)
 
     @property
     def tan_half(self) -> tuple[float, float]:
-        """Tangents of half the field of view, horizontally and vertically."""
+        """Return the tangents of half the field of view, horizontally and vertically."""
         tan_x = math.tan(self.fov_x / 2)
         return tan_x, tan_x * self.height / self.width
 

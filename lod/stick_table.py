@@ -50,12 +50,12 @@ class StickTable(ArrayData):
 
     @property
     def owner(self) -> np.ndarray:
-        """Part that each stick belongs to, (k,)."""
+        """Return the part that each stick belongs to, (k,)."""
         return np.repeat(np.arange(len(self.first) - 1), self.count)
 
     @property
     def columns(self) -> tuple[np.ndarray, ...]:
-        """All columns but ``first``, (k, …) each, in the order in which ``of`` takes them."""
+        """Return all columns but ``first``, (k, …) each, as ``of`` takes them."""
         return tuple(getattr(self, each.name) for each in fields(self)[1:])
 
     @classmethod

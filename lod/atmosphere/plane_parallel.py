@@ -68,7 +68,7 @@ class SlabInputs(ArrayData):
 
     @property
     def extinction_depth(self) -> np.ndarray:
-        """Optical depth of each step straight up, air and plants together, (levels − 1, bands)."""
+        """Add up the optical depths of air and plants in each step, (levels − 1, bands)."""
         return self.depth + self.cover[:, None]
 
 

@@ -23,7 +23,7 @@ Triple = Float64[np.ndarray, "3"]
 def undisplayed_share(
     d: Reals, limits: Float64[np.ndarray, "#n p"], areas: Float64[np.ndarray, " p"], fade: float
 ) -> Reals:
-    """Share of the objects' cover that is not displayed at distance ``d`` (n,), (n,).
+    """Compute the share of the objects' cover that is not displayed at distance ``d`` (n,), (n,).
 
     Equally many have each of ``limits`` (n or 1, p), and outlines in proportion to ``areas``; over
     the band of fading it is what they no longer cover.
@@ -46,17 +46,17 @@ def _missing(d, limits, weight, fade):  # type: ignore[no-untyped-def]
 
 
 def cover_depths(missing: PerKind, density: Kinds, area: PerKind, sine: Reals) -> PerKind:
-    """Optical depth K·A/sin δ: mean number of objects of each kind (k,) on each line (n,)."""
+    """Compute K·A/sin δ, the mean number of objects of each kind (k,) on each line (n,)."""
     return missing * density * area / sine[:, None]
 
 
 def covered_share(depths: PerKind) -> Reals:
-    """Share of lines that meet any object, 1 − exp(−Σ depth), (n,)."""
+    """Compute the share of lines that meet any object, 1 − exp(−Σ depth), (n,)."""
     return -np.expm1(-depths.sum(axis=1))
 
 
 def first_hit_shares(depths: PerKind) -> PerKind:
-    """Share of each kind in first hits, (n, k): rows of 0 where no line meets anything."""
+    """Compute the share of each kind in first hits, (n, k), 0 where no line meets anything."""
     total = depths.sum(axis=1, keepdims=True)
     return np.divide(depths, total, out=np.zeros_like(depths), where=total > 0)
 
@@ -69,7 +69,7 @@ albedo without end."""
 def surface_irradiance(
     normals: Float64[np.ndarray, "n 3"], to_sun: Triple, sky_share: Triple
 ) -> Colours:
-    """Irradiance of unshadowed surfaces relative to that of level ground, (n, 3)."""
+    """Compute the irradiance of unshadowed surfaces relative to that of level ground, (n, 3)."""
     sun = np.maximum(normals @ to_sun / to_sun[2], LEAST_LIGHT)[:, None]
     sky = (1 + normals[:, 2:3]) / 2
     return (1 - sky_share) * sun + sky_share * sky

@@ -31,7 +31,7 @@ class Canopy(ArrayData):
 
     @property
     def top_m(self) -> float:
-        """Height of the highest object [m]; 0 where nothing stands."""
+        """Return the height of the highest object [m]; 0 where nothing stands."""
         return float(self.height[-1])
 
 

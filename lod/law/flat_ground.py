@@ -31,7 +31,7 @@ _HALVINGS = 60
 def chained_limits(
     hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
 ) -> np.ndarray:
-    """Limit distance of every part, (n,) [m], for the metrics that have a law.
+    """Compute the limit distance of every part, (n,) [m], for the metrics that have a law.
 
     A part is displayed while its own test and those of every part above it pass, in whatever pose:
     D = max(0, min over ancestors j of (D_j − length of the chain of separations from j down)).
@@ -70,17 +70,17 @@ def _farthest_seen(clear: Reals, contrast: Ints, conditions: ViewingConditions, 
 
 
 def disc_areas(D: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """Area of ground from which a part is displayed, π·max(0, D² − h²), (n,) [m²]."""
+    """Compute the area of ground from which a part is displayed, π·max(0, D² − h²), (n,) [m²]."""
     return np.pi * np.maximum(np.square(D) - np.square(h), 0.0)
 
 
 def expected_count(K: float, areas: np.ndarray) -> float:
-    """Expected number of parts displayed, K·Σ areas; of objects, where only wholes are given."""
+    """Compute the expected number of parts displayed, K·Σ areas; of objects, given wholes only."""
     return K * float(np.sum(areas))
 
 
 def count_variance(K: float, areas: np.ndarray) -> float:
-    """Variance of the number of parts displayed: compound Poisson, K·ΣᵢΣⱼ min(areaᵢ, areaⱼ).
+    """Compute the variance of the number displayed, K·ΣᵢΣⱼ min(areaᵢ, areaⱼ): compound Poisson.
 
     Parts of one object come together: the discs are concentric, so those of i and j overlap in the
     smaller one. With areas sorted downwards, ΣΣ min = Σ (2k + 1)·area_k, k = 0, 1, …

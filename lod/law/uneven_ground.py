@@ -69,7 +69,7 @@ class CountMoments:
 
 
 def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
-    """Greatest horizontal distance of an object that has a part displayed [m]."""
+    """Compute the greatest horizontal distance of an object that has a part displayed [m]."""
     return max(
         float(
             chained_limits(h, view.metric, view.m, view.conditions)[0]

@@ -87,7 +87,7 @@ _CACHE: WeakKeyDictionary[Hierarchy, dict[_Key, np.ndarray]] = WeakKeyDictionary
 def limit_distances(
     hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
 ) -> np.ndarray:
-    """Limit distance D of every part, clamped once so that every cut is connected, (n,) [m].
+    """Compute the D of every part, clamped once so that every cut is connected, (n,) [m].
 
     Through air and eye (``conditions``) a part's own D is first W⁻¹ of that in clear air, W by its
     class of contrast; ``full`` keeps everything all the same, and along an axis it is the depth

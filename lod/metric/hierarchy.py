@@ -68,7 +68,7 @@ class Hierarchy(ArrayData):
 
     @cached_property
     def order(self) -> np.ndarray:
-        """Rows without row 0, sorted so that the parts of one whole stand together, (n - 1,)."""
+        """Sort the rows without row 0 so that the parts of one whole stand together, (n - 1,)."""
         return np.argsort(self.parent[1:], kind="stable") + 1
 
     @cached_property
@@ -78,12 +78,12 @@ class Hierarchy(ArrayData):
 
     @cached_property
     def first_part(self) -> np.ndarray:
-        """Index in ``order`` at which the parts of each part begin, (n,)."""
+        """Return the index in ``order`` at which the parts of each part begin, (n,)."""
         return np.concatenate(([0], np.cumsum(self.part_count)[:-1]))
 
     @cached_property
     def share(self) -> np.ndarray:
-        """Area P² of each part over that of all parts of its owner, (n,); it is 1 for row 0."""
+        """Compute area P² of each part over that of all parts of its owner, (n,), 1 for row 0."""
         area = self.P**2
         siblings = np.bincount(self.parent[1:], area[1:], len(self))
         share = np.ones(len(self))

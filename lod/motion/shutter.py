@@ -64,15 +64,15 @@ class ShutterInterval:
 
     @property
     def duration_s(self) -> float:
-        """How long the shutter is open [s]."""
+        """Compute how long the shutter is open [s]."""
         return self.close_s - self.open_s
 
 
 def motion_coarsening(motion_step: float) -> float:
-    """Factor by which m grows at a place on the motion scale: 1 at place 0, and larger above."""
+    """Compute the factor by which m grows at a place on the motion scale: 1 at place 0."""
     return float(2.0 ** (motion_step / STEPS_PER_OCTAVE))
 
 
 def subframe_offsets(subframes: int) -> Reals:
-    """Middles of equal shares of a shutter interval, as shares of it from its own middle, (n,)."""
+    """Compute the middles of equal shares of a shutter interval, from its own middle, (n,)."""
     return (np.arange(subframes) + 0.5) / subframes - 0.5

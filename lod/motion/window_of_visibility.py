@@ -17,12 +17,12 @@ LIMIT_HZ = 30.0
 
 
 def integration_time_s(shutter_s: float, limit_hz: float = LIMIT_HZ) -> float:
-    """Time over which an eye behind a shutter integrates [s]: variances of both add (§2.1)."""
+    """Compute how long an eye behind a shutter integrates [s]: variances of both add (§2.1)."""
     return math.hypot(shutter_s, 1 / (2 * limit_hz))
 
 
 def critical_hz(speed_deg_s: Reals, finest_cpd: float, limit_hz: float = LIMIT_HZ) -> Reals:
-    """Critical update rate ω_c = ω_l + r·u_l (1983), above which motion looks smooth, (n,) [Hz].
+    """Compute the update rate ω_c = ω_l + r·u_l (1983) above which motion looks smooth, (n,) [Hz].
 
     The copies that sampling makes of its spectrum then lie outside the window; u_l in cycles per
     degree.

@@ -7,7 +7,7 @@ from numba import njit
 
 @njit(cache=True)
 def radius_factor(r0, r1, length, share):  # type: ignore[no-untyped-def]
-    """Factor on both radii of a stick that leaves the given share of its mean outline area.
+    """Compute the factor on radii of a stick that leaves a share of its mean outline area.
 
     A stick of radii r₀, r₁ and length L has a quarter of its surface as mean outline (Cauchy):
     caps π(r₀² + r₁²)/2 and a flank π(r₀ + r₁)L/4, but for a term of (r₀ − r₁)². Radii times f
@@ -21,7 +21,7 @@ def radius_factor(r0, r1, length, share):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def leaf_area_share(hidden, overlap):  # type: ignore[no-untyped-def]
-    """Share s of its area that a leaf appearance shows while a share h of its parts is hidden.
+    """Compute which share s of its area a leaf appearance shows while a share h of parts is hidden.
 
     The share s of the leaf appearance and the share 1 − h of the parts overlap by c·s·(1 − h), with
     c the overlap of the two at full size. Covering the same area as before asks for

@@ -81,7 +81,7 @@ def sphere_in_frustum(s, x, y, z, radius):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def frustum_margin(s, x, y, z):  # type: ignore[no-untyped-def]
-    """Signed distance of a point from the nearest plane of the view frustum, above 0 inside [m].
+    """Compute how far a point is from the nearest plane of the frustum, above 0 inside [m].
 
     Plane by plane as ``sphere_in_frustum``: a sphere is seen while this is above minus its radius.
     """
@@ -97,7 +97,7 @@ def frustum_margin(s, x, y, z):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def entry_fraction(s, x, y, z, radius):  # type: ignore[no-untyped-def]
-    """Share of its entry that a sphere in the frustum has made, 0 to 1.
+    """Compute the share of its entry that a sphere in the frustum has made, 0 to 1.
 
     The entry is complete once ENTRY_SHARE of the sphere's diameter is inside the pyramid of view.
     """
@@ -108,7 +108,7 @@ def entry_fraction(s, x, y, z, radius):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def is_displayed(s, x, y, z, bound, limit, limit_offscreen):  # type: ignore[no-untyped-def]
-    """Whether a part is displayed: d < D, with the coarser D for what is out of view."""
+    """Tell whether a part is displayed: d < D, with the coarser D for what is out of view."""
     d = distance_to(s, x, y, z)
     inside, outside = d < limit, d < limit_offscreen
     return inside if inside == outside or sphere_in_frustum(s, x, y, z, bound) else outside

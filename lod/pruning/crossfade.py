@@ -57,7 +57,7 @@ def view_angles(position: Points, view: View) -> tuple[Reals, Reals]:
 
 
 def fade_factors(cut: Cut, view: View) -> Reals:
-    """Share of its area that each part shows by itself, (D − d)/(fade·D), at most 1, (n,).
+    """Compute which share of its area each part shows by itself: (D − d)/(fade·D), at most 1, (n,).
 
     In view times how far its sphere has entered it, but no less than it would show out of view.
     """
@@ -107,7 +107,7 @@ def _band_factor(d, D, fade):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def cross_fade(parent, share, shown):  # type: ignore[no-untyped-def]
-    """Weights (inner, leaf, hidden area) of every part from its own fade factor, (n,) each.
+    """Compute weights (inner, leaf, hidden area) of every part from its fade factor, (n,) each.
 
     Rows: parents before children. The displayed parts of a part hang on its inner appearance,
     which stays while any of them does.

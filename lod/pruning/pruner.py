@@ -37,7 +37,7 @@ class Cut:
 
     @cached_property
     def parts(self) -> Parts:
-        """All columns of the displayed parts, loaded on demand; ``parent`` holds rows of them."""
+        """Load all columns of the displayed parts, on demand; ``parent`` holds rows of them."""
         return self.load_parts()
 
     @property

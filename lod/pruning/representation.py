@@ -13,7 +13,7 @@ class Representation(Protocol):
 
     @property
     def name(self) -> str:
-        """The name of the representation in counts and records."""
+        """Return the name of the representation in counts and records."""
 
     def roots(self, view: View) -> Parts:
         """Return every whole near enough that a part of it could be displayed (``parent`` = -1)."""

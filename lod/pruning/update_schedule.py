@@ -102,7 +102,7 @@ def step(before: DrawnState, now: TruePose, rule: UpdateRule) -> DrawnState:
 
 
 def displacement_px(drawn: DrawnState, now: TruePose) -> Reals:
-    """Distance of parts from where they were drawn, as the eye sees it now, (p,) [px].
+    """Compute the distance of parts from where they were drawn, as the eye sees it now, (p,) [px].
 
     The angle between two directions, exact for the least of them (Kahan), is
     2·atan2(|û − v̂|, |û + v̂|), here of |v|·u and |u|·v.
@@ -134,7 +134,7 @@ def _farthest(old, new, owner, eye, moved):  # type: ignore[no-untyped-def]
 
 
 def replay_frames(frame: int) -> range:
-    """The frames, from 1, on which the state of ``frame`` depends; it is the last of them."""
+    """List the frames, from 1, on which the state of ``frame`` depends; it is the last of them."""
     return range(max(1, frame - WINDOW + 1), frame + 1)
 
 
@@ -155,5 +155,5 @@ def apply_state(drawn: DrawnState, sticks: Sticks) -> Sticks:
 
 
 def refresh_due(part: Ints, frame: int) -> Flags:
-    """Whether each part (p,) is due in a frame: once in WINDOW frames, spread over them."""
+    """Tell whether each part (p,) is due in a frame: once in WINDOW frames, spread over them."""
     return (part + frame) % WINDOW == 0

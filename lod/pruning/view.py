@@ -56,23 +56,23 @@ class View:
 
     @property
     def theta(self) -> float:
-        """θ of one pixel, or of all blurs together but that of motion (§2.1) [rad]."""
+        """Return θ of one pixel, or of all blurs together but that of motion (§2.1) [rad]."""
         return (
             self.camera.pixel_angle if self.conditions is None else self.conditions.widths.effective
         )
 
     @property
     def m(self) -> float:
-        """m = τ·θ in view (§2.4) [rad]."""
+        """Compute m = τ·θ in view (§2.4) [rad]."""
         return self.detail * self.theta
 
     @property
     def m_offscreen(self) -> float:
-        """The coarser m for what is out of view, seen only through shadow and bounce [rad]."""
+        """Compute the coarser m of what is out of view, seen only by shadow and bounce [rad]."""
         return self.m / self.offscreen_detail
 
     def limits(self, hierarchy: Hierarchy, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Clamped limit distances of every part, in view and out of it, (n,) each [m].
+        """Compute the clamped limit distances of every part, in view and out of it, (n,) each [m].
 
         motion_step: of the object, a whole step on the scale of ``shutter``.
         None is greater out of view: an eye's W grows faster at a finer m, and could turn them

@@ -11,7 +11,7 @@ from lod.pruning.view import View
 
 
 def dot(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Dot products of vectors (n, 3) with one axis (3,), (n,).
+    """Compute the dot products of vectors (n, 3) with one axis (3,), (n,).
 
     The sum runs from x to z whatever n is: one point gives the same bits in any batch, and the bits
     of ``lod.pruning.compiled_test``.
@@ -20,7 +20,7 @@ def dot(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def distance(view: View, position: np.ndarray) -> np.ndarray:
-    """Distance d of points (n, 3) from the eye, or along the axis if the metric says so, (n,) [m].
+    """Compute d of points (n, 3) from the eye, or along the axis if the metric says so, (n,) [m].
 
     Never below 0, so that nothing passes a limit of 0; a point behind the eye has depth 0.
     """
@@ -31,7 +31,7 @@ def distance(view: View, position: np.ndarray) -> np.ndarray:
 
 
 def search_radius(view: View, limit: float, bound: float) -> float:
-    """Greatest true distance at which something of that D and B in view can pass its test [m].
+    """Compute the greatest true distance at which something in view can pass its test [m].
 
     Along the axis it can be D deep and still lie aside of it, by D·tan + B·√(1 + tan²) on each
     axis.
@@ -43,7 +43,7 @@ def search_radius(view: View, limit: float, bound: float) -> float:
 
 
 def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Whether each sphere reaches into the pyramid of view, (n, 3), (n,) → (n,).
+    """Tell whether each sphere reaches into the pyramid of view, (n, 3), (n,) → (n,).
 
     Plane by plane, so a sphere beyond an edge of the pyramid may count as in view; never the
     reverse. A sphere inside another is in view only if the other is: with nested bounds, cuts stay

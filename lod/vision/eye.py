@@ -51,7 +51,7 @@ class Display:
 
     @property
     def pixel_angle(self) -> float:
-        """Angle of one pixel at the viewer's eye [rad]."""
+        """Return the angle of one pixel at the viewer's eye [rad]."""
         return math.radians(1 / self.pixels_per_degree)
 
 

@@ -67,12 +67,12 @@ class WeightedDistance:
 
     @cached_property
     def slope(self) -> np.ndarray:
-        """dW/dd from each knot on, (k,)."""
+        """Compute dW/dd from each knot on, (k,)."""
         return np.append(np.diff(self.weighted) / np.diff(self.distance), self.beyond)
 
     @property
     def vanishing_distance(self) -> float:
-        """Distance past which nothing of this contrast is seen [m]; it may be infinite."""
+        """Return the distance past which nothing of this contrast is seen [m], or infinity."""
         return float(self.distance[-1]) if math.isinf(self.beyond) else math.inf
 
     def weight(self, distance: Reals) -> Reals:

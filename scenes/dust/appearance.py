@@ -21,7 +21,7 @@ class DustFrame(NamedTuple):
     time_s: float
 
     def puffs(self, falls: Footfalls) -> Puffs:
-        """Puffs that footfalls have thrown up."""
+        """Return the puffs that footfalls have thrown up."""
         return puffs_at(self.air, self.walkers, self.legs, falls, self.time_s)
 
 
@@ -49,7 +49,7 @@ class DustBalls(NamedTuple):
 
 
 def live_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
-    """Puffs of trails that are in the air."""
+    """Return the puffs of trails that are in the air."""
     parent, falls = _recent_footfalls(frame, parts, rows)
     live = np.flatnonzero(_is_in_air(frame, falls))
     puffs, parent = frame.puffs(falls.take(live)), parent[live]
@@ -61,7 +61,7 @@ def live_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
 
 
 def wisps_of_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
-    """Wisps of puffs."""
+    """Return the wisps of puffs."""
     puffs, row, _, _ = _distinct(frame, parts, rows)
     own, wisp = np.divmod(np.arange(len(rows) * WISPS), WISPS)
     place, area = wisps_at(frame.air, puffs, row[own], wisp)
@@ -70,7 +70,7 @@ def wisps_of_puffs(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
 
 
 def grains_of_wisps(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
-    """Grains of wisps."""
+    """Return the grains of wisps."""
     puffs, row, wisp, _ = _distinct(frame, parts, rows)
     own, grain = np.divmod(np.arange(len(rows) * GRAINS), GRAINS)
     place, _ = grains_at(frame.air, puffs, row[own], wisp[own], grain)
@@ -79,7 +79,7 @@ def grains_of_wisps(frame: DustFrame, parts: Parts, rows: Ints) -> ChildParts:
 
 
 def leaf_balls(frame: DustFrame, parts: Parts, shown: np.ndarray) -> DustBalls:
-    """Balls of the leaf appearances of the parts that are ``shown`` (n,)."""
+    """Return the balls of the leaf appearances of the parts that are ``shown`` (n,)."""
     levels = (_trail_balls, _puff_balls, _wisp_balls, _grain_balls)
     found = [
         each(frame, parts, np.flatnonzero(shown & (parts.level == level)))

@@ -76,17 +76,17 @@ class Dust:
 
     @property
     def name(self) -> str:
-        """Name of the species with ``.dust`` behind it, which no species has."""
+        """Return the name of the species with ``.dust`` behind it, which no species has."""
         return f"{self.walkers.name}.dust"
 
     @cached_property
     def legs(self) -> Legs:
-        """Legs of all prototypes."""
+        """Return the legs of all prototypes."""
         return Legs.of([prototype.motion for prototype in self.walkers.prototypes.rigged])
 
     @cached_property
     def air(self) -> Air:
-        """Wind and ground, and the key of the random numbers."""
+        """Return the wind and ground, and the key of the random numbers."""
         chance = np.uint64(self.walkers.seed), hash_name(self.name)
         azimuth = np.radians(self.wind_azimuth_deg)
         downwind = np.array((np.sin(azimuth), np.cos(azimuth)))
@@ -95,7 +95,7 @@ class Dust:
 
     @cached_property
     def hierarchies(self) -> tuple[Hierarchy, ...]:
-        """Sizes that all parts of a level have in common, for each prototype."""
+        """Return the sizes that all parts of a level have in common, for each prototype."""
         far = (fastest(self.legs) + self.air.wind_m_s) * LIFE_S / 2 + self.legs.reach
         far += growth.WAKE * self.legs.stride + growth.STIR_M_S * LIFE_S
         puffs = self.legs.walks.sum(axis=1) * self.legs.slots(LIFE_S)
@@ -109,7 +109,7 @@ class Dust:
         return float(self.legs.stride.max()) * (2 * growth.HIGH + tilted + growth.GRAIN)
 
     def roots(self, view: View) -> Parts:
-        """Trails of walkers of which something could be displayed."""
+        """Find the trails of walkers of which something could be displayed."""
         corner, field = view.camera.corner, self.walkers
         limits = self._limits(view)
         samples, _ = candidates(field.cells, view, self._search_bounds(view, limits))
@@ -129,7 +129,7 @@ class Dust:
         return self._parts(moment, 0 * row, at, row, 0 * row, 0 * row - 1, np.ones(len(row)))
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """The live puffs of trail_centres, the wisps of puffs, the grains of wisps."""
+        """Return the live puffs of trails, the wisps of puffs, the grains of wisps."""
         moment = replace(parts.state, time_s=view.time_s)
         found = [
             each(self._scene(moment), parts, np.flatnonzero(parts.level == level))
@@ -142,7 +142,7 @@ class Dust:
         return self._parts(moment, level, place[order], who, part[order], parent, share[order])
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Balls: leaf appearances alone, as much as each shows."""
+        """Return balls: leaf appearances alone, as much as each shows."""
         moment = parts.state
         owner, place, area, struck = leaf_balls(self._scene(moment), parts, weights.leaf > 0)
         stride = self.legs.stride[moment.walkers.prototype[parts.object[owner]]]
@@ -151,7 +151,7 @@ class Dust:
         return ball_sticks(place, radius, tint, self.soil.tints, owner)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts at another time; what is gone by then has the least area."""
+        """Return the same parts at another time; what is gone by then has the least area."""
         return replace(parts, state=replace(parts.state, time_s=time_s))
 
     def _scene(self, moment: DustState) -> DustFrame:

@@ -42,7 +42,7 @@ class Legs:
 
     @staticmethod
     def of(motions: Sequence[Motion]) -> "Legs":
-        """Legs of prototypes that move by these key frames."""
+        """Return the legs of prototypes that move by these key frames."""
         most = max(len(motion.feet) for motion in motions)
         columns = np.zeros((5, len(motions), max(most, 1)))
         for row, motion in enumerate(motions):
@@ -58,7 +58,7 @@ class Legs:
 
     @property
     def reach(self) -> Reals:
-        """Farthest of each prototype's soles from the body as they strike, (v,) [m]."""
+        """Return the farthest of each prototype's soles from the body as they strike, (v,) [m]."""
         longest = np.abs(self.ahead) + np.abs(self.stance)
         return np.where(self.walks, np.hypot(longest, self.aside), 0.0).max(axis=1)
 
@@ -99,7 +99,7 @@ class Footfalls(NamedTuple):
     number: np.ndarray
 
     def take(self, rows: np.ndarray) -> "Footfalls":
-        """Footfalls at these rows."""
+        """Return the footfalls at these rows."""
         return Footfalls(*(each[rows] for each in self))
 
 
@@ -117,7 +117,7 @@ class Landing(NamedTuple):
 
 
 def footfalls(walkers: Walkers, legs: Legs, owner: Ints, slots: int, time_s: float) -> Footfalls:
-    """The last ``slots`` footfalls of every leg of these walkers.
+    """Return the last ``slots`` footfalls of every leg of these walkers.
 
     Those of a walker are in an order in which each keeps its place until it is the oldest, and the
     next one takes it.
@@ -132,7 +132,7 @@ def footfalls(walkers: Walkers, legs: Legs, owner: Ints, slots: int, time_s: flo
 
 
 def landing(walkers: Walkers, legs: Legs, of: Footfalls) -> Landing:
-    """Times and places of footfalls."""
+    """Compute the times and places of footfalls."""
     prototype, rounds = walkers.prototype[of.owner], walkers.rounds.take(of.owner)
     where = prototype, of.leg
     time_s = (of.number + legs.strike[where] - rounds.phase) * rounds.period
@@ -146,7 +146,7 @@ def landing(walkers: Walkers, legs: Legs, of: Footfalls) -> Landing:
 
 
 def fastest(legs: Legs) -> Reals:
-    """Speed of each prototype at its longest stride, which no walker exceeds, (v,) [m/s]."""
+    """Compute the speed of each prototype at its own stride, (v,) [m/s]: no walker exceeds it."""
     return legs.stride / legs.period
 
 

@@ -79,7 +79,7 @@ class PuffShape(NamedTuple):
 
 
 def puff_shapes(age_s: Reals, stride: Reals) -> PuffShape:
-    """Shapes of puffs by age, from 0 to LIFE_S [s], and by their walkers' stride [m], (m,) each."""
+    """Compute shapes of puffs by age, from 0 to LIFE_S [s], and their walkers' stride [m], (m,)."""
     s = age_s / LIFE_S
     radius = YOUNG + (OLD - YOUNG) * s**_GROWTH
     height = LOW + (HIGH - LOW) * -np.expm1(-age_s / RISE_S)
@@ -89,7 +89,7 @@ def puff_shapes(age_s: Reals, stride: Reals) -> PuffShape:
 
 
 def settling_speed(u: Reals) -> Reals:
-    """Speeds at which grains settle by Stokes' law, from uniform numbers, (m,) [m/s].
+    """Compute the speeds at which grains settle by Stokes' law, from uniform numbers, (m,) [m/s].
 
     Their sizes are log-uniform.
     """
@@ -98,7 +98,7 @@ def settling_speed(u: Reals) -> Reals:
 
 
 def wind_near_ground(wind_m_s: float) -> float:
-    """Speed of the wind where dust is, from that at the height of crowns [m/s].
+    """Compute the speed of the wind where dust is, from that at the height of crowns [m/s].
 
     It follows the logarithmic profile over bare ground (Oke, "Boundary Layer Climates", 2nd ed.
     1987, ch. 2).
@@ -121,7 +121,7 @@ class WispState(NamedTuple):
 
 
 def wisp_states(height: Reals, age_s: Reals, area: Reals, u: Reals, v: Reals) -> WispState:
-    """Wisps of puffs by height [m], age [s] and area, from two uniform numbers each, (m,) each."""
+    """Compute wisps of puffs by height [m], age [s], area and two uniform numbers each, (m,)."""
     start = WISP + (1 - WISP) * u**2  # more of it lower down
     up = np.maximum(start * height - settling_speed(v) * age_s, 0.0)
     squash = np.minimum(up / (WISP * height), 1.0)
@@ -129,7 +129,7 @@ def wisp_states(height: Reals, age_s: Reals, area: Reals, u: Reals, v: Reals) ->
 
 
 def mean_area(height: Reals, age_s: Reals, area: Reals) -> Reals:
-    """Expected area of the wisps of puffs over full ones, by height, age and area, (m,)."""
+    """Compute the expected area of wisps of puffs over full ones, by height, age and area, (m,)."""
     middles = (np.arange(_STRATA) + 0.5) / _STRATA
     total = np.zeros(len(height))
     for u in middles:
@@ -141,6 +141,6 @@ def mean_area(height: Reals, age_s: Reals, area: Reals) -> Reals:
 
 
 def random_offset(radius: Reals, u: Reals, v: Reals) -> Float64[np.ndarray, "m 2"]:
-    """Offsets of wisps from the middle of puffs of these radii, (m, 2) [m]."""
+    """Compute the offsets of wisps from the middle of puffs of these radii, (m, 2) [m]."""
     turn, out = 2 * np.pi * u, radius * np.sqrt(v)
     return out[:, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)

@@ -29,28 +29,28 @@ def footfall_number(legs: Legs, falls: Footfalls) -> Ints:
 
 
 def decode(legs: Legs, owner: Ints, number: Ints) -> Footfalls:
-    """Footfalls of walkers by their numbers; the inverse of ``footfall_number``."""
+    """Decode footfalls of walkers by their numbers; the inverse of ``footfall_number``."""
     cycle, leg = np.divmod(number, legs.strike.shape[1])
     return Footfalls(owner, leg, cycle)
 
 
 def puff_id(legs: Legs, footfall: Ints) -> Ints:
-    """Part numbers of the puffs of footfalls, (n,)."""
+    """Compute the part numbers of the puffs of footfalls, (n,)."""
     return 1 + (footfall + _earliest(legs)) * _PUFF
 
 
 def wisp_id(puff: Ints, wisp: Ints) -> Ints:
-    """Part numbers of wisps of puffs, (n,)."""
+    """Compute the part numbers of wisps of puffs, (n,)."""
     return puff + 1 + wisp * _WISP
 
 
 def grain_id(wisp: Ints, grain: Ints) -> Ints:
-    """Part numbers of grains of wisps, (n,)."""
+    """Compute the part numbers of grains of wisps, (n,)."""
     return wisp + 1 + grain
 
 
 def decode_ids(legs: Legs, part: Ints) -> PartIds:
-    """Footfall, wisp and grain of parts by their numbers."""
+    """Decode footfall, wisp and grain of parts by their numbers."""
     footfall, rest = np.divmod(part - 1, _PUFF)
     wisp, grain = np.divmod(rest - 1, _WISP)
     return PartIds(footfall - _earliest(legs), np.where(rest == 0, -1, wisp), grain - 1)

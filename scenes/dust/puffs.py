@@ -56,19 +56,19 @@ class Puffs(NamedTuple):
 
     @property
     def mean_area(self) -> Reals:
-        """Expected area of their wisps over full ones, (m,)."""
+        """Return the expected area of their wisps over full ones, (m,)."""
         return growth.mean_area(self.height, self.age, self.area)
 
     @property
     def origin(self) -> Points:
-        """Points that distances are measured to: half-way up, (m, 3) [m]."""
+        """Return the points that distances are measured to: half-way up, (m, 3) [m]."""
         up = np.zeros((len(self.base), 3))
         up[:, 2] = self.height / 2
         return self.base + up
 
 
 def puffs_at(air: Air, walkers: Walkers, legs: Legs, falls: Footfalls, time_s: float) -> Puffs:
-    """Puffs of footfalls at a time, even before they are thrown up and after they are gone."""
+    """Compute the puffs of footfalls at a time, even before they are up and after they are gone."""
     fell = landing(walkers, legs, falls)
     age = np.clip(time_s - fell.time_s, 0.0, LIFE_S)
     dome = growth.puff_shapes(age, legs.stride[walkers.prototype[falls.owner]])
@@ -88,7 +88,7 @@ def puffs_at(air: Air, walkers: Walkers, legs: Legs, falls: Footfalls, time_s: f
 
 
 def trail_centres(air: Air, walkers: Walkers, owner: Ints, time_s: float) -> Points:
-    """Points of the ground in the middle of walkers' trails, (m, 3) [m].
+    """Compute the points of the ground in the middle of walkers' trails, (m, 3) [m].
 
     They are where each walker was half a puff's life ago, and as far downwind as the dust of then
     has drifted.
@@ -112,13 +112,13 @@ def _ground_below(
 
 
 def wisps_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints) -> tuple[Points, Reals]:
-    """Places of wisps (m, 3) [m], and the area of each over the full one, (m,)."""
+    """Compute the places of wisps (m, 3) [m], and the area of each over the full one, (m,)."""
     lift, flat = _wisp_states(air, puffs, row, wisp)
     return _places_above_ground(puffs, row, flat, lift.up), lift.area
 
 
 def grains_at(air: Air, puffs: Puffs, row: Ints, wisp: Ints, grain: Ints) -> tuple[Points, Reals]:
-    """Places of grains (m, 3) [m], and the area of each over a full one, (m,)."""
+    """Compute the places of grains (m, 3) [m], and the area of each over a full one, (m,)."""
     lift, flat = _wisp_states(air, puffs, row, wisp)
     at = points_in_ball(_random_units(air, puffs, row, 1 + WISPS + wisp * growth.GRAINS + grain))
     flat += WISP * puffs.radius[row, None] * at[:, :2]

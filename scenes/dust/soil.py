@@ -35,7 +35,7 @@ class Soil:
 
     @cached_property
     def ground(self) -> Float64[np.ndarray, "t 3"]:
-        """Colours of the ground that are distinguished: moist to dry, steep, and snow, (t, 3)."""
+        """List the colours of the ground that are told apart: moist to dry, steep, snow, (t, 3)."""
         materials = GROUND_MATERIALS[self.cover]
         share = np.linspace(0, 1, SHADES)[:, None]
         between = np.array(materials.moist) * (1 - share) + np.array(materials.dry) * share
@@ -44,16 +44,16 @@ class Soil:
 
     @property
     def tints(self) -> Float64[np.ndarray, "t 3"]:
-        """Colours of the dust of each colour of the ground, (t, 3)."""
+        """Return the colours of the dust of each colour of the ground, (t, 3)."""
         return np.sqrt(self.ground * self.grain)
 
     @property
     def grain(self) -> Float64[np.ndarray, "t 3"]:
-        """Single-scattering albedo of a grain of each colour of the ground, (t, 3)."""
+        """Return the single-scattering albedo of a grain of each colour of the ground, (t, 3)."""
         return 1 - ((1 - self.ground) / (1 + self.ground)) ** 2
 
     def tint(self, corner: Corner, xy: Float64[np.ndarray, "m 2"]) -> Ints:
-        """Row of the nearest colour of the ground at points [m] from a corner, (m,)."""
+        """Return the row of the nearest colour of the ground at points [m] from a corner, (m,)."""
         relief, size = self.relief, np.full(len(xy), _ACROSS_M)
         rise = relief.height(corner, xy) / (relief.amplitude or 1.0)
         slope = np.hypot(*relief.slopes(corner, xy, 2 * size).T)

@@ -57,19 +57,20 @@ class AggregateCover:
 
     @cached_property
     def stand(self) -> StandAppearance:
-        """Appearance of the stand, measured when it is first needed."""
+        """Return the appearance of the stand, measured when it is first needed."""
         elevation = math.degrees(math.asin(self.to_sun[2]))
         kinds = tuple((each.prototypes, each.density) for each in self.species)
         return measure_stand(kinds, round(elevation, 3), self.sky, self.max_depth)
 
     @cached_property
     def highest(self) -> float:
-        """Largest height above the ground that anything of the species reaches [m]."""
+        """Return the largest height above the ground that anything of the species reaches [m]."""
         prototypes = [p for each in self.species for p in each.prototypes]
         return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
 
     def undisplayed(self, view: View, points: Points) -> Shares:
-        """Share of each species' full cover that is undisplayed at points of the ground, (n, k).
+        """Compute which share of each species' cover is undisplayed at points of the ground, (n,
+        k).
 
         Small objects stop being displayed first, and cover less.
         """
@@ -94,7 +95,7 @@ class AggregateCover:
         return grown
 
     def residual(self, view: View, points: Points) -> "ResidualCover":
-        """What the species leave at points (n, 3) of the ground, as the eye sees it."""
+        """Compute what the species leave at points (n, 3) of the ground, as the eye sees it."""
         gone, grown = self._undisplayed_where_grown(view, points), self._habitat_share(view, points)
         rows = np.flatnonzero((gone * grown).any(axis=1))
         lift, covered = np.zeros((2, len(points)))
@@ -126,7 +127,7 @@ class ResidualCover:
     lines: "SightLines | None"
 
     def colours(self, normals: Points, bare: Points) -> Points:
-        """Albedo by which the ground sends to the eye what the stand and the ground below would.
+        """Compute albedos by which the ground sends to the eye what stand and ground would.
 
         It is ``bare`` where nothing is undisplayed. The normals are without the small bumps of the
         ground: stands are as bright on all sides of those, and an albedo that makes up for one side
@@ -226,21 +227,21 @@ class SightLines:
         return SightLines(row, column, depths, share, rest)
 
     def at_depression(self, table: Float64[np.ndarray, " d"]) -> Reals:
-        """Entries of a table (δ,) at each line, (n,)."""
+        """Compute the entries of a table (δ,) at each line, (n,)."""
         found: Reals = interpolate_table(table[:, None, None], self.row, np.zeros(len(self.row)))[
             :, 0
         ]
         return found
 
     def at(self, table: Float64[np.ndarray, "d p 3"]) -> Points:
-        """Entries of a table (δ, φ, 3) at each line, (n, 3), linear in both angles."""
+        """Compute the entries of a table (δ, φ, 3) at each line, (n, 3), linear in both angles."""
         found: Points = interpolate_table(table, self.row, self.column)
         return found
 
 
 @njit(cache=True, nogil=True)
 def interpolate_table(table, row, column):  # type: ignore[no-untyped-def]
-    """Bilinear entries (n, c) of a table (a, b, c) at fractional rows and columns, (n,) each."""
+    """Interpolate a table (a, b, c) bilinearly at fractional rows and columns (n,), (n, c)."""
     found = np.empty((len(row), table.shape[2]))
     last_row, last_column = table.shape[0] - 1, table.shape[1] - 1
     for p in range(len(row)):

@@ -30,7 +30,7 @@ class Sky(ArrayData):
 
     @property
     def share(self) -> Reals:
-        """Share of the light on level ground that comes from the sky, Σ L·∫ sin h dΩ/π, (3,).
+        """Compute the share of light on level ground that the sky sends, Σ L·∫ sin h dΩ/π, (3,).
 
         It is at most 1, which rounded figures may exceed.
         """
@@ -39,14 +39,14 @@ class Sky(ArrayData):
 
 
 def cell_irradiance() -> Reals:
-    """Irradiance of level ground from each cell of the sky where its radiance is 1/π, (cells,)."""
+    """Compute the irradiance of level ground from cells of the sky of radiance 1/π, (cells,)."""
     edges = np.linspace(0.0, 1.0, SKY_ROWS + 1)
     return np.repeat(np.diff(edges**2), SKY_COLUMNS) / SKY_COLUMNS
 
 
 @lru_cache(maxsize=16)
 def sky_at(elevation_deg: float, turbidity: float) -> Sky:
-    """Sky with the sun at an elevation, clipped to the range of the table.
+    """Return the sky with the sun at an elevation, clipped to the range of the table.
 
     It is Mitsuba's ``sunsky`` (Hosek & Wilkie, "An analytic model for full spectral sky-dome
     radiance", SIGGRAPH 2012), as ``python -m bench.calibrate.sky_table`` averages it.

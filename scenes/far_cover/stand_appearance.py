@@ -75,7 +75,7 @@ def measure_stand(
     max_depth: int = MAX_DEPTH,
     lines: int = LINES,
 ) -> StandAppearance:
-    """Appearance of a stand of these species under a sun of that elevation, and its sky.
+    """Measure the appearance of a stand of these species under its sky and sun.
 
     max_depth  longest path of light, in segments
     lines      lines of sight from each depression
@@ -122,14 +122,14 @@ def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.nda
 
 
 def full_detail_sticks(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:
-    """Sticks of a prototype at full detail, as one part at rest, and its tints (t, 3)."""
+    """Return the sticks of a prototype in full detail as one part, and its tints (t, 3)."""
     one = prototype.posed() if isinstance(prototype, RiggedPrototype) else prototype
     leaves = one.leaf.only(one.hierarchy.part_count == 0)
     return StickTable.as_one_part([one.inner, leaves]), one.tints
 
 
 def unit_direction(elevation_deg: float, azimuth_deg: float) -> Reals:
-    """Unit vector of an elevation and an azimuth from the x axis, (3,)."""
+    """Compute the unit vector of an elevation and an azimuth from the x axis, (3,)."""
     e, a = math.radians(elevation_deg), math.radians(azimuth_deg)
     return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
 

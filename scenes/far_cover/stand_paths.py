@@ -46,7 +46,7 @@ class SunAndSky(NamedTuple):
 
     @staticmethod
     def at_azimuths(elevation_deg: float, azimuths_deg: Sequence[float], sky: Sky) -> "SunAndSky":
-        """Light of a sky and of its sun at azimuths from that of the lines of sight.
+        """Compute the light of a sky and of its sun at azimuths from that of the lines of sight.
 
         At azimuth 0 the sun is behind the viewer. The sun is no lower than the table of skies has
         it (``scenes.far_cover.sky``): of a lower one the sky is that of the lowest, too.
@@ -93,7 +93,7 @@ class _PathPoint(NamedTuple):
 
 
 def randoms_per_path(max_depth: int) -> int:
-    """How many random numbers a path of at most ``max_depth`` segments takes.
+    """Count the random numbers that a path of at most ``max_depth`` segments takes.
 
     It takes two at every surface that it may be scattered from. The first segment ends at the first
     surface, and the last one at the light, so that there is one surface less than segments. At
@@ -110,7 +110,7 @@ def trace_lines(
     randoms: Float64[np.ndarray, "n d"],
     first: int = 0,
 ) -> LineSamples:
-    """What lines see that come down to the ground at the origin, each through a stand of its own.
+    """Trace lines down to the ground at the origin, each through a stand of its own.
 
     All of one line's light comes by the same paths for every azimuth of the sun; half of the lines
     have the sun on one side and half on the other.

@@ -53,7 +53,7 @@ class Ray(NamedTuple):
 def stand_field(
     tables: Sequence[StickTable], densities: Reals, cell: float | None = None
 ) -> StandField:
-    """A stand of prototypes with densities (p,) [1/m²].
+    """Make a stand of prototypes with densities (p,) [1/m²].
 
     Stands of one number have the same objects if their cells and densities are the same. A cell may
     not be smaller than the largest reach; by default it is that, or room for one object.
@@ -86,7 +86,7 @@ def _extent(table: StickTable) -> tuple[float, float, float]:
 
 @njit(cache=True)
 def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
-    """First stick of the stand of a number that a ray meets: distance, row, outward normal (3,).
+    """Find the first stick of a stand that a ray meets: distance, row, outward normal (3,).
 
     Rows count the sticks of all prototypes. Without a hit they are NOTHING, −1 and 0.
     """

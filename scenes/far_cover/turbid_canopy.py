@@ -19,7 +19,7 @@ _SIDES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 def turbid_canopy(species: tuple[Species, ...]) -> Canopy:
-    """Canopy that these species are to the light in the air."""
+    """Return the canopy that these species are to the light in the air."""
     return _canopy(tuple((each.prototypes, each.density) for each in species))
 
 
@@ -46,7 +46,7 @@ def _canopy(kinds: tuple[SpeciesDensity, ...]) -> Canopy:
 def outlines_between(
     table: StickTable, height: Float64[np.ndarray, " n_plus_1"]
 ) -> Float64[np.ndarray, " n"]:
-    """Area that each layer of height adds to an object's outline seen from its sides, (n,) [m²].
+    """Measure the area that each layer of height adds to an object's side view, (n,) [m²].
 
     The layers add up to the whole outline. A stick counts where its middle is.
     """

@@ -13,14 +13,14 @@ from scenes.field.search_bounds import SearchBounds, cell_in_reach, cell_reach
 
 
 def candidates(cells: PoissonCells, view: View, bounds: SearchBounds) -> tuple[CellSamples, int]:
-    """The objects of a field that could be displayed, and how many were examined."""
+    """Return the objects of a field that could be displayed, and how many were examined."""
     return cells.candidates(*cells_in_reach(cells, view, bounds), view, bounds)
 
 
 def cells_in_reach(
     cells: PoissonCells, view: View, bounds: SearchBounds
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Cells that may hold a displayed whole, in view or out of it, row by row: x, y (n,)."""
+    """Find the cells that may hold a displayed whole, in view or not, row by row: x, y (n,)."""
     reach = cell_reach(view, bounds, cells.side_m)
     spans, lattice = search_spans(cells, view, bounds), cells.lattice(view.camera.corner)
     return _cells_in_reach(spans, lattice, compile_view(view), reach)
@@ -29,7 +29,7 @@ def cells_in_reach(
 def search_spans(
     cells: PoissonCells, view: View, bounds: SearchBounds
 ) -> tuple[int, int, int, int]:
-    """Ranges of cell numbers that hold all cells in reach: first x, the one after the last, then y.
+    """Find ranges of cell numbers that hold all cells in reach: x from and before, then y.
 
     Raises InputError where nothing bounds the search.
     """

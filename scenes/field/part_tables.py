@@ -86,7 +86,7 @@ class PartTables(ArrayData):
         )
 
     def limits(self, view: View, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Clamped limit distances of every row, in view and out of it, (m,) each [m].
+        """Compute the clamped limit distances of every row, in view and out of it, (m,) each [m].
 
         motion_step: how much motion hides, a whole step on the scale of lod.motion.shutter
         """
@@ -103,12 +103,12 @@ class PartTables(ArrayData):
         return np.stack([np.stack(self.limits(view, step), axis=1) for step in steps])
 
     def parts_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """For each part owned by ``rows``: which of ``rows`` owns it, and its own row."""
+        """Find the row of each part that ``rows`` own, and which of them owns it."""
         whole, offset = expand(self.part_count[rows])
         return whole, self.order[self.first_part[rows][whole] + offset]
 
     def sticks_of(self, rows: np.ndarray, weights: BlendWeights) -> "DisplayedSticks":
-        """The displayed sticks of the parts in these rows, in their order."""
+        """Return the displayed sticks of the parts in these rows, in their order."""
         views, table = self.view_dependence, self.sticks
         steps = views.elevation_steps, views.azimuth_steps
         tables = views.table_row, views.area_share, *steps

@@ -41,23 +41,23 @@ class Placed:
 
     @cached_property
     def prototypes(self) -> SpeciesPrototypes:
-        """Its prototype with its tables."""
+        """Return its prototype with its tables."""
         return species_prototypes((self.prototype,))
 
     def roots(self, view: View) -> Parts:
-        """The object itself, whether near or far."""
+        """Return the object itself, whether near or far."""
         return self.prototypes.wholes(self._instances_in_view(view), view)
 
     def cut(self, view: View) -> Cut:
-        """What of it is displayed, by the compiled traversal."""
+        """Find what of it is displayed, by the compiled traversal."""
         return self.prototypes.cut(self._instances_in_view(view), view, 1)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """The parts that ``parts`` own directly."""
+        """Return the parts that ``parts`` own directly."""
         return self.prototypes.parts_of(parts, view)
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Sticks of the displayed parts."""
+        """Return the sticks of the displayed parts."""
         return self.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:

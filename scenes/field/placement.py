@@ -17,7 +17,8 @@ from scenes.rig.pose_tables import Instances
 def patrol_orbits(
     species: Species, prototypes: SpeciesPrototypes, samples: CellSamples
 ) -> tuple[Ints, Reals, PatrolOrbit]:
-    """Prototype of each object, its stride as a share of that one's, and how it goes round, (n,).
+    """Draw prototype and stride (a share of that one's) of each object, and how it goes round,
+    (n,).
 
     All three follow from the object's own uniform numbers.
     """
@@ -46,7 +47,7 @@ def place_instances(
     time_s: float,
     view: View | None = None,
 ) -> Instances:
-    """How the objects of a species stand at a time [s].
+    """Compute how the objects of a species stand at a time [s].
 
     heights: of the ground at points of the frame [m]; homes (n, 2) in the frame [m]
     view: feet meet the ground as closely as it could show; None = as closely as they can

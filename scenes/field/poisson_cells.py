@@ -47,7 +47,7 @@ class CellSamples:
         return len(self.index)
 
     def take(self, rows: np.ndarray) -> "CellSamples":
-        """The objects at ``rows`` (indices or flags)."""
+        """Return the objects at ``rows`` (indices or flags)."""
         return CellSamples(self.cell_x[rows], self.cell_y[rows], self.index[rows], self.u[rows])
 
 
@@ -88,20 +88,20 @@ class PoissonCells:
 
     @property
     def side_m(self) -> float:
-        """Side of a cell [m], a power of two."""
+        """Return the side of a cell [m], a power of two."""
         return 2.0**self.exponent
 
     @property
     def key(self) -> ProcessKey:
-        """Key of the hash."""
+        """Return the key of the hash."""
         return ProcessKey(np.uint64(self.seed), hash_name(self.name))
 
     def lattice(self, corner: Corner) -> CellLattice:
-        """The lattice of cells as seen from a frame's corner."""
+        """Return the lattice of cells as seen from a frame's corner."""
         return CellLattice(*corner.lattice(self.side_m), self.side_m)
 
     def sample(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
-        """Every object of the given cells: the same cell always holds the same objects."""
+        """Draw every object of the given cells: the same cell always holds the same objects."""
         count = _counts(cell_x, cell_y, self.key, self._cumulative)
         row, index = expand(count)
         x, y = cell_x[row], cell_y[row]
@@ -110,7 +110,7 @@ class PoissonCells:
     def candidates(
         self, cell_x: np.ndarray, cell_y: np.ndarray, view: View, bounds: SearchBounds
     ) -> tuple[CellSamples, int]:
-        """The objects of the given cells that could be displayed, and how many are in the window.
+        """Draw the objects of cells that could be displayed, and count those in the window.
 
         An object beyond every limit is rejected by its place and prototype alone.
         """
@@ -123,7 +123,7 @@ class PoissonCells:
         return CellSamples(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
 
     def positions(self, corner: Corner, samples: CellSamples) -> Float64[np.ndarray, "n 2"]:
-        """Places of objects in their cells, (n, 2) [m] from the corner: where they are at home."""
+        """Compute the places of objects at home, (n, 2) [m] from the corner."""
         lattice = self.lattice(corner)
         side = lattice.side
         x = (samples.cell_x - lattice.cell_x) * side + samples.u[:, 0] * side - lattice.rest_x

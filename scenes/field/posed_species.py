@@ -43,7 +43,7 @@ class InstancesInView(ArrayData):
 
     @property
     def max_step(self) -> float:
-        """Greatest motion step of any of them."""
+        """Return the greatest motion step of any of them."""
         return float(self.motion_step.max(initial=0.0))
 
 
@@ -55,51 +55,51 @@ class SpeciesPrototypes:
 
     @cached_property
     def rigged(self) -> tuple[RiggedPrototype, ...]:
-        """Every prototype as something that can be posed, if only in one way."""
+        """Return every prototype as something that can be posed, if only in one way."""
         return tuple(
             p if isinstance(p, RiggedPrototype) else rigid_prototype(p) for p in self.prototypes
         )
 
     @cached_property
     def part_tables(self) -> PartTables:
-        """All parts and sticks in one set of arrays."""
+        """Return all parts and sticks in one set of arrays."""
         return PartTables.of(self.rigged)
 
     @cached_property
     def pose_tables(self) -> PoseTables:
-        """All rigs and motions."""
+        """Return all rigs and motions."""
         return PoseTables.of(self.rigged)
 
     @cached_property
     def traversal_tables(self) -> TraversalTables:
-        """All parts in the order of the compiled traversal."""
+        """Return all parts in the order of the compiled traversal."""
         return TraversalTables.of(self.part_tables, np.array([_max_sway(p) for p in self.rigged]))
 
     @cached_property
     def foot_parts(self) -> np.ndarray:
-        """Whether each part of the part tables rides on an ankle, or below it, (m,)."""
+        """Tell whether each part of the part tables rides on an ankle, or below it, (m,)."""
         return np.concatenate([_foot_parts(prototype) for prototype in self.rigged])
 
     @cached_property
     def max_offset_m(self) -> float:
-        """Farthest in plan that the origin of a whole can be from where its object stands [m]."""
+        """Bound how far in plan the origin of a whole is from where its object stands [m]."""
         rest = self.part_tables.rest[self.part_tables.root]
         return float(np.hypot(rest[:, 0], rest[:, 1]).max()) + self.max_sway_m
 
     @cached_property
     def max_sway_m(self) -> float:
-        """More than the origin of any whole moves from where it rests [m]."""
+        """Bound how far the origin of any whole moves from where it rests [m]."""
         return max(_max_sway(prototype) for prototype in self.rigged)
 
     @cached_property
     def root_heights(self) -> tuple[float, float]:
-        """Lowest and highest of the origins of wholes above the ground, as they rest [m]."""
+        """Find the lowest and highest origins of wholes above the ground, as they rest [m]."""
         z = self.part_tables.rest[self.part_tables.root, 2]
         return float(z.min()), float(z.max())
 
     @cached_property
     def moves(self) -> bool:
-        """Whether any of them has a motion, and does not just stand."""
+        """Tell whether any of them has a motion, and does not just stand."""
         return any(len(prototype.motion.rotations) > 1 for prototype in self.rigged)
 
     @cached_property
@@ -108,7 +108,7 @@ class SpeciesPrototypes:
         return np.array([speed_bound(prototype) for prototype in self.rigged])
 
     def cut(self, objects: InstancesInView, view: View, examined: int) -> Cut:
-        """What is displayed of these objects, by the compiled traversal.
+        """Find what is displayed of these objects, by the compiled traversal.
 
         examined: objects that were tested, of which these are left.
         """
@@ -127,20 +127,20 @@ class SpeciesPrototypes:
         )
 
     def wholes(self, objects: InstancesInView, view: View) -> Parts:
-        """The wholes of these objects."""
+        """Return the wholes of these objects."""
         rows = np.arange(len(objects))
         part = self.part_tables.root[objects.instances.prototype]
         return self.parts(objects, rows, part, np.full(len(rows), -1), view)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """The parts that ``parts`` own directly."""
+        """Return the parts that ``parts`` own directly."""
         parent, part = self.part_tables.parts_of(parts.part)
         return self.parts(parts.state, parts.object[parent], part, parent, view)
 
     def parts(
         self, objects: InstancesInView, rows: Ints, part: Ints, parent: Ints, view: View
     ) -> Parts:
-        """A batch of parts: rows of their objects, of the part tables and of parents, (k,)."""
+        """Make a batch of parts from rows of their objects, of the tables and of parents, (k,)."""
         tables = self.part_tables
         position = self._positions(objects.instances, rows, part)
         limits = tables.limits_by_motion(view, objects.max_step)
@@ -160,7 +160,7 @@ class SpeciesPrototypes:
         )
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Sticks of displayed parts, as much of both appearances as they show.
+        """Return the sticks of displayed parts, as much of both appearances as they show.
 
         Parts of one object stand together, so that every joint is posed once.
         """
@@ -169,7 +169,7 @@ class SpeciesPrototypes:
         return emit(self.pose_tables, self.part_tables, instances, parts.object, displayed)
 
     def root_positions(self, instances: Instances) -> Points:
-        """Origins of the wholes, (n, 3) [m]."""
+        """Return the origins of the wholes, (n, 3) [m]."""
         rows = np.arange(len(instances))
         return self._positions(instances, rows, self.part_tables.root[instances.prototype])
 
@@ -184,7 +184,7 @@ class SpeciesPrototypes:
 
 @lru_cache(maxsize=64)
 def species_prototypes(prototypes: tuple[Prototype | RiggedPrototype, ...]) -> SpeciesPrototypes:
-    """The tables of these very prototypes, made once."""
+    """Return the tables of these very prototypes, made once."""
     return SpeciesPrototypes(prototypes)
 
 
@@ -200,7 +200,7 @@ def shutter_times(view: View) -> tuple[float, ...]:
 def instances_in_view(
     prototypes: SpeciesPrototypes, samples: Any, view: View, placed: Sequence[Instances]
 ) -> InstancesInView:
-    """Objects as a view has them, and how much motion hides of each.
+    """Return the objects as a view has them, and how much motion hides of each.
 
     samples: whatever identifies them; placed: how they stand at each of ``shutter_times``
     """

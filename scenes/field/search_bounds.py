@@ -41,7 +41,7 @@ def search_bounds(
     heights: tuple[float, float],
     extent: float | None,
 ) -> SearchBounds:
-    """Bounds of a search for wholes with these limit distances and bounds.
+    """Find the bounds of a search for wholes with these limit distances and bounds.
 
     limits  (v,) D of each prototype's whole, in view and out of it [m]; bound (v,) its B [m]
     heights that the origin of a whole cannot be beyond [m]; extent: side of the world, None = no
@@ -75,7 +75,7 @@ class CellReach(NamedTuple):
 
 
 def cell_reach(view: View, bounds: SearchBounds, side: float) -> CellReach:
-    """Reach of a search among square cells of that side [m]."""
+    """Compute the reach of a search among square cells of that side [m]."""
     low, high, eye_z = bounds.low, bounds.high, view.camera.eye[2]
     gap = max(0.0, eye_z - high, low - eye_z)
     horizontal = math.sqrt(max(bounds.radius**2 - gap**2, 0.0)) + bounds.max_offset
@@ -87,7 +87,7 @@ def cell_reach(view: View, bounds: SearchBounds, side: float) -> CellReach:
 
 @njit(cache=True)
 def cell_in_reach(view, east, north, side, reach):  # type: ignore[no-untyped-def]
-    """Whether the cell about that middle may hold a displayed whole, in view or out of it."""
+    """Tell whether the cell about that middle may hold a displayed whole, in view or out of it."""
     near = horizontal_distance(view, east, north, side)
     if near > reach.horizontal:
         return False
@@ -103,7 +103,7 @@ def cell_in_reach(view, east, north, side, reach):  # type: ignore[no-untyped-de
 
 @njit(cache=True)
 def horizontal_distance(view, east, north, side):  # type: ignore[no-untyped-def]
-    """Distance in plan from the eye to the cell about that middle [m]; 0 inside it."""
+    """Compute the distance in plan from the eye to the cell about that middle [m]; 0 inside it."""
     aside_x = max(abs(east - view.eye_x) - side / 2, 0.0)
     aside_y = max(abs(north - view.eye_y) - side / 2, 0.0)
     return math.sqrt(aside_x * aside_x + aside_y * aside_y)

@@ -45,53 +45,53 @@ class SpeciesField:
 
     @property
     def name(self) -> str:
-        """The species' name."""
+        """Return the species' name."""
         return self.species.name
 
     @cached_property
     def prototypes(self) -> SpeciesPrototypes:
-        """The prototypes with their tables."""
+        """Return the prototypes with their tables."""
         return species_prototypes(self.species.prototypes)
 
     @cached_property
     def cells(self) -> PoissonCells:
-        """The Poisson process."""
+        """Return the Poisson process."""
         return PoissonCells(self.seed, self.species.name, self.species.density)
 
     @property
     def moves(self) -> bool:
-        """Whether any of it moves, by itself or as it walks."""
+        """Tell whether any of it moves, by itself or as it walks."""
         return bool(self.species.patrol_m or self.prototypes.moves)
 
     def roots(self, view: View) -> Parts:
-        """The wholes of every cell from which one could be displayed."""
+        """Find the wholes of every cell from which one could be displayed."""
         cells = cells_in_reach(self.cells, view, self.search_bounds(view))
         samples = self.sample_cells(view.camera.corner, *cells)
         return self.prototypes.wholes(self.instances_in_view(samples, view), view)
 
     def cut(self, view: View) -> Cut:
-        """What is displayed, by compiled loops: over the objects, then over their parts."""
+        """Find what is displayed, by compiled loops: over the objects, then over their parts."""
         samples, examined = candidates(self.cells, view, self.search_bounds(view))
         grown = self.in_habitat(view.camera.corner, samples)
         return self.prototypes.cut(self.instances_in_view(grown, view), view, examined)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """The parts that ``parts`` own directly."""
+        """Return the parts that ``parts`` own directly."""
         return self.prototypes.parts_of(parts, view)
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Sticks of the displayed parts, as much of both appearances as they show."""
+        """Return the sticks of the displayed parts, as much of both appearances as they show."""
         return self.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts, posed as they are at another time [s]."""
+        """Return the same parts, posed as they are at another time [s]."""
         if not self.moves:
             return parts
         instances = self._place(view.camera.corner, parts.state.samples, time_s, view)
         return replace(parts, state=replace(parts.state, instances=instances))
 
     def search_bounds(self, view: View) -> SearchBounds:
-        """Where wholes can be displayed at all, prototype by prototype."""
+        """Find where wholes can be displayed at all, prototype by prototype."""
         tables, sway = self.prototypes.part_tables, self.prototypes.max_sway_m
         inside, outside = (limit[tables.root] for limit in tables.limits(view))
         offset = self.prototypes.max_offset_m + self.species.patrol_m
@@ -102,31 +102,31 @@ class SpeciesField:
     def instances_in_cells(
         self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray, time_s: float = 0.0
     ) -> InstancesInView:
-        """All objects of the given cells with homes in the window, as they are at a time [s]."""
+        """Pose all objects of the given cells with homes in the window, at a time [s]."""
         samples = self.sample_cells(corner, cell_x, cell_y)
         instances = self._place(corner, samples, time_s, None)
         return InstancesInView(instances, samples, np.zeros(len(samples)))
 
     def sample_cells(self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
-        """The objects of the given cells that have their homes in the window and grow there."""
+        """Draw the objects of cells that have their homes in the window and grow there."""
         samples = self.cells.sample(cell_x, cell_y)
         if self.extent is not None:
             samples = samples.take(self.cells.in_window(samples, self.extent / 2))
         return self.in_habitat(corner, samples)
 
     def in_habitat(self, corner: Corner, samples: CellSamples) -> CellSamples:
-        """Those objects that have their home where the species grows."""
+        """Return those objects that have their home where the species grows."""
         if self.species.habitat is None:
             return samples
         share = self.species.habitat.share(corner, self.homes(corner, samples))
         return samples.take(samples.u[:, 7] < share)
 
     def homes(self, corner: Corner, samples: CellSamples) -> Float64[np.ndarray, "n 2"]:
-        """Where objects are at home, (n, 2) [m] from the corner."""
+        """Find where objects are at home, (n, 2) [m] from the corner."""
         return self.cells.positions(corner, samples)
 
     def instances_in_view(self, samples: CellSamples, view: View) -> InstancesInView:
-        """These objects as a view has them, and how much motion hides of each."""
+        """Return these objects as a view has them, and how much motion hides of each."""
         times, corner = shutter_times(view), view.camera.corner
         if self.moves:
             placed = [self._place(corner, samples, time_s, view) for time_s in times]

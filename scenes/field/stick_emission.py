@@ -56,7 +56,7 @@ def emit(
     objects: Ints,
     displayed: DisplayedSticks,
 ) -> Sticks:
-    """Posed sticks of displayed parts; objects (n,): row of each part's object in ``instances``."""
+    """Pose the sticks of displayed parts; ``objects`` (n,) are rows in ``instances``."""
     table = _StickColumns(*(getattr(part_tables.sticks, name) for name in _StickColumns._fields))
     n, columns = len(displayed.stick), instances.columns()
     posed = _PosedSticks(np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n)))

@@ -79,7 +79,7 @@ def traverse(
     motion_step: Reals,
     view: View,
 ) -> DisplayedRows:
-    """The displayed parts of these objects.
+    """Return the displayed parts of these objects.
 
     limits (steps, s, 4): as ``node_limits`` gives them; motion_step (n,): how much motion hides of
         each object, on the scale of lod.motion.shutter

@@ -51,7 +51,7 @@ def assemble_frame(world: World, preset: Preset, frame: int, variant: str) -> Fr
 
 
 def frame_light(world: World, preset: Preset) -> Light:
-    """Sun and sky, with the canopy that shades the air where haze is scattered light."""
+    """Return the sun and sky, with the canopy that shades the air where haze is scattered light."""
     light = sun_and_sky(preset)
     if preset.render.haze != "scattered":
         return light
@@ -59,6 +59,6 @@ def frame_light(world: World, preset: Preset) -> Light:
 
 
 def frame_quality(preset: Preset, variant: str) -> Quality:
-    """How frames of a preset are sampled, in a variant that works here."""
+    """Return how frames of a preset are sampled, in a variant that works here."""
     render = preset.render
     return Quality(variant, render.spp, preset.seed, render.max_depth, render.haze)

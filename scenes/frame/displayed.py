@@ -27,17 +27,17 @@ class Posing:
     view: View
 
     def parts_at(self, time_s: float) -> Parts:
-        """The displayed parts as they stand at a time; the very same where nothing moves."""
+        """Return the displayed parts as they stand at a time; the very same where nothing moves."""
         if time_s == self.view.time_s or not isinstance(self.representation, Moving):
             return self.parts
         return self.representation.later(self.parts, self.view, time_s)
 
     def shape_at(self, time_s: float) -> Sticks | Triangles:
-        """Their appearance at a time, in the coordinates of the view's frame."""
+        """Return their appearance at a time, in the coordinates of the view's frame."""
         return self.representation.appearance(self.parts_at(time_s), self.weights)
 
     def moves(self, time_s: float) -> bool:
-        """Whether any of them stands elsewhere at that time."""
+        """Tell whether any of them stands elsewhere at that time."""
         return self.parts_at(time_s) is not self.parts
 
 
@@ -60,11 +60,11 @@ class DisplayedRepresentation:
     drawn: DrawnState | None = None
 
     def moves(self, time_s: float) -> bool:
-        """Whether any displayed part stands elsewhere at that time."""
+        """Tell whether any displayed part stands elsewhere at that time."""
         return self.posing is not None and self.posing.moves(time_s)
 
     def at(self, time_s: float, later_s: float | None = None) -> "DisplayedRepresentation":
-        """The same parts drawn at a time, with where their sticks are at a later one."""
+        """Return the same parts drawn at a time, with where their sticks are at a later one."""
         if self.posing is None:
             return self
         shape, later = self.shape, None
@@ -75,7 +75,7 @@ class DisplayedRepresentation:
         return replace(self, shape=shape, later=later if isinstance(later, Sticks) else None)
 
     def with_drawn(self, drawn: DrawnState) -> "DisplayedRepresentation":
-        """The same parts, of which some sticks are still drawn as they were."""
+        """Return the same parts, of which some sticks are still drawn as they were."""
         return replace(self, shape=_drawn(drawn, self.shape), drawn=drawn)
 
 

@@ -58,12 +58,12 @@ class Quality:
 
     @property
     def is_jit(self) -> bool:
-        """Whether the variant traces wavefronts of rays with code that it compiles."""
+        """Tell whether the variant traces wavefronts of rays with code that it compiles."""
         return not self.variant.startswith("scalar_")
 
     @property
     def is_spectral(self) -> bool:
-        """Whether light has wavelengths, and not just three colours."""
+        """Tell whether light has wavelengths, and not just three colours."""
         return self.variant.endswith("_spectral")
 
 

@@ -30,14 +30,14 @@ def with_schedule(
 
 
 def is_scheduled(displayed: DisplayedRepresentation, later_s: float) -> bool:
-    """Whether it has parts that may stay as they were drawn: sticks of something that moves."""
+    """Tell whether it has sticks of something that moves, which may stay as they were drawn."""
     return displayed.moves(later_s) and isinstance(displayed.shape, Sticks)
 
 
 def poses_over(
     world: World, preset: Preset, frames: Iterable[int], displayed: DisplayedRepresentation
 ) -> Iterator[TruePose]:
-    """Where its sticks truly are in each of these frames; nothing of what is no sticks."""
+    """Compute where its sticks truly are in each of these frames; nothing of what is no sticks."""
     if displayed.posing is None:
         return
     posing, view = displayed.posing, displayed.posing.view

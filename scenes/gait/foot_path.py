@@ -52,17 +52,17 @@ class FootPath(NamedTuple):
 
 
 def heel_and_ball(prototype: RiggedPrototype, ankle: int) -> Contacts:
-    """The hindmost and foremost of the lowest spheres of the foot by itself, toes apart."""
+    """Find the hindmost and foremost of the lowest spheres of the foot by itself, toes apart."""
     low = _lowest(prototype, ankle)
     heel, ball = low[np.argmin(low[:, 0])], low[np.argmax(low[:, 0])]
     return Contacts(heel[[0, 2, 3]], ball[[0, 2, 3]])
 
 
 def sole_points(prototype: RiggedPrototype, ankle: int) -> Points2:
-    """Where a flat foot touches the ground: behind its heel, and on either side of its ball, x and
-    y from the ankle, (3, 2) [m].
+    """Find where a flat foot touches the ground, x and y from the ankle, (3, 2) [m].
 
-    Whose heel is its ball stands on its toes, laid flat.
+    It does behind its heel, and on either side of its ball. Whose heel is its ball stands on its
+    toes, laid flat.
     """
     low = _lowest(prototype, ankle)
     if np.ptp(low[:, 0]) < _NEAR:
@@ -106,7 +106,7 @@ def _spheres(prototype: RiggedPrototype, joint: int) -> Spheres:
 def foot_path(
     leg: Leg, contacts: Contacts, own: Reals, stride: float, duty: float, clearance: float
 ) -> FootPath:
-    """The path of a foot at phases ``own`` after landing, 0 to 1; lengths in m."""
+    """Compute the path of a foot at phases ``own`` after landing, 0 to 1; lengths in m."""
     pitch = -_pitch(leg, own)  # about y, toes down above 0
     stands = own < duty
     swing = np.clip((own - duty) / (1 - duty), 0, 1)

@@ -36,12 +36,12 @@ REACH = 0.996
 
 
 def with_gait(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> RiggedPrototype:
-    """The object with the motion of a gait. Raises InputError if a leg is too short for it."""
+    """Give an object the motion of a gait. Raises InputError if a leg is too short for it."""
     return prototype.with_motion(make_motion(prototype, gait, keys))
 
 
 def make_motion(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motion:
-    """Key poses of one cycle; the left foot of the first leg lands at its ``strike`` phase."""
+    """Make the key poses of one cycle; the first leg's left foot lands at its ``strike`` phase."""
     rig, phase = prototype.rig, key_phases(keys)
     height = _hip_height(rig, gait)
     stride = gait.stride_m(height)
@@ -174,7 +174,7 @@ def _rotation_2d(angle: float) -> np.ndarray:
 
 
 def rest_feet(prototype: RiggedPrototype) -> Feet:
-    """The feet of a walker that stays at rest: each stands where it is, all of the time."""
+    """Make the feet of a walker that stays at rest: each stands where it is, all of the time."""
     feet = prototype.motion.feet
     origin, turn = prototype.rig.frames()
     ankles = feet.legs[:, 2]
@@ -227,12 +227,11 @@ def _solve_leg(rig: Rig, p: _LegPath, rotations: Quaternions, shift: Vectors) ->
 def hip_and_knee_angles(
     reach: Vectors, upper: float, lower: float, leg: Leg, turnout: float
 ) -> tuple[Vectors, Vectors]:
-    """Angles about x, y, z of hip and knee that put the ankle at ``reach`` in the hip's parent
-    frame [degrees].
+    """Compute the angles about x, y, z of hip and knee that put the ankle at ``reach`` [degrees].
 
-    Both bones hang straight down at angles 0. The knee turns about y alone, by the law of cosines;
-    the hip about y into the direction of the ankle, and aside about x, or about z for legs that
-    stick out.
+    ``reach`` is in the frame of the hip's parent [m]. Both bones hang straight down at angles 0.
+    The knee turns about y alone, by the law of cosines; the hip about y into the direction of the
+    ankle, and aside about x, or about z for legs that stick out.
     """
     distance = np.linalg.norm(reach, axis=1)
     cosine = (distance**2 - upper**2 - lower**2) / (2 * upper * lower)

@@ -108,12 +108,12 @@ class Gait:
     tilts: bool = False
 
     def stride_m(self, height: float) -> float:
-        """Ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
+        """Return the ground covered in one cycle, by what stands ``height`` tall at the hip [m]."""
         relative = 2.3 * self.froude**0.3 if self.stride is None else self.stride
         return relative * height
 
     def period_s(self, height: float) -> float:
-        """Duration of one cycle [s]."""
+        """Return the duration of one cycle [s]."""
         if self.period is not None:
             return self.period
         return self.stride_m(height) / math.sqrt(self.froude * GRAVITY * height)

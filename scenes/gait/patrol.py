@@ -47,11 +47,11 @@ class PatrolOrbit(NamedTuple):
     period: Reals
 
     def at(self, time_s: float | Reals) -> Walkers:
-        """The walkers at a time, or each at a time of its own, (n,) [s]."""
+        """Return the walkers at a time, or each at a time of its own, (n,) [s]."""
         return patrol(*self, time_s)
 
     def take(self, rows: np.ndarray) -> "PatrolOrbit":
-        """The orbits at ``rows``."""
+        """Return the orbits at ``rows``."""
         return PatrolOrbit(self.radius, *(each[rows] for each in self[1:]))
 
 
@@ -64,7 +64,7 @@ def patrol(
     period: Reals,
     time: float | Reals,
 ) -> Walkers:
-    """Walkers ``time`` s after they set out, each on a circle of ``radius`` m about its home.
+    """Place walkers ``time`` s after they set out, each on a circle of ``radius`` m about its home.
 
     They have always walked: time may be below 0, and each walker's own, (n,).
 
@@ -88,7 +88,7 @@ def patrol(
 
 
 def stride_factors(u: Reals) -> tuple[Reals, Reals]:
-    """Each one's stride and period as shares of its prototype's, from uniform numbers (n,).
+    """Return each one's stride and period as shares of its prototype's, from uniform numbers (n,).
 
     By the rule that gaits are made by (``gait``): stride goes as Froude^0.3 and speed as its root,
     so that one whose stride is s times as long takes s^(−2/3) times as long over it.

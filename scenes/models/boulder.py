@@ -33,7 +33,7 @@ _STREAM = 0xB01D
 
 @lru_cache(maxsize=16)
 def boulder_prototypes(seed: int, count: int) -> tuple[Prototype, ...]:
-    """``count`` boulders; the k-th depends on the seed and on k only."""
+    """Make ``count`` boulders; the k-th depends on the seed and on k only."""
     if count < 1:
         raise InputError("species.boulder.prototypes", count, "at least one prototype")
     return tuple(
@@ -42,7 +42,7 @@ def boulder_prototypes(seed: int, count: int) -> tuple[Prototype, ...]:
 
 
 def boulder_solid(seed: int, k: int, depth: int = DEPTH) -> Solid:
-    """The k-th block of that seed, sampled finely enough for an octree of that depth."""
+    """Make the k-th block of that seed, sampled finely enough for an octree of that depth."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, _STREAM, k))))
     s = 2 ** (depth + 1)
     axis = (np.arange(s) + 0.5) / s * 2 - 1

@@ -27,12 +27,12 @@ Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]
 
 
 def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
-    """Adults and children, each with a walk of their own."""
+    """Make adults and children, each with a walk of their own."""
     return walking_people(people_at_rest(seed, count), seed)
 
 
 def animal_model(name: str) -> WeatherlessModel:
-    """The model of a kind of animal, which comes in one build."""
+    """Return the model of a kind of animal, which comes in one build."""
 
     def build(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
         if count != 1:
@@ -45,12 +45,12 @@ def animal_model(name: str) -> WeatherlessModel:
 
 
 def in_any_weather(build: WeatherlessModel) -> Model:
-    """The model of an object that looks the same in every season and wind."""
+    """Return the model of an object that looks the same in every season and wind."""
     return lambda seed, count, _: build(seed, count)
 
 
 def tree_model(name: str) -> Model:
-    """The model of a species of tree, in each season, still or swaying in the wind."""
+    """Return the model of a species of tree, in each season, still or swaying in the wind."""
 
     def build(
         seed: int, count: int, weather: Weather
@@ -72,7 +72,7 @@ MODELS: dict[str, Model] = {
 
 
 def at_rest(prototype: RiggedPrototype) -> RiggedPrototype:
-    """A walker at rest, its feet on the ground; an object that does not walk keeps its motion."""
+    """Return a walker at rest, its feet on the ground; other objects keep their motion."""
     if prototype.motion.stride == 0:
         return prototype
     return prototype.with_motion(
@@ -96,7 +96,7 @@ def model_prototypes(
     walks: bool,
     weather: Weather = CALM_SUMMER,
 ) -> tuple[Prototype | RiggedPrototype, ...]:
-    """Every prototype of a model in every size, walking or standing."""
+    """Make every prototype of a model in every size, walking or standing."""
     prototypes = MODELS[model](PROTOTYPE_SEED, count, weather)
     if not walks:
         prototypes = tuple(at_rest(p) if isinstance(p, RiggedPrototype) else p for p in prototypes)

@@ -24,7 +24,7 @@ Row = tuple[int, int, tuple[float, float, float], list[Stick], list[Stick]]
 
 @lru_cache(maxsize=1)
 def column() -> Prototype:
-    """The prototype of the column, its foot at the origin."""
+    """Make the prototype of the column, its foot at the origin."""
     rows: list[Row] = [(-1, 0, (0, 0, 0), [], [_axis_stick(0.45, 5.55, 0.45, 0)])]
     rows.append((0, 1, (0, 0, 0.25), [], [_axis_stick(0.25, 0.35, 0.5, 0)]))
     shaft, bell = _axis_stick(0.5, 5.2, 0.38, 1), _axis_stick(5.3, 5.6, 0.36, 1)

@@ -68,7 +68,7 @@ class Solid(ArrayData):
 
     @property
     def depth(self) -> int:
-        """Level of the finest cells; each holds 2³ voxels."""
+        """Return the level of the finest cells; each holds 2³ voxels."""
         return len(self.within).bit_length() - 2
 
 
@@ -86,7 +86,7 @@ class _Cells:
 
 
 def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"]) -> Prototype:
-    """The prototype of a solid, coarse cells before fine; a ball has the nearest tint of those."""
+    """Make the prototype of a solid, coarse cells first; a ball has the nearest of the tints."""
     levels = [_cells(solid, level) for level in range(solid.depth + 1)]
     levels[-1] = _sink_to_surface(solid, levels[-1])
     radii = _radii(levels, SUNK * solid.side / 2**solid.depth)

@@ -57,20 +57,20 @@ class Growth:
     azimuth_deg: float
 
     def live(self, time_s: float) -> Ints:
-        """Birth numbers of the puffs that live at a time, ascending."""
+        """Return the birth numbers of the puffs that live at a time, ascending."""
         rate, life = self.kind.rate, self.kind.life_s
         births = np.arange(math.floor((time_s - life) * rate) - 1, math.floor(time_s * rate) + 2)
         born, lives = self.lifetimes(births)
         return births[(born <= time_s) & (time_s < born + lives)]
 
     def lifetimes(self, births: Ints) -> tuple[Reals, Reals]:
-        """Times of birth and lengths of life of puffs, (n,) each [s]."""
+        """Return the times of birth and lengths of life of puffs, (n,) each [s]."""
         u = random_units(births, 0 * births, self.seed, hash_name(self.name))
         lives = self.kind.life_s * (SHORTEST_LIFE + (1 - SHORTEST_LIFE) * u[:, 1])
         return (births + u[:, 0]) / self.kind.rate, lives
 
     def puffs(self, time_s: float, births: Ints, base: Float64[np.ndarray, "3"]) -> Puffs:
-        """Puffs of these births at a time, alive or not.
+        """Return the puffs of these births at a time, alive or not.
 
         base (3,)  point that the plume rises from [m]
         """
@@ -89,12 +89,13 @@ class Growth:
         return Puffs(age, at, self.size * np.maximum(radius, _LEAST_SIZE), size)
 
     def members(self, birth: Ints, number: Ints) -> tuple[Points, Reals]:
-        """Places of particles in puffs of radius 1, (n, 3), and their sizes over the mean, (n,)."""
+        """Place particles in puffs of radius 1, (n, 3), with sizes over the mean, (n,)."""
         u = random_units(birth, number + 1, self.seed, hash_name(self.name))
         return points_in_ball(u), SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
 
     def areas(self, births: Ints) -> tuple[Float64[np.ndarray, "u k"], Ints]:
-        """Areas (u, k) of all particles of distinct puffs, and the row of each birth's puff, (n,).
+        """Compute areas (u, k) of all particles of distinct puffs, and each birth's row of them,
+        (n,).
 
         A particle of size 1 has area 1.
         """
@@ -105,7 +106,7 @@ class Growth:
         return (sizes**2).reshape(len(distinct), n), row
 
     def axis(self, age: Reals) -> Points:
-        """Path of a puff by age in a plume of size 1, without its own winding, (n, 3) [m]."""
+        """Compute the path of a puff by age in a plume of size 1 that does not wind, (n, 3) [m]."""
         wind = math.radians(self.azimuth_deg)
         away = self.kind.lean * age**_BENT
         up = self.kind.height * age**_SLOWING

@@ -51,7 +51,7 @@ class PlumeKind:
 
     @property
     def widest(self) -> float:
-        """Largest radius of a puff [m]."""
+        """Return the largest radius of a puff [m]."""
         return max(self.young, self.old)
 
 

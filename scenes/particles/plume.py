@@ -87,12 +87,12 @@ class Plume:
 
     @cached_property
     def growth(self) -> Growth:
-        """Law by which its puffs live."""
+        """Return the law by which its puffs live."""
         return Growth(self.kind, self.name, self.seed, self.size, self.azimuth_deg)
 
     @cached_property
     def hierarchy(self) -> Hierarchy:
-        """Sizes that all parts of a level have in common, one row for each level."""
+        """Return the sizes that all parts of a level have in common, one row for each level."""
         kind, n = self.kind, self.kind.particles
         half = LARGEST * kind.grain * kind.stretch
         reach = kind.widest * (1 + half * math.sqrt(max(PARTICLES_PER_BALL, n / CLUMPS)))
@@ -123,13 +123,13 @@ class Plume:
         return float(self.size * self.growth.axis(np.array([0.5]))[0, 2] + self.hierarchy.B[0])
 
     def roots(self, view: View) -> Parts:
-        """The plume itself, whether near or far."""
+        """Return the plume itself, whether near or far."""
         time = PlumeState(view.camera.corner, view.time_s)
         zero = np.zeros(1, np.int64)
         return self._parts(time, view, zero, zero, zero - 1, np.ones(1))
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """The live puffs of a plume, the particles of a puff."""
+        """Return the live puffs of a plume, the particles of a puff."""
         n, births = self.kind.particles, self.growth.live(parts.state.time_s)
         count = np.array([len(births), n, 0])[parts.level]
         parent, number = expand(count)
@@ -140,7 +140,7 @@ class Plume:
         return self._parts(parts.state, view, part, parts.object[parent], parent, share)
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks | Triangles:
-        """Balls of smoke or tongues of flame: leaf appearances alone, as much as each shows."""
+        """Make balls of smoke or tongues of flame: leaf appearances, as much as each shows."""
         grains, time = self._drawn_particles(parts, weights), parts.state
         puffs = self._puffs(time, grains.birth)
         last = SHADES - 1
@@ -153,7 +153,7 @@ class Plume:
         return ball_sticks(centre, radius, shade, colours, grains.owner)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """The same parts at another time; those that have died by then have the least size."""
+        """Return the same parts at another time; what has died by then has the least size."""
         return replace(parts, state=replace(parts.state, time_s=time_s))
 
     def _parts(

@@ -19,7 +19,7 @@ _SOOT = 0.04
 def ball_sticks(
     centre: Points, radius: Reals, tint: Ints, tints: Float64[np.ndarray, "t 3"], owner: Ints
 ) -> Sticks:
-    """Balls, as sticks of no length."""
+    """Make balls, as sticks of no length."""
     return Sticks(centre, centre, radius, radius, tint, tints, owner)
 
 
@@ -31,7 +31,7 @@ def flame_octahedra(
     glows: Float64[np.ndarray, "t 3"],
     owner: Ints,
 ) -> Triangles:
-    """Upright octahedra that give light, ``stretch`` times as high as wide, eight faces each."""
+    """Make upright octahedra of eight faces that give light, ``stretch`` times as high as wide."""
     scale = radius[:, None] * np.array((1.0, 1.0, stretch))
     vertices = (centre[:, None] + scale[:, None] * _CORNERS).reshape(-1, 3)
     faces = (len(_CORNERS) * np.arange(len(centre))[:, None, None] + _FACES).reshape(-1, 3)
@@ -47,7 +47,7 @@ def flame_octahedra(
 
 
 def points_in_ball(u: Float64[np.ndarray, "n k"]) -> Points:
-    """Points spread evenly in the unit ball, from three uniform numbers each, (n, 3)."""
+    """Spread points evenly in the unit ball, from three uniform numbers each, (n, 3)."""
     z, turn = 2 * u[:, 1] - 1, 2 * np.pi * u[:, 2]
     flat = np.sqrt(1 - z * z)
     place = np.stack((flat * np.cos(turn), flat * np.sin(turn), z), axis=1)

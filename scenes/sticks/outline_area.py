@@ -40,7 +40,7 @@ SEARCHED = 48
 
 @lru_cache(maxsize=16)
 def directions(count: int = DIRECTIONS) -> Directions:
-    """A fixed, well-spread set of unit vectors on a half sphere (an outline has no front and back).
+    """Spread unit vectors evenly over a half sphere: an outline has no front and back.
 
     A Fibonacci lattice (Swinbank & Purser, "Fibonacci grids", QJRMS 132, 2006), cut to z > 0.
     """
@@ -65,12 +65,12 @@ def outline_area(r0: Reals, r1: Reals, apart: Reals) -> Reals:
 
 
 def largest_outline_areas(table: StickTable) -> Reals:
-    """Each stick's largest outline over all directions, (k,) [m²]."""
+    """Return each stick's largest outline over all directions, (k,) [m²]."""
     return outline_area(table.start_radius, table.end_radius, _lengths(table))
 
 
 def mean_outline_areas(table: StickTable) -> Reals:
-    """Each stick's mean outline over all directions, S/4, (k,) [m²]."""
+    """Return each stick's mean outline over all directions, S/4, (k,) [m²]."""
     r0, r1, length = table.start_radius, table.end_radius, _lengths(table)
     slim = np.abs(r0 - r1) < length
     sine = np.where(slim, (r0 - r1) / np.where(slim, length, 1.0), 0.0)
@@ -80,9 +80,10 @@ def mean_outline_areas(table: StickTable) -> Reals:
 
 
 def largest_area(table: StickTable, spread: Directions | None = None) -> Reals:
-    """Largest area that each part's sticks cover together, (n,) [m²]; 0 for a part without sticks.
+    """Measure the largest area that each part's sticks cover together, (n,) [m²].
 
-    In closed form for a part of one stick; else searched from the best of ``spread`` (SEARCHED).
+    It is 0 for a part without sticks, in closed form for a part of one stick, and else searched
+    from the best of ``spread`` (SEARCHED).
     """
     spread = directions(SEARCHED) if spread is None else spread
     return _exact_where_single(
@@ -91,7 +92,7 @@ def largest_area(table: StickTable, spread: Directions | None = None) -> Reals:
 
 
 def mean_area(table: StickTable, spread: Directions | None = None, fineness: float = FINE) -> Reals:
-    """Mean over directions of the area that each part's sticks cover together, (n,) [m²]."""
+    """Measure the mean over directions of the area that each part's sticks cover, (n,) [m²]."""
     spread = directions() if spread is None else spread
     return _exact_where_single(
         table, lambda some: areas_of_parts(some, spread, fineness).mean(axis=1), mean_outline_areas

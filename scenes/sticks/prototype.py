@@ -54,7 +54,7 @@ class Prototype:
         _check(self)
 
     def scaled(self, factor: float) -> "Prototype":
-        """The object made ``factor`` times as large."""
+        """Return the object made ``factor`` times as large."""
         hierarchy = self.hierarchy.scaled(factor)  # refuses a bad factor
         inner, leaf = self.inner.scaled(factor), self.leaf.scaled(factor)
         return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.view_dependence)
@@ -87,8 +87,7 @@ def assemble_prototype(
     tints: Float64[np.ndarray, "t 3"],
     view_dependence: ViewDependence | None = None,
 ) -> Prototype:
-    """A prototype from the places and the sticks of its parts: P, R, B and separation follow by the
-    rule above."""
+    """Make a prototype from the places and the sticks of its parts, by the rule above."""
     sizes = {"inner": len(inner.count), "leaf": len(leaf.count), "origin": len(places.origin)}
     for key, size in sizes.items():
         if size != len(places):

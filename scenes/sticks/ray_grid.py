@@ -115,7 +115,7 @@ def _make_grid(sticks):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def intersect_ray(grids, which, origin, v, before):  # type: ignore[no-untyped-def]
-    """Distance to the first stick of an object along one ray, and its row.
+    """Compute the distance to the first stick of an object along one ray, and its row.
 
     They are NOTHING and −1 if the ray meets none within the distance ``before``.
     """
@@ -230,7 +230,7 @@ def _sphere_entry(ov, oo, r):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def normal_at(s, point):  # type: ignore[no-untyped-def]
-    """Outward unit normal (3,) of a stick at a point (3,) of its surface."""
+    """Compute the outward unit normal (3,) of a stick at a point (3,) of its surface."""
     px, py, pz = point[0] - s[0], point[1] - s[1], point[2] - s[2]
     ax, ay, az = s[3] - s[0], s[4] - s[1], s[5] - s[2]
     length = math.sqrt(ax * ax + ay * ay + az * az)

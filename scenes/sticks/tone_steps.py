@@ -14,8 +14,11 @@ from scenes.sticks.view_dependence import TONE_STEP, ViewDependence
 def with_tone_steps(
     tint: Ints, tints: np.ndarray, views: ViewDependence
 ) -> tuple[Ints, Float64[np.ndarray, "t 3"]]:
-    """Tints (k,) of sticks in a longer palette, and that palette: all tones of a view-dependent
-    stick, from the lightest to the darkest, follow the tint that it is given."""
+    """Give sticks whose brightness depends on the view tints in a longer palette.
+
+    Returns their tints (k,) and that palette: all tones of a stick, from the lightest to the
+    darkest, follow the tint that it is given.
+    """
     darkest = [
         each.max(axis=1, initial=0.0) for each in (views.elevation_steps, views.azimuth_steps)
     ]

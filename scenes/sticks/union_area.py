@@ -24,7 +24,7 @@ MOST_ROWS = 4096
 def areas_of_parts(
     table: StickTable, directions: Float64[np.ndarray, "d 3"], fineness: float = FINE
 ) -> Float64[np.ndarray, "n d"]:
-    """Area of the union of each part's sticks along each direction, (n, d) [m²]."""
+    """Compute the area of the union of each part's sticks along each direction, (n, d) [m²]."""
     columns = (table.start, table.end, table.start_radius, table.end_radius)
     return _areas(table.first, *columns, np.ascontiguousarray(directions), fineness)
 
@@ -48,7 +48,7 @@ def _areas(first, start, end, r0, r1, directions, fineness):  # type: ignore[no-
 def largest_of_parts(
     table: StickTable, directions: Float64[np.ndarray, "d 3"]
 ) -> Float64[np.ndarray, " n"]:
-    """Largest area of each part over all directions, (n,) [m²], searched from the given ones."""
+    """Search the largest area of each part over all directions, from the given ones, (n,) [m²]."""
     columns = (table.start, table.end, table.start_radius, table.end_radius)
     areas = areas_of_parts(table, directions)
     best = np.ascontiguousarray(directions[areas.argmax(axis=1)])

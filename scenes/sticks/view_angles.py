@@ -17,14 +17,16 @@ AZIMUTHS_DEG = (0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0, 157.5, 180.0)
 
 @njit(cache=True)
 def elevation_index(sin_elevation):  # type: ignore[no-untyped-def]
-    """Fractional index of an elevation among ELEVATIONS_DEG, from its sine, 0 to 1."""
+    """Compute the fractional index of an elevation among ELEVATIONS_DEG, from its sine, 0 to 1."""
     return math.asin(min(sin_elevation, 1.0)) / math.radians(ELEVATIONS_DEG[1])
 
 
 @njit(cache=True)
 def azimuth_index(cos_azimuth):  # type: ignore[no-untyped-def]
-    """Fractional index of an azimuth among AZIMUTHS_DEG, from its cosine; −1 for NaN, which asks
-    for the mean over all azimuths."""
+    """Compute the fractional index of an azimuth among AZIMUTHS_DEG, from its cosine.
+
+    It is −1 for NaN, which asks for the mean over all azimuths.
+    """
     if math.isnan(cos_azimuth):
         return -1.0
     return math.acos(min(max(cos_azimuth, -1.0), 1.0)) / math.radians(AZIMUTHS_DEG[1])
@@ -32,13 +34,13 @@ def azimuth_index(cos_azimuth):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def azimuth_tone(row, index):  # type: ignore[no-untyped-def]
-    """Entry of a row of ``ViewDependence.azimuth_steps`` at an ``azimuth_index``."""
+    """Compute the entry of a row of ``ViewDependence.azimuth_steps`` at an ``azimuth_index``."""
     azimuths = len(row) - 1
     return interpolate(row[:azimuths], index) if index >= 0.0 else row[azimuths]
 
 
 @njit(cache=True)
 def interpolate(row, index):  # type: ignore[no-untyped-def]
-    """Entry of a row of a table at a fractional index: linear in the angle."""
+    """Compute the entry of a row of a table at a fractional index: linear in the angle."""
     low = min(int(index), len(row) - 2)
     return row[low] + (index - low) * (row[low + 1] - row[low])

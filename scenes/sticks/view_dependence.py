@@ -41,7 +41,7 @@ class ElevationTable:
     albedo_factor: tuple[float, ...] = (1.0,) * len(ELEVATIONS_DEG)
 
     def area_share_at(self, sin_elevation: float) -> float:
-        """Share of their area that the shapes show at an elevation of the eye."""
+        """Compute the share of their area that the shapes show at an elevation of the eye."""
         share: float = interpolate(np.array(self.area_share), elevation_index(sin_elevation))
         return share
 
@@ -72,7 +72,7 @@ class ViewDependence(ArrayData):
         elevation: Sequence[ElevationTable],
         azimuth_tone: Sequence[Sequence[float]] = (),
     ) -> "ViewDependence":
-        """View dependence from the tables of each level of detail.
+        """Make the view dependence from the tables of each level of detail.
 
         table_row     level of each stick, (k,), −1 for a stick that looks the same from everywhere
         azimuth_tone  albedo at AZIMUTHS_DEG over its mean, level by level; () where it is constant
@@ -88,8 +88,7 @@ class ViewDependence(ArrayData):
 
     @staticmethod
     def concatenate(parts: Sequence["ViewDependence"], sticks: Sequence[int]) -> "ViewDependence":
-        """The view dependence of several stick tables laid end to end; ``sticks`` says how many
-        sticks each of them has."""
+        """Lay the tables of several stick tables, of so many ``sticks`` each, end to end."""
         first = np.cumsum([0] + [len(each.area_share) for each in parts])[:-1]
         rows = [each.rows(count) for each, count in zip(parts, sticks, strict=True)]
         moved = [np.where(row >= 0, row + f, -1) for row, f in zip(rows, first, strict=True)]

@@ -14,24 +14,27 @@ from scenes.sticks.view_dependence import ViewDependence
 
 
 def with_area_share(table: StickTable, share: Reals | float) -> StickTable:
-    """Sticks made so much thinner that they cover a share of their area, one for each (k,) or one
-    for all."""
+    """Thin sticks to a share of their area, one for each (k,) or one for all."""
     share = np.broadcast_to(share, len(table)).astype(np.float64)
     length = np.sqrt(((table.end - table.start) ** 2).sum(axis=1))
     return table.thickened(_radius_factors(table.start_radius, table.end_radius, length, share))
 
 
 def area_shares_at(views: ViewDependence, rows: Ints, sin_elevation: float) -> Reals:
-    """Share of their area that sticks show at an elevation of the eye, (k,); ``rows`` (k,) as
-    ``ViewDependence.table_row``."""
+    """Compute which share of their area sticks show at an elevation of the eye, (k,).
+
+    ``rows`` (k,) are as in ``ViewDependence.table_row``.
+    """
     index = elevation_index(sin_elevation)
     shares: Reals = np.append([interpolate(row, index) for row in views.area_share], 1.0)[rows]
     return shares
 
 
 def largest_area_in_view(table: StickTable, views: ViewDependence) -> Reals:
-    """Largest area over directions that the sticks of each part cover, each with the share of its
-    area that it shows from there, (n,) [m²]."""
+    """Measure the largest area that the sticks of each part cover over all directions, (n,) [m²].
+
+    Each stick has the share of its area that it shows from there.
+    """
     dependent, changing = np.zeros(len(table.count), np.bool_), (views.area_share != 1).any(axis=1)
     dependent[table.owner[np.append(changing, False)[views.rows(len(table))]]] = True
     if not dependent.any():

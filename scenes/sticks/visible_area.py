@@ -21,7 +21,7 @@ from scenes.sticks.union_area import _along, _frame
 def visible_areas(
     table: StickTable, directions: Float64[np.ndarray, "d 3"], spacing: float
 ) -> Float64[np.ndarray, "d k"]:
-    """Area of each stick that an eye far off in each direction sees, (d, k) [m²].
+    """Compute the area of each stick that an eye far off in each direction sees, (d, k) [m²].
 
     ``spacing`` of the rays [m].
     """
@@ -35,7 +35,7 @@ def visible_areas(
 def first_met(
     table: StickTable, direction: Float64[np.ndarray, "3"], spacing: float, reach: int
 ) -> Int64[np.ndarray, "rows columns"]:
-    """Row of the stick that each ray of a grid meets first, −1 where it meets none.
+    """Find the row of the stick that each ray of a grid meets first, −1 where it meets none.
 
     The grid reaches ``reach`` rays to each side of the origin of the object's frame; ``spacing`` of
     the rays [m].

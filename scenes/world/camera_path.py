@@ -40,7 +40,7 @@ def camera_at(preset: CameraPreset, size: tuple[int, int], frame: float, ground:
 
 
 def height_at(ground: Ground, x: float, y: float, cell: tuple[int, int] = (0, 0)) -> float:
-    """Height of the ground at one point, metres from a cell's corner [m]."""
+    """Compute the height of the ground at one point, metres from a cell's corner [m]."""
     corner, x, y = split_position(x, y, *cell)
     return float(ground.height(corner, np.array([[x, y]]))[0])
 

@@ -34,12 +34,12 @@ class Light:
 
     @property
     def to_sun(self) -> np.ndarray:
-        """Unit vector to the sun, (3,)."""
+        """Return the unit vector to the sun, (3,)."""
         a, e = math.radians(self.sun_azimuth_deg), math.radians(self.sun_elevation_deg)
         return np.array((math.sin(a) * math.cos(e), math.cos(a) * math.cos(e), math.sin(e)))
 
 
 def sun_and_sky(preset: Preset) -> Light:
-    """Sun and sky of a preset, over bare ground."""
+    """Return the sun and sky of a preset, over bare ground."""
     light = preset.light
     return Light(light.sun_azimuth, light.sun_elevation, light.turbidity)

@@ -23,7 +23,7 @@ _ARCSECOND = math.radians(1 / 3600)
 
 
 def preset_air(preset: Preset) -> Air:
-    """The air that frames are rendered in, and that the same frames are pruned by."""
+    """Return the air that frames are rendered in, and that the same frames are pruned by."""
     keys = preset.air
     mist = None if keys.mist is None else Mist(keys.mist, keys.mist_base, keys.mist_scale)
     return Air(keys.visibility, mist)
@@ -32,7 +32,7 @@ def preset_air(preset: Preset) -> Air:
 def viewing_conditions(
     preset: Preset, camera: Camera, highest_m: float
 ) -> ViewingConditions | None:
-    """What limits sight beyond the pixel; None where air is clear or ignored, and no eye is given.
+    """Collect what limits sight beyond the pixel; None in clear or ignored air without an eye.
 
     ``highest_m``: height above the datum that neither the eye nor anything it sees is above, for β
     there is the least of any path. A table [display] or [eye] says that somebody will look.
@@ -51,12 +51,12 @@ def viewing_conditions(
 
 
 def frame_time(preset: Preset, frame: float) -> float:
-    """When a frame begins [s]: frame 1 at 0."""
+    """Compute when a frame begins [s]: frame 1 at 0."""
     return (frame - 1) / preset.camera.fps
 
 
 def shutter_interval(world: World, preset: Preset, frame: int) -> ShutterInterval | None:
-    """Interval over which motion blurs a frame, half before its time and half after.
+    """Find the interval over which motion blurs a frame, half before its time and half after.
 
     The shutter is open so long, or an eye behind it integrates; None where motion hides nothing.
     """
@@ -97,6 +97,6 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
 
 
 def camera_between(world: World, preset: Preset, frame: float, corner: Corner) -> Camera:
-    """The camera at a frame or between two, in the coordinates of a corner."""
+    """Return the camera at a frame or between two, in the coordinates of a corner."""
     camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
     return replace(camera, corner=corner, eye=eye_relative_to(corner, camera))

@@ -40,17 +40,17 @@ class World:
 
     @property
     def representations(self) -> tuple[Representation, ...]:
-        """All representations, the ground first."""
+        """Return all representations, the ground first."""
         return (self.terrain, *self.fields, *self.beside)
 
     @property
     def beside(self) -> tuple[Representation, ...]:
-        """All representations but the ground and the fields of species."""
+        """Return all representations but the ground and the fields of species."""
         return (*self.placed, *self.plumes, *self.dust, *self.others)
 
     @cached_property
     def top_m(self) -> float:
-        """Height above the datum that nothing in the world exceeds [m]."""
+        """Return the height above the datum that nothing in the world exceeds [m]."""
         prototypes = [each.prototypes for each in self.fields] + [
             each.prototypes for each in self.placed
         ]
@@ -92,7 +92,7 @@ def build_world(preset: Preset) -> World:
 
 
 def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> AggregateCover | None:
-    """Aggregate cover of the fields beyond their limit distances, in the preset's light."""
+    """Make the cover of the fields beyond their limit distances, in the preset's light."""
     if not fields:
         return None
     to_sun = sun_and_sky(preset).to_sun

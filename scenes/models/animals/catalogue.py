@@ -18,7 +18,7 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 
 @lru_cache(maxsize=16)
 def animal_tables(name: str) -> AnimalTables:
-    """The tables of the animal of a name (see ``scenes.model_files.names.animal_names``).
+    """Return the tables of the animal of a name (see ``scenes.model_files.names.animal_names``).
 
     Raises InputError for another name or a bad file.
     """
@@ -29,6 +29,6 @@ def animal_tables(name: str) -> AnimalTables:
 
 @lru_cache(maxsize=16)
 def animal(name: str) -> RiggedPrototype:
-    """The animal of a name, walking, hopping or turning; one prototype, whatever the seed."""
+    """Make the animal of a name, walking, hopping or turning; it is the same for every seed."""
     tables = animal_tables(name)
     return with_gait(build_prototype(name, tables.anatomy, tables.build), tables.gait)

@@ -36,18 +36,18 @@ _HEAD, _LEG = 0.13, 0.525
 
 @cache
 def human_tables() -> AnimalTables:
-    """The tables of people: anatomy, rest pose, limits, and the gait of their legs."""
+    """Return the tables of people: anatomy, rest pose, limits, and the gait of their legs."""
     return load_animal(resources.files("scenes.models.people") / "person.toml")
 
 
 def person_build(who: Person, age: float | None = None) -> Build:
-    """How this person differs from the tables; ``age`` in years for a child, None for an adult."""
+    """Say how this person differs from the tables; ``age`` is None for an adult, else in years."""
     shape = {"shoulder": who.shoulders, "hip": who.hips}
     return Build(who.stature, who.materials, who.girth, shape, child_sizes(age) if age else {})
 
 
 def child_sizes(age: float) -> dict[str, float]:
-    """Factors on lengths in the frames of joints, for a child of 4 to 16 years."""
+    """Return the factors on lengths in the frames of joints, for a child of 4 to 16 years."""
     head = np.interp(age, (4, 6, 12, 16), (1 / 5.5, 1 / 6, 1 / 7, _HEAD))
     sitting = np.interp(age, (4, 6, 12, 16), (0.565, 0.55, 0.525, 0.52))
     leg = _LEG * (1 - sitting) / (1 - 0.52)
@@ -61,7 +61,7 @@ def child_sizes(age: float) -> dict[str, float]:
 
 
 def person_anatomy(who: Person) -> Anatomy:
-    """The tables of people, with bust and long hair where this person has them."""
+    """Return the tables of people, with bust and long hair where this person has them."""
     tables = human_tables().anatomy
     more = {"chest": BUST if who.bust else (), "cranium": LONG_HAIR if who.long_hair else ()}
     own = {name: tables.parts[name] for name in more}
@@ -71,7 +71,7 @@ def person_anatomy(who: Person) -> Anatomy:
 
 @lru_cache(maxsize=16)
 def people_at_rest(seed: int, count: int, children: float = 0.2) -> tuple[RiggedPrototype, ...]:
-    """``count`` people at rest, a share of them children; the k-th depends on the seed and k only.
+    """Make ``count`` people at rest, a share of them children; the k-th follows from seed and k.
 
     Raises InputError for a count below 1 or a share outside 0 to 1.
     """
@@ -84,7 +84,7 @@ def people_at_rest(seed: int, count: int, children: float = 0.2) -> tuple[Rigged
 
 @lru_cache(maxsize=16)
 def standing_people(seed: int, count: int) -> tuple[Prototype, ...]:
-    """``count`` adults in the one pose of figs 1 and 2; the k-th depends on the seed and k only.
+    """Make ``count`` adults in the one pose of figs 1 and 2; the k-th follows from seed and k.
 
     The origin of a person (and of its torso) is the pelvis; every other part's is the joint at its
     near end. The person faces +x, both soles on z = 0. P, R and B hold for every pose.

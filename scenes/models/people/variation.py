@@ -50,7 +50,7 @@ class Person:
 
 
 def random_adult(rng: np.random.Generator) -> Person:
-    """An adult. Mean statures of women and men after NCD-RisC (eLife 5:e13410, 2016), rounded."""
+    """Draw an adult; mean statures are after NCD-RisC (eLife 5:e13410, 2016), rounded."""
     woman = bool(rng.random() < 0.5)
     stature = rng.normal(1.63 if woman else 1.76, 0.06)
     return Person(

@@ -23,9 +23,10 @@ def walking_gait(
     spread: float = 0.055,
     nod: float = 0.0,
 ) -> Gait:
-    """A person's gait. swing: of the arms to each side; elbow, lean, nod: how bent [degrees].
+    """Make a gait of a person.
 
-    froude: speed²/(g·hip height); spread: of the feet from the middle [shares of hip height]
+    swing  of the arms to each side; elbow, lean, nod: how bent [degrees]
+    froude  speed²/(g·hip height); spread: of the feet from the middle [shares of hip height]
     """
     gait = human_tables().gait
     legs, waves = (replace(gait.legs[0], spread=spread),), _waves(swing, elbow, lean, nod)
@@ -58,7 +59,7 @@ def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, .
 
 
 def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
-    """A random gait of one person: speed, arms, bearing.
+    """Draw a random gait of one person: speed, arms, bearing.
 
     The stride is the longest of all who walk with this gait: theirs (``patrol.stride_factors``)
     have 0.74 of its Froude number on average. People out walking are then near Froude 0.21 or
@@ -77,7 +78,7 @@ def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
 
 
 def walking_people(people: tuple[RiggedPrototype, ...], seed: int) -> tuple[RiggedPrototype, ...]:
-    """The people, each with a gait of their own; the k-th depends on the seed and k only."""
+    """Give each of the people a gait of their own; the k-th depends on the seed and k only."""
     styles = (
         random_gait(
             np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0x3A17, k))))

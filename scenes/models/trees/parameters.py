@@ -214,7 +214,7 @@ class TreeSpecies:
         self.bare_tables.check(f"{self.name}.csv", len(self.levels))
 
     def foliage_colours(self, season: str) -> tuple[tuple[float, float, float], ...]:
-        """Colours of the foliage in a season, from dark to light; () where the tree stands bare."""
+        """List the colours of the foliage in a season, from dark to light; () for a bare tree."""
         shades = self.foliage.albedo if self.foliage else {}
         return next((each.colours() for name, each in shades.items() if name == season), ())
 
