@@ -86,6 +86,16 @@ def test_copies_stand_evenly_around_the_axis(tmp_path):
     assert {(math.hypot(*rod.end[:2]).__round__(12), rod.end[2]) for rod in rods} == {(2.0, 1.0)}
 
 
+CORE = '[{ joint = "%s", start = [0, 0, 0], end = [0, 0, 1], radii = [1, 1], material = "mean" }]'
+
+
+def test_the_core_of_the_trunk_rides_on_joints_of_either_side(tmp_path):
+    text = BIRD.replace("level = 0\n", f"level = 0\ncore = {CORE % 'right hip'}\n")
+    assert [rod.joint for rod in tables(tmp_path, text).anatomy.parts["bird"].core] == ["right hip"]
+    with pytest.raises(InputError, match=r"parts.bird.core\[0\].joint"):
+        tables(tmp_path, text.replace("right hip", "hind hip"))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "where"),
     [
