@@ -93,6 +93,11 @@ class StickTable(ArrayData):
         """Return the table with the sticks of the flagged parts (n,) alone."""
         return self.take(parts[self.owner])
 
+    def of_parts(self: Table, parts: Flags) -> Table:
+        """Return the table of the flagged parts (n,) alone, numbered anew in their order."""
+        first = np.concatenate(([0], np.cumsum(self.count[parts])))
+        return type(self)(first, *(column[parts[self.owner]] for column in self.columns))
+
     def thickened(self: Table, factor: Reals) -> Table:
         """Return the table with both radii of each stick multiplied by its factor, (k,)."""
         radii = self.start_radius * factor, self.end_radius * factor

@@ -109,7 +109,7 @@ def _exact_where_single(
     single, several = np.flatnonzero(count == 1), np.flatnonzero(count > 1)
     areas[single] = closed_form(table)[table.first[single]]
     if len(several):
-        areas[several] = measured(table.only(count > 1))[several]
+        areas[several] = measured(table.of_parts(count > 1))
     return areas
 
 

@@ -39,14 +39,15 @@ def largest_area_in_view(table: StickTable, views: ViewDependence) -> Reals:
     dependent[table.owner[np.append(changing, False)[views.rows(len(table))]]] = True
     if not dependent.any():
         return largest_area(table)
-    some = table.only(dependent)
-    rows = views.rows(len(table))[dependent[table.owner]]
-    areas = [largest_area(table.only(~dependent))]
+    largest = np.empty(len(dependent))
+    largest[~dependent] = largest_area(table.of_parts(~dependent))
+    some, rows = table.of_parts(dependent), views.rows(len(table))[dependent[table.owner]]
+    areas = []
     for view in directions():
         shown = with_area_share(some, area_shares_at(views, rows, view[2]))
         areas.append(areas_of_parts(shown, view[None])[:, 0])
-    found: Reals = np.max(areas, axis=0)
-    return found
+    largest[dependent] = np.max(areas, axis=0)
+    return largest
 
 
 @njit(cache=True)
