@@ -23,15 +23,6 @@ SWEEPS = {
 }
 
 
-GATHERED = {
-    "evenly": "the same everywhere",
-    "patches": "in squares, one in four of them, of side ``scale``",
-    "slope": "growing evenly to the east, K at the eye, twice that ``scale`` away",
-    "clearing": "growing with the distance from the eye, as far as ``scale``",
-}
-"""How objects are spread; the density is the mean of patches, and the densest of a clearing."""
-
-
 @dataclass(frozen=True)
 class Case:
     """One point of a sweep of one species, or of several as ``figure+rabbit``.
@@ -45,7 +36,10 @@ class Case:
     eye_height  height of the eye above the ground under it [m]
     hills       amplitude of the ground [m]; 0 = flat
     visibility  V [m]; None = clear air
-    gathered    how K varies: a key of GATHERED
+    gathered    how K varies: ``evenly``, the same everywhere; ``patches``, in one of four squares
+                of side ``scale``; ``slope``, growing evenly to the east, K at the eye and twice
+                that ``scale`` away; ``clearing``, growing with the distance from the eye as far as
+                ``scale``, K at its edge
     scale       the length over which K varies [m]
     """
 

@@ -6,7 +6,7 @@ all hold about as many objects.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -16,6 +16,7 @@ from bench.fields.cases import EYE_HEIGHT_M
 from bench.fields.scene import FLAT, field_seed, prototypes_of
 from bench.records.points import Column, Key, Point, Prediction
 from bench.records.provenance import scene_digest
+from bench.statistics.estimates import Estimate, two_sided_share
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.law.flat_ground import chained_limits, disc_areas
@@ -123,6 +124,24 @@ def part_counts(point: Point, sizes: Sequence[str] = SIZES, **keys: Key) -> Real
 def predicted_parts(point: Point, sizes: Sequence[str] = SIZES, **keys: Key) -> float:
     """Return the number of parts of these sizes that the law predicts for a field."""
     return sum(point.prediction("parts", **keys, size=size) for size in sizes)
+
+
+def shares_kept(
+    points: Sequence[Point],
+    kept: Mapping[str, Key],
+    whole: Mapping[str, Key],
+    sizes: Sequence[str] = SIZES,
+) -> tuple[Estimate, float]:
+    """Estimate the share of parts that is left, over all points; and predict it by the law.
+
+    The row of a field is its sum over points. ``kept`` and ``whole`` are the keys of the parts that
+    are left, and of those that they are left of.
+    """
+    counts = [
+        np.sum([part_counts(p, sizes, **keys) for p in points], axis=0) for keys in (kept, whole)
+    ]
+    law = [sum(predicted_parts(p, sizes, **keys) for p in points) for keys in (kept, whole)]
+    return two_sided_share(counts[0], counts[1]), law[0] / law[1]
 
 
 def size_class(P: Reals) -> np.ndarray:

@@ -57,10 +57,6 @@ class Point:
         """Give a column as float64, (n,). Raises InputError where there is none."""
         return np.array(self.column(quantity, **keys), np.float64)
 
-    def has(self, quantity: str, **keys: Key) -> bool:
-        """Say whether there is a column with exactly this name."""
-        return any(each.quantity == quantity and each.keys == keys for each in self.samples)
-
     def prediction(self, quantity: str, **keys: Key) -> float:
         """Give what was predicted under exactly this name. Raises InputError where nothing was."""
         for each in self.predicted:

@@ -9,7 +9,6 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -112,26 +111,7 @@ def read_records(folder: Path) -> tuple[Record, ...]:
     return tuple(sorted(newest_first, key=lambda r: r.experiment))
 
 
-def pool(records: Iterable[Record]) -> tuple[Point, ...]:
-    """All points of runs of one experiment, refused unless they share their whole provenance."""
-    records = tuple(records)
-    for other in records[1:]:
-        for key, first, second in _identities(records[0], other):
-            if first != second:
-                raise InputError(f"{key} of records", (first, second), "the same, to be pooled")
-    if len({record.sha256 for record in records}) < len(records):
-        raise InputError("records", len(records), "no record twice")
-    return tuple(point for record in records for point in record.points)
-
-
 _NAMED = re.compile(rf"[a-z_]+-[0-9a-f]{{{_IN_NAME}}}\.json")
-
-
-def _identities(one: Record, other: Record) -> Iterable[tuple[str, Any, Any]]:
-    for key in ("experiment", "version", "quick"):
-        yield key, getattr(one, key), getattr(other, key)
-    for field in fields(Provenance):
-        yield field.name, getattr(one.provenance, field.name), getattr(other.provenance, field.name)
 
 
 def _record(content: dict[str, Any]) -> Record:

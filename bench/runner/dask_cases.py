@@ -12,25 +12,31 @@ _RETRIES = 2
 
 @runtime_checkable
 class CaseExecutor(Protocol):
-    """Calls a function with each case's arguments; gives the results in the order of the cases."""
+    """A function that calls another with each case's arguments.
+
+    It gives the results in the order of the cases.
+    """
 
     def __call__(
         self, function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
     ) -> Iterator[Any]:
-        """One result a case."""
+        """Yield one result for each case."""
 
 
 def serial_executor(
     function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
 ) -> Iterator[Any]:
-    """Here, each when it is asked for."""
+    """Measure the cases in this process, each when its result is asked for."""
     return (function(*case) for case in cases)
 
 
 @contextlib.contextmanager
 def dask_executor(where: str | None, say: Callable[[str], object]) -> Iterator[CaseExecutor]:
-    """Over a cluster as scenes.render.sequence.dask_cluster has it; None = here. ``say`` hears of
-    a dashboard."""
+    """Give an executor over a Dask cluster, with one task for each case.
+
+    ``where`` is what ``scenes.render.sequence.dask_cluster`` takes; None gives ``serial_executor``.
+    ``say`` is told the address of the cluster's dashboard.
+    """
     if where is None:
         yield serial_executor
         return
@@ -38,23 +44,15 @@ def dask_executor(where: str | None, say: Callable[[str], object]) -> Iterator[C
 
     with cluster(where, threads=1) as workers:
         say(f"lodbench: dashboard at {workers.dashboard}")
-        yield _Tasks(workers.client)
 
+        def tasks(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+            arguments = map(list, zip(*cases, strict=True))
+            futures = workers.client.map(function, *arguments, pure=False, retries=_RETRIES)
+            try:
+                for future in futures:
+                    yield future.result()
+                    future.release()
+            finally:
+                workers.client.cancel(futures, force=True)
 
-class _Tasks:
-    """One task a case."""
-
-    def __init__(self, client: Any) -> None:
-        self._client = client
-
-    def __call__(
-        self, function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
-    ) -> Iterator[Any]:
-        columns = map(list, zip(*cases, strict=True))
-        futures = self._client.map(function, *columns, pure=False, retries=_RETRIES)
-        try:
-            for future in futures:
-                yield future.result()
-                future.release()
-        finally:
-            self._client.cancel(futures, force=True)
+        yield tasks

@@ -227,7 +227,7 @@ def _fit(
     model = sm.GLM(counts, design, sm.families.Poisson(), offset=offset, var_weights=weights)
     fit = model.fit(scale="X2")
     value, error = float(fit.params[-1]), float(fit.bse[-1])
-    return student_interval(value, error, fit.df_resid, len(counts), float(fit.scale))
+    return student_interval(value, error, float(fit.df_resid), len(counts), float(fit.scale))
 
 
 def _positive(name: str, values: Reals) -> np.ndarray:

@@ -14,7 +14,6 @@ noise hides part of a difference, so the excess is only worth quoting where the 
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,9 +38,6 @@ ONE_SIDED_CONFIDENCE = 0.95
 Picture = Float[np.ndarray, "_ _ 3"]
 """A picture as it is displayed: sRGB-encoded, 0 to 1, exposure and tone curve applied."""
 
-Trio = tuple[Picture, Picture, Picture]
-"""Three pictures: the tested one with seed a, the reference with seed a and with seed b."""
-
 
 @dataclass(frozen=True)
 class ExcessFlip:
@@ -58,25 +54,6 @@ class ExcessFlip:
     high: float
     floor: float
     pairs: int
-
-    @property
-    def within_noise(self) -> bool:
-        """Whether the excess is shown to be at most the floor, and the floor is at most FLOOR."""
-        return self.floor <= FLOOR and self.high <= self.floor
-
-    @property
-    def beyond_noise(self) -> bool:
-        """Whether the excess is shown to be more than the floor."""
-        return self.low > self.floor
-
-
-def excess_flip(trios: Sequence[Trio], pixels_per_degree: float = PIXELS_PER_DEGREE) -> ExcessFlip:
-    """Compute the excess over pairs of seeds. Raises InputError for fewer than LEAST_PAIRS."""
-    tested, noise = [], []
-    for picture, same, other in trios:
-        tested.append(mean_flip(picture, other, pixels_per_degree))
-        noise.append(mean_flip(same, other, pixels_per_degree))
-    return one_sided_excess(np.array(tested), np.array(noise))
 
 
 def one_sided_excess(tested: Reals, noise: Reals) -> ExcessFlip:

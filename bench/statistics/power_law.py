@@ -58,7 +58,7 @@ def fit_exponent(x: Reals, y: Reals) -> Estimate:
     """
     fit = sm.OLS(np.log(_positive(y)), sm.add_constant(np.log(_positive(x)))).fit(cov_type="HC3")
     value, error = float(fit.params[1]), float(fit.bse[1])
-    return student_interval(value, error, fit.df_resid, len(y))
+    return student_interval(value, error, float(fit.df_resid), len(y))
 
 
 def compare_with_log(x: Reals, y: Reals) -> RivalModels:

@@ -20,7 +20,7 @@ from scenes.field.placed_object import Placed
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
-from scenes.models.column import HEIGHT_M, RADIUS_M, column
+from scenes.models.column import RADIUS_M, column
 from scenes.plugins.entry_points import metric_by_name
 from scenes.render.pipeline.render import render_frame
 from scenes.sticks.contrast import LUMINANCE
@@ -103,15 +103,3 @@ def image_width(x: float) -> float:
     """Return the width of the image of a shaft of RADIUS_M at a place, on a plane at distance 1."""
     towards, half = math.atan2(x, DEPTH_M), math.asin(RADIUS_M / math.hypot(x, DEPTH_M))
     return math.tan(towards + half) - math.tan(towards - half)
-
-
-def angular_width(x: float) -> float:
-    """Return the angle that a shaft of RADIUS_M at a place subtends at the eye [rad]."""
-    return 2 * math.asin(RADIUS_M / math.hypot(x, DEPTH_M))
-
-
-def in_picture() -> bool:
-    """Say whether every column is in the picture from foot to head, with room to spare."""
-    tan_x, tan_y = camera().tan_half
-    aside = (places()[-1] + 1) / DEPTH_M
-    return aside < tan_x and max(EYE_M, HEIGHT_M - EYE_M) / DEPTH_M < tan_y

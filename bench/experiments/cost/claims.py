@@ -24,43 +24,24 @@ SEQUENCE = 240
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Return every claim that these points decide."""
     frames, processes = points
-    whole = frame_us(frames)
-    metric = stage_us(frames, "metric") / whole
-    prune = stage_us(frames, "prune") / whole
+    whole, world = frame_us(frames), processes.values("world")
+    share, setup = "share of a frame's time", "set-up ÷ time of the frames"
+    metric = "Distance, root and comparison of every part examined cost next to nothing."
+    prune = "Finding and pruning, all of it, is small beside rendering."
     made = [
-        claim(
-            "metric_share",
-            (
-                "Distance, root and comparison of every part examined cost next to nothing.",
-                "share of a frame's time",
-                "§4.2",
-            ),
-            *(0.01, 0.0, two_sided_median(metric), "at most"),
-        ),
-        claim(
-            "prune_share",
-            (
-                "Finding and pruning, all of it, is small beside rendering.",
-                "share of a frame's time",
-                "§4.2",
-            ),
-            *(0.1, 0.0, two_sided_median(prune), "at most"),
-        ),
+        _at_most("metric_share", metric, share, 0.01, stage_us(frames, "metric") / whole),
+        _at_most("prune_share", prune, share, 0.1, stage_us(frames, "prune") / whole),
     ]
-    world = processes.values("world")
     if len(world) >= LEAST_REPEATS:
-        made.append(
-            claim(
-                "setup_share",
-                (
-                    f"Setting up the hierarchies vanishes over {SEQUENCE} frames.",
-                    "set-up ÷ time of the frames",
-                    "§4.2",
-                ),
-                *(0.01, 0.0, two_sided_median(world / (SEQUENCE * np.median(whole))), "at most"),
-            )
-        )
+        about = f"Setting up the hierarchies vanishes over {SEQUENCE} frames."
+        spread = world / (SEQUENCE * np.median(whole))
+        made.append(_at_most("setup_share", about, setup, 0.01, spread))
     return tuple(made)
+
+
+def _at_most(name: str, about: str, quantity: str, most: float, shares: Reals) -> Claim:
+    words = about, quantity, "§4.2"
+    return claim(name, words, most, 0.0, two_sided_median(shares), "at most")
 
 
 def stage_us(frames: Point, stage: str) -> Reals:

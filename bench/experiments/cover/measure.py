@@ -29,9 +29,9 @@ from bench.records.points import Column, Point
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from scenes.frame.assemble import frame_quality
+from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
-from scenes.frame.quality import Quality
 from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
@@ -94,29 +94,23 @@ def pruned_alone(look: str, seed: int, case: Case) -> Bands:
 def _whole_pictures(world: World, presets: dict[str, Preset]) -> dict[str, Layers]:
     """Render everything in the window through every air, from one scene."""
     first = next(iter(presets.values()))
-    camera, quality = view_at(world, first, 1).camera, _quality(first)
-    stage = build_frame(
-        FrameInput(
-            camera, tuple(whole(world, first)), preset_air(first), sun_and_sky(first), quality
-        )
-    )
+    shot = _shot(world, first, whole(world, first))
+    stage = build_frame(shot)
     return {
-        air: trace(move_camera(stage, camera, preset_air(preset)), quality)
+        air: trace(move_camera(stage, shot.camera, preset_air(preset)), shot.quality)
         for air, preset in presets.items()
     }
 
 
 def _pruned_picture(world: World, preset: Preset, case: Case) -> Layers:
-    visible = displayed(world, preset, case.detail, case.cover)
-    camera = view_at(world, preset, 1).camera
-    quality = _quality(preset)
-    return render_frame(
-        FrameInput(camera, tuple(visible), preset_air(preset), sun_and_sky(preset), quality)
-    )
+    return render_frame(_shot(world, preset, displayed(world, preset, case.detail, case.cover)))
 
 
-def _quality(preset: Preset) -> Quality:
-    return replace(frame_quality(preset, choose()), spp=_SPP)
+def _shot(world: World, preset: Preset, visible: list[DisplayedRepresentation]) -> FrameInput:
+    """Put together what the first frame displays, with one sample for each of its pixels."""
+    camera, quality = view_at(world, preset, 1).camera, frame_quality(preset, choose())
+    light = preset_air(preset), sun_and_sky(preset)
+    return FrameInput(camera, tuple(visible), *light, replace(quality, spp=_SPP))
 
 
 def in_bands(tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]) -> Bands:

@@ -1,8 +1,6 @@
 """What the eye experiment claims, judged from its raw points alone."""
 
-import numpy as np
-
-from bench.fields.part_sizes import part_counts, predicted_parts
+from bench.fields.part_sizes import part_counts, shares_kept
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import two_sided_share
@@ -25,22 +23,17 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def _law(species: str, viewer: str, points: list[Point]) -> Claim:
-    """Claim the share over all displays: the row of a field is its sum over displays."""
-    kept, ideal = (
-        np.sum([part_counts(p, viewer=each) for p in points], axis=0) for each in (viewer, "ideal")
-    )
-    law = [sum(predicted_parts(p, viewer=each) for p in points) for each in (viewer, "ideal")]
+    """Claim the share over all displays."""
+    found, law = shares_kept(points, {"viewer": viewer}, {"viewer": "ideal"})
     about = "Display and eye leave the share of the parts that is predicted, with nothing fitted."
     words = about, "share of all parts that is kept, all displays", "§2.1, §4.1"
-    return claim(
-        f"{species}/{viewer}/kept", words, law[0] / law[1], 0.02, two_sided_share(kept, ideal)
-    )
+    return claim(f"{species}/{viewer}/kept", words, law, 0.02, found)
 
 
 def _square(species: str, point: Point) -> Claim:
     about = "Blur leaves one part in θ_eff² (θ_eff in pixels), at 67 pixels per degree."
     words = about, "share of the parts that blur leaves", "§2.1, §4.1"
-    found = two_sided_share(part_counts(point, viewer="blur"), part_counts(point, viewer="ideal"))
+    found, _ = shares_kept([point], {"viewer": "blur"}, {"viewer": "ideal"})
     return claim(f"{species}/blur/square", words, point.case["blur_px"] ** -2, 0.01, found)
 
 

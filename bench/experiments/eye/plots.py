@@ -1,7 +1,7 @@
 """What the eye experiment shows: parts left against pixels per degree, and a table."""
 
 from bench.experiments.eye.claims import VIEWERS
-from bench.fields.part_sizes import part_counts, predicted_parts
+from bench.fields.part_sizes import part_counts, predicted_parts, shares_kept
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, grouped
 from bench.records.records import Record
@@ -54,9 +54,8 @@ def _row(point: Point, viewer: str) -> tuple[str, ...]:
 
 def _left(point: Point, viewer: str) -> tuple[float, float]:
     """Return the share of what an ideal eye sees, measured and predicted."""
-    seen, ideal = (float(part_counts(point, viewer=each).sum()) for each in (viewer, "ideal"))
-    law, ideal_law = (predicted_parts(point, viewer=each) for each in (viewer, "ideal"))
-    return seen / ideal, law / ideal_law
+    found, law = shares_kept([point], {"viewer": viewer}, {"viewer": "ideal"})
+    return found.value, law
 
 
 def _plot(points: list[Point], species: str) -> Plot:

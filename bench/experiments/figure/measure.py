@@ -1,6 +1,5 @@
 """How do the parts of a figure drop off with distance, and do they shrink with depth? (§2.3, §4)"""
 
-from functools import singledispatch
 from typing import Any
 
 from bench.experiments.figure.cases import Approach, PosingTask, Sizes, object_of
@@ -12,15 +11,20 @@ from bench.records.points import Point, columns
 from bench.runner.experiment import Effort
 
 
-@singledispatch
-def measure(case: Any, seed: int) -> Point | list[Point]:
-    """Measure a case: each kind of case has its own function. Raises TypeError for others."""
-    raise TypeError(case)
+def measure(case: Approach | Sizes | PosingTask, seed: int) -> Point | list[Point]:
+    """Count a curve, a point a distance; list sizes; or time both ways of posing."""
+    match case:
+        case Approach():
+            return _counted(case, seed)
+        case Sizes(kind):
+            return Point({"what": SIZED, "kind": kind}, samples=columns(sizes(kind)))
+        case PosingTask(task):
+            found, times = posing(task, case.poses, case.repeats, seed)
+            return Point({"what": POSED, "task": task, **found}, samples=columns(times))
 
 
-@measure.register
-def _(case: Approach, seed: int) -> list[Point]:
-    """One point a distance, with the count of every pose."""
+def _counted(case: Approach, seed: int) -> list[Point]:
+    """Count the parts that every pose displays, at each distance."""
     curve = case.curve
     distances = curve.distances(case.distances)
     same = {"parts": len(object_of(curve.kind).hierarchy), "fits": curve.fits}
@@ -30,19 +34,6 @@ def _(case: Approach, seed: int) -> list[Point]:
         Point({**named, "distance": float(distance)}, samples=columns({"parts": row.tolist()}))
         for distance, row in zip(distances, rows, strict=True)
     ]
-
-
-@measure.register
-def _(case: Sizes, seed: int) -> Point:
-    """Level, whole and size of every part."""
-    return Point({"what": SIZED, "kind": case.kind}, samples=columns(sizes(case.kind)))
-
-
-@measure.register
-def _(case: PosingTask, seed: int) -> Point:
-    """Times of both ways of posing, repeat by repeat."""
-    found, times = posing(case.task, case.poses, case.repeats, seed)
-    return Point({"what": POSED, "task": case.task, **found}, samples=columns(times))
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:

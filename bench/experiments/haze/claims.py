@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bench.fields.part_sizes import BOUNDS_M, SIZES, part_counts, predicted_parts
+from bench.fields.part_sizes import BOUNDS_M, SIZES, part_counts, shares_kept
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped
 from bench.statistics.estimates import two_sided_share
@@ -12,8 +12,6 @@ BIG = SIZES[len(BOUNDS_M) - 1 :]
 
 SMALL = SIZES[: len(BOUNDS_M) - 1]
 """The classes of size under 1 m."""
-
-AIRS = "hazy", "clear"
 
 JUDGED_AT_M = 2e3
 """The visibility at which shares are claimed: V = 2 km."""
@@ -36,12 +34,11 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 
 def _law(name: str, points: list[Point]) -> Claim:
-    """Claim the share over all visibilities: the row of a field is its sum over visibilities."""
-    hazy, clear = (np.sum([part_counts(p, air=air) for p in points], axis=0) for air in AIRS)
-    law = [sum(predicted_parts(p, air=air) for p in points) for air in AIRS]
+    """Claim the share over all visibilities."""
+    found, law = shares_kept(points, {"air": "hazy"}, {"air": "clear"})
     about = "Haze leaves the share of the parts that is predicted, with nothing fitted."
     words = about, "share of all parts that is kept, all visibilities", "§2.1, §4.1"
-    return claim(f"{name}/kept", words, law[0] / law[1], 0.02, two_sided_share(hazy, clear))
+    return claim(f"{name}/kept", words, law, 0.02, found)
 
 
 def _near(name: str, points: list[Point]) -> Claim:
@@ -62,9 +59,7 @@ def _shares(name: str, species: str, point: Point) -> list[Claim]:
     """Claim at V = 2 km that at most half of the big parts are kept, and 95 % of the small."""
     made = []
     if species == "tree":
-        kept = two_sided_share(
-            part_counts(point, BIG, air="hazy"), part_counts(point, BIG, air="clear")
-        )
+        kept, _ = shares_kept([point], {"air": "hazy"}, {"air": "clear"}, BIG)
         about = "At V = 2 km at least half of the parts over 1 m are gone."
         words = about, "share of parts over 1 m that is kept", _DERIVED
         made.append(claim(f"{name}/kept_over_1m", words, 0.5, 0, kept, "at most"))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bench.experiments.haze.claims import KIND
-from bench.fields.part_sizes import SIZES, part_counts, predicted_parts
+from bench.fields.part_sizes import SIZES, part_counts, predicted_parts, shares_kept
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, grouped
 from bench.records.records import Record
@@ -38,9 +38,8 @@ def _row(point: Point, size: str) -> tuple[str, ...]:
 
 def _left(point: Point, size: str) -> tuple[float, float]:
     """Return the share that haze leaves, measured and predicted."""
-    clear, hazy = (float(part_counts(point, [size], air=air).sum()) for air in ("clear", "hazy"))
-    wanted, law = (predicted_parts(point, [size], air=air) for air in ("clear", "hazy"))
-    return hazy / clear, law / wanted
+    found, law = shares_kept([point], {"air": "hazy"}, {"air": "clear"}, [size])
+    return found.value, law
 
 
 def _means(point: Point, size: str, air: str) -> tuple[float, float]:

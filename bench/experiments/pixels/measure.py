@@ -39,15 +39,6 @@ NEAREST = 2.0
 
 
 @dataclass(frozen=True)
-class Covered:
-    """Columns over objects: parts, pixels covered, and area in thousandths of a pixel."""
-
-    parts: list[int]
-    pixels: list[int]
-    area: list[int]
-
-
-@dataclass(frozen=True)
 class Case:
     """A species, the metric and detail [px] that prune it, and the most objects that are drawn."""
 
@@ -67,11 +58,14 @@ def measure(case: Case, seed: int) -> Point:
     """Measure parts, pixels and area of the objects of one field."""
     found = drawn(case.species, case.metric, case.detail, case.objects, seed)
     named = {"species": case.species, "metric": case.metric, "detail": case.detail}
-    return Point(named, samples=columns(vars(found)))
+    return Point(named, samples=columns(found))
 
 
-def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Covered:
-    """Choose up to ``most`` displayed objects of one field, at random."""
+def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> dict[str, list[int]]:
+    """Measure up to ``most`` displayed objects of one field, chosen at random.
+
+    Gives columns over objects: parts, pixels covered, and area in thousandths of a pixel.
+    """
     view = View(camera(WIDTH_PX), metric_by_name(metric), detail, look_around=True)
     density = THINNER * density_of(species, view.m)
     kind = Species("pixels", prototypes_with(species, None), density)
@@ -90,7 +84,9 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> Cov
         covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))
         for mine in _by_object(parts.object[rows][shape.owner], chosen)
     ]
-    return Covered(count.tolist(), [p for p, _ in found], [round(1000 * a) for _, a in found])
+    pixels, area = zip(*found, strict=True)
+    thousandths = [round(1000 * each) for each in area]
+    return {"parts": count.tolist(), "pixels": list(pixels), "area": thousandths}
 
 
 def _by_object(owner: np.ndarray, chosen: np.ndarray) -> list[np.ndarray]:

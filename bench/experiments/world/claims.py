@@ -27,19 +27,13 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 def _of_pruned(beyond: list[Point]) -> tuple[Claim, ...]:
     """Claim what holds of every world that reaches beyond the limit."""
     hashes = float(len({p.case["scene"] for p in beyond}))
-    exact = exactly(hashes, len(beyond))
     same = "The frame is the same, bit for bit, in every world larger than the limit."
     longer = "A larger world takes no longer, once it is larger than the limit."
-    slope = power_of_worlds(beyond)
+    equal = same, "different scenes among them", _LAW
+    slope = longer, "exponent of time against objects", _LAW
     return (
-        claim("world/same_scene", (same, "different scenes among them", _LAW), 1.0, 0.0, exact),
-        claim(
-            "world/seconds/slope",
-            (longer, "exponent of time against objects", _LAW),
-            0.0,
-            0.01,
-            slope,
-        ),
+        claim("world/same_scene", equal, 1.0, 0.0, exactly(hashes, len(beyond))),
+        claim("world/seconds/slope", slope, 0.0, 0.01, power_of_worlds(beyond)),
     )
 
 
@@ -47,17 +41,13 @@ def _of_everything(unpruned: list[Point], last: Point) -> tuple[Claim, ...]:
     """Claim what everything costs, beside what is displayed of the largest world, ``last``."""
     largest = unpruned[-1]
     saved = two_sided_median(seconds(largest) / float(np.median(seconds(last))))
-    added = (
-        "Unpruned, every object adds its time.",
-        "exponent of added time against added parts",
-        _LAW,
-    )
-    longer = (
+    about = (
         f"Every object of a world of {largest.case['objects']:.0e} takes longer than what "
-        f"is displayed of one of {last.case['objects']:.0e}.",
-        "1 ÷ how many times as long",
-        _LAW,
+        f"is displayed of one of {last.case['objects']:.0e}."
     )
+    longer = about, "1 ÷ how many times as long", _LAW
+    about = "Unpruned, every object adds its time."
+    added = about, "exponent of added time against added parts", _LAW
     return (
         claim("full/seconds/slope", added, 1.0, 0.1, power_of_parts(unpruned)),
         claim("full/over_pruned", longer, 1.0, 0.0, _inverse(saved), "at most"),

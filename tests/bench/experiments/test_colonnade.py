@@ -11,11 +11,12 @@ from bench.experiments.colonnade.claims import judge
 from bench.experiments.colonnade.measure import SHOTS
 from bench.experiments.colonnade.scene import (
     COUNT,
+    DEPTH_M,
+    EYE_M,
     Shot,
-    angular_width,
+    camera,
     cut,
     image_width,
-    in_picture,
     picture,
     pixel_solid_angle,
     places,
@@ -23,22 +24,24 @@ from bench.experiments.colonnade.scene import (
 from bench.experiments.registry import EXPERIMENTS
 from bench.runner.run_experiment import run_experiment
 from scenes.frame.quality import Quality
-from scenes.models.column import column
+from scenes.models.column import HEIGHT_M, RADIUS_M, column
 from scenes.render.mitsuba.variants import choose
 from tests.bench.edited import edited
 
 
 def test_images_grow_and_angles_shrink_to_the_side():
     right = places()[COUNT // 2 :]
-    assert in_picture()
+    tan_x, tan_y = camera().tan_half
+    assert (places()[-1] + 1) / DEPTH_M < tan_x, (
+        "every column is in the picture, with room to spare"
+    )
+    assert max(EYE_M, HEIGHT_M - EYE_M) / DEPTH_M < tan_y
     assert (np.diff([image_width(x) for x in right]) > 0).all()
-    assert (np.diff([angular_width(x) for x in right]) < 0).all()
+    assert (np.diff([RADIUS_M / math.hypot(x, DEPTH_M) for x in right]) < 0).all()
 
 
 def test_solid_angles_of_pixels_add_up_to_that_of_the_picture():
     """Of a rectangle ahead, 4·atan(ab/√(1 + a² + b²)) for half sides a and b."""
-    from bench.experiments.colonnade.scene import camera
-
     a, b = camera().tan_half
     whole = 4 * math.atan(a * b / math.sqrt(1 + a * a + b * b))
     assert pixel_solid_angle().sum() == pytest.approx(whole, rel=1e-4)

@@ -47,12 +47,12 @@ def test_a_tree_that_stands_elsewhere_keeps_its_tone():
     """Half a picture of dark tree before bright sky, its gaps drawn anew: along the same rays it
     would have become far brighter, and yet nothing has changed."""
     rng = np.random.default_rng(2)
-    pictures = []
+    both = []
     for _ in range(2):
         tree = rng.random((50, 80)) < 0.5
         light = np.where(tree, 0.01, 0.1)[..., None].repeat(3, axis=2)
-        pictures.append(replace(picture(np.where(tree, 30.0, 1e10), 0.0), rgb=light))
-    found = in_bands(*pictures, (10.0, 40.0))
+        both.append(replace(picture(np.where(tree, 30.0, 1e10), 0.0), rgb=light))
+    found = in_bands(*both, (10.0, 40.0))
     four = tuple(replace(each, values=each.values * 4) for each in found)
     point = Point(vars(pictures()[0]), samples=four)
     assert tone(point, 0).value == pytest.approx(1.0, abs=1e-6)

@@ -66,11 +66,9 @@ def test_the_interval_of_a_quantile_covers_it():
 def test_parts_are_those_of_the_objects_drawn_and_repeat():
     found = drawn("figure", "bounded", 4.0, 20, 1)
     assert found == drawn("figure", "bounded", 4.0, 20, 1)
-    assert len(found.parts) == len(found.pixels) == 20 and min(found.parts) >= 1
+    assert len(found["parts"]) == len(found["pixels"]) == 20 and min(found["parts"]) >= 1
     points = (
-        Point(
-            {"species": "figure", "metric": "bounded", "detail": 4.0}, samples=columns(vars(found))
-        ),
+        Point({"species": "figure", "metric": "bounded", "detail": 4.0}, samples=columns(found)),
     )
     record = Record("pixels", 1, True, "", provenance("", 1), points, judge(points), {})
     heads, rows = pixels_plots.point_table(record)

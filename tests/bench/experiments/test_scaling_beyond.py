@@ -12,7 +12,7 @@ from bench.experiments.scaling.claims_beyond import judge_beyond, over_bare, ove
 from bench.experiments.scaling.count_field import COLUMNS, chance, count_field, seed_of, stands
 from bench.experiments.scaling.plots_beyond import beyond_plots
 from bench.experiments.scaling.prediction import cleared, clumping, predict
-from bench.fields.cases import GATHERED, Case
+from bench.fields.cases import Case
 from bench.fields.scene import KEPT
 from bench.records.points import Point, columns, predictions
 from bench.records.provenance import provenance
@@ -40,7 +40,7 @@ def points():
 
 def test_every_question_is_swept_from_mild_to_hard():
     assert {case.sweep for case in beyond_cases()} == set(BEYOND)
-    assert set(KEPT) == set(GATHERED)
+    assert {case.gathered for case in beyond_cases()} == set(KEPT)
     for sweep in BEYOND:
         values = [swept_beyond(case) for case in beyond_cases() if case.sweep == sweep]
         assert len(values) >= 3

@@ -9,7 +9,7 @@ import pytest
 from bench.records.claims import Claim, claim, claim_from
 from bench.records.points import Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Record, pool, read_record, read_records, write_record
+from bench.records.records import Record, read_record, read_records, write_record
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
@@ -189,41 +189,6 @@ def test_numbers_that_are_not_finite_are_never_written(tmp_path):
     with pytest.raises(ValueError):
         write_record(a_record(notes={"x": float("nan")}), tmp_path)
     assert os.listdir(tmp_path) == []
-
-
-def test_only_like_is_pooled_with_like():
-    first = a_record()
-    second = a_record(made="2026-01-02T00:00:00Z")
-    assert pool([first, second]) == first.points + second.points
-    assert pool([]) == ()
-    with pytest.raises(InputError, match="twice"):
-        pool([first, first])
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"scene": "cd" * 32},
-        {"seed": 1},
-        {"variant": "llvm_ad_rgb"},
-        {"threads": 2},
-        {"cpu": "another"},
-        {"packages": {"numpy": "0"}},
-        {"commit": "0" * 40},
-        {"platform": "another"},
-    ],
-)
-def test_different_provenance_is_never_pooled(change):
-    first = a_record()
-    other = replace(first, provenance=replace(first.provenance, **change))
-    with pytest.raises(InputError, match=next(iter(change))):
-        pool([first, other])
-
-
-@pytest.mark.parametrize("change", [{"quick": True}, {"version": 2}, {"experiment": "other"}])
-def test_different_experiments_are_never_pooled(change):
-    with pytest.raises(InputError, match=next(iter(change))):
-        pool([a_record(), a_record(**change)])
 
 
 def test_provenance_names_the_machine_and_the_packages():
