@@ -141,8 +141,17 @@ class Walk:
         freeze(self, popped=np.int64, unexplained=real, switched=real, picture=real)
 
 
-def walk(world: World, presets: Sequence[Preset], frames: Sequence[int], variant: str) -> Walk:
-    """Measure consecutive frames of a walk, for each of these presets in turn."""
+def walk(
+    world: World,
+    presets: Sequence[Preset],
+    frames: Sequence[int],
+    variant: str,
+    shaded: bool = False,
+) -> Walk:
+    """Measure consecutive frames of a walk, for each of these presets in turn.
+
+    ``shaded`` says whether pictures are shaded by the sun.
+    """
     light, quality = sun_and_sky(presets[0]), frame_quality(presets[0], variant)
     counts, changes, before = [], [], None
     for number, after in zip(frames, frames_of(world, presets, frames), strict=True):
@@ -156,6 +165,7 @@ def walk(world: World, presets: Sequence[Preset], frames: Sequence[int], variant
                     light,
                     quality,
                     samples,
+                    shaded,
                 )
                 for each, samples in ((before, (number - 1, number)), (after, (number,)))
             ]

@@ -26,7 +26,14 @@ from bench.experiments.fidelity.shipped.displayed import (
 )
 from bench.experiments.fidelity.shipped.measure import GROUND_STEPS, Sight, measure, open_scene
 from bench.experiments.fidelity.shipped.pictures import Looks, band_edges, flips, sum_land
-from bench.experiments.fidelity.shipped.places import BUILDING_SEEDS, Place, judged_places
+from bench.experiments.fidelity.shipped.places import (
+    BUILDING_SEEDS,
+    JUDGED_SEED,
+    QUICK_SEED,
+    Place,
+    first_seed,
+    places,
+)
 from bench.experiments.registry import EXPERIMENTS
 from bench.records.points import Column, Point, columns, merge_points
 from bench.records.provenance import provenance
@@ -48,28 +55,34 @@ def test_every_preset_is_judged_and_stands_apart_from_all():
 
 
 def test_places_are_those_of_the_rule_and_none_that_is_built_with():
+    assert tuple(first_seed(each["unseen"]) for each in (SHIPPED.full, SHIPPED.quick)) == (
+        JUDGED_SEED,
+        QUICK_SEED,
+    )
+    assert QUICK_SEED + 6 <= BUILDING_SEEDS
     own = {load_preset(name, ()).seed for name, _ in preset_names()}
     for name, count in SHIPPED.full["presets"].items():
-        presets = [place.load() for place in judged_places(name, count, SIZE)]
+        presets = [place.load() for place in places(name, count, SIZE, JUDGED_SEED)]
         seeds = [preset.seed for preset in presets]
         assert len(set(seeds)) == count and min(seeds) > BUILDING_SEEDS >= max(own)
+        assert {place.load().seed for place in places(name, 2, SIZE, QUICK_SEED)} == {900, 901}
         suns = {preset.light.sun_elevation: 0 for preset in presets}
         if name in ("campfire", "fly_in"):
             assert suns == {load_preset(name, ()).light.sun_elevation: 0}
         else:
             elevations = [preset.light.sun_elevation for preset in presets]
             assert sorted(elevations) == [20.0] * 3 + [55.0] * 3
-    flight = judged_places("fly_in", 3, SIZE)
+    flight = places("fly_in", 3, SIZE, JUDGED_SEED)
     assert [place.frame for place in flight] == [1, 24, 48]
     assert {place.load().view.detail for place in flight} == {1.0}
     assert (
         load_preset("aerial", ()).view.detail
-        == judged_places("aerial", 1, SIZE)[0].load().view.detail
+        == places("aerial", 1, SIZE, JUDGED_SEED)[0].load().view.detail
     )
 
 
 def test_the_eye_goes_round_the_fire_and_faces_it():
-    seen = [place.load().camera for place in judged_places("campfire", 6, SIZE)]
+    seen = [place.load().camera for place in places("campfire", 6, SIZE, JUDGED_SEED)]
     for camera in seen:
         x, y = camera.position
         assert math.hypot(x, y) == pytest.approx(math.hypot(*seen[0].position), abs=1e-4)

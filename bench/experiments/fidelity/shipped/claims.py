@@ -144,10 +144,9 @@ def _light(point: Point) -> Claim:
 
 def _bands(point: Point) -> Claim:
     """Claim that the mean over these places is near enough in each band: a count, without error."""
-    about = f"So it is in every band of distance, in the mean over places: {_subject(point)}."
-    bands = judged_bands(point)
-    most = f"{100 * MOST_LIGHT_OF_BAND:g} %"
-    words = about, f"bands more than {most} off, of {len(bands)}", _SOURCE
+    bands, most = judged_bands(point), f"{100 * MOST_LIGHT_OF_BAND:g} %"
+    about = f"In no band of distance is the land of {_subject(point)} more than {most} off."
+    words = about, f"bands of {len(bands)} whose mean over places is off", _SOURCE
     off = float(sum(each.off for each in bands))
     counted = Estimate(off, off, off, 0.0, 1.0, len(bands))
     return claim(f"{_name(point)}/bands", words, 0, 0, counted, "at most")

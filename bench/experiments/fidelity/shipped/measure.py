@@ -28,7 +28,7 @@ from bench.experiments.fidelity.shipped.pictures import (
     flips,
     look,
 )
-from bench.experiments.fidelity.shipped.places import Place, judged_places
+from bench.experiments.fidelity.shipped.places import Place, first_seed, places
 from bench.records.points import Column, Key, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
@@ -76,7 +76,7 @@ def cases(effort: Effort) -> list[Sight]:
     return [
         Sight(place, name in effort["apart"], looks, variant, effort["reference_bytes"])
         for name, count in effort["presets"].items()
-        for place in judged_places(name, count, effort["size"])
+        for place in places(name, count, effort["size"], first_seed(effort["unseen"]))
     ]
 
 
@@ -143,6 +143,7 @@ def _point(
     errors = zip(case.looks.samples, flips(tested.pictures, reference.pictures), strict=True)
     counts = {
         "place": [case.place.number],
+        "world_seed": [case.place.load().seed],
         "sticks": [tested.sticks],
         "triangles": [tested.triangles],
     }
@@ -166,7 +167,10 @@ def _land(which: str, land: LandLight) -> Iterator[Column]:
 
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of every preset from every place, and of what was pruned."""
-    named = {(p.case["preset"], k) for p in points for k in p.column("place")}
-    places = [judged_places(preset, k + 1, "1x1")[k] for preset, k in sorted(named)]
-    looked = [place.load().model_dump(mode="json") for place in places]
+    looked = []
+    for point in points:
+        numbers = zip(point.column("place"), point.column("world_seed"), strict=True)
+        for k, seed in numbers:
+            place = places(point.case["preset"], k + 1, "1x1", seed - k)[k]
+            looked.append(place.load().model_dump(mode="json"))
     return scene_digest([looked, [p.case for p in points], GROUND_STEPS])

@@ -3,6 +3,7 @@
 Place k of a preset is the preset in the world of seed JUDGED_SEED + k, seen from where the preset's
 eye stands but turned by k × 60°, with the sun 20° high where k is even and 55° where it is odd.
 Worlds of seeds up to BUILDING_SEEDS are for building: looked at, measured and tuned on at will.
+Quick runs look at those from QUICK_SEED on, by the same rule.
 
 `campfire` keeps its sun, and the eye goes round its fire, which it always faces. `fly_in` is a
 flight, of which frames 1, 24 and 48 are judged, at τ = 1 px in place of the exaggerated one.
@@ -14,11 +15,14 @@ from dataclasses import dataclass
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
 
-JUDGED_SEED = 2300
+JUDGED_SEED = 4100
 """The seed of the world of each preset's place 0."""
 
 BUILDING_SEEDS = 1000
 """The largest seed of a world that may be looked at while a scene or its pruning is built."""
+
+QUICK_SEED = 900
+"""The seed of the world of place 0 in quick runs, which anybody may look at."""
 
 SUN_ELEVATIONS = (20.0, 55.0)
 """Elevations of the sun in even and in odd places [degrees]."""
@@ -42,13 +46,21 @@ class Place:
         return load_preset(self.preset, self.settings)
 
 
-def judged_places(preset: str, count: int, size: str) -> list[Place]:
-    """Return the first ``count`` places where a preset is judged, in pictures of a size (WxH)."""
-    return [_place(preset, k, size) for k in range(count)]
+def first_seed(unseen: bool) -> int:
+    """Return the seed of the world of place 0: of places for judging, unseen, or for a trial."""
+    return JUDGED_SEED if unseen else QUICK_SEED
 
 
-def _place(name: str, k: int, size: str) -> Place:
-    settings = (f"render.size={size}", f"seed={JUDGED_SEED + k}")
+def places(preset: str, count: int, size: str, seed: int) -> list[Place]:
+    """Return the first ``count`` places of a preset in pictures of a size (WxH).
+
+    ``seed`` is that of the world of place 0.
+    """
+    return [_place(preset, k, size, seed + k) for k in range(count)]
+
+
+def _place(name: str, k: int, size: str, seed: int) -> Place:
+    settings = (f"render.size={size}", f"seed={seed}")
     if name == _FLIGHT:
         return Place(name, k, (*settings, "view.detail=1"), _FRAMES[k])
     camera, turn = load_preset(name, ()).camera, k * TURN_DEG

@@ -15,7 +15,7 @@ from bench.experiments.fidelity.shipped.claims import (
     light_ratios,
 )
 from bench.experiments.fidelity.shipped.pictures import band_edges
-from bench.experiments.fidelity.shipped.places import judged_places
+from bench.experiments.fidelity.shipped.places import places
 from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, grouped, where
@@ -130,7 +130,7 @@ def _triangles(point: Point) -> float:
 
 def _distances(point: Point, band: int) -> str:
     """Write from where to where a band reaches."""
-    edges = band_edges(judged_places(point.case["preset"], 1, "1x1")[0].load())
+    edges = band_edges(places(point.case["preset"], 1, "1x1", 0)[0].load())
     if band == len(edges) - 2:
         return f"from {edges[band]:.3g} m"
     return f"{edges[band]:.3g} to {edges[band + 1]:.3g} m"
