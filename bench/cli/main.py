@@ -75,17 +75,18 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         if os.environ.get(TRACEBACK) and not isinstance(error, click.exceptions.Exit):
             raise
         code, line = _verdict(error)
+    if code <= 128:
+        ignore_signals()  # the command has ended: a signal that comes now would only hide how
     lost = write_failure(sys.stdout)
     if lost and not is_unread(lost):
         what = f"error: stdout could not be written ({lost.strerror}): what was printed is lost"
         code, line = code or FAILED, f"{line}; {what}" if line else f"{what}, the work is done"
     if line:
         click.echo(f"lodbench: {line}", err=True)
-    if code > 128:
-        # While the interpreter ends there is no handler any more: another signal would kill it.
-        atexit.register(ignore_signals)
-    else:
+    if code <= 128:
         restore(before)
+    # While the interpreter ends there is no handler any more: a signal would kill it.
+    atexit.register(ignore_signals)
     sys.exit(code)
 
 

@@ -67,7 +67,7 @@ def lenient_stream(number: int, like: TextIO | None = None, closefd: bool = Fals
     return stream
 
 
-def write_failure(stream: TextIO) -> OSError | None:
+def write_failure(stream: Any) -> OSError | None:
     """Flush a stream, and give the first error that was met while writing to it, if any."""
     raw = getattr(getattr(stream, "buffer", None), "raw", None)
     if not isinstance(raw, LenientFile):

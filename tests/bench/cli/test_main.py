@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -101,6 +102,25 @@ cli.main(["list"])
 def test_an_interrupt_is_the_same_however_often_it_comes() -> None:
     ended = subprocess.run([sys.executable, "-c", LATE], cwd=ROOT, capture_output=True, text=True)
     assert (ended.returncode, ended.stderr) == (130, "lodbench: interrupted\n")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_after_the_end_does_not_hide_how_it_ended(number: int) -> None:
+    words = """
+import atexit, time
+from bench.cli.main import main
+atexit.register(lambda: (print("ends", flush=True), time.sleep(1)))
+main(["list", "presets"])
+"""
+    program = [sys.executable, "-c", words]
+    with subprocess.Popen(
+        program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout and run.stderr
+        while run.stdout.readline() not in ("ends\n", ""):
+            pass
+        run.send_signal(number)
+        assert (run.wait(30), "Traceback" in run.stderr.read()) == (2, False)
 
 
 def test_a_traceback_is_there_for_those_who_ask(
