@@ -37,6 +37,7 @@ FILE_KEYS = {
     "half": "output.colour",
     "motion": "output.motion",
     "denoise": "output.denoise",
+    "cryptomatte": "output.cryptomatte",
 }
 FLAG_KEYS = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
 """The key that each flag sets, by the flag's name."""
@@ -97,6 +98,9 @@ def file_flags(command: Command) -> Command:
         ),
         click.option(
             "--denoise", is_flag=True, default=None, help="Layers denoised.R/G/B beside the raw."
+        ),
+        click.option(
+            "--cryptomatte", is_flag=True, default=None, help="Mattes of objects and species."
         ),
     )
     for flag in reversed(flags):

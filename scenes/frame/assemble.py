@@ -61,4 +61,11 @@ def frame_light(world: World, preset: Preset) -> Light:
 def frame_quality(preset: Preset, variant: str) -> Quality:
     """Return how frames of a preset are sampled, in a variant that works here."""
     render = preset.render
-    return Quality(variant, render.spp, preset.seed, render.max_depth, render.haze)
+    return Quality(
+        variant,
+        render.spp,
+        preset.seed,
+        render.max_depth,
+        render.haze,
+        coverage=preset.output.cryptomatte,
+    )

@@ -11,6 +11,26 @@ SKY_Z = np.float32(1e10)
 
 
 @dataclass(frozen=True, eq=False)
+class Coverage:
+    """Which objects cover which share of which pixel, each pair once, by pixel and object.
+
+    pixel (n,) int64 row by row from the top; object (n,) uint32, 0 for the sky; share (n,) above 0
+    """
+
+    pixel: np.ndarray
+    object: np.ndarray
+    share: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Mattes:
+    """Cryptomatte: channels by name, (h, w) float32 each, and the attributes that tell of them."""
+
+    channels: dict[str, np.ndarray]
+    attributes: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
 class Layers:
     """A rendered frame, rows from the top.
 
@@ -21,6 +41,8 @@ class Layers:
     object, part, level (h, w) frame-local ids; object 0 is the sky
     motion  (h, w, 2) to where the same point is in the next frame [px], x right, y up; or None
     denoised (h, w, 3) rgb as a denoiser leaves it, never negative; or None
+    coverage     what covers each pixel, where it was asked for and is not yet mattes; or None
+    mattes       the same as Cryptomatte; or None
     seconds      of each stage
     statistics   counts worth keeping: shapes, sticks, triangles, clamped and replaced pixels
 
@@ -38,6 +60,8 @@ class Layers:
     statistics: dict[str, int] = field(default_factory=dict)
     motion: np.ndarray | None = None
     denoised: np.ndarray | None = None
+    coverage: Coverage | None = None
+    mattes: Mattes | None = None
 
     def __post_init__(self) -> None:
         freeze(self, rgb=np.float32, Z=np.float32, N=np.float32, albedo=np.float32)
@@ -45,3 +69,12 @@ class Layers:
         for name in ("motion", "denoised"):
             if getattr(self, name) is not None:
                 freeze(self, **{name: np.float32})
+
+
+def add_coverage(pixel: np.ndarray, objects: np.ndarray, share: np.ndarray) -> Coverage:
+    """Add up the shares (n,) of each pair of pixel (n,) and object (n,)."""
+    pairs = pixel.astype(np.uint64) << np.uint64(32) | objects.astype(np.uint64)
+    pairs, row = np.unique(pairs, return_inverse=True)
+    found, of = pairs & np.uint64(2**32 - 1), pairs >> np.uint64(32)
+    shares = np.bincount(row, share, len(pairs))
+    return Coverage(of.astype(np.int64), found.astype(np.uint32), shares)

@@ -31,6 +31,7 @@ class Quality:
         12 has the least noise for the time (``lodbench study render_settings``)
     sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
         the time than multijitter (the same study)
+    coverage   whether it is counted which objects the samples of a pixel meet
     most_samples  traced at once: bounds memory, and how long Ctrl-C waits
     """
 
@@ -41,6 +42,7 @@ class Quality:
     haze: str = "analytic"
     sun_sampling: float = 12.0
     sampler: str = "multijitter"
+    coverage: bool = False
     most_samples: int = 2**19
 
     def __post_init__(self) -> None:

@@ -195,6 +195,9 @@ class OutputPreset(Table):
     denoise: Annotated[
         bool, key("whether there are layers denoised.R, denoised.G and denoised.B")
     ] = False
+    cryptomatte: Annotated[
+        bool, key("whether there are layers CryptoObject and CryptoSpecies, and their manifests")
+    ] = False
 
 
 class Preset(Table):

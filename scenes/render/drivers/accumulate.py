@@ -1,12 +1,12 @@
 """Samples of a frame are summed here, and made its layers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from scenes.frame.layers import SKY_Z, Layers
+from scenes.frame.layers import SKY_Z, Coverage, Layers, add_coverage
 from scenes.render.drivers.motion_vectors import motion_vectors
-from scenes.render.mitsuba.build import BuiltScene
+from scenes.render.mitsuba.build import GUIDES, BuiltScene
 
 
 @dataclass(eq=False)
@@ -16,12 +16,14 @@ class Samples:
     hit        (h, w, 9) distance, normal, shape and primitive number, and position where motion is
                asked for, of one sample of each pixel
     replaced   samples that were not finite and count as black
+    counts     of samples by pixel and object, where they are asked for
     """
 
     rgb: np.ndarray
     albedo: np.ndarray
     hit: np.ndarray
     replaced: int = 0
+    counts: list[Coverage] = field(default_factory=list)
 
     @staticmethod
     def zeros(width: int, height: int) -> "Samples":
@@ -38,6 +40,21 @@ class Samples:
         kept = self.hit if guides.ndim == 3 else self.hit.reshape(-1, 9)
         columns = [0, 1, 2, 3, 7, 8, *range(9, guides.shape[-1])]
         kept[band, ..., : len(columns)] = guides[..., columns]
+
+    def count_objects(self, built: BuiltScene, pixel: np.ndarray, guides: np.ndarray) -> None:
+        """Count what samples meet, given their pixels (n,) and guides (n, channels)."""
+        shape, prim = (guides[:, GUIDES[k].start] for k in ("shape_index", "prim_index"))
+        met = built.hit_ids(shape, prim)[:, 0] * (guides[:, 0] > 0)
+        self.counts.append(add_coverage(pixel, met, np.ones(len(pixel))))
+
+    def coverage(self) -> Coverage | None:
+        """Share of each pixel's samples by object; None where none were counted."""
+        if not self.counts:
+            return None
+        columns = [(each.pixel, each.object, each.share) for each in self.counts]
+        pixel, met, count = map(np.concatenate, zip(*columns, strict=True))
+        pixels = self.hit.shape[0] * self.hit.shape[1]
+        return add_coverage(pixel, met, count * (pixels / count.sum()))
 
 
 def make_layers(
@@ -56,6 +73,7 @@ def make_layers(
         part=ids[..., 1],
         level=ids[..., 2],
         seconds=seconds,
+        coverage=samples.coverage(),
         statistics={**statistics, "clamped": clamped, "replaced": samples.replaced},
         motion=motion_vectors(samples.hit, built) if built.description["after"] else None,
     )

@@ -71,6 +71,9 @@ def _wavefront(
     bad = dr.select(finite, mi.UInt32(0), mi.UInt32(1))
     dr.eval(colour, guides, bad)
     _add(total, colour, guides, pixels, group.spp, keep)
+    if group.coverage:
+        every = np.stack([np.array(guide) for guide in guides], axis=-1)
+        total.count_objects(built, np.arange(pixels.start, pixels.stop).repeat(group.spp), every)
     total.replaced += int(dr.sum(bad)[0])
 
 

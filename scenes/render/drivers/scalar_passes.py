@@ -62,7 +62,7 @@ def render_passes(
             total.rgb[slice(*rows)] += rgb * (spp / quality.spp)
             total.replaced += replaced
             if run == 0:
-                band.add_guides(total, 2 if quality.spp >= 4 else 1)
+                band.add_guides(total, 2 if quality.spp >= 4 else 1, quality.coverage)
             watch(spp * width * (rows[1] - rows[0]))
     return total
 
@@ -167,12 +167,17 @@ class _Band:
         met = distance > 0
         return np.where(met, transmittance, to_sky), np.where(met, added, added_to_sky)
 
-    def add_guides(self, total: Samples, side: int) -> None:
-        """Albedo, and what one sample of each pixel meets."""
+    def add_guides(self, total: Samples, side: int, coverage: bool) -> None:
+        """Albedo, what one sample of each pixel meets, and with ``coverage`` what each one does."""
         guides = self._trace("guides", side, 1, _GUIDES, 0)
         albedo = _pixel_sum(guides[..., GUIDES["albedo"]], side) / side**2
         total.albedo[slice(*self.rows)] = albedo / self.haze.bands.even
         total.keep(slice(*self.rows), guides[side - 1 :: side, side - 1 :: side])
+        if coverage:
+            rows, columns = np.indices(guides.shape[:2]) // side
+            pixel = (rows + self.rows[0]) * self.camera["size"][0] + columns
+            flat = guides.reshape(-1, guides.shape[-1])
+            total.count_objects(self.built, pixel.ravel(), flat)
 
     def _trace(self, name: str, side: int, spp: int, stage: int, number: int) -> np.ndarray:
         """One pass over a film of ``side`` pixels a side to each pixel, (rows, columns, channels).

@@ -47,6 +47,10 @@ def render_medium(
                 guides[built.hit_ids(shape, prim)[..., 0] == 0] = 0.0
                 total.albedo[slice(*rows)] = guides[..., GUIDES["albedo"]]
                 total.keep(slice(*rows), guides)
+                if quality.coverage:
+                    pixel = np.arange(rows[0] * width, rows[1] * width)
+                    flat = guides.reshape(-1, guides.shape[-1])
+                    total.count_objects(built, pixel, flat)
     return total
 
 

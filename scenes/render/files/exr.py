@@ -2,8 +2,9 @@
 
 Channels: R G B (linear Rec.709), A (1 everywhere), albedo.R albedo.G albedo.B, float or half; float
 Z [m], half N.X N.Y N.Z, uint id.object id.part detail.level; where asked for, float motion.X
-motion.Y [px] and denoised.R denoised.G denoised.B like R G B. One part, or a part for each group of
-layers; a channel is called the same in both. The only file that imports OpenEXR.
+motion.Y [px], denoised.R denoised.G denoised.B like R G B, and Cryptomatte's (cryptomatte.py). One
+part, or a part for each group of layers; a channel is called the same in both. The only file that
+imports OpenEXR.
 
 Types and names are such that every reader opens a float file by its plain call: OpenEXR's wants one
 type for all of a layer; Mitsuba's gives all layers the type of the first by name (A), and takes any
@@ -25,6 +26,7 @@ import OpenEXR
 from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.preset.tables import OutputPreset
+from scenes.render.files.cryptomatte import CHANNELS as CRYPTOMATTE
 from scenes.render.files.digests import FILE_SHA256, PIXELS_SHA256, UNSEALED, pixels_digest, seal
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
@@ -95,6 +97,7 @@ def _write(path: Path, layers: Layers, header: Mapping[str, Any], output: Output
     pixels = {name: each for part in channels.values() for name, each in part.items()}
     every = {
         **header,
+        **(layers.mattes.attributes if layers.mattes else {}),
         PIXELS_SHA256: pixels_digest(pixels),
         "compression": _COMPRESSION[output.compression],
         "type": OpenEXR.scanlineimage,
@@ -132,6 +135,10 @@ def _parts(layers: Layers, output: OutputPreset) -> dict[str, dict[str, np.ndarr
     for name, channel in {**_CHANNELS, **asked}.items():
         pixels = _pixels(layers, channel, output)
         parts.setdefault(channel.part if output.multipart else "", {})[name] = pixels
+    if layers.mattes:
+        parts.setdefault("cryptomatte" if output.multipart else "", {}).update(
+            layers.mattes.channels
+        )
     next(iter(parts.values()))["A"] = np.ones_like(layers.Z, _colour_type(output))
     return parts
 
@@ -205,6 +212,7 @@ def channel_types(output: OutputPreset) -> dict[str, np.dtype]:
     asked = {"motion": output.motion, "denoised": output.denoise}
     extra = {name: each for name, each in _ASKED_FOR.items() if asked[each.part]}
     types = {name: each.dtype for name, each in {**_CHANNELS, **extra}.items()} | {"A": _COLOUR}
+    types |= dict.fromkeys(CRYPTOMATTE if output.cryptomatte else (), np.float32)
     colour = _colour_type(output)
     return {k: np.dtype(colour if each is _COLOUR else each) for k, each in types.items()}
 

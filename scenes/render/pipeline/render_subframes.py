@@ -4,7 +4,8 @@ scenes/frame/subframes.py makes the inputs of the sub-frames; here they are rend
 Taken in the middles of N equal times, they spread what moves by L over N places: the variance of
 its profile grows by L²/12·(1 − 1/N²), that of a box where N → ∞. Sub-frame i of frame f is rendered
 whole, haze included, with its share of the samples and the seed ``sampler_seed(seed, f, i)``.
-Colour and albedo are means over all samples; Z, N, ids and motion are those of sub-frame N // 2.
+Colour, albedo and coverage are means over all samples; Z, N, ids and motion are those of sub-frame
+N // 2.
 Where only the camera moves and haze is analytic, the scene is built once; otherwise once for each.
 """
 
@@ -15,7 +16,7 @@ import numpy as np
 from lod.errors import InputError
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
-from scenes.frame.layers import Layers
+from scenes.frame.layers import Coverage, Layers, add_coverage
 from scenes.frame.quality import SampleWatch, sampler_seed
 from scenes.render.pipeline.stages import (
     BuiltFrame,
@@ -41,6 +42,7 @@ def render_subframes(
         rule = f"from 1 to {quality.spp}, the samples per pixel"
         raise InputError("subframes", n, rule, "raise --spp")
     rgb = albedo = np.zeros(3)
+    covered: list[Coverage] = []
     seconds, added = dict[str, float](), dict.fromkeys(_ADDED, 0)
     built: BuiltFrame | None = None
     displayed: tuple[DisplayedRepresentation, ...] = ()
@@ -56,9 +58,16 @@ def render_subframes(
         layers = trace(built, replace(quality, spp=share, seed=seed), frame, watch)
         rgb = rgb + share / quality.spp * layers.rgb
         albedo = albedo + share / quality.spp * layers.albedo
+        if layers.coverage:
+            part = layers.coverage
+            covered.append(replace(part, share=part.share * (share / quality.spp)))
         seconds = {k: seconds.get(k, 0.0) + each for k, each in layers.seconds.items()}
         added = {k: added[k] + layers.statistics[k] for k in _ADDED}
         if number == n // 2:
             middle = layers
     statistics = {**middle.statistics, **added, "subframes": n}
+    if covered:
+        columns = [(each.pixel, each.object, each.share) for each in covered]
+        coverage = add_coverage(*map(np.concatenate, zip(*columns, strict=True)))
+        middle = replace(middle, coverage=coverage)
     return replace(middle, rgb=rgb, albedo=albedo, seconds=seconds, statistics=statistics)

@@ -10,6 +10,7 @@ from typing import Any
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
 from scenes.render.description.describe import describe_frame
+from scenes.render.files.cryptomatte import with_mattes
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header
 from scenes.render.pipeline.memory_limit import (
@@ -19,6 +20,7 @@ from scenes.render.pipeline.memory_limit import (
 )
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
+from scenes.render.sequence.object_keys import identities_in
 from scenes.render.sequence.settings import Record, Settings, preset_from_settings
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
@@ -87,7 +89,9 @@ class FrameSession:
         frame_input = assemble_frame(world, preset, frame, preset.render.variant)
         check_memory(frame_input, most_bytes, f"frame {frame}")
         seconds |= frame_input.seconds
-        description = None
+        description, cuts = None, [each.cut for each in frame_input.displayed]
+        found = list(identities_in(world, cuts)) if preset.output.cryptomatte else []
+        del cuts
         if not frame_input.subframes:
             start = time.perf_counter()
             description = describe_frame(frame_input)
@@ -96,6 +100,8 @@ class FrameSession:
         camera = frame_input.camera
         samples = camera.width * camera.height * preset.render.spp
         layers = render_frame(frame_input, frame, _adding(samples, watch), description)
+        if layers.coverage:
+            layers = with_mattes(layers, {each.object: (each.name, each.of) for each in found})
         return replace(
             layers,
             seconds=seconds | layers.seconds,

@@ -7,12 +7,12 @@ number there; its 128-bit key is a hash of those and the seed, the same in every
 
 import hashlib
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from lod.pruning.pruner import prune
+from lod.pruning.pruner import Cut, prune
 from scenes.preset.tables import Preset
 from scenes.render.description.describe import object_ids
 from scenes.world.view import view_at
@@ -34,11 +34,22 @@ class Identity:
     index: int | None = None
     key: str | None = None
 
+    @property
+    def name(self) -> str:
+        """Name that is the same in every frame; what is not of a field has that of its kind."""
+        if self.cell is None:
+            return self.of
+        return f"{self.of}_{self.cell[0]}_{self.cell[1]}_{self.index}"
+
 
 def identities(world: World, preset: Preset, frame: int) -> Iterator[Identity]:
     """Identify every object that the frame displays, by the frame's own number."""
     view = view_at(world, preset, frame)
-    cuts = [prune(each, view) for each in world.representations]
+    yield from identities_in(world, [prune(each, view) for each in world.representations])
+
+
+def identities_in(world: World, cuts: Sequence[Cut]) -> Iterator[Identity]:
+    """Identify the objects of the cuts of a frame, one of each representation in their order."""
     fields = {each.name: each for each in world.fields}
     for each, cut, first in zip(world.representations, cuts, object_ids(cuts), strict=True):
         rows = np.unique(cut.object)

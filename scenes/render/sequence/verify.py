@@ -27,7 +27,7 @@ from scenes.render.files.manifest import (
 from scenes.render.sequence.sequence import Job, owned_folder
 from scenes.render.sequence.settings import Record, Settings, preset_from_settings
 
-_SIGNED = ("N.", "motion.")
+_SIGNED = ("N.", "motion.", "Crypto")
 """Layers whose numbers may be below 0."""
 
 _NUMBER = re.compile(r"\d{4,}")

@@ -60,6 +60,8 @@ def test_a_key_is_the_same_in_another_frame_where_the_id_is_not(scene):
     both = first.keys() & second.keys()
     assert len(both) > 20 and len(first) > len(both)
     assert all(first[key].cell == second[key].cell for key in both)
+    assert all(first[key].name == second[key].name for key in both)
+    assert len({each.name for each in first.values()}) == len(first)
     assert any(first[key].object != second[key].object for key in both)
 
 
