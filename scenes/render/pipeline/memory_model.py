@@ -9,7 +9,7 @@ s = 187 under Dr.Jit, 355 in scalar variants. Where all sticks are one shape (Dr
 and no shutter is open a stick takes 120: `crowd` with 2.1 M sticks held 0.92 GB at 1280 by 720,
 predicted 0.93. Wavelengths bring colour-science with them: sixteen bands add 232 MB, 705 bytes a
 pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where its ends are
-next); a denoiser 500 a pixel; and under an open shutter the sticks of two instants are held at
+next); a denoiser 500 a pixel, mattes 90; and under an open shutter the sticks of two instants are held at
 once. The constant is what the smallest frames take, less than the fit's since they no longer
 import colour-science.
 `lodbench study memory` holds it against what processes really take, by every kind of
@@ -30,7 +30,7 @@ _BASE = 336e6
 _STICK, _STICK_IN_ONE, _TRIANGLE, _PIXEL = 277.0, 120.0, 204.0, 176.0
 _SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
 _BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 232e6, 705.0, 440.0
-_MOVED_STICK, _DENOISED_PIXEL = 126.0, 500.0
+_MOVED_STICK, _DENOISED_PIXEL, _MATTED_PIXEL = 126.0, 500.0, 90.0
 _BASE_PRUNED = 330e6
 _PRUNED_PART, _OBJECT, _CELL, _MESHED_TRIANGLE = 48.0, 120.0, 24.0, 200.0
 
@@ -58,6 +58,7 @@ def predict_bytes(
     pixels, spectral, jit = size[0] * size[1], quality.is_spectral, quality.is_jit
     sample = _SAMPLE_JIT + _SAMPLE_SPECTRAL * spectral if jit else _SAMPLE_SCALAR
     pixel = _PIXEL + _PIXEL_SPECTRAL * spectral + _DENOISED_PIXEL * extra.denoised
+    pixel += _MATTED_PIXEL * quality.coverage
     in_one = jit and not spectral and not extra.shutter
     stick = _STICK_IN_ONE if in_one else _STICK * (2 if extra.shutter else 1)
     stick += _MOVED_STICK * extra.motion
