@@ -9,9 +9,9 @@ s = 187 under Dr.Jit, 355 in scalar variants. Where all sticks are one shape (Dr
 and no shutter is open a stick takes 120: `crowd` with 2.1 M sticks held 0.92 GB at 1280 by 720,
 predicted 0.93. Wavelengths bring colour-science with them: sixteen bands add 232 MB, 705 bytes a
 pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where its ends are
-next); a denoiser 500 a pixel, mattes 90; and under an open shutter the sticks of two instants are held at
-once. The constant is what the smallest frames take, less than the fit's since they no longer
-import colour-science.
+next); a denoiser 500 a pixel, mattes 90; and under an open shutter the sticks of two instants are
+held at once. The constant is what the smallest frames take, less than the fit's since they no
+longer import colour-science.
 `lodbench study memory` holds it against what processes really take, by every kind of
 haze and light as well.
 
