@@ -11,7 +11,7 @@ from typing import Any, TextIO
 import click
 import numpy as np
 
-from scenes.processes.standard_streams import carry_failure, lenient_stream
+from scenes.processes.standard_streams import carry_failure, lenient_stream, stdout_to_stderr
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,21 +42,12 @@ def output(as_json: bool) -> Iterator[Output]:
     if not as_json:
         yield Output(None)
         return
-    sys.stdout.flush()
-    kept, results = os.dup(1), sys.stdout
-    try:
-        with (
-            lenient_stream(os.dup(kept), closefd=True) as stream,
-            contextlib.redirect_stdout(sys.stderr),
-        ):
-            os.dup2(2, 1)
-            try:
-                yield Output(stream)
-            finally:
-                carry_failure(stream, results)
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
+    results = sys.stdout
+    with lenient_stream(os.dup(1), closefd=True) as stream, stdout_to_stderr():
+        try:
+            yield Output(stream)
+        finally:
+            carry_failure(stream, results)
 
 
 def table(rows: Iterable[Sequence[object]], indent: str = "  ") -> str:

@@ -18,12 +18,14 @@ from bench.report.markdown import picture_path, plot_path, to_markdown
 from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
 from bench.runner.experiment import Experiment
 from lod.errors import InputError
+from scenes.render.files.whole_file import check_free, made_by_lodbench, whole_file
 
 
-def write_report(folder: Path) -> tuple[Path, Path]:
+def write_report(folder: Path, overwrite: bool = False) -> tuple[Path, Path]:
     """Write report.html, report.md and the plots beside it; give the paths of the two.
 
-    Raises InputError for a folder without records, or one that cannot be written.
+    An earlier report is replaced. Raises InputError for a folder without records, for one that
+    cannot be written, and for files of the same names that are no report's, unless ``overwrite``.
     """
     folder = Path(folder)
     records = read_records(folder)
@@ -35,6 +37,9 @@ def write_report(folder: Path) -> tuple[Path, Path]:
     report = Document(sections)
     files: dict[Path, str | bytes] = {html: to_html(report), markdown: to_markdown(report)}
     files |= {folder / name: text for name, text in _beside(sections).items()}
+    replaces = overwrite or made_by_lodbench(html)
+    for path in files:
+        check_free(path, replaces, "DIR")
     try:
         for path, content in files.items():
             _write(path, content)
@@ -103,6 +108,5 @@ def _judged(experiment: Experiment, record: Record) -> tuple[Claim, ...]:
 
 def _write(path: Path, content: str | bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.part")
-    temporary.write_bytes(content.encode() if isinstance(content, str) else content)
-    os.replace(temporary, path)
+    with whole_file(path, overwrite=True) as temporary:
+        temporary.write_bytes(content.encode() if isinstance(content, str) else content)

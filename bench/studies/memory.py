@@ -15,6 +15,7 @@ import click
 from bench.cli.output import table
 from scenes.frame.assemble import frame_quality
 from scenes.preset.load import load_preset
+from scenes.render.files.whole_file import check_free, whole_file
 from scenes.render.pipeline.memory_model import ExtraBuffers, predict_bytes
 from scenes.render.sequence.settings import Record, frame_settings
 from scenes.render.sequence.worker import Worker
@@ -85,8 +86,11 @@ def memory_growth(frames: int = FRAMES) -> tuple[int, int]:
 
 @click.command()
 @click.option("-o", "path", metavar="FILE", help="Write the numbers there, as JSON.")
-def command(path: str | None) -> None:
+@click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
+def command(path: str | None, overwrite: bool) -> None:
     """Measure, print, and write where asked."""
+    if path:
+        check_free(path, overwrite)
     rows: list[tuple[object, ...]] = []
     for scene in SCENES:
         (record,) = render_scene(scene)
@@ -102,4 +106,5 @@ def command(path: str | None) -> None:
     if path:
         body = {"scenes": [dict(zip(heads, row, strict=True)) for row in rows]}
         text = json.dumps({**body, "growth_bytes": [before, after]}, indent=1)
-        Path(path).write_text(text + "\n", encoding="utf-8")
+        with whole_file(path, overwrite) as temporary:
+            temporary.write_text(text + "\n", encoding="utf-8")

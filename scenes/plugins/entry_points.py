@@ -2,10 +2,12 @@
 
 A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, and
 its makers of representations (``scenes.plugins.representation.RepresentationPlugin``) in the group
-``lodbench.representations``. A package is imported only when something of it is asked for, so that
-a broken one does not disturb the others.
+``lodbench.representations``. A package is imported only when something of it is asked for, and in
+a process of its own first (``scenes.plugins.trial``), so that a broken one does not disturb the
+others.
 """
 
+import re
 from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import entry_points
@@ -15,6 +17,8 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.metric.family import METRICS, Metric
+from scenes.plugins.guard import StrangersError, guarded
+from scenes.plugins.trial import import_fault
 
 METRIC, REPRESENTATION = "lodbench.metrics", "lodbench.representations"
 
@@ -35,10 +39,6 @@ class EntryPoint(Protocol):
     @property
     def value(self) -> str:
         """Object that it names, as module:object."""
-
-    @property
-    def module(self) -> str:
-        """Name of the module alone."""
 
     @property
     def dist(self) -> Any:
@@ -65,11 +65,13 @@ def load_entry(group: str, name: str, kind: type) -> Any:
     """Import an object of an installed package; raises InputError if it fails or is no ``kind``."""
     entry = installed(group)[name]
     where, cure = f"{group} {name}", f"mend or remove {distribution(entry)}"
+    if fault := import_fault(entry.value, distribution(entry)):
+        raise InputError(where, entry.value, f"can be imported ({fault})", cure)
     try:
-        found = entry.load()
-    except Exception as error:  # whatever a stranger's code does
-        said = f"{type(error).__name__}: {error}"
-        raise InputError(where, entry.value, f"can be imported ({said})", cure) from None
+        with guarded():
+            found = entry.load()
+    except StrangersError as error:
+        raise InputError(where, entry.value, f"can be imported ({error})", cure) from None
     if not isinstance(found, kind):
         rule = f"is a {kind.__module__}.{kind.__name__}"
         raise InputError(where, entry.value, f"{rule}, not {type(found).__name__}", cure)
@@ -85,7 +87,7 @@ def packages() -> dict[str, str]:
 def modules() -> tuple[str, ...]:
     """Collect the names of the topmost modules of all that packages bring."""
     entries = (e for group in (METRIC, REPRESENTATION) for e in installed(group).values())
-    return tuple(sorted({entry.module.partition(".")[0] for entry in entries}))
+    return tuple(sorted({re.split(r"[.:]", entry.value, maxsplit=1)[0] for entry in entries}))
 
 
 def metric_names() -> tuple[str, ...]:
@@ -114,10 +116,10 @@ def metric_by_name(name: str) -> Metric:
 def _no_limits(metric: Metric) -> str | None:
     """Say what is wrong with a metric's limits for three parts; None where nothing is."""
     try:
-        with np.errstate(all="ignore"):
+        with guarded(), np.errstate(all="ignore"):
             D = np.asarray(metric.limit(_P, _R, 1e-3), np.float64)
-    except Exception as error:  # whatever a stranger's code does
-        return f"{type(error).__name__}: {error}"
+    except StrangersError as error:
+        return str(error)
     if D.shape != _P.shape:
         return f"shape {D.shape} for P and R of shape {_P.shape}"
     if np.isnan(D).any() or (D < 0).any():

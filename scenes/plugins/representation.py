@@ -8,6 +8,7 @@ from lod.camera import Camera
 from lod.errors import InputError
 from lod.pruning.representation import Representation
 from scenes.plugins.entry_points import REPRESENTATION, distribution, installed, load_entry
+from scenes.plugins.guard import StrangersError, guarded
 from scenes.terrain.ground import Ground
 
 
@@ -57,11 +58,12 @@ def make_representation(
     where = f"representations.{name}"
     cure = f"see what {distribution(installed(REPRESENTATION)[kind])} says"
     try:
-        made = plugin.make(name, seed, ground, **options)
-    except InputError:
-        raise
-    except Exception as error:  # whatever a stranger's code does
-        rule = f"options that {kind} takes ({type(error).__name__}: {error})"
+        with guarded():
+            made = plugin.make(name, seed, ground, **options)
+    except StrangersError as error:
+        if isinstance(error.__cause__, InputError):
+            raise error.__cause__ from None
+        rule = f"options that {kind} takes ({error})"
         raise InputError(where, options, rule, cure) from None
     if not isinstance(made, GroundedRepresentation) or made.name != name:
         rule = f"{kind} makes a representation called {name}, with a top_m"

@@ -6,11 +6,13 @@ a reader that goes away, is no reason to stop rendering: what cannot be written 
 remembered, for whoever ends the program to say so.
 """
 
+import contextlib
 import errno
 import io
 import os
 import select
 import sys
+from collections.abc import Iterator
 from typing import Any, TextIO
 
 _STREAMS = ("stdin", "stdout", "stderr")
@@ -65,6 +67,20 @@ def lenient_stream(number: int, like: TextIO | None = None, closefd: bool = Fals
     )
     stream.mode = "w"  # type: ignore[misc]  # as open() does: it belongs to a TextIO
     return stream
+
+
+@contextlib.contextmanager
+def stdout_to_stderr() -> Iterator[None]:
+    """Send what libraries print, from Python and from C, to stderr: stdout is for results."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        os.dup2(2, 1)
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 def write_failure(stream: Any) -> OSError | None:

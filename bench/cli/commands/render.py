@@ -25,6 +25,7 @@ from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
 from lod.errors import InputError
 from scenes.preset.tables import Preset
 from scenes.render.files.frame_paths import check_pattern, frame_path, make_folder
+from scenes.render.files.whole_file import check_free, made_by_lodbench
 from scenes.render.pictures.tone_map import PictureStyle
 
 if TYPE_CHECKING:
@@ -89,6 +90,8 @@ def command(
     from scenes.render.sequence.settings import frame_settings
 
     check_targets([frame_path(pattern, number) for number in numbers])
+    for picture in _previews(pattern) if preview else ():
+        check_free(picture, overwrite or made_by_lodbench(picture), "--preview")
     chosen = within_budget(chosen, numbers, most_bytes, partial(click.echo, err=True))
     settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral))
     folder = make_folder(Path(pattern).parent)
@@ -150,12 +153,10 @@ def _preview(
     from scenes.render.pictures.contact_sheet import contact_sheet, preview
     from scenes.render.pictures.movie import movie
 
-    stem = preview_stem(pattern)
-    still = stem.with_name(f"{stem.name}.png")
+    still, target = _previews(pattern)
     many = len(paths) > 1
     pictures = [contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)]
     try:
-        target = stem.with_name(f"{stem.name}.mp4")
         film = movie(paths, target, preset.camera.fps, look) if many else None
         pictures += [film] if film else []
     except OSError as error:
@@ -171,6 +172,12 @@ def fit_to_memory(preset: Preset, most_bytes: int | None) -> Preset:
         raise InputError("--max-memory --fit", "0", "it fills a budget", "write --max-memory 4GB")
     view = preset.view.model_copy(update={"max_memory": most_bytes})
     return preset.model_copy(update={"view": view})
+
+
+def _previews(pattern: str) -> tuple[Path, Path]:
+    """Name the picture and the film that a sequence's previews are."""
+    stem = preview_stem(pattern)
+    return stem.with_name(f"{stem.name}.png"), stem.with_name(f"{stem.name}.mp4")
 
 
 def preview_stem(pattern: str) -> Path:

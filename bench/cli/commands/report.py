@@ -10,13 +10,14 @@ from bench.cli.output import output
 
 @click.command("report", cls=StrictCommand)
 @click.argument("folder", metavar="DIR")
+@click.option("--overwrite", is_flag=True, help="Replace files that no report wrote.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(folder: str, as_json: bool) -> None:
+def command(folder: str, overwrite: bool, as_json: bool) -> None:
     """Write DIR/report.html and DIR/report.md from the records in DIR."""
     from bench.report.write import write_report
 
     with output(as_json) as out:
-        written = write_report(Path(folder))
+        written = write_report(Path(folder), overwrite)
         out.record({"written": written})
         for path in written:
             out.say(str(path))

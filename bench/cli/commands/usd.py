@@ -18,9 +18,16 @@ from scenes.render.files.frame_paths import make_folder
 @memory_flag
 @click.option("-o", "path", required=True, metavar="OUT.usdc", help="A .usda, .usdc or .usd file.")
 @click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
+@click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
-    preset: str, path: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any
+    preset: str,
+    path: str,
+    frame: int,
+    overwrite: bool,
+    as_json: bool,
+    max_memory: str | None,
+    **flags: Any,
 ) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
     from scenes.frame.assemble import assemble_frame
@@ -30,7 +37,7 @@ def command(
     from scenes.render.sequence.detail_budget import within_budget
     from scenes.world.world import build_world
 
-    check_usd(path)
+    check_usd(path, overwrite)
     most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
     check_prototypes(chosen, most_bytes)
@@ -42,6 +49,6 @@ def command(
         made = assemble_frame(world, chosen, frame, SCALAR_VARIANT)
         notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
         notes["lod:air"] = chosen.air.model_dump_json()
-        counts = write_usd(path, made, notes)
+        counts = write_usd(path, made, notes, overwrite)
         out.record({"frame": frame, "path": path, **counts})
         out.say(f"{path}  {counts['sticks']:,} sticks, {counts['triangles']:,} triangles")

@@ -15,7 +15,6 @@ import contextlib
 import errno
 import hashlib
 import os
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,6 +25,7 @@ import OpenEXR
 from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.preset.tables import OutputPreset
+from scenes.processes.standard_streams import stdout_to_stderr
 from scenes.render.files.cryptomatte import CHANNELS as CRYPTOMATTE
 from scenes.render.files.digests import FILE_SHA256, PIXELS_SHA256, UNSEALED, pixels_digest, seal
 
@@ -113,7 +113,7 @@ def _write(path: Path, layers: Layers, header: Mapping[str, Any], output: Output
         own = dict(every) if parts else {**every, FILE_SHA256: UNSEALED}
         parts.append(OpenEXR.Part(own, arrays, name))
     try:
-        with _stdout_to_stderr():
+        with stdout_to_stderr():
             OpenEXR.File(parts).write(str(path))
     except (RuntimeError, ValueError) as error:
         _ask_the_system(path, layers.rgb.nbytes)
@@ -201,7 +201,7 @@ def _opened(path: str | Path, **how: bool) -> Iterator[OpenEXR.File]:
     if not Path(path).is_file():
         raise InputError("frame", str(path), "an EXR file that exists")
     try:
-        with _stdout_to_stderr():
+        with stdout_to_stderr():
             yield OpenEXR.File(str(path), **how)
     except (RuntimeError, ValueError) as error:
         raise InputError("frame", str(path), f"readable OpenEXR ({error})") from error
@@ -227,17 +227,3 @@ def _fields(pixels: Mapping[str, np.ndarray]) -> dict[str, Any]:
         if name in pixels:
             columns.setdefault(channel.field, []).append(pixels[name])
     return {k: v[0] if len(v) == 1 else np.stack(v, axis=-1) for k, v in columns.items()}
-
-
-@contextlib.contextmanager
-def _stdout_to_stderr() -> Iterator[None]:
-    """OpenEXR prints warnings to stdout, from Python and from C; it belongs to --json."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    try:
-        os.dup2(2, 1)
-        with contextlib.redirect_stdout(sys.stderr):
-            yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)

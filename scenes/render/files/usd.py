@@ -7,7 +7,6 @@ not USD's here: the haze is noted in the layer's metadata. The only file that im
 """
 
 import math
-import os
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +18,14 @@ from scenes.render.description.describe import describe_frame
 from scenes.render.description.scene_description import Description
 from scenes.render.files.frame_paths import check_name
 from scenes.render.files.header import camera_from_world, software
+from scenes.render.files.whole_file import check_free, whole_file
 
 SUFFIXES = (".usda", ".usdc", ".usd")
 _APERTURE_MM = 36.0
 
 
-def check_usd(path: str | Path) -> None:
-    """Raise InputError where USD is not installed, or the file's name is none of its."""
+def check_usd(path: str | Path, overwrite: bool = False) -> None:
+    """Raise InputError where USD is not installed, or the file's name is none of its, or taken."""
     if Path(path).suffix not in SUFFIXES:
         raise InputError("-o", str(path), f"a file that ends in {', '.join(SUFFIXES)}")
     check_name(path)
@@ -34,14 +34,18 @@ def check_usd(path: str | Path) -> None:
     except ImportError:
         rule, cure = "needs usd-core", "pip install 'lodbench[usd]'"
         raise InputError("-o", str(path), rule, cure) from None
+    check_free(path, overwrite)
 
 
-def write_usd(path: str | Path, frame_input: FrameInput, notes: dict[str, str]) -> dict[str, int]:
+def write_usd(
+    path: str | Path, frame_input: FrameInput, notes: dict[str, str], overwrite: bool = False
+) -> dict[str, int]:
     """Write a frame's cut under its name or not at all; gives how many prims of each kind.
 
     Curves have one colour each, so the input's variant must be scalar (its sticks are by tint).
 
-    notes: more to say in the layer's metadata. Raises OSError where the disk refuses.
+    notes: more to say in the layer's metadata. Raises InputError for a file that is there already,
+    unless ``overwrite``, and OSError where the disk refuses.
     """
     from pxr import Usd, UsdGeom
 
@@ -64,18 +68,10 @@ def write_usd(path: str | Path, frame_input: FrameInput, notes: dict[str, str]) 
             _curves(stage, f"/frame/{name}", shape)
             counts["curves"] += 1
             counts["sticks"] += len(shape["segment_indices"])
-    _export(stage, Path(path))
-    return counts
-
-
-def _export(stage: Any, path: Path) -> None:
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
-    try:
+    with whole_file(path, overwrite) as temporary:
         temporary.touch()  # the system's own error, where it cannot be
         stage.Export(str(temporary))
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    return counts
 
 
 def _camera(stage: Any, frame_input: FrameInput) -> None:

@@ -1,15 +1,17 @@
 """PNG pictures of frames: one frame, or a sheet of a sequence with its frame numbers."""
 
 import math
-import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
+from PIL.PngImagePlugin import PngInfo
 
 from lod.errors import InputError
 from scenes.render.files.exr import read_exr
+from scenes.render.files.header import software
+from scenes.render.files.whole_file import whole_file
 from scenes.render.pictures.level_view import preview_pixels
 from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle
 
@@ -75,12 +77,9 @@ def _sheet(tiles: Sequence[Image.Image], labels: Sequence[str], columns: int) ->
 
 
 def _save(picture: Image.Image, path: str | Path) -> Path:
-    """Whole or not at all: written beside, then renamed."""
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        picture.save(temporary, "PNG")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return path
+    """Write a PNG that says who made it."""
+    about = PngInfo()
+    about.add_text("Software", software())
+    with whole_file(path, overwrite=True) as temporary:
+        picture.save(temporary, "PNG", pnginfo=about)
+    return Path(path)

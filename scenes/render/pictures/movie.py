@@ -3,7 +3,6 @@
 import contextlib
 import errno
 import itertools
-import os
 import shutil
 import subprocess
 import tempfile
@@ -14,6 +13,7 @@ import numpy as np
 
 from lod.errors import InputError
 from scenes.render.files.exr import read_exr
+from scenes.render.files.whole_file import whole_file
 from scenes.render.pictures.level_view import preview_pixels
 from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle
 
@@ -33,13 +33,9 @@ def movie(
     pictures = _pictures(paths, look)
     first = next(pictures)
     path = Path(out_mp4)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    command = [ffmpeg, *_arguments(first.shape[1], first.shape[0], fps), str(temporary)]
-    try:
-        _feed(command, itertools.chain([first], pictures))
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    arguments = _arguments(first.shape[1], first.shape[0], fps)
+    with whole_file(path, overwrite=True) as temporary:
+        _feed([ffmpeg, *arguments, str(temporary)], itertools.chain([first], pictures))
     return path
 
 
@@ -67,7 +63,8 @@ def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.nd
 def _arguments(width: int, height: int, fps: float) -> list[str]:
     source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {fps:g} -i -"
     coded = "-c:v libx264 -pix_fmt yuv420p -movflags +faststart -f mp4"
-    return f"-hide_banner -loglevel error -y {source} {coded}".split()
+    about = "-metadata comment=lodbench"
+    return f"-hide_banner -loglevel error -y {source} {about} {coded}".split()
 
 
 def _feed(command: list[str], pictures: Iterable[np.ndarray]) -> None:
