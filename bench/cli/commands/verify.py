@@ -19,7 +19,11 @@ if TYPE_CHECKING:
 
 @click.command("verify", cls=StrictCommand)
 @click.argument("folder", metavar="DIR")
-@click.option("--repair", is_flag=True, help="Render again what is wrong; remove partial files.")
+@click.option(
+    "--repair",
+    is_flag=True,
+    help="Rebuild the manifest; where it is right, render what is wrong, remove partial files.",
+)
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers that repair: as many here, or Dask's."
@@ -29,16 +33,30 @@ def command(folder: str, repair: bool, threads: int, cluster: str | None, as_jso
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
     from scenes.render.sequence.verify import open_manifest
 
-    manifest = open_manifest(Path(folder))
     with output(as_json) as out:
+        taken = _rebuild(out, Path(folder)) if repair else ()
+        manifest = open_manifest(Path(folder))
         wrong = _look(out, manifest)
         workers = Workers(threads, None, cluster)
-        left = _repair(out, manifest, wrong, workers) if repair and wrong else wrong
+        repairs = repair and wrong and not taken
+        left = _repair(out, manifest, wrong, workers) if repairs else wrong
         counts = {"frames": len(manifest.frames), "wrong": len(wrong)}
         out.record({**counts, "repaired": len(wrong) - len(left)})
         out.say(_summary(len(manifest.frames), wrong, left))
     if left:
-        raise click.ClickException(_verdict(left, repair))
+        raise click.ClickException(_verdict(left, repair, bool(taken)))
+
+
+def _rebuild(out: Output, folder: Path) -> tuple[str, ...]:
+    """Take whole frames into the manifest that it does not know, and say which."""
+    from scenes.render.sequence.recover import rebuild_manifest
+
+    taken = rebuild_manifest(folder) if folder.is_dir() else ()
+    for name in taken:
+        what = "taken into the manifest as its header says"
+        out.record({"path": str(folder / name), "repaired": what})
+        out.say(f"{folder / name}: {what}")
+    return taken
 
 
 def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
@@ -93,8 +111,9 @@ def _summary(frames: int, wrong: list["Checked"], left: list["Checked"]) -> str:
     return f"{frames} frames: {frames - bad} right, {bad} wrong{others}{mended}"
 
 
-def _verdict(left: list["Checked"], repaired: bool) -> str:
-    cure = "" if repaired else "; --repair renders frames again and removes partial files"
+def _verdict(left: list["Checked"], repaired: bool, rebuilt: bool) -> str:
+    how = "the same command again" if rebuilt else "--repair"
+    cure = "" if repaired and not rebuilt else f"; {how} renders frames and removes partial files"
     verb = "is" if len(left) == 1 else "are"
     return f"{_files(len(left))} {verb} wrong, first {left[0].path}: {left[0].wrong[0]}{cure}"
 

@@ -17,7 +17,7 @@ from scenes.render.files.disk import partial_path
 NAME = "manifest.json"
 VERSION = 3
 DONE, PENDING, FAILED = "done", "pending", "failed"
-_CURE = "choose another folder, or --overwrite"
+_CURE = "`lodbench verify --repair` rebuilds it from its frames' headers"
 
 
 @dataclass(eq=False)
@@ -65,7 +65,8 @@ class Manifest:
         if entry is not None and entry["settings"] != settings_hash(settings):
             changed = differences(self.settings[entry["settings"]], settings)
             rule = f"on record with other settings ({'; '.join(changed[:3]) or 'unknown'})"
-            raise InputError("-o", str(self.folder / name), rule, _CURE)
+            cure = "choose another folder, or --overwrite"
+            raise InputError("-o", str(self.folder / name), rule, cure)
 
     def _save(self) -> None:
         """Write under a temporary name and rename, so that it is always whole."""

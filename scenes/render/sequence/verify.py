@@ -45,8 +45,10 @@ class Checked:
 def open_manifest(folder: Path) -> Manifest:
     """Load a folder's manifest. Raises InputError where there is none, or a broken one."""
     if not (folder / NAME).is_file():
-        rule = f"a folder of frames with their {NAME}"
-        raise InputError("DIR", str(folder), rule, "give the folder that `lodbench render` wrote")
+        rule, cure = f"a folder of frames with their {NAME}", "give the folder of `lodbench render`"
+        if any(folder.glob("*.exr")):
+            cure = "`lodbench verify --repair` rebuilds it from the frames' headers"
+        raise InputError("DIR", str(folder), rule, cure)
     return load_manifest(folder)
 
 
