@@ -23,7 +23,7 @@ _MAY_DIFFER = ("commit", "packages", "platform", "python", "seed")
 
 @dataclass(frozen=True)
 class Difference:
-    """One claim in both runs, or in one."""
+    """What became of one claim, which is in both runs or in one of them."""
 
     name: str
     change: Change
@@ -31,7 +31,7 @@ class Difference:
     after: Claim | None
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         sides = {"before": self.before, "after": self.after}
         told = {side: claim.as_json() if claim else None for side, claim in sides.items()}
         return {"name": self.name, "change": self.change, **told}
@@ -39,7 +39,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two records of one experiment. ``origin``: what else differs, as (before, after)."""
+    """A comparison of two records of one experiment.
+
+    origin  what else differs in their provenance, as (before, after) by name
+    """
 
     experiment: str
     before: str
@@ -49,12 +52,12 @@ class Comparison:
     differences: tuple[Difference, ...]
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data."""
+        """Return plain data."""
         return {**vars(self), "differences": [each.as_json() for each in self.differences]}
 
 
 def compare(before: Record, after: Record) -> Comparison:
-    """Raises InputError for records that cannot be compared."""
+    """Compare two records claim by claim. Raises InputError where they cannot be compared."""
     for key in ("experiment", "version", "quick"):
         _must_share(key, getattr(before, key), getattr(after, key))
     for key in _SAME:
@@ -75,7 +78,10 @@ def compare(before: Record, after: Record) -> Comparison:
 
 
 def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
-    """Two records, or the newest of every experiment that two folders share."""
+    """Compare two records, or the newest of every experiment that two folders share.
+
+    Raises InputError for a record and a folder, and for folders that share no experiment.
+    """
     if before.is_dir() != after.is_dir():
         raise InputError("A B", f"{before} {after}", "two records or two folders")
     if not before.is_dir():

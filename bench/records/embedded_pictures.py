@@ -21,7 +21,7 @@ NOTE = "pictures"
 
 @dataclass(frozen=True)
 class Pictures:
-    """Pictures of one size, of one view; ``layers`` are name and WebP file in base64."""
+    """Pictures of one view and one size; ``layers`` are their names and WebP files in base64."""
 
     name: str
     title: str
@@ -33,8 +33,12 @@ class Pictures:
 def pictures(
     name: str, words: tuple[str, str, str], layers: Mapping[str, np.ndarray], quality: int = 80
 ) -> dict[str, Any]:
-    """For a record's notes: ``words`` are title, caption and text alternative; ``layers`` are
-    display pictures, (h, w, 3) uint8, all of one size. Raises InputError for others.
+    """Return pictures as a record's notes hold them.
+
+    words   title, caption and text alternative
+    layers  display pictures by name, (h, w, 3) uint8, all of one size
+
+    Raises InputError for fewer than two pictures, other sizes and other types.
     """
     shapes = {picture.shape for picture in layers.values()}
     if len(layers) < 2 or len(shapes) != 1 or any(p.dtype != np.uint8 for p in layers.values()):
@@ -45,7 +49,7 @@ def pictures(
 
 
 def pictures_of(record: Record) -> tuple[Pictures, ...]:
-    """What the record holds, in its order."""
+    """Return the pictures that a record holds, in their order."""
     return tuple(
         Pictures(**{**each, "layers": tuple((label, data) for label, data in each["layers"])})
         for each in record.notes.get(NOTE, ())

@@ -1,4 +1,4 @@
-"""Where a measurement comes from: everything that two rows must share before they may meet."""
+"""Where does a measurement come from? What two rows must share before they may be compared."""
 
 import hashlib
 import json
@@ -44,7 +44,7 @@ class Provenance:
 
 
 def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = None) -> Provenance:
-    """The provenance of a measurement made here and now."""
+    """Return the provenance of a measurement that is made here and now."""
     return Provenance(
         scene=scene,
         seed=seed,
@@ -94,7 +94,7 @@ def _versions() -> dict[str, str]:
 
 
 def _commit(root: Path) -> str | None:
-    """The checkout's commit; an installed copy inside someone else's checkout has none."""
+    """Return the commit of a checkout; an installed copy in someone else's checkout has none."""
     if not (root / ".git").exists():
         return None
     head = _git(root, "rev-parse", "HEAD")

@@ -1,4 +1,4 @@
-"""A record: what one run of an experiment measured, raw, immutable, with its provenance.
+"""What is a record? What one run of an experiment measured: raw, immutable, with its provenance.
 
 The file is JSON, ``experiment-<first 16 of the SHA-256>.json``. The SHA-256 is that of the content
 as canonical JSON (sorted keys, no blanks), stands in the file, and is checked on every reading.
@@ -21,14 +21,17 @@ from lod.errors import InputError
 
 FORMAT = "lodbench-record"
 FORMAT_VERSION = 3
-"""3: samples and predictions are columns named by quantity and keys. Older files are refused."""
+"""The version of the file's format; files of other versions are refused.
+
+In version 3 samples and predictions are columns that are named by quantity and keys.
+"""
 
 _IN_NAME = 16
 
 
 @dataclass(frozen=True)
 class Record:
-    """What one run measured. ``notes``: how it was run (targets, caps, seconds), never judged."""
+    """A record holds what one run measured; ``notes`` say how it was run, and are never judged."""
 
     experiment: str
     version: int
@@ -41,7 +44,7 @@ class Record:
 
     @property
     def content(self) -> dict[str, Any]:
-        """Everything, as plain data."""
+        """The whole record as plain data."""
         data = {f.name: getattr(self, f.name) for f in fields(self)}
         data["provenance"] = asdict(self.provenance)
         data["points"] = [point_json(point) for point in self.points]
@@ -50,22 +53,25 @@ class Record:
 
     @cached_property
     def sha256(self) -> str:
-        """Of the whole content."""
+        """The SHA-256 of the whole content."""
         return _hash(self.content)
 
     @cached_property
     def samples_sha256(self) -> str:
-        """Of cases, predictions and counts alone: the same for the same seed, whoever runs it."""
+        """The SHA-256 of cases, predictions and counts: one seed gives one, whoever runs it."""
         return _hash(self.content["points"])
 
     @property
     def name(self) -> str:
-        """The file's name."""
+        """The name of the record's file."""
         return f"{self.experiment}-{self.sha256[:_IN_NAME]}.json"
 
 
 def write_record(record: Record, folder: Path) -> Path:
-    """Write it whole or not at all, read it back, and give its path."""
+    """Write a record whole or not at all, read it back, and return its path.
+
+    Raises InputError for a folder that cannot be written, and where the file reads back otherwise.
+    """
     path = Path(folder) / record.name
     body = {"format": FORMAT, "format_version": FORMAT_VERSION, "sha256": record.sha256}
     text = _text(body | {"content": record.content})
@@ -84,7 +90,7 @@ def write_record(record: Record, folder: Path) -> Path:
 
 
 def read_record(path: Path) -> Record:
-    """A record, verified. Raises InputError for one that is damaged, edited or too new."""
+    """Read and verify a record. Raises InputError for one that is damaged, edited or too new."""
     try:
         body = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -105,7 +111,7 @@ def read_record(path: Path) -> Record:
 
 
 def read_records(folder: Path) -> tuple[Record, ...]:
-    """Every record of a folder, by experiment, the newest first."""
+    """Read every record of a folder, ordered by experiment, the newest of each first."""
     paths = sorted(p for p in Path(folder).glob("*-*.json") if _NAMED.fullmatch(p.name))
     newest_first = sorted((read_record(path) for path in paths), key=lambda r: r.made, reverse=True)
     return tuple(sorted(newest_first, key=lambda r: r.experiment))
@@ -128,7 +134,7 @@ def _hash(content: Any) -> str:
 
 
 def _text(body: dict[str, Any]) -> str:
-    """Readable JSON, each list of numbers on one line."""
+    """Write readable JSON, with each list of numbers on one line."""
     text = json.dumps(body, indent=1, allow_nan=False)
     return re.sub(r"\[\n[-+.e\d,\s]*\]", lambda found: "".join(found[0].split()), text) + "\n"
 

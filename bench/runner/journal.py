@@ -1,4 +1,4 @@
-"""What of a run is done already, so that the same command goes on where it was stopped.
+"""What of a run is done already? The same command goes on where it was stopped.
 
 In DIR/.journal, one small file for each measured case and each finished record, named for all that
 made it: sources, packages, machine, experiment, seed and the case itself. Nothing that was made by
@@ -30,7 +30,7 @@ JOURNAL = ".journal"
 
 @dataclass(frozen=True)
 class RunRequest:
-    """One experiment as it was asked for; ``metric``: another to be tried beside its own."""
+    """One experiment as it was asked for; ``metric`` names another to be tried beside its own."""
 
     name: str
     quick: bool
@@ -40,14 +40,14 @@ class RunRequest:
 
 @dataclass(frozen=True)
 class Elapsed:
-    """Time by the clock, and of all cores of this machine with the processes started here [s]."""
+    """Seconds by the clock, and of all cores, in this process and in those that it started."""
 
     seconds: float
     processor_seconds: float
 
     @classmethod
     def so_far(cls) -> "Elapsed":
-        """Up to now, from a start of no meaning."""
+        """Return the time up to now, from a start that means nothing by itself."""
         return cls(time.perf_counter(), math.fsum(os.times()[:4]))
 
     def __sub__(self, other: "Elapsed") -> "Elapsed":
@@ -61,19 +61,19 @@ class Elapsed:
         )
 
     def as_json(self) -> dict[str, float]:
-        """In tenths, as a record notes it."""
+        """Return plain data as a record notes it, in tenths of a second."""
         return {name: round(value, 1) for name, value in asdict(self).items()}
 
 
 @dataclass(frozen=True)
 class Journal:
-    """What is done in the folder, for these sources on this machine (``maker``)."""
+    """What is done in a folder; ``maker`` is a digest of the sources and of the machine."""
 
     folder: Path
     maker: str
 
     def record_of(self, asked: RunRequest) -> Path | None:
-        """The finished record, where there is one that still verifies."""
+        """Return the path of the finished record; None without one that still verifies."""
         found = _read(self._path("record", asked))
         if found is None:
             return None
@@ -85,26 +85,26 @@ class Journal:
         return path
 
     def finished(self, asked: RunRequest, record: Path) -> None:
-        """Note a record; its cases need not be kept any longer."""
+        """Note that a record is finished; its cases need not be kept any longer."""
         _write(self._path("record", asked), record.name)
         for path in self._cases(asked).glob("*.json"):
             path.unlink()
 
     def discard(self, asked: RunRequest) -> None:
-        """As if it had never been asked for; records stay."""
+        """Forget what was asked for and its cases; records stay."""
         self._path("record", asked).unlink(missing_ok=True)
         for path in self._cases(asked).glob("*.json"):
             path.unlink()
 
     def elapsed(self, asked: RunRequest) -> "Elapsed":
-        """What its kept cases took when they were measured."""
+        """Return the time that the kept cases took when they were measured."""
         found = [_read(path) for path in self._cases(asked).glob("*.json")]
         return Elapsed(
             *(math.fsum(each[k.name] for each in found if each) for k in fields(Elapsed))
         )
 
     def memoised(self, asked: RunRequest, each: CaseExecutor) -> CaseExecutor:
-        """As ``each``, but what was measured before is not measured again, and is kept."""
+        """Return an executor like ``each`` that keeps results, and measures no case twice."""
 
         def kept(
             function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
@@ -134,19 +134,19 @@ class Journal:
 
 
 def journal(folder: Path) -> Journal:
-    """The journal of a folder, for the sources and the machine that are here."""
+    """Return the journal of a folder, for the sources and the machine that are here."""
     here = asdict(provenance("", 0)) | {"commit": None}
     return Journal(Path(folder), _sha256(here, sources()))
 
 
 @lru_cache(maxsize=1)
 def sources() -> str:
-    """SHA-256 of every file that could change a number, of the program and of what adds to it."""
+    """Return the SHA-256 of every source that could change a number, plug-ins included."""
     return source_digest((*PACKAGES, *map(_source, modules())))
 
 
 def _source(module: str) -> Path:
-    """The folder of a package, or the file of a module; a path that is not there for none."""
+    """Find the folder of a package or the file of a module; without one, a path to nothing."""
     found = importlib.util.find_spec(module)
     origin = Path(found.origin if found and found.origin else module)
     return origin.parent if origin.name == "__init__.py" else origin
@@ -157,7 +157,7 @@ def _sha256(*words: object) -> str:
 
 
 def _function_name(function: Callable[..., Any]) -> str:
-    """A name that is the same in every process."""
+    """Return a name of the function that is the same in every process."""
     return getattr(function, "__qualname__", None) or repr(function)
 
 
@@ -172,7 +172,7 @@ def _from_json(data: Any) -> Point | list[Point]:
 
 
 def _read(path: Path) -> Any:
-    """What is in a file; None where there is none, or half of one."""
+    """Return what a JSON file holds; None where there is none, or half of one."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
