@@ -103,7 +103,8 @@ class Ledger:
         allowed = told if alone and replacing else claimed | replacing
         if look is not None:
             self.promised[name] = allowed if name in self.unsettled else {look}
-        if not replacing and name not in self.unsettled and len(claimed) > 1:
+        rivals = len(told) > 1 or bool(before and told - before)
+        if rivals and not replacing and name not in self.unsettled:
             return f"promised as {', '.join(sorted(claimed))}, now {look}"
         if look not in allowed:
             was = " or ".join(sorted(allowed))

@@ -149,6 +149,17 @@ def test_two_owners_of_one_frame_are_one_too_many() -> None:
     assert Ledger().settle(again, dict.fromkeys(names, "plain")) == []
 
 
+def test_what_was_to_be_replaced_may_be_the_old_one_or_the_new_one() -> None:
+    names = [frame_name("a", frame) for frame in FRAMES]
+    ledger, whole = Ledger(), dict.fromkeys(names, "plain")
+    refused = ended(look="seed", code=2, err="lodbench: x", flags=("--overwrite",))
+    assert ledger.settle([ended(), refused], whole) == []
+    ledger.note_repair()
+    assert ledger.settle([ended()], whole) == []
+    (lost,) = ledger.settle([], {**whole, names[3]: None})
+    assert (lost.kind, lost.times) == (judge.LOST, 1)
+
+
 def test_damage_releases_from_the_promise() -> None:
     names = [frame_name("a", frame) for frame in FRAMES]
     ledger, whole = Ledger(), dict.fromkeys(names, "plain")
