@@ -21,6 +21,7 @@ from scenes.render.files.manifest import NAME, file_hash
 
 _TICK_S = 0.01
 _DAMAGE_S = 1.5
+_REPAIRS = 2  # the first rebuilds the manifest, and the next one renders what it lists
 _MADE_BY_PREVIEW = (".png", ".mp4")
 
 
@@ -55,13 +56,16 @@ class Folder:
         """Repair the folder, go on with what was begun, and judge both."""
         self._disk.heal()
         self._place = replace(self._place, file_kb=None)
-        self._alone(Command("repair"))
+        for _ in range(_REPAIRS):
+            if self._alone(Command("repair")).code == 0:
+                break
         self._ledger.note_repair()
         self._killed = False
-        self._look()
+        verdict = self._look()
         looks = {look for name, look in self._looks().items() if name.startswith("a.")}
         whose = min(filter(None, looks), default="plain")
-        flags = () if looks <= {whose} else ("--overwrite",)
+        healthy = looks <= {whose} and (verdict is None or verdict.code == 0)
+        flags = () if healthy else ("--overwrite",)
         run = self._alone(Command("render", look=whose, flags=flags))
         found = self._looks()
         right = all(found.get(frame_name("a", frame)) == whose for frame in FRAMES)
@@ -118,10 +122,13 @@ class Folder:
         self.broken += self._files_left()
         return run
 
-    def _look(self) -> None:
-        """Have the program verify the folder, and judge its verdict."""
-        if self._place.frames.is_dir():
-            self._judge(self._alone(Command("verify")))
+    def _look(self) -> Run | None:
+        """Have the program verify the folder, if there is one, and judge its verdict."""
+        if not self._place.frames.is_dir():
+            return None
+        run = self._alone(Command("verify"))
+        self._judge(run)
+        return run
 
     def _judge(self, run: Run) -> None:
         """Judge a verdict that could be read, or an exit code where only the words were lost."""
