@@ -5,11 +5,13 @@ What is said twice of one key is refused, too, be it by a flag, by --density or 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
+from bench.cli.kernel_cache import use_scratch
 from bench.cli.view_flags import FLAG_KEYS
 from lod.errors import InputError
 
@@ -52,6 +54,18 @@ class StrictCommand(click.Command):
             *_, order = self.make_parser(ctx).parse_args(args=words)
             check_flags(ctx, order)
         return rest
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; without any other place, scratch is where its results go."""
+        for name in ("pattern", "path", "folder"):
+            if ctx.params.get(name) and self._writes(name):
+                target = Path(ctx.params[name])
+                use_scratch(target if name == "folder" else target.parent)
+        return super().invoke(ctx)
+
+    def _writes(self, name: str) -> bool:
+        """Whether that parameter is the command's -o."""
+        return any(each.name == name and "-o" in each.opts for each in self.params)
 
 
 def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:

@@ -21,6 +21,7 @@ import click
 from bench.records.source_digest import PACKAGES, source_digest
 
 VARIABLE = "NUMBA_CACHE_DIR"
+_TEMPORARY = ".lodbench-"
 KEPT = 3  # folders of as many states of the sources are kept, the last used ones
 
 
@@ -29,7 +30,9 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
 
     ``parents`` are the folders that may hold it, the first writable one is taken; None for those of
     the installation and the user. Where none is writable, kernels are kept in a temporary folder
-    until the process ends, and one line on standard error says so.
+    until the process ends; where there is none of those either, they are not kept at all
+    (``use_scratch`` finds a place for processes that are started). One line on standard error says
+    so.
     """
     if os.environ.get(VARIABLE) or "numba" in sys.modules:
         return
@@ -40,14 +43,61 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
             _remove_all_but_newest(parent)
             os.environ[VARIABLE] = str(parent / name)
             return
-    folder = tempfile.mkdtemp(prefix="lodbench-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    os.environ[VARIABLE] = folder
+    try:
+        os.environ[VARIABLE] = _temporary(None)
+    except OSError:
+        _keep_nothing()
     click.echo(
         "lodbench: no writable folder for compiled kernels: they are compiled for this run only"
         f" ({VARIABLE} names a folder)",
         err=True,
     )
+
+
+def kernel_cache_state() -> dict[str, str | bool | None]:
+    """Say for ``doctor`` where kernels are kept, whether longer than this process, and scratch."""
+    folder = os.environ.get(VARIABLE)
+    try:
+        scratch: str | None = tempfile.gettempdir()
+    except OSError:
+        scratch = None
+    kept = folder is not None and Path(folder).name.startswith(_TEMPORARY) is False
+    return {"folder": folder, "kept": kept, "temporary": scratch}
+
+
+def use_scratch(folder: Path) -> None:
+    """Give the process and its children a folder for temporary files, below one that is written to.
+
+    Only where the system has no folder for them: renderers and compilers cannot do without. It goes
+    when the process ends. Nothing is done where ``folder`` cannot be written to either.
+    """
+    try:
+        tempfile.gettempdir()
+    except OSError:
+        with suppress(OSError):
+            place = _temporary(_nearest(folder))
+            tempfile.tempdir = os.environ["TMPDIR"] = place
+            os.environ.setdefault(VARIABLE, place)
+
+
+def _nearest(folder: Path) -> Path:
+    """Give a folder, or where it is not there yet, the first above it that is."""
+    whole = folder.absolute()
+    return next(each for each in (whole, *whole.parents) if each.is_dir())
+
+
+def _temporary(parent: Path | None) -> str:
+    """Make a folder that is removed when the process ends. Raises OSError where it cannot be."""
+    folder = tempfile.mkdtemp(prefix=_TEMPORARY, dir=parent)
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def _keep_nothing() -> None:
+    """Have Numba compile without a cache, which it refuses where no folder can hold one."""
+    from numba.core.dispatcher import Dispatcher
+
+    setattr(Dispatcher, "enable_caching", lambda self: None)  # noqa: B010 - a method's place
 
 
 def _parents() -> Iterator[Path]:

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from bench.cli.flag_rules import StrictCommand
+from bench.cli.kernel_cache import VARIABLE, kernel_cache_state
 from bench.cli.output import Output, output, table
 
 PACKAGES = ("lodbench", "mitsuba", "drjit", "OpenEXR", "numpy", "scipy", "numba", "colour-science")
@@ -46,6 +47,7 @@ def examine() -> dict[str, Any]:
             "threads": psutil.cpu_count(),
             "usable": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None,
         },
+        "kernels": kernel_cache_state(),
         "ffmpeg": ffmpeg_path(),
         "python": platform.python_version(),
         "platform": platform.platform(),
@@ -68,6 +70,8 @@ def _say(out: Output, found: dict[str, Any]) -> None:
         ),
         ("disk", f"{disk['free_bytes'] * gib:.1f} GiB free in {disk['folder']}"),
         ("processor", f"{cpu['name']}, {cpu['threads']} threads, {cpu['usable']} usable here"),
+        ("kernels", _kernels(found["kernels"])),
+        ("temporary", found["kernels"]["temporary"] or "no folder: set TMPDIR to one"),
         (
             "ffmpeg",
             found["ffmpeg"] or "none: no mp4 with --preview (pip install lodbench[preview])",
@@ -76,3 +80,10 @@ def _say(out: Output, found: dict[str, Any]) -> None:
     ]
     out.say(f"machine\n{table(rows)}")
     out.say(f"packages\n{table((name, v or 'missing') for name, v in found['packages'].items())}")
+
+
+def _kernels(state: dict[str, Any]) -> str:
+    """Say where compiled kernels are kept, or that they are not."""
+    if state["kept"]:
+        return str(state["folder"])
+    return f"compiled for each run: no folder can be written to (set {VARIABLE} to one)"

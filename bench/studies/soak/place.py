@@ -74,11 +74,11 @@ class Place:
         return ["count", PRESET_NAME]
 
     def _render(self, command: Command, pattern: str) -> list[str]:
-        flags = [*LOOKS[command.look], *command.flags, "--variant", self.variant, "--json"]
-        frames = ",".join(map(str, command.frames))
+        look, frames = LOOKS[command.look], ",".join(map(str, command.frames))
         if command.verb == "long":
             pattern, frames = "long/a.####.exr", "1"
-            flags += ["--size", "640x360", "--spp", "4096"]
+            look = "--size", "640x360", "--spp", "4096"
+        flags = [*look, *command.flags, "--variant", self.variant, "--json"]
         return ["render", PRESET_NAME, "-o", pattern, "--frames", frames, *flags]
 
 

@@ -110,3 +110,37 @@ def test_few_old_folders_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     kernel_cache.use_kernel_cache([tmp_path])
     left = {each.name for each in tmp_path.iterdir()}
     assert left == {"kernels-3", "kernels-4", Path(os.environ["NUMBA_CACHE_DIR"]).name}
+
+
+NOWHERE = """
+import os, sys, tempfile, pathlib
+def none(): raise FileNotFoundError(2, "No usable temporary directory found")
+tempfile.gettempdir = none
+from bench.cli.kernel_cache import kernel_cache_state, use_kernel_cache, use_scratch
+use_kernel_cache([pathlib.Path("setup.cfg")])
+"""
+
+
+def test_without_any_writable_folder_kernels_are_compiled_all_the_same(tmp_path: Path) -> None:
+    folder = installation(tmp_path)
+    (folder / "setup.cfg").write_text("no folder can be made below a file")
+    told = "print(kernel_cache_state())"
+    done = python(f"{NOWHERE}{PHILOX}\n{told}", folder)
+    assert done.returncode == 0, done.stderr
+    assert "{'folder': None, 'kept': False, 'temporary': None}" in done.stdout
+    assert done.stderr.count("no writable folder for compiled kernels") == 1
+    assert not [*folder.rglob("*.nbc")]
+
+
+def test_without_any_other_place_scratch_is_where_results_go_and_goes_with_the_process(
+    tmp_path: Path,
+) -> None:
+    folder = installation(tmp_path)
+    (folder / "setup.cfg").write_text("no folder can be made below a file")
+    (folder / "out").mkdir()
+    told = "print(os.environ['TMPDIR'], os.environ['NUMBA_CACHE_DIR'])"
+    done = python(f"{NOWHERE}use_scratch(pathlib.Path('out/frames'))\n{told}", folder)
+    assert done.returncode == 0, done.stderr
+    place, kernels = done.stdout.split()
+    assert place == kernels and Path(place).parent == folder / "out"
+    assert list((folder / "out").iterdir()) == []
