@@ -94,7 +94,9 @@ def read_record(path: Path) -> Record:
     try:
         body = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise InputError("record", str(path), f"a readable JSON file ({error})") from None
+        raise InputError(
+            "record", str(path), f"a readable JSON file ({error})", "run it again"
+        ) from None
     if not isinstance(body, dict) or body.get("format") != FORMAT:
         raise InputError("record", str(path), f"its format is {FORMAT}", "give a record's path")
     if body.get("format_version") != FORMAT_VERSION:
@@ -107,7 +109,11 @@ def read_record(path: Path) -> Record:
         raise InputError(
             "record", str(path), "its content has the SHA-256 it names", "run it again"
         )
-    return _record(body["content"])
+    try:
+        return _record(body["content"])
+    except (TypeError, ValueError, KeyError, AttributeError) as error:
+        rule = f"content as the schema has it ({type(error).__name__}: {error})"
+        raise InputError("record", str(path), rule, "run it again") from None
 
 
 def read_records(folder: Path) -> tuple[Record, ...]:

@@ -113,7 +113,8 @@ def _read(path: str) -> str:
         if not Path(path).is_file():
             raise InputError("PRESET", path, "the path of a TOML file", "no such file")
         if Path(path).stat().st_size > _LONGEST_FILE:
-            raise InputError("PRESET", path, f"a preset of at most {_LONGEST_FILE} bytes")
+            rule = f"a preset of at most {_LONGEST_FILE} bytes"
+            raise InputError("PRESET", path, rule, "shorten it")
         return Path(path).read_text("utf-8")
     except UnicodeDecodeError as error:
         rule, cure = "TOML is UTF-8 text", f"byte {error.start} is not"
@@ -126,12 +127,13 @@ def _parse(source: str, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise InputError(source, "brackets", "TOML nested less deeply") from None
+        raise InputError(source, "brackets", "TOML nested less deeply", "take some away") from None
     except ValueError as error:
         at = re.search(r"line (\d+)", str(error))
         lines = text.splitlines()
         line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else text[-40:]
-        raise InputError(source, line.strip(), f"not TOML: {error}") from None
+        cure = "mend that line (toml.io has the grammar)"
+        raise InputError(source, line.strip(), f"not TOML: {error}", cure) from None
 
 
 def _toml_value(text: str) -> Any:
@@ -173,6 +175,6 @@ def _lay(tables: dict[str, Any], each: Setting) -> None:
     for step in path:
         inner = tables[step] = {} if tables.get(step) is None else tables[step]
         if not isinstance(inner, dict):
-            raise InputError(each.source, inner, f"{step} is a table of keys")
+            raise InputError(each.source, inner, f"{step} is a table of keys", f"leave {step} out")
         tables = inner
     tables[name] = _plain(each.value)

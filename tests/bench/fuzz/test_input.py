@@ -1,0 +1,290 @@
+"""Whatever arrives is taken, or refused with its rule and a cure: presets, flags, files, plug-ins.
+
+`LODBENCH_FUZZ=100000 python -m pytest tests/bench/fuzz -m "slow or not slow"` tries so many
+cases in process, shared out among the kinds of input, and 500 in whole programs; without it a few
+hundred are tried.
+"""
+
+import contextlib
+import io
+import json
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, Phase, example, given, settings
+from hypothesis import strategies as st
+
+from bench.cli.commands.render import command as render
+from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
+from bench.cli.main import main
+from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
+from bench.records.records import FORMAT, FORMAT_VERSION, _hash, read_record
+from lod.errors import InputError
+from lod.metric.family import Metric
+from scenes.plugins import entry_points
+from scenes.preset.errors import known_keys
+from scenes.preset.load import load_preset, preset_from, preset_names
+from scenes.render.files.frame_paths import check_pattern
+from scenes.render.files.manifest import NAME, load_manifest
+from scenes.render.files.whole_frame import whole_frame
+
+KINDS = 6
+CASES = int(os.environ.get("LODBENCH_FUZZ", "600")) // KINDS
+PROGRAMS = 500 if "LODBENCH_FUZZ" in os.environ else 20
+fuzzed = settings(
+    max_examples=CASES,
+    deadline=None,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=list(HealthCheck),
+    database=None,
+)
+
+NUMBERS = st.one_of(
+    st.integers(-(2**70), 2**70),
+    st.floats(),
+    st.sampled_from([0, 1, -1, 0.0, -0.0, 1e-9, 1e-320, 5e-324, 1e308, 2**31, 2**63, 2**64]),
+)
+TEXTS = st.one_of(
+    st.text(max_size=12),
+    st.sampled_from(["", "clear", "20km", "1e400m", "-1m", "0x0", "16384x16384", "blake", "auto"]),
+)
+VALUES = st.recursive(
+    st.one_of(NUMBERS, TEXTS, st.booleans(), st.none()),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(TEXTS, inner, max_size=3)),
+    max_leaves=6,
+)
+MODELS = {"model": "figure", "density": 0.01}
+KEYS = known_keys({"species": ("elk",), "placed": ("fox",), "plumes": ("smoke",)})
+
+
+def judge(work: Callable[[], Any]) -> bool:
+    """Whether input is taken; what is refused must name a rule and a cure in one short line."""
+    try:
+        work()
+    except InputError as error:
+        assert error.rule.strip() and error.cure.strip(), f"no cure: {error}"
+        assert len(str(error)) < 1200 and "Traceback" not in str(error)
+        str(error).encode("utf-8", "strict")
+        return False
+    return True
+
+
+def laid(keys: dict[str, Any]) -> dict[str, Any]:
+    """Dotted keys as tables, over a preset with a species."""
+    tables: dict[str, Any] = {"species": {"elk": dict(MODELS)}}
+    for key, value in keys.items():
+        *path, name = key.split(".")
+        inner = tables
+        for step in path:
+            inner = inner.setdefault(step, {})
+            if not isinstance(inner, dict):
+                break
+        else:
+            inner[name] = value
+    return tables
+
+
+@fuzzed
+@given(st.dictionaries(st.one_of(st.sampled_from(KEYS), TEXTS), VALUES, max_size=5))
+@example({"camera.keys": [{"frame": 5}, {"frame": 5}]})
+@example({"species.elk.density": 1e-320})
+def test_presets(keys: dict[str, Any]) -> None:
+    judge(lambda: preset_from(laid(keys)))
+
+
+@fuzzed
+@given(st.sampled_from([name for name, _ in preset_names()]), st.data())
+def test_preset_files(name: str, data: st.DataObject) -> None:
+    """A shipped file with some characters changed."""
+    shelf = Path(entry_points.__file__).parents[1] / "presets"
+    text = (shelf / f"{name}.toml").read_text(encoding="utf-8")
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(text)))
+        gone = data.draw(st.integers(0, 6))
+        text = text[:at] + data.draw(TEXTS) + text[at + gone :]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a.toml"
+        path.write_text(text, encoding="utf-8", errors="surrogatepass")
+        judge(lambda: load_preset(str(path)))
+
+
+WORDS = st.one_of(
+    TEXTS,
+    NUMBERS.map(str),
+    st.sampled_from(["1-24", "9-1", "1,5", "1-9x2", "1-1000000", "o/\udcff.####.exr"]),
+    st.tuples(st.sampled_from(KEYS), VALUES).map(lambda pair: f"{pair[0]}={pair[1]}"),
+    st.tuples(TEXTS, NUMBERS).map(lambda pair: f"{pair[0]}={pair[1]}"),
+)
+FLAGS = st.sampled_from([each.opts[0] for each in render.params if each.opts[0].startswith("-")])
+
+
+@fuzzed
+@given(st.lists(st.one_of(WORDS, st.tuples(FLAGS, WORDS)), max_size=6))
+def test_flags(words: list[str | tuple[str, str]]) -> None:
+    flat = [each for word in words for each in ((word,) if isinstance(word, str) else word)]
+
+    def parse() -> None:
+        with contextlib.redirect_stdout(io.StringIO()):
+            flags = render.make_context("render", ["crowd", "-o", "a.####.exr", *flat]).params
+        check_pattern(flags["pattern"])
+        frame_numbers(flags["frames"])
+        memory_limit_bytes(flags["max_memory"])
+        told = {name: value for name, value in flags.items() if name in FLAG_KEYS}
+        preset_from_flags(flags["preset"], flags["settings"], flags["density"], **told)
+
+    import click
+
+    with contextlib.suppress(click.UsageError, click.exceptions.Exit):
+        judge(parse)
+
+
+def changed(data: Any, draw: Callable[[Any], Any]) -> Any:
+    """The same nested data with one value replaced, left out or of another kind."""
+    if isinstance(data, dict) and data and draw(st.integers(0, 5)):
+        key = draw(st.sampled_from(sorted(data)))
+        if not draw(st.integers(0, 4)):
+            return {k: v for k, v in data.items() if k != key}
+        return {**data, key: changed(data[key], draw)}
+    if isinstance(data, list) and data and draw(st.integers(0, 5)):
+        at = draw(st.integers(0, len(data) - 1))
+        return [*data[:at], changed(data[at], draw), *data[at + 1 :]]
+    return draw(VALUES)
+
+
+HASH = "ab" * 32
+MANIFEST = {
+    "version": 3,
+    "settings": {HASH: {"seed": 0, "render": {"spp": 1}}},
+    "frames": {
+        "a.0001.exr": {"frame": 1, "state": "done", "sha256": HASH, "settings": HASH},
+        "a.0002.exr": {"frame": 2, "state": "pending", "settings": HASH},
+    },
+}
+RECORD = {
+    "experiment": "scaling",
+    "version": 1,
+    "quick": True,
+    "made": "2026-01-01T00:00:00Z",
+    "points": [{"case": {"x": 1}, "predictions": {}, "columns": {"n": [1, 2]}}],
+    "claims": [],
+    "provenance": {},
+    "arrays": {},
+}
+
+
+@fuzzed
+@given(st.data())
+def test_manifests_and_records(data: st.DataObject) -> None:
+    """Edited files; a record is sealed again, as one would who knows how."""
+    with tempfile.TemporaryDirectory() as text:
+        folder = Path(text)
+        manifest = json.dumps(changed(MANIFEST, data.draw))
+        at = data.draw(st.integers(0, 4 * len(manifest)))
+        (folder / NAME).write_text(manifest[:at], encoding="utf-8")
+        judge(lambda: load_manifest(folder))
+        content = changed(RECORD, data.draw)
+        seal = _hash(json.loads(json.dumps(content)))
+        body = {"format": FORMAT, "format_version": FORMAT_VERSION, "sha256": seal}
+        path = folder / f"scaling-{seal[:16]}.json"
+        path.write_text(json.dumps({**body, "content": content}), encoding="utf-8")
+        judge(lambda: read_record(path))
+
+
+@pytest.fixture(scope="module")
+def frame(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """One small frame, as it is written."""
+    from scenes.render.sequence.frame_session import FrameSession
+    from scenes.render.sequence.settings import frame_settings
+
+    small = ['render.size="8x8"', "render.spp=1", "view.detail=50"]
+    path = tmp_path_factory.mktemp("frame") / "a.0001.exr"
+    FrameSession(frame_settings(load_preset("zoo", small), "scalar_rgb")).render(1, path)
+    return path.read_bytes()
+
+
+@fuzzed
+@given(st.data())
+def test_headers(frame: bytes, data: st.DataObject) -> None:
+    """A frame with bytes of its header changed, or cut off."""
+    body = bytearray(frame)
+    for _ in range(data.draw(st.integers(1, 4))):
+        body[data.draw(st.integers(0, 6000)) % len(body)] = data.draw(st.integers(0, 255))
+    end = data.draw(st.one_of(st.just(len(body)), st.integers(0, len(body))))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a.0001.exr"
+        path.write_bytes(bytes(body[:end]))
+        judge(lambda: whole_frame(path))
+
+
+class Entry:
+    """What a package might bring: anything, or an error of any kind."""
+
+    name = "strange"
+    value = "strange:thing"
+    module = "strange"
+    dist = None
+
+    def __init__(self, found: Any) -> None:
+        self.found = found
+
+    def load(self) -> Any:
+        if isinstance(self.found, type) and issubclass(self.found, BaseException):
+            raise self.found("on purpose")
+        return self.found
+
+
+ERRORS = st.sampled_from([ValueError, ImportError, SystemExit, RecursionError, KeyError, OSError])
+LIMITS = st.sampled_from(
+    [
+        lambda P, R, m: P / m,
+        lambda P, R, m: None,
+        lambda P, R, m: [1, 2],
+        lambda P, R, m: P * float("nan"),
+        lambda P, R, m: -P,
+        lambda P: P,
+        lambda P, R, m: 1 / 0,
+        7,
+    ]
+)
+METRICS = st.builds(
+    Metric, name=TEXTS, about=TEXTS, limit=LIMITS, finite=st.booleans(), along_axis=st.booleans()
+)
+
+
+@fuzzed
+@given(st.one_of(VALUES, ERRORS, METRICS))
+def test_plug_ins(found: Any) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(entry_points, "installed", lambda group: {"strange": Entry(found)})
+        judge(lambda: entry_points.metric_by_name("strange"))
+
+
+@pytest.mark.slow
+@settings(fuzzed, max_examples=PROGRAMS)
+@given(
+    st.sampled_from(["count", "render", "show", "frames", "verify", "ids", "run", "compare"]),
+    st.lists(st.one_of(WORDS, st.tuples(FLAGS, WORDS)), max_size=4),
+)
+def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
+    """Each ends with 0, 1 or 2, and one line that says why; nothing is done for long."""
+    flat = [each for word in words for each in ((word,) if isinstance(word, str) else word)]
+    err = io.StringIO()
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stderr(err):
+        os.chdir(folder)
+        small = ["-D", 'render.size="4x4"', "-D", "terrain.reach=100"]
+        preset = {"run": [], "compare": [], "verify": [], "ids": []}.get(name, ["zoo", *small])
+        out = ["-o", "out/a.####.exr"] if name in ("render", "frames") else []
+        try:
+            with pytest.raises(SystemExit) as left, contextlib.redirect_stdout(io.StringIO()):
+                main([name, *preset, *out, *flat])
+        finally:
+            os.chdir(before)
+    assert left.value.code in (0, 1, 2)
+    assert "Traceback" not in err.getvalue() and "LODBENCH_TRACEBACK" not in err.getvalue()
+    if left.value.code == 2:
+        assert err.getvalue().splitlines()[-1].startswith("lodbench: error: ")
