@@ -1,9 +1,10 @@
 """Claims of processes on a folder: who works there, known to all, and gone with whoever made them.
 
 A claim is a file of its own in FOLDER/.lodbench, so nobody ever writes into that of another. It is
-locked while its process lives, and its text changes every BEAT_S. Whoever makes one looks at the
-others afterwards: of two that may not stand side by side, the one that was made later sees the
-other and is withdrawn.
+locked while its process lives, and its text changes every BEAT_S. As in Lamport's bakery (1974)
+whoever makes one first shows that it chooses a ticket, then takes a higher one than all that it
+sees, and gives way to lower tickets: by waiting, or by being refused. The ticket is in the file's
+name, which changes at once for all.
 
 A lock that is refused proves life, on any file system. One that is granted proves death only where
 the claim was made by this system through this mount: there are file systems without locks (9p,
@@ -16,20 +17,24 @@ import fcntl
 import itertools
 import json
 import os
-import random
+import re
 import socket
 import threading
 import time
 import uuid
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 NAME = ".lodbench"
 BEAT_S = 5.0
 SILENCE_S = 30.0
-_LOOK_S = 0.5
-_PAUSE_S = 0.1
+_LOOK_S = 0.1
+_PAUSE_S = 0.02
+_PATIENCE_S = 1.0  # for claims that are themselves being refused
+_CHOOSING = ".choosing."
+_DIGITS = 12
+_TICKET = re.compile(rf"\d{{{_DIGITS}}}\.")
 _BYTES = 640
 """Every text is as long, so that no reader sees half of a longer one."""
 
@@ -40,7 +45,6 @@ class Holder:
 
     group   what the claims of others must share, to stand beside it
     system  this start of the machine, and ``mount`` the file system's number on it
-    settled  whether no other claim stood against it
     """
 
     group: str
@@ -48,7 +52,6 @@ class Holder:
     process: int
     system: str
     mount: int
-    settled: bool = False
 
 
 class Claimed(Exception):
@@ -67,19 +70,14 @@ def claim(folder: Path, what: str, group: str = "", wait: bool = False) -> Itera
     until that is gone. Raises OSError where the folder cannot be written to.
     """
     group = group or uuid.uuid4().hex
-    for turn in itertools.count(1):
-        with _made(folder, what, group) as mine:
-            rivals = list(_rivals(mine, what, group))
-            if not rivals:
-                mine.beat(settled=True)
-                with mine.beating():
-                    yield
-                return
-        for path in rivals:
+    with _made(folder, what, group) as mine, mine.beating():
+        since = time.monotonic()
+        while (path := _first_before(mine, what, group)) is not None:
             holder = _alive(path)
-            if holder is not None and holder.settled and not wait:
+            if holder is not None and not wait and time.monotonic() - since > _PATIENCE_S:
                 raise Claimed(holder)
-        time.sleep(random.uniform(0, _PAUSE_S * min(turn, 10)))
+            time.sleep(_PAUSE_S)
+        yield
 
 
 class _Claim:
@@ -90,10 +88,8 @@ class _Claim:
         self._beats = itertools.count()
         self.beat()
 
-    def beat(self, settled: bool = False) -> None:
+    def beat(self) -> None:
         """Write the text anew: the same with another number."""
-        if settled:
-            self._holder = replace(self._holder, settled=True)
         text = json.dumps({**asdict(self._holder), "beat": next(self._beats)})
         os.pwrite(self._handle, text.encode().ljust(_BYTES), 0)
 
@@ -121,16 +117,18 @@ class _Claim:
 def _made(folder: Path, what: str, group: str) -> Iterator[_Claim]:
     """Make a claim, which nobody sees before it is locked; it is gone after the context."""
     name, path = uuid.uuid4().hex, folder / NAME
-    temporary, final = path / f"{name}.new", path / f"{name}.{what}"
-    handle = _create(temporary)
+    temporary, choosing = path / f"{name}.new", path / f"{name}{_CHOOSING}{what}"
+    handle, made = _create(temporary), None
     try:
         _lock(handle)
         host, mount = socket.gethostname()[:200], os.fstat(handle).st_dev
-        made = _Claim(final, handle, Holder(group, host, os.getpid(), _system(), mount))
-        os.rename(temporary, final)
+        made = _Claim(choosing, handle, Holder(group, host, os.getpid(), _system(), mount))
+        os.rename(temporary, choosing)
+        made.path = path / f"{_next_ticket(path):0{_DIGITS}d}.{name}.{what}"
+        os.rename(choosing, made.path)
         yield made
     finally:
-        for each in (temporary, final):
+        for each in (temporary, choosing, *([made.path] if made else [])):
             with contextlib.suppress(OSError):
                 each.unlink()
         with contextlib.suppress(OSError):
@@ -147,18 +145,37 @@ def _create(path: Path) -> int:
             return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
 
 
-def _rivals(mine: _Claim, what: str, group: str) -> Iterator[Path]:
-    """Find the claims of other groups; what is left of dead processes is removed on the way."""
-    for name in sorted(os.listdir(mine.path.parent)):
+def _first_before(mine: _Claim, what: str, group: str) -> Path | None:
+    """Find the first claim of another group that this one gives way to, if there is any.
+
+    What is left of dead processes is removed on the way.
+    """
+    for name in _listed(mine.path.parent):
         path = mine.path.with_name(name)
         if name.endswith(".new"):
             _remove_unfinished(path)
-        if path != mine.path and name.endswith(f".{what}"):
+        before = _CHOOSING in name or name < mine.path.name
+        if path != mine.path and name.endswith(f".{what}") and before:
             found = _read(path)
             if found is not None and found[1].group != group:
-                yield path
-            elif found is not None:
+                return path
+            if found is not None:
                 _is_proven_dead(path, found[1])
+    return None
+
+
+def _listed(folder: Path) -> list[str]:
+    """List a folder as it is now: a change to it makes network file systems look again."""
+    probe = folder / f"{uuid.uuid4().hex}.new"
+    os.close(os.open(probe, os.O_CREAT | os.O_EXCL))
+    probe.unlink()
+    return sorted(os.listdir(folder))
+
+
+def _next_ticket(folder: Path) -> int:
+    return 1 + max(
+        (int(name[:_DIGITS]) for name in _listed(folder) if _TICKET.match(name)), default=0
+    )
 
 
 def _alive(path: Path) -> Holder | None:

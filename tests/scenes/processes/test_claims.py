@@ -105,7 +105,7 @@ def test_one_that_sleeps_keeps_its_lock(tmp_path):
 @pytest.mark.parametrize("text", [b"", b"{", b"[]", b'{"group": "one"}', b"\xff" * 700])
 def test_what_is_no_claim_is_silent_and_goes(tmp_path, text):
     (tmp_path / NAME).mkdir()
-    (tmp_path / NAME / "x.frames").write_bytes(text)
+    (tmp_path / NAME / "000000000001.x.frames").write_bytes(text)
     with claim(tmp_path, "frames", "two"):
         pass
     assert os.listdir(tmp_path) == []
@@ -181,12 +181,14 @@ def test_the_lock_is_seen_by_others_before_the_claim_is(tmp_path, monkeypatch):
     really = os.rename
 
     def renamed(source, target):
-        handle = os.open(source, os.O_RDWR)
+        really(source, target)
+        if locked:
+            return
+        handle = os.open(target, os.O_RDWR)
         with pytest.raises(BlockingIOError):
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         os.close(handle)
         locked.append(target)
-        really(source, target)
 
     monkeypatch.setattr(os, "rename", renamed)
     with claim(tmp_path, "frames", "one"):
