@@ -104,7 +104,11 @@ def read_record(path: Path) -> Record:
         raise InputError(
             f"record {path}", arrived, f"format version {FORMAT_VERSION}", "run it again"
         )
-    sha256 = _hash(body.get("content"))
+    try:
+        sha256 = _hash(body.get("content"))
+    except ValueError as error:
+        rule = f"finite numbers alone ({error})"
+        raise InputError("record", str(path), rule, "run it again") from None
     if body.get("sha256") != sha256 or sha256[:_IN_NAME] not in Path(path).name:
         raise InputError(
             "record", str(path), "its content has the SHA-256 it names", "run it again"

@@ -187,7 +187,10 @@ def test_manifests_and_records(data: st.DataObject) -> None:
         (folder / NAME).write_text(manifest[:at], encoding="utf-8")
         judge(lambda: load_manifest(folder))
         content = changed(RECORD, data.draw)
-        seal = _hash(json.loads(json.dumps(content)))
+        try:
+            seal = _hash(json.loads(json.dumps(content)))
+        except ValueError:  # a number that is not finite, which JSON has not
+            seal = "0" * 64
         body = {"format": FORMAT, "format_version": FORMAT_VERSION, "sha256": seal}
         path = folder / f"scaling-{seal[:16]}.json"
         path.write_text(json.dumps({**body, "content": content}), encoding="utf-8")
@@ -247,7 +250,6 @@ LIMITS = st.sampled_from(
         lambda P, R, m: -P,
         lambda P: P,
         lambda P, R, m: 1 / 0,
-        7,
     ]
 )
 METRICS = st.builds(
@@ -260,6 +262,7 @@ METRICS = st.builds(
 def test_plug_ins(found: Any) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(entry_points, "installed", lambda group: {"strange": Entry(found)})
+        patch.setattr(entry_points, "import_fault", lambda value, package: "")
         judge(lambda: entry_points.metric_by_name("strange"))
 
 
