@@ -209,6 +209,7 @@ def frame(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return path.read_bytes()
 
 
+@pytest.mark.slow
 @fuzzed
 @given(st.data())
 def test_headers(frame: bytes, data: st.DataObject) -> None:
