@@ -58,6 +58,7 @@ class Soil:
         rise = relief.height(corner, xy) / (relief.amplitude or 1.0)
         slope = np.hypot(*relief.slopes(corner, xy, 2 * size).T)
         materials = GROUND_MATERIALS[self.cover]
-        colour = ground_colours(relief.seed, corner, xy, rise, slope, size, materials)
+        hidden = np.zeros(len(xy))
+        colour = ground_colours(relief.seed, corner, xy, rise, slope, hidden, size, materials)
         away = colour[:, None] - self.ground
         return np.asarray((away**2).sum(axis=2).argmin(axis=1))

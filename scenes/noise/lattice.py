@@ -55,6 +55,22 @@ def unit_rms() -> float:
     return math.sqrt(4 * square**2 / 3 + 4 * GRADIENT_LENGTH**2 * square * moment)
 
 
+@cache
+def unit_slope_variance() -> float:
+    """Variance of the slope of unit noise along an axis, per squared side, over a cell.
+
+    It is ∫∫ Σ (∂w²/3 + STEEP²/2·((w + ∂w·x)² + (∂w·y)²)) over the corners, integrated exactly.
+    """
+    blend = np.polynomial.Polynomial([1, 0, 0, -10, 15, -6])
+    away, steep = np.polynomial.Polynomial([0, 1]), blend.deriv()
+    value, moment, slope, turned = (
+        p.integ()(1.0)
+        for p in (blend**2, (blend * away) ** 2, steep**2, (blend + steep * away) ** 2)
+    )
+    gradient = GRADIENT_LENGTH**2 / 2 * (turned * value + slope * moment)
+    return 4 * (slope * value / 3 + gradient)
+
+
 @njit(cache=True)
 def _splitmix(z: np.uint64) -> np.uint64:
     """Output function of SplitMix64."""

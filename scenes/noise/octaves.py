@@ -102,6 +102,19 @@ def height_slack(
     return most
 
 
+@njit(cache=True, nogil=True)
+def left_out_variance(shortest: np.ndarray, sides: np.ndarray, variances: np.ndarray) -> np.ndarray:
+    """Variance that sums without octaves shorter than ``shortest`` (n,) lack, (n,).
+
+    sides, variances (k,)  wavelength, and variance in full, of each octave
+    """
+    lacking = np.zeros(len(shortest))
+    for i in range(len(shortest)):
+        for k in range(len(sides)):
+            lacking[i] += (1.0 - _octave_share(sides[k], shortest[i]) ** 2) * variances[k]
+    return lacking
+
+
 @njit(cache=True, inline="always")
 def _cell_of(square, offset, inverse, point):  # type: ignore[no-untyped-def]
     """The lattice cell that a point is in, and its place in that cell, in [0, 1)²."""

@@ -2,8 +2,9 @@
 
 Over the view's band of fading, vertices move from the surface of the coarser tile to the relief
 (``scenes.terrain.geomorph``), and patches of colour smaller than the spacing fade in
-(``scenes.terrain.shading``). Where undisplayed objects cover the ground, small bumps are hidden
-with it.
+(``scenes.terrain.shading``). Relief too small for the mesh leaves its mean light
+(``scenes.terrain.hidden_relief``). Where undisplayed objects cover the ground, small bumps are
+hidden with it.
 """
 
 from collections.abc import Callable, Sized
@@ -16,6 +17,7 @@ from lod.pruning.shapes import Triangles
 from lod.pruning.view_geometry import distance
 from lod.threads import map_chunks
 from scenes.terrain.geomorph import Places, geomorph_parents, morph
+from scenes.terrain.hidden_relief import cavity_albedo, seen_facets
 from scenes.terrain.mesh import MOST_COARSER, lattice_mesh
 from scenes.terrain.quadtree import Patches, balance
 from scenes.terrain.relief import unit_normals
@@ -23,7 +25,6 @@ from scenes.terrain.shading import (
     GroundInView,
     Shading,
     bare_shading,
-    bend_toward_eye,
     morph_fraction,
 )
 
@@ -52,7 +53,7 @@ def ground_mesh(
         return morph_fraction(ground, distance(ground.view, points), level)
 
     lines = geomorph_parents(places, patches.deepest, point_at, fraction_at)
-    bare = _by_runs(lambda rows: bare_shading(ground, lines.points[rows]), lines.points, 7)
+    bare = _by_runs(lambda rows: bare_shading(ground, lines.points[rows]), lines.points, 8)
     points, shading = morph(lines, lines.points), morph(lines, bare)
     columns = _by_runs(lambda rows: _covered(ground, points[rows], shading[rows]), points, 9)
     vertices, normals, colours = columns[:, :3], columns[:, 3:6], columns[:, 6:]
@@ -63,16 +64,17 @@ def _covered(
     ground: GroundInView, vertices: Points, shading: Shading
 ) -> Float64[np.ndarray, "n 9"]:
     """Vertices [m], unit normals and albedo of the ground under its residual cover, (n, 9)."""
-    smooth, slopes, bare = shading[:, :2], shading[:, 2:4], shading[:, 4:]
-    level = unit_normals(smooth)
-    if ground.aggregate_cover is None:
-        normals, colours = unit_normals(slopes), bare
-    else:
-        residual = ground.aggregate_cover.residual(ground.view, vertices)
-        normals = unit_normals(slopes + residual.covered[:, None] * (smooth - slopes))
-        colours = residual.colours(level, bare)
-        vertices = vertices + residual.lift[:, None] * (0.0, 0.0, 1.0)
-    normals = bend_toward_eye(normals, level, ground.view.camera.eye - vertices)
+    smooth, slopes, hidden, bare = np.split(shading, (2, 4, 5), axis=1)
+    eye, cover = ground.view.camera.eye, ground.aggregate_cover
+    if cover is None:
+        normals, share = seen_facets(slopes, hidden[:, 0], eye - vertices, ground.to_sun)
+        return np.concatenate((vertices, normals, cavity_albedo(bare, share)), axis=1)
+    residual = cover.residual(ground.view, vertices)
+    vertices = vertices + residual.lift[:, None] * (0.0, 0.0, 1.0)
+    open_share = 1 - residual.covered[:, None]
+    slopes, hidden = smooth + open_share * (slopes - smooth), open_share**2 * hidden
+    normals, share = seen_facets(slopes, hidden[:, 0], eye - vertices, ground.to_sun)
+    colours = residual.colours(unit_normals(smooth), cavity_albedo(bare, share))
     return np.concatenate((vertices, normals, colours), axis=1)
 
 

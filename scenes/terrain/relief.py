@@ -18,8 +18,22 @@ from numba import njit
 from lod.arrays import Points, Reals, frozen
 from lod.camera import STEP_M, Corner
 from lod.errors import InputError
-from scenes.noise.lattice import NOISE_BOUND, NOISE_MAX_SLOPE, RIDGED_MEAN, RIDGED_RMS, unit_rms
-from scenes.noise.octaves import Octaves, height_slack, octave_slopes, octave_values, octaves_at
+from scenes.noise.lattice import (
+    NOISE_BOUND,
+    NOISE_MAX_SLOPE,
+    RIDGED_MEAN,
+    RIDGED_RMS,
+    unit_rms,
+    unit_slope_variance,
+)
+from scenes.noise.octaves import (
+    Octaves,
+    height_slack,
+    left_out_variance,
+    octave_slopes,
+    octave_values,
+    octaves_at,
+)
 
 SHORTEST_M = 0.25
 """Wavelength of the last octave; smaller bumps count as grass [m]."""
@@ -99,6 +113,16 @@ class Relief:
         it off.
         """
         return self.crest / self.unit if self.ridged else 1.0
+
+    @cached_property
+    def slope_variances(self) -> Reals:
+        """Variance of each octave's slope along an axis, (k,)."""
+        steepness = self.rms / self.unit / self.wavelengths
+        return frozen(unit_slope_variance() * steepness**2, np.float64)
+
+    def left_out_slope_variance(self, shortest: Reals) -> Reals:
+        """Variance along an axis of the slopes that ``slopes`` leaves out, (n,)."""
+        return np.asarray(left_out_variance(shortest, self.wavelengths, self.slope_variances))
 
     def bounds(self) -> tuple[float, float]:
         """Lowest and highest that the relief can be anywhere [m]."""

@@ -65,6 +65,7 @@ class Terrain:
     finest   spacing of the finest mesh [m], a power of two
     cover    what lies on it, one of GROUND_MATERIALS
     aggregate_cover   what undisplayed objects leave on it; None: nothing
+    to_sun   unit vector to the sun (3,), for facets too small to be drawn; None: no sun
     """
 
     seed: int
@@ -78,6 +79,7 @@ class Terrain:
     cover: str = "grassy"
     name: str = "terrain"
     aggregate_cover: AggregateCover | None = None
+    to_sun: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.reach) and 16 <= self.reach <= 1e7):
@@ -234,6 +236,7 @@ class Terrain:
             grid.limits[0],
             GROUND_MATERIALS[self.cover],
             self.aggregate_cover,
+            None if self.to_sun is None else np.array(self.to_sun),
         )
         unit = grid.root_side / 2.0**patches.deepest / QUADS
         return ground_mesh(ground, patches, (grid.west, grid.south), unit)

@@ -88,7 +88,9 @@ def build_world(preset: Preset) -> World:
         for each in fields
         if preset.species[each.name].dust
     )
-    return World(replace(terrain, aggregate_cover=cover), fields, placed, plumes, dust, others)
+    to_sun = tuple(sun_and_sky(preset).to_sun.tolist())
+    ground = replace(terrain, aggregate_cover=cover, to_sun=to_sun)
+    return World(ground, fields, placed, plumes, dust, others)
 
 
 def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> AggregateCover | None:

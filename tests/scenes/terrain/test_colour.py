@@ -12,7 +12,7 @@ from scenes.terrain.terrain import Terrain
 def albedo(cover, rise, slope, n=4000):
     """Mean albedo of much ground of that height and slope, (3,)."""
     xy = np.random.default_rng(1).uniform(0, 5000, (n, 2))
-    flat = np.full(n, rise), np.full(n, slope), np.full(n, 1.0)
+    flat = np.full(n, rise), np.full(n, slope), np.zeros(n), np.full(n, 1.0)
     colours = ground_colours(4, Corner(0, 0), xy, *flat, GROUND_MATERIALS[cover])
     assert colours.min() >= 0 and colours.max() <= 1
     return colours.mean(axis=0)
@@ -34,6 +34,34 @@ def test_grass_is_green_and_stone_is_not():
     steep = [albedo(name, 0.0, 1.5) for name in GROUND_MATERIALS]
     for name, colour in zip(GROUND_MATERIALS, steep, strict=True):
         assert colour == pytest.approx(GROUND_MATERIALS[name].steep, rel=0.05)
+
+
+@pytest.mark.parametrize("cover", list(GROUND_MATERIALS))
+@pytest.mark.parametrize("spread", [0.1, 0.3, 0.5])
+@pytest.mark.parametrize("slope", [0.0, 0.5, 1.0])
+def test_hidden_slopes_leave_the_mean_of_their_albedo(cover, spread, slope):
+    """Against 4000 sampled facets, on high ground, where snow slides off the steep ones."""
+    random = np.random.default_rng(5)
+    n, rise = 4000, 1.5
+    xy = random.uniform(0, 5000, (n, 2))
+    steep = np.hypot(*(random.normal(0, spread, (2, n)) + np.array([[slope], [0.0]])))
+    same = 4, Corner(0, 0), xy, np.full(n, rise)
+    coarse, materials = np.full(n, 4096.0), GROUND_MATERIALS[cover]
+    facets = ground_colours(*same, steep, np.zeros(n), coarse, materials).mean(axis=0)
+    found = ground_colours(*same, np.full(n, slope), np.full(n, spread**2), coarse, materials).mean(
+        axis=0
+    )
+    assert found == pytest.approx(facets, abs=0.025)
+
+
+def test_small_patches_leave_the_mean_of_their_albedo():
+    xy = np.random.default_rng(1).uniform(0, 40_000, (40_000, 2))
+    one = np.ones(len(xy))
+    same = 4, Corner(0, 0), xy, -0.2 * one, 0.4 * one, 0 * one
+    for cover, materials in GROUND_MATERIALS.items():
+        fine = ground_colours(*same, 0.125 * one, materials)
+        coarse = ground_colours(*same, 4096.0 * one, materials)
+        assert coarse.mean(axis=0) == pytest.approx(fine.mean(axis=0), abs=0.03), cover
 
 
 def test_an_unknown_cover_is_refused():

@@ -1,48 +1,27 @@
-"""How the ground is shaded: as rough as its relief however coarse its mesh, and never by a side
-that the eye does not see."""
+"""How the ground is shaded: as rough as its relief, by waves that its mesh can show, and never by a
+side that the eye does not see."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from lod.arrays import Points, Reals
-from scenes.terrain import ground_mesh
+from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.terrain.relief import unit_normals
-from scenes.terrain.shading import LEAST_FACING, LEVEL_FACING, SHOWN_PX, bend_toward_eye
+from scenes.terrain.shading import (
+    GroundInView,
+    bare_shading,
+    spacing_at,
+)
 from scenes.terrain.terrain import Terrain
 from tests.scenes.terrain.grounds import HILLS, cut_and_mesh, view_of
 
 RIDGES = Terrain(9, 190.0, 4096.0, 0.95, reach=6000.0, ridged=True)
-ways = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 1e-3)
 
 
 def unit(v):
     return np.asarray(v) / np.linalg.norm(v, axis=-1, keepdims=True)
-
-
-@given(n=ways, smooth=ways, way=ways, far=st.floats(0.1, 1e5))
-def test_a_normal_is_bent_no_more_than_it_must(n, smooth, way, far):
-    n, smooth, way = (unit(v)[None] for v in (n, smooth, way))
-    bent = bend_toward_eye(n, smooth, far * way)
-    facing, level = (n * way).sum(), abs((smooth * way).sum())
-    least = np.clip(level, LEVEL_FACING, LEAST_FACING)
-    assert np.isfinite(bent).all()
-    if facing >= least + 1e-12:
-        assert np.array_equal(bent, n)
-    elif abs(facing) < 0.999999:
-        assert (bent * way).sum() == pytest.approx(least, abs=1e-9)
-        assert np.linalg.norm(bent) == pytest.approx(1.0, abs=1e-9)
-        # in the plane of both: nothing that bends it less faces the eye as much
-        turned = np.arccos(np.clip(facing, -1, 1)) - np.arccos(least)
-        assert np.arccos(np.clip((n * bent).sum(), -1, 1)) == pytest.approx(turned, abs=1e-5)
-
-
-def test_plains_are_not_tilted():
-    n, way = np.array([[0.0, 0.0, 1.0]]), np.array([[3000.0, 0.0, 1.7]])
-    assert np.array_equal(bend_toward_eye(n, n, way), n)
 
 
 def facing_on_seen_ground(mesh, view):
@@ -58,42 +37,50 @@ def facing_on_seen_ground(mesh, view):
 
 @pytest.mark.parametrize("above", [2.0, 400.0])
 @pytest.mark.parametrize("detail", [2.0, 12.0])
-def test_no_seen_ground_is_shaded_by_a_side_that_turns_away(above, detail, monkeypatch):
+def test_no_seen_ground_is_shaded_by_a_side_that_turns_away(above, detail):
+    """Whatever the sun, and where something covers the ground, too."""
     view = view_of(RIDGES, above=above, detail=detail, size=(160, 90), look_around=True)
-    bent = facing_on_seen_ground(cut_and_mesh(RIDGES, view)[1], view)
-    monkeypatch.setattr(ground_mesh, "bend_toward_eye", lambda normals, *_: normals)
-    plain = facing_on_seen_ground(cut_and_mesh(RIDGES, view)[1], view)
-    assert (plain < 0).mean() > 0.01
-    assert (bent < 0).mean() < 1e-4  # underfoot, where one face spans many directions
+    for sun, cover in ((None, None), ((0.0, 0.94, 0.34), None), ((0.57, 0.0, 0.82), Cloth(0.7))):
+        terrain = replace(RIDGES, to_sun=sun, aggregate_cover=cover)
+        facing = facing_on_seen_ground(cut_and_mesh(terrain, view)[1], view)
+        assert (facing < 0).mean() < 1e-3, (sun, cover)
 
 
-def steepness(terrain, **settings):
-    """RMS slope of the normals of ground 200 to 400 m from an eye 300 m up."""
+def shaded(terrain, **settings):
+    """Shading of ground about 400 m from an eye 300 m up, its mesh and what it depends on."""
     view = view_of(terrain, above=300.0, size=(320, 180), look_around=True, **settings)
-    mesh = cut_and_mesh(terrain, view)[1]
-    d = np.hypot(*(mesh.vertices - view.camera.eye)[:, :2].T)
-    near = (d > 200) & (d < 400)
-    return np.sqrt(np.mean(np.sum((mesh.normals[near, :2] / mesh.normals[near, 2:]) ** 2, axis=1)))
+    cut, mesh = cut_and_mesh(terrain, view)
+    d = np.linalg.norm(mesh.vertices - view.camera.eye, axis=1)
+    near = (d > 320) & (d < 450)
+    limits = cut.parts.state.limits[0]
+    materials = GROUND_MATERIALS[terrain.cover]
+    ground = GroundInView(view, terrain.relief, terrain.spacings, limits, materials, None, None)
+    return ground, mesh.vertices[near], bare_shading(ground, mesh.vertices[near]), near, mesh
 
 
-def test_a_coarse_mesh_is_as_rough_as_a_fine_one():
-    fine, coarse = (steepness(HILLS, detail=detail) for detail in (0.5, 12.0))
-    assert coarse == pytest.approx(fine, rel=0.05)
+@pytest.mark.parametrize("terrain", [HILLS, RIDGES])
+def test_slopes_that_a_coarse_mesh_leaves_out_stay_as_variance(terrain):
+    """Analytic variance of octaves: what is drawn and what is hidden add up to the relief's."""
+    for detail in (0.5, 12.0):
+        _, _, shading, _, _ = shaded(terrain, detail=detail)
+        drawn, hidden = shading[:, 2:4].var(axis=0).mean(), shading[:, 4].mean()
+        assert hidden > 0.02 * drawn
+        assert drawn + hidden == pytest.approx(terrain.relief.slope_variances.sum(), rel=0.25)
 
 
-def test_normals_are_the_reliefs_down_to_what_the_picture_shows():
-    view = view_of(HILLS, above=300.0, size=(320, 180), look_around=True)
-    mesh = cut_and_mesh(HILLS, view)[1]
-    way, xy = view.camera.eye - mesh.vertices, mesh.vertices[:, :2]
-    shortest = SHOWN_PX * view.camera.pixel_angle * np.linalg.norm(way, axis=1)
-    told, whole = (
-        unit_normals(HILLS.relief.slopes(view.camera.corner, xy, waves))
-        for waves in (shortest, np.zeros(len(xy)))
-    )
-    faced = (told * unit(way)).sum(axis=1) > LEAST_FACING
-    assert faced.mean() > 0.5
-    assert np.allclose(mesh.normals[faced], told[faced], rtol=0, atol=1e-12)
-    assert np.abs(mesh.normals - whole)[faced].max() > 0.1
+def test_slopes_are_the_reliefs_down_to_what_the_mesh_shows():
+    ground, points, shading, _, _ = shaded(HILLS, detail=1.0)
+    xy, corner = points[:, :2], ground.view.camera.corner
+    spacing = spacing_at(ground, np.linalg.norm(points - ground.view.camera.eye, axis=1))
+    assert np.allclose(shading[:, 2:4], HILLS.relief.slopes(corner, xy, 2 * spacing), atol=1e-12)
+    assert np.abs(shading[:, 2:4] - HILLS.relief.slopes(corner, xy, 0 * spacing)).max() > 0.1
+
+
+def test_the_same_place_at_the_same_distance_has_the_same_shading():
+    """No seam: shading depends on place and distance alone, not on the tile that asks for it."""
+    ground, points, shading, _, _ = shaded(HILLS, detail=1.0)
+    some = np.random.default_rng(3).choice(len(points), 50, replace=False)
+    assert np.array_equal(bare_shading(ground, points[some]), shading[some])
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +109,12 @@ def test_what_covers_the_ground_hides_its_bumps_and_lifts_it():
     bare, none, cloth = (
         replace(HILLS, aggregate_cover=far) for far in (None, Cloth(0.0), Cloth(1.0))
     )
-    assert steepness(none, detail=12.0) == steepness(bare, detail=12.0)
-    assert steepness(cloth, detail=12.0) < 0.9 * steepness(bare, detail=12.0)
+    bumps = {}
+    for name, terrain in (("bare", bare), ("none", none), ("cloth", cloth)):
+        _, _, shading, near, mesh = shaded(terrain, detail=0.25)
+        bumps[name] = (mesh.normals[near] - unit_normals(shading[:, :2])).std()
+    assert bumps["none"] == bumps["bare"]
+    assert bumps["cloth"] < 0.1 * bumps["bare"]
     view = view_of(HILLS, above=300.0)
     under, over = (cut_and_mesh(each, view)[1] for each in (bare, cloth))
     assert np.allclose(over.vertices - under.vertices, (0, 0, 2.0))
