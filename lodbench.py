@@ -119,20 +119,22 @@ def render_sequence(
     threads  for the renderer, in a process of its own; 0 = one for each core
     Yields a record after each frame: ``frame``, ``path``, ``sha256``, ``kept`` (it was there
     already), ``seconds`` by stage; a frame that failed has ``error`` instead. Raises InputError for
-    frames of other settings that stand there, unless ``overwrite``.
+    frames of other settings that stand there, unless ``overwrite``, and while another process
+    renders other settings into that folder.
     """
+    from scenes.render.files.frame_paths import make_folder
     from scenes.render.mitsuba.variants import choose
     from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.sequence import open_job
+    from scenes.render.sequence.sequence import open_job, owned_folder
     from scenes.render.sequence.sequence import render_sequence as render_job
     from scenes.render.sequence.settings import frame_settings
     from scenes.render.sequence.worker import Worker
 
     chosen = within_budget(_preset(preset), frames)
     variant = choose(chosen.render.variant, chosen.render.spectral)
-    job = open_job(pattern, frames, frame_settings(chosen, variant), overwrite)
-    with Worker(threads) as worker:
-        yield from render_job(job, worker)
+    settings = frame_settings(chosen, variant)
+    with owned_folder(make_folder(Path(pattern).parent), settings), Worker(threads) as worker:
+        yield from render_job(open_job(pattern, frames, settings, overwrite), worker)
 
 
 def read_frame(path: str | Path) -> Frame:

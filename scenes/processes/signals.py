@@ -9,11 +9,15 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _AGAIN_S = 0.05
+_ONE_PRESS_S = 1.0
+"""Signals that follow within this time are the first one once more: a terminal sends it to every
+process of a group, and programs between, such as ``timeout``, pass it on."""
 
 
 class Stopped(KeyboardInterrupt):
@@ -33,7 +37,13 @@ def raise_when_stopped() -> dict[int, Any]:
 
     def first(number: int, frame: object) -> NoReturn:
         ignore_signals()
-        signal.signal(signal.SIGINT, lambda *_: os._exit(128 + number))
+        came = time.monotonic()
+
+        def again(*_: object) -> None:
+            if time.monotonic() - came > _ONE_PRESS_S:
+                os._exit(128 + number)
+
+        signal.signal(signal.SIGINT, again)
         raise Stopped(number)
 
     def lost(unraisable: Any) -> None:

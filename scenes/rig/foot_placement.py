@@ -5,7 +5,8 @@ the print on which the foot stands. While the foot swings the height is taken at
 it left and the one it goes to, and the plane under the foot passes from the one to the other. So a
 foot that stands keeps one plane under it, however rough the ground, and a foot that swings arrives
 at the plane of its next print as it lands. The body's height is the mean of its prints' heights,
-less what it must sink for its legs to reach their prints.
+less what it must sink for its legs to reach their prints. How a foot rolls from heel to toe is
+decided before, in ``scenes.gait.foot_path``.
 
 A sole follows slopes up to the prototype's ``Feet.steepest``, and no print is farther above or
 below the mean of all than such a slope would put it. The priority P, the range R and the bound B of

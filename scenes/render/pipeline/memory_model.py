@@ -16,7 +16,8 @@ longer import colour-science.
 haze and light as well.
 
 Pruning alone, without a picture, takes per part, object, cell and triangle what the columns of a
-cut, of samples and of a mesh take (``lodbench count``, fitted in the same way).
+cut, of samples and of a mesh take. These four numbers are estimates from the sizes of those columns
+and one run of ``lodbench count``, not a fit.
 """
 
 from dataclasses import dataclass

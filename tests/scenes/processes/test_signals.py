@@ -46,13 +46,23 @@ def test_each_signal_ends_it_tidily(number):
 
 @pytest.mark.parametrize("then", ENDING, ids=lambda each: each.name)
 def test_a_second_signal_ends_it_at_once_if_it_is_ctrl_c_alone(then):
-    process = started(at_the_end="print('ends', flush=True); time.sleep(1)")
+    process = started(at_the_end="print('ends', flush=True); time.sleep(3)")
     process.send_signal(signal.SIGHUP)
     assert process.stdout.readline() == "ends\n"
+    time.sleep(1.2)  # sooner it would be the first one once more
     process.send_signal(then)
     out, _ = process.communicate(timeout=30)
     assert process.returncode == 129
     assert out == ("" if then == signal.SIGINT else "tidied\n")
+
+
+def test_one_press_that_arrives_twice_is_one_signal():
+    process = started(at_the_end="print('ends', flush=True); time.sleep(0.3)")
+    process.send_signal(signal.SIGINT)
+    assert process.stdout.readline() == "ends\n"
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=30)
+    assert (process.returncode, out) == (130, "tidied\n")
 
 
 def test_nohup_keeps_it_going():
