@@ -78,6 +78,8 @@ def render_alone(place: Place) -> Truth:
     for look in LOOKS:
         alone = replace(place, out=look)
         running[look] = alone.start(Command("render", look), place.folder.parent / "logs" / look)
+        if len(running) == 1:
+            running[look].process.wait()  # it may compile kernels, which all others then find
     hashes = {}
     for look, each in running.items():
         each.process.wait()
