@@ -71,7 +71,10 @@ def cluster(
 
 @contextlib.contextmanager
 def _local(where: str, variant: str) -> Iterator[Any]:
-    """Processes of this machine, one thread each, as much memory as there is."""
+    """Start processes of this machine, one thread each, with as much memory as there is.
+
+    Raises ChildProcessError where one of them ends while it starts.
+    """
     import dask
     from distributed import LocalCluster
 
@@ -80,18 +83,23 @@ def _local(where: str, variant: str) -> Iterator[Any]:
     # Whoever counts the tries of a frame is told of every worker that it ended.
     settings = {"distributed.scheduler.allowed-failures": 0}
     with contextlib.ExitStack() as stack:
-        stack.enter_context(dask.config.set(settings))
         folder = stack.enter_context(scratch_folder(dask.config.get("temporary-directory")))
+        # The scheduler, too, keeps its locks there.
+        stack.enter_context(dask.config.set({**settings, "temporary-directory": folder}))
         with signals_held():
-            local = LocalCluster(
-                n_workers=int(where),
-                threads_per_worker=1,
-                memory_limit=0,
-                dashboard_address=":0",
-                silence_logs=logging.CRITICAL,
-                env=trusting(variant) if variant else {},
-                local_directory=folder,
-            )
+            try:
+                local = LocalCluster(
+                    n_workers=int(where),
+                    threads_per_worker=1,
+                    memory_limit=0,
+                    dashboard_address=":0",
+                    silence_logs=logging.CRITICAL,
+                    env=trusting(variant) if variant else {},
+                    local_directory=folder,
+                )
+            except RuntimeError as error:
+                why = f"a worker ended while it started ({error}): try the same command again"
+                raise ChildProcessError(why) from error
             stack.enter_context(local)
         yield local
 
