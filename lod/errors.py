@@ -20,4 +20,7 @@ class InputError(ValueError):
 
 def _short(arrived: object, longest: int = 80) -> str:
     text = repr(arrived).replace("\n", " ")
-    return text if len(text) <= longest else text[: longest - 1] + "…"
+    if len(text) <= longest:
+        return text
+    kept = longest // 2  # of either end: a path ends in the name of its file
+    return f"{text[: kept - 1]}…{text[-kept:]}"

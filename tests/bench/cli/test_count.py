@@ -9,12 +9,13 @@ from bench.cli.main import main
 
 ADULTS = '{model="figure", density=0.01, prototypes=1}'
 CHILDREN = '{model="figure", density=0.02, prototypes=1, sizes=[0.5]}'
-SMALL = ("--size", "64x36", "-D", f"species={{adult={ADULTS}, child={CHILDREN}}}")
+SPECIES = ("-D", f"species={{adult={ADULTS}, child={CHILDREN}}}")
+SMALL = "64x36"
 
 
-def counted(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
+def counted(capfd: pytest.CaptureFixture[str], *arguments: str, size: str = SMALL) -> str:
     with pytest.raises(SystemExit) as left:
-        main(["count", "meadow", *SMALL, *arguments])
+        main(["count", "meadow", "--size", size, *SPECIES, *arguments])
     out, err = capfd.readouterr()
     assert left.value.code == 0, err
     return out
@@ -55,14 +56,15 @@ def test_flags_reach_the_count(capfd: pytest.CaptureFixture[str]) -> None:
 
 def test_haze_and_eye_show_less_and_the_law_knows(capfd: pytest.CaptureFixture[str]) -> None:
     """Flat ground, fog: what is left is what is predicted, within 4 standard deviations."""
-    fog = ("--json", "--visibility", "300m", "--density", "adult=0.05", "--size", "640x36")
+    fog = ("--json", "--visibility", "300m", "--density", "adult=0.05")
     found = {}
     for name, flags in {
         "blind": ("--no-haze-aware",),
         "aware": (),
         "eye": ("--display-ppd", "67"),
     }.items():
-        found[name] = json.loads(counted(capfd, *fog, *flags, "-D", "terrain.amplitude=0"))
+        words = (*fog, *flags, "-D", "terrain.amplitude=0")
+        found[name] = json.loads(counted(capfd, *words, size="640x36"))
         parts = found[name]["objects"]
         assert abs(parts["displayed"] - parts["predicted"]) < 4 * parts["predicted_sd"]
     objects = [found[name]["objects"]["displayed"] for name in ("blind", "aware", "eye")]

@@ -73,10 +73,10 @@ def test_a_wrong_folder_stays_wrong(right: Path, tmp_path: Path) -> None:
     (tmp_path / "out" / "a.0002.exr").write_text("half")
     done = shell(tmp_path, "$lodbench verify out | true")
     assert done.returncode == 1
-    assert "1 files are wrong" in done.stderr
+    assert "1 file is wrong" in done.stderr
     both = shell(tmp_path, "$lodbench verify out >/dev/full")
     assert both.returncode == 1
-    assert "1 files are wrong" in both.stderr
+    assert "1 file is wrong" in both.stderr
     assert "stdout could not be written" in both.stderr
 
 

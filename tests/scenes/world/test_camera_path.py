@@ -142,12 +142,19 @@ def test_a_walk_from_a_far_cell_is_as_even():
     assert np.array(places)[:, 1] == pytest.approx([4.0] * 3, abs=1e-9)
 
 
-@pytest.mark.parametrize("frames", [(1,), (5, 5), (9, 3)])
-def test_keys_that_make_no_flight_are_refused(frames):
+@pytest.mark.parametrize(
+    ("frames", "rule"),
+    [
+        ((1,), "2 keys or more"),
+        ((5, 5), "order of their frames"),
+        ((9, 3), "order of their frames"),
+    ],
+)
+def test_keys_that_make_no_flight_are_refused(frames, rule):
     keys = ", ".join(
         f"{{frame={f}, position=[0.0, 0.0], height=1.0, target=[1.0, 0.0, 0.0]}}" for f in frames
     )
-    with pytest.raises(InputError, match=r"camera\.keys.*order of their frames"):
+    with pytest.raises(InputError, match=rf"camera\.keys.*{rule}"):
         load_preset("fly_in", [f"camera.keys=[{keys}]"])
 
 
