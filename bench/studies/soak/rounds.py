@@ -1,5 +1,6 @@
 """How is a round done: its steps, what is judged after each, and how the folder is healed?"""
 
+import json
 import os
 import shutil
 import signal
@@ -139,7 +140,21 @@ class Folder:
         if run.signals or run.code is None:
             return
         if run.command.stream in ("kept", "no stderr", "full stderr"):
+            known = self._sequences_on_record()
+            looks = {n: look for n, look in looks.items() if look or _sequence(n) in known}
             self.broken += judge_verdict(run, looks, right, ledger.manifest_harmed)
+
+    def _sequences_on_record(self) -> set[str]:
+        """Name the sequences of which the manifest, if it can be read, has a frame.
+
+        `verify` judges no other: where a manifest was lost with every whole frame of a sequence,
+        nothing says that there was one, and its other files are anybody's.
+        """
+        try:
+            data = json.loads((self._place.frames / NAME).read_bytes())
+            return {_sequence(name) for name in data["frames"]}
+        except (OSError, ValueError, KeyError, TypeError):
+            return set()
 
     def _looks(self) -> dict[str, str | None]:
         """Whose bytes every file has that some command was to make."""
@@ -194,3 +209,8 @@ def _started() -> Iterator[list[Running]]:
             if each.process.poll() is None:
                 os.killpg(each.process.pid, signal.SIGKILL)
                 each.process.wait()
+
+
+def _sequence(name: str) -> str:
+    """The name of a frame's file before its number."""
+    return name.partition(".")[0]

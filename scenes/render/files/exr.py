@@ -34,6 +34,7 @@ DEFAULT_OUTPUT = OutputPreset()
 """One part, ZIP, float."""
 
 _HALF_MAX = 65504.0
+UNREADABLE_CURE = "render it again, or give the path of another frame"
 _COLOUR = np.floating
 """Half or float, as the preset's output table says."""
 
@@ -175,7 +176,9 @@ def read_exr(path: str | Path) -> tuple[Layers, dict[str, Any]]:
     pixels, header = read_pixels(path)
     missing = sorted(set(_CHANNELS) - set(pixels))
     if missing:
-        raise InputError("frame", str(path), f"every layer of lodbench; missing {missing[0]}")
+        raise InputError(
+            "frame", str(path), f"every layer of lodbench; missing {missing[0]}", UNREADABLE_CURE
+        )
     return Layers(**_fields(pixels)), header
 
 
@@ -199,12 +202,14 @@ def read_header(path: str | Path) -> dict[str, Any]:
 @contextlib.contextmanager
 def _opened(path: str | Path, **how: bool) -> Iterator[OpenEXR.File]:
     if not Path(path).is_file():
-        raise InputError("frame", str(path), "an EXR file that exists")
+        raise InputError("frame", str(path), "an EXR file that exists", "see what is there")
     try:
         with stdout_to_stderr():
             yield OpenEXR.File(str(path), **how)
     except (RuntimeError, ValueError) as error:
-        raise InputError("frame", str(path), f"readable OpenEXR ({error})") from error
+        raise InputError(
+            "frame", str(path), f"readable OpenEXR ({error})", UNREADABLE_CURE
+        ) from error
 
 
 def channel_types(output: OutputPreset) -> dict[str, np.dtype]:

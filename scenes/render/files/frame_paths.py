@@ -50,7 +50,7 @@ def frame_path(pattern: str | Path, frame: int) -> Path:
     """Path of one frame's file. Raises InputError for what is no pattern, or a frame below 0."""
     check_pattern(pattern)
     if frame < 0:
-        raise InputError("frame", frame, "0 or more")
+        raise InputError("frame", frame, "0 or more", "frames count from 1")
     path = Path(pattern)
     return path.with_name(path.name.replace(PLACEHOLDER, f"{frame:04d}"))
 

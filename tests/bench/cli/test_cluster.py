@@ -86,4 +86,4 @@ def test_what_is_damaged_is_repaired_on_the_cluster(tmp_path, monkeypatch, capfd
 def test_workers_that_have_nothing_to_repair_are_refused(tmp_path, capfd):
     code, lines, err = lodbench(capfd, "verify", str(tmp_path))
     assert (code, lines) == (2, [])
-    assert "--cluster: '2': workers only repair" in err and err.count("\n") == 1
+    assert "--cluster: 'alone': workers only repair" in err and err.count("\n") == 1
