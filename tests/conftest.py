@@ -1,6 +1,7 @@
 """What holds under test only: checked shapes and types, and how Hypothesis searches."""
 
 import os
+import signal
 import sys
 
 import jaxtyping._import_hook as import_hook
@@ -9,6 +10,10 @@ from jaxtyping import install_import_hook
 
 # FLIP's threads wait by spinning: beside other workers that takes a hundred times as long.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+# Tests send it to children, who would inherit that it is ignored, as it is under nohup; what a
+# process does of its own they do not inherit.
+signal.signal(signal.SIGHUP, lambda number, frame: None)
 
 ROOMS = ("lod", "scenes", "bench")
 
