@@ -17,12 +17,11 @@ haze and light as well.
 
 Pruning alone, without a picture (``lodbench count``), takes
 
-    bytes = 380 MB + 30·parts + 120·objects examined + 24·cells + 230·triangles,
+    bytes = 380 MB + 60·parts + 120·objects examined + 24·cells + 230·triangles,
 
-set by hand to the most memory of ten counts (0.3 to 360 M parts, 0.2 to 10 M triangles, 0.05 to
-10 M objects). Predicted ÷ measured is 1.0 to 2.2 for eight of them: parts took 11 to 18 bytes, and
-more of single objects with 10⁹ parts. It is 0.8 for `crowd` at 2 people a square metre, each in a
-pose of its own, and 0.6 for a plain `meadow`, which is small.
+set by hand, on the safe side: in nine counts (0.3 to 360 M parts) a part took 11 to 18 bytes, but
+trees 30 times as large as usual (`species.tree.sizes=[30]` in `meadow`) took far more. `crowd` at 2
+people a square metre, each in a pose of its own, takes more than this says.
 """
 
 from dataclasses import dataclass
@@ -38,7 +37,7 @@ _SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
 _BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 232e6, 705.0, 440.0
 _MOVED_STICK, _DENOISED_PIXEL, _MATTED_PIXEL = 126.0, 500.0, 90.0
 _BASE_PRUNED = 380e6
-_PRUNED_PART, _OBJECT, _CELL, _MESHED_TRIANGLE = 30.0, 120.0, 24.0, 230.0
+_PRUNED_PART, _OBJECT, _CELL, _MESHED_TRIANGLE = 60.0, 120.0, 24.0, 230.0
 
 
 @dataclass(frozen=True)
