@@ -1,8 +1,10 @@
 """What holds under test only: checked shapes and types, and how Hypothesis searches."""
 
 import os
+import shutil
 import signal
 import sys
+from pathlib import Path
 
 import jaxtyping._import_hook as import_hook
 from hypothesis import settings
@@ -14,6 +16,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 # Tests send it to children, who would inherit that it is ignored, as it is under nohup; what a
 # process does of its own they do not inherit.
 signal.signal(signal.SIGHUP, lambda number, frame: None)
+
+# One cache for all workers and the commands they start. What a session before it made is gone: an
+# entry must not hide that the code which makes it no longer works.
+CACHE = Path(__file__).resolve().parents[1] / ".pytest_cache" / "lodbench"
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    shutil.rmtree(CACHE / "arrays", ignore_errors=True)
+os.environ["LODBENCH_CACHE"] = str(CACHE)
 
 ROOMS = ("lod", "scenes", "bench")
 

@@ -12,24 +12,25 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import click
 
-from bench.records.source_digest import PACKAGES, source_digest
+from scenes.processes.cache_folder import cache_folders, make_writable
+from scenes.processes.source_digest import PACKAGES, source_digest
 
 VARIABLE = "NUMBA_CACHE_DIR"
 _TEMPORARY = ".lodbench-"
-KEPT = 3  # folders of as many states of the sources are kept, the last used ones
+KEPT = 8  # folders of as many states of the sources are kept, the last used ones
 
 
 def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
     """Set ``NUMBA_CACHE_DIR`` for this process, if Numba is not imported yet, and its children.
 
     ``parents`` are the folders that may hold it, the first writable one is taken; None for those of
-    the installation and the user. Where none is writable, kernels are kept in a temporary folder
+    the program's cache. Where none is writable, kernels are kept in a temporary folder
     until the process ends; where there is none of those either, they are not kept at all
     (``use_scratch`` finds a place for processes that are started). One line on standard error says
     so.
@@ -37,9 +38,10 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
     if os.environ.get(VARIABLE) or "numba" in sys.modules:
         return
     name = f"kernels-{source_digest(PACKAGES)[:16]}"
-    for parent in _parents() if parents is None else parents:
+    for parent in cache_folders() if parents is None else parents:
         with suppress(OSError):
-            _make_writable(parent / name)
+            make_writable(parent / name)
+            os.utime(parent / name)  # marks it as used
             _remove_all_but_newest(parent)
             os.environ[VARIABLE] = str(parent / name)
             return
@@ -98,20 +100,6 @@ def _keep_nothing() -> None:
     from numba.core.dispatcher import Dispatcher
 
     setattr(Dispatcher, "enable_caching", lambda self: None)  # noqa: B010 - a method's place
-
-
-def _parents() -> Iterator[Path]:
-    """Yield the folder of the installation's compiled files, then the user's cache folder."""
-    yield Path(__file__).resolve().parents[1] / "__pycache__"
-    with suppress(RuntimeError):  # a user without a home
-        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lodbench"
-
-
-def _make_writable(folder: Path) -> None:
-    """Make the folder, or raise OSError where no file can be written into it; mark it as used."""
-    folder.mkdir(parents=True, exist_ok=True)
-    tempfile.TemporaryFile(dir=folder).close()
-    os.utime(folder)
 
 
 def _remove_all_but_newest(parent: Path) -> None:

@@ -20,10 +20,10 @@ from typing import Any
 from bench.records.points import Point, point_from_json, point_json
 from bench.records.provenance import provenance
 from bench.records.records import read_record
-from bench.records.source_digest import PACKAGES, source_digest
 from bench.runner.dask_cases import CaseExecutor
 from lod.errors import InputError
 from scenes.plugins.entry_points import modules
+from scenes.processes.source_digest import PACKAGES, source_digest
 
 JOURNAL = ".journal"
 

@@ -11,6 +11,7 @@ import click
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.kernel_cache import VARIABLE, kernel_cache_state
 from bench.cli.output import Output, output, table
+from scenes.processes.cache_folder import VARIABLE as CACHE
 
 PACKAGES = ("lodbench", "mitsuba", "drjit", "OpenEXR", "numpy", "scipy", "numba", "colour-science")
 
@@ -30,6 +31,7 @@ def examine() -> dict[str, Any]:
     import psutil
 
     from bench.records.provenance import cpu_name, package_version
+    from scenes.processes.content_cache import writable_cache
     from scenes.render.mitsuba.variants import choose, probe
     from scenes.render.pictures.movie import ffmpeg_path
 
@@ -47,6 +49,7 @@ def examine() -> dict[str, Any]:
             "threads": psutil.cpu_count(),
             "usable": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None,
         },
+        "cache": writable_cache(),
         "kernels": kernel_cache_state(),
         "ffmpeg": ffmpeg_path(),
         "python": platform.python_version(),
@@ -70,6 +73,7 @@ def _say(out: Output, found: dict[str, Any]) -> None:
         ),
         ("disk", f"{disk['free_bytes'] * gib:.1f} GiB free in {disk['folder']}"),
         ("processor", f"{cpu['name']}, {cpu['threads']} threads, {cpu['usable']} usable here"),
+        ("cache", found["cache"] or f"nothing is kept: no folder can be written to (set {CACHE})"),
         ("kernels", _kernels(found["kernels"])),
         ("temporary", found["kernels"]["temporary"] or "no folder: set TMPDIR to one"),
         (

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bench.cli import kernel_cache
-from bench.records.source_digest import source_digest
+from scenes.processes.source_digest import source_digest
 
 ROOT = Path(__file__).parents[3]
 PHILOX = (
@@ -21,7 +21,7 @@ WITH_CACHE = f"from bench.cli.kernel_cache import use_kernel_cache; use_kernel_c
 
 def installation(folder: Path) -> Path:
     """Copy what the small kernel needs, without caches."""
-    for name in ("bench/cli", "bench/records", "scenes/noise", "lod"):
+    for name in ("bench/cli", "scenes/processes", "scenes/noise", "lod"):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("bench", "scenes"):
@@ -32,6 +32,7 @@ def installation(folder: Path) -> Path:
 def python(code: str, folder: Path, **variables: str) -> subprocess.CompletedProcess[str]:
     """Run code in the installation, without what the tests' environment says of the cache."""
     kept = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "NUMBA_CACHE_DIR")}
+    kept["LODBENCH_CACHE"] = str(folder / "cache")
     command = [sys.executable, "-c", code]
     return subprocess.run(
         command, cwd=folder, env=kept | variables, capture_output=True, text=True, check=False
@@ -56,8 +57,8 @@ def test_other_sources_find_an_empty_folder(tmp_path: Path) -> None:
     with (folder / "scenes/noise/lattice.py").open("a") as file:
         file.write("# changed\n")
     assert python(WITH_CACHE, folder).returncode == 0
-    assert len([*(folder / "bench/__pycache__").glob("kernels-*/*/*.nbi")]) >= 2
-    assert len([*(folder / "bench/__pycache__").glob("kernels-*")]) == 2
+    assert len([*(folder / "cache").glob("kernels-*/*/*.nbi")]) >= 2
+    assert len([*(folder / "cache").glob("kernels-*")]) == 2
 
 
 def test_the_digest_changes_with_each_byte_and_name(tmp_path: Path) -> None:
@@ -104,12 +105,15 @@ def test_a_named_folder_has_precedence(monkeypatch: pytest.MonkeyPatch, tmp_path
 
 @pytest.mark.usefixtures("before_numba")
 def test_few_old_folders_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for k in range(5):
+    for k in range(kernel_cache.KEPT + 2):
         (tmp_path / f"kernels-{k}").mkdir()
         os.utime(tmp_path / f"kernels-{k}", (k, k))
     kernel_cache.use_kernel_cache([tmp_path])
     left = {each.name for each in tmp_path.iterdir()}
-    assert left == {"kernels-3", "kernels-4", Path(os.environ["NUMBA_CACHE_DIR"]).name}
+    assert left == {
+        *(f"kernels-{k}" for k in range(3, kernel_cache.KEPT + 2)),
+        Path(os.environ["NUMBA_CACHE_DIR"]).name,
+    }
 
 
 NOWHERE = """

@@ -4,19 +4,19 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
-_ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = tuple(_ROOT / name for name in ("lod", "scenes", "bench"))
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = tuple(ROOT / name for name in ("lod", "scenes", "bench"))
 
 
 def source_digest(paths: Iterable[Path]) -> str:
-    """Give the SHA-256 [hex] of the Python and TOML files at or below the paths, with their names.
+    """Give the SHA-256 [hex] of the Python, TOML and CSV files at or below the paths, and names.
 
-    A path that is no folder is read as a file, if its suffix is one of the two.
+    A path that is no folder is read as a file, if its suffix is one of the three.
     """
     digest = hashlib.sha256()
     for folder in paths:
         for path in sorted(folder.rglob("*")) if folder.is_dir() else [folder]:
-            if path.suffix in (".py", ".toml"):
+            if path.suffix in (".py", ".toml", ".csv"):
                 name = path.relative_to(folder.parent)
                 digest.update(f"{name}\n".encode() + path.read_bytes())
     return digest.hexdigest()
