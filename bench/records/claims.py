@@ -1,7 +1,7 @@
 """What was claimed, what was measured, and what is the verdict? The only file that judges."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 from bench.plots.numbers import four_decimals, plain_number
@@ -10,6 +10,9 @@ from lod.errors import InputError
 
 Verdict = Literal["holds", "refuted", "fails as expected", "undecided"]
 Relation = Literal["equals", "at most"]
+Kind = Literal["measurement", "verification"]
+"""A verification follows from how the program and its world are made: only a bug or a wrong
+assumption of the prediction could refute it. A measurement could have come out otherwise."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,7 @@ class Claim:
     relation   ``equals``: predicted ± tolerance; ``at most``: not above predicted + tolerance
     measured, low, high    the estimate and its 95 % interval, or its one-sided 95 % bounds
     expected_to_fail   whether the theory says that it fails here, so that failing refutes nothing
+    kind       whether it verifies the program or measures something
 
     Raises InputError for numbers that are not finite, unless low ≤ measured ≤ high, for a
     tolerance below 0 and for another relation.
@@ -40,6 +44,7 @@ class Claim:
     high: float
     relation: Relation = "equals"
     expected_to_fail: bool = False
+    kind: Kind = "measurement"
 
     def __post_init__(self) -> None:
         numbers = (self.predicted, self.tolerance, self.measured, self.low, self.high)
@@ -81,13 +86,13 @@ class Claim:
         return f"{value} ({low} to {high})"
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain data with the verdict, and ``expected_to_fail`` only where it is true."""
+        """Return plain data with the verdict; what a claim is by default is left out."""
         data = asdict(self) | {"verdict": self.verdict}
-        return (
-            data
-            if self.expected_to_fail
-            else {k: v for k, v in data.items() if k != "expected_to_fail"}
-        )
+        return {k: v for k, v in data.items() if k not in _DEFAULTS or v != _DEFAULTS[k]}
+
+
+_DEFAULTS = {"expected_to_fail": False, "kind": "measurement"}
+"""What records of before a key was known say by its absence."""
 
 
 def claim(
@@ -101,6 +106,9 @@ def claim(
 ) -> Claim:
     """Make the claim that an estimate is ``predicted`` ± ``tolerance``, or at most their sum.
 
+    It is a measurement; ``verification`` turns it into the other kind.
+
+
     name               short and unique within its experiment: ``blake/objects/slope_K``
     words              (about, quantity, source): the claim as a sentence; what the numbers are; and
                        where the claim comes from, a section of Blake (1987) or another text
@@ -112,6 +120,11 @@ def claim(
     """
     interval = measured.value, measured.low, measured.high
     return Claim(name, *words, predicted, tolerance, *interval, relation, expected_to_fail)
+
+
+def verification(made: Claim) -> Claim:
+    """Return the claim as a verification."""
+    return replace(made, kind="verification")
 
 
 def claim_from(data: dict[str, Any]) -> Claim:

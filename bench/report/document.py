@@ -8,10 +8,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from bench.plots.plot import Plot
-from bench.records.claims import Claim
+from bench.records.claims import Claim, Kind
 from bench.records.embedded_pictures import NOTE, Pictures
 from bench.records.records import Record
-from bench.report.words import CLAIM_HEADS, GLOSSARY, MARKS, group_claims, summarise_verdicts
+from bench.report.words import (
+    CLAIM_HEADS,
+    GLOSSARY,
+    group_claims,
+    summarise_verdicts,
+    verified,
+)
 from bench.runner.experiment import Table
 
 TITLE = "lodbench: what was claimed, and what was measured"
@@ -29,11 +35,15 @@ class TableBlock:
 
 @dataclass(frozen=True)
 class ClaimsBlock:
-    """Claims that belong together, one row each under the same heads, after their verdicts."""
+    """Claims that belong together, one row each under the same heads, after their verdicts.
+
+    ``folded`` where only few readers want it.
+    """
 
     title: str
     heads: Sequence[str]
     claims: Sequence[Claim]
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,8 +111,12 @@ class Section:
 
     @property
     def answer(self) -> str:
-        """All verdicts in one sentence."""
-        return summarise_verdicts(self.claims)
+        """What was measured, and what was verified, in a sentence each."""
+        said = (
+            summarise_verdicts(self.of_kind("measurement")),
+            verified(self.of_kind("verification")),
+        )
+        return " ".join(sentence for sentence in said if sentence)
 
     @property
     def origin(self) -> OriginBlock:
@@ -111,19 +125,22 @@ class Section:
         command = f"lodbench run {self.record.experiment}{quick} -o DIR && lodbench report DIR"
         return OriginBlock(("what", "value"), _provenance_rows(self.record), command)
 
-    def count(self, verdict: str) -> int:
-        """Count the claims of one verdict."""
-        return sum(claim.verdict == verdict for claim in self.claims)
+    def of_kind(self, kind: Kind) -> list[Claim]:
+        """Give the claims of one kind."""
+        return [claim for claim in self.claims if claim.kind == kind]
 
     def blocks(self) -> Iterator[Block]:
         """Give the blocks of the section in reading order; empty tables are left out."""
         if self.summary[1]:
             yield TableBlock("In short", *self.summary)
-        groups = [ClaimsBlock(title, CLAIM_HEADS, c) for title, c in group_claims(self.claims)]
+        measured = group_claims(self.of_kind("measurement"))
+        groups = [ClaimsBlock(title, CLAIM_HEADS, c) for title, c in measured]
         yield from groups[:1]
         yield PlotsBlock(self.plots)
         yield from (PicturesBlock(each) for each in self.pictures)
         yield from groups[1:]
+        if checks := self.of_kind("verification"):
+            yield ClaimsBlock("Verification", CLAIM_HEADS, checks, folded=True)
         yield ListBlock("What this does not say", self.caveats)
         if self.point_table[1]:
             yield TableBlock("Every point", *self.point_table, folded=True)
@@ -132,16 +149,17 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """The whole report; ``glossary`` explains words, ``marks`` gives each verdict its sign."""
+    """The whole report; ``glossary`` explains words."""
 
     sections: Sequence[Section]
     title: str = TITLE
     glossary: Sequence[tuple[str, str]] = GLOSSARY
 
     @property
-    def verdicts(self) -> Sequence[str]:
-        """The verdicts that a claim can have, in the order in which they are counted."""
-        return tuple(MARKS)
+    def verified(self) -> str:
+        """Everything that was verified, in one sentence."""
+        checks = [claim for each in self.sections for claim in each.of_kind("verification")]
+        return verified(checks)
 
 
 def _provenance_rows(record: Record) -> list[tuple[str, str]]:

@@ -11,6 +11,7 @@ from markupsafe import Markup, escape
 
 from bench.plots.plot import Plot
 from bench.report.document import Document, Section
+from bench.report.first_screen import LIMITS, MEASURED, WHAT_THIS_IS_NOT, headlines
 from bench.report.words import MARKS, claim_cells, verdict_text
 
 _FOLDER = Path(__file__).parent
@@ -30,6 +31,7 @@ def to_html(document: Document) -> str:
         lstrip_blocks=True,
     )
     environment.globals |= {"marks": MARKS, "cells": claim_cells, "verdict_text": verdict_text}
+    environment.globals |= {"measured": MEASURED, "limits": LIMITS, "is_not": WHAT_THIS_IS_NOT}
     environment.filters |= {
         "kind": lambda block: type(block).__name__,
         "breakable": _breakable,
@@ -37,7 +39,9 @@ def to_html(document: Document) -> str:
         "svg": _svg,
     }
     script = Markup((_FOLDER / "page.js").read_text(encoding="utf-8"))
-    return environment.get_template("page.html").render(document=document, script=script)
+    shown = headlines(document.sections)
+    page = environment.get_template("page.html")
+    return page.render(document=document, headlines=shown, script=script)
 
 
 def _svg(plot: Plot, section: Section) -> Markup:

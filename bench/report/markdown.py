@@ -15,6 +15,7 @@ from bench.report.document import (
     Section,
     TableBlock,
 )
+from bench.report.first_screen import LIMITS, MEASURED, WHAT_THIS_IS_NOT, headlines
 from bench.report.words import MARKS, claim_cells, verdict_text
 
 PLOTS = "plots"
@@ -23,7 +24,7 @@ PLOTS = "plots"
 
 def to_markdown(document: Document) -> str:
     """Write the whole document."""
-    pieces = [f"# {document.title}"]
+    pieces = [f"# {document.title}", *_first(document)]
     for section in document.sections:
         pieces += [f"## {section.title}", f"**{section.question}** {section.answer}"]
         pieces += [piece for block in section.blocks() for piece in _pieces(section, block)]
@@ -41,11 +42,28 @@ def picture_path(section: Section, pictures: Pictures, number: int) -> str:
     return f"{PLOTS}/{section.anchor}-{pictures.name}-{number}.webp"
 
 
+def _first(document: Document) -> Iterator[str]:
+    """Give what the first screen shows."""
+    heads = "verdict", "claim", "quantity", "claimed", "measured (95 %)", "command"
+    rows = [
+        (
+            f"{MARKS[each.claim.verdict]} {verdict_text(each.claim)}",
+            *claim_cells(each.claim)[:4],
+            f"`{each.command}`",
+        )
+        for each in headlines(document.sections)
+    ]
+    if rows:
+        yield f"## {MEASURED}\n\n" + _table(heads, rows)
+    yield document.verified
+    yield f"## {LIMITS}\n\n" + "\n".join(f"- {each}" for each in WHAT_THIS_IS_NOT)
+
+
 def _pieces(section: Section, block: Block) -> Iterator[str]:
     match block:
         case TableBlock(title, heads, rows):
             yield f"### {title}\n\n" + _table(heads, rows)
-        case ClaimsBlock(title, heads, claims):
+        case ClaimsBlock(title, heads, claims, _):
             yield f"### {title}"
             signed = [(f"{MARKS[c.verdict]} {verdict_text(c)}", *claim_cells(c)) for c in claims]
             yield _table(heads, signed)

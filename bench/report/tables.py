@@ -12,7 +12,7 @@ TABLES = "tables"
 
 _CLAIM = (
     *("name", "verdict", "predicted", "tolerance", "relation", "measured", "low", "high"),
-    *("quantity", "source", "about"),
+    *("quantity", "source", "about", "kind"),
 )
 
 
@@ -20,7 +20,7 @@ def claims_csv(sections: Sequence[Section]) -> str:
     """Write a CSV row for each claim."""
     heads = "experiment", "quick", "record_sha256", *_CLAIM
     rows = (
-        (s.record.experiment, s.record.quick, s.record.sha256, *(c.as_json()[k] for k in _CLAIM))
+        (s.record.experiment, s.record.quick, s.record.sha256, *(getattr(c, k) for k in _CLAIM))
         for s in sections
         for c in s.claims
     )
@@ -34,7 +34,7 @@ def claims_json(sections: Sequence[Section]) -> str:
             "experiment": s.record.experiment,
             "quick": s.record.quick,
             "record_sha256": s.record.sha256,
-            "claims": [claim.as_json() for claim in s.claims],
+            "claims": [claim.as_json() | {"kind": claim.kind} for claim in s.claims],
         }
         for s in sections
     ]

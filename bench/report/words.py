@@ -47,15 +47,21 @@ GLOSSARY = (
         "The whole interval lies outside, in a case where the theory itself says that this rule "
         "fails: it shows where the rule ends, and refutes nothing.",
     ),
+    (
+        "measurement, verification",
+        "A measurement could have come out otherwise. A verification follows from how the program "
+        "and its world are made, such as the law of a Poisson field: refuted, it shows a bug or a "
+        "wrong assumption.",
+    ),
     ("undecided", "The interval reaches over the edge: more fields would tell."),
 )
 
 
 def summarise_verdicts(claims: Sequence[Claim]) -> str:
-    """Put all verdicts into one sentence."""
+    """Put the verdicts of what was measured into one sentence; none gives an empty text."""
     count = {verdict: sum(c.verdict == verdict for c in claims) for verdict in MARKS}
     if not claims:
-        return "Nothing was claimed."
+        return ""
     failed = count["fails as expected"]
     tried = len(claims) - failed
     ends = f" {_EXPECTED[failed > 1].format(failed)}" if failed else ""
@@ -68,6 +74,18 @@ def summarise_verdicts(claims: Sequence[Claim]) -> str:
             f"{count['undecided']} undecided, {count['holds']} hold.{ends}"
         )
     return f"So far {count['holds']} of {tried} claims hold; the others are undecided.{ends}"
+
+
+def verified(claims: Sequence[Claim]) -> str:
+    """Put what verifies the program into one sentence; no claims give an empty text."""
+    if not claims:
+        return ""
+    sound = sum(claim.verdict in ("holds", "fails as expected") for claim in claims)
+    open_ = sum(claim.verdict == "undecided" for claim in claims)
+    wrong = ", ".join(claim.name for claim in claims if claim.verdict == "refuted")
+    ends = f", {open_} undecided" if open_ else ""
+    ends += f"; REFUTED, which is a bug or a wrong assumption: {wrong}" if wrong else ""
+    return f"Verification of the program: {sound} of {len(claims)} as predicted{ends}."
 
 
 _EXPECTED = (

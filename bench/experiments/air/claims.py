@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.experiments.air.targets import DISTANCES, extinction_seen, visibility_seen
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 from lod.atmosphere.air import Air, rgb_extinction
@@ -53,7 +53,8 @@ def _visibility(point: Point) -> list[Claim]:
         share = Estimate(seen.value / true, seen.low / true, seen.high / true, 0.0, 1.0, len(beta))
         about = f"{name.capitalize()} targets tell the visibility of {true / 1000:g} km."
         words = about, "V at 550 nm ÷ what it is", _SOURCE
-        made.append(claim(f"{way}/{name}/V_{true / 1000:g}km", words, 1.0, TOLERANCE[way], share))
+        which = f"{way}/{name}/V_{true / 1000:g}km"
+        made.append(_of_way(way, claim(which, words, 1.0, TOLERANCE[way], share)))
     return made
 
 
@@ -67,8 +68,13 @@ def _extinction(way: str, points: Sequence[Point]) -> list[Claim]:
         about = f"Contrast falls as exp(−βd) in {band}."
         words = about, "β ÷ what it is, over targets and visibilities", _SOURCE
         share = two_sided_mean(shares[:, number])
-        made.append(claim(f"{way}/beta/{band}", words, 1.0, TOLERANCE[way], share))
+        made.append(_of_way(way, claim(f"{way}/beta/{band}", words, 1.0, TOLERANCE[way], share)))
     return made
+
+
+def _of_way(way: str, made: Claim) -> Claim:
+    """Return the claim on one way to render haze: the formula can only give back its own β."""
+    return made if way == "medium" else verification(made)
 
 
 def _medium(point: Point) -> list[Claim]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.experiments.colonnade.scene import COUNT, image_width, places
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_mean
 
@@ -40,14 +40,14 @@ def _width(row: list[Point]) -> Claim:
     about = "Images of columns to the side are larger, as a flat picture has them."
     words = about, "width of the outermost shaft's image ÷ the middle one's", _SOURCE
     predicted = image_width(places()[-1]) / image_width(0.0)
-    return claim("sizes/column/image_width", words, round(predicted, 4), 0.07, found)
+    return verification(claim("sizes/column/image_width", words, round(predicted, 4), 0.07, found))
 
 
 def _solid_angle(row: list[Point]) -> Claim:
     about = "They subtend less, all the same."
     words = about, "solid angle of the outermost column ÷ the middle one's", _SOURCE
     found = _over_middle(row, "solid_angle_usr")
-    return claim("sizes/column/solid_angle", words, 1.0, 0.0, found, "at most")
+    return verification(claim("sizes/column/solid_angle", words, 1.0, 0.0, found, "at most"))
 
 
 def _parts(metric: str, row: list[Point], about: str) -> Claim:
@@ -55,7 +55,7 @@ def _parts(metric: str, row: list[Point], about: str) -> Claim:
     words = about, "parts of the outermost column ÷ the middle one's", _SOURCE
     name = f"{metric}/column/parts"
     if metric == "depth":
-        return claim(name, words, 1.0, 0.0, exactly(float(share)))
+        return verification(claim(name, words, 1.0, 0.0, exactly(float(share))))
     return claim(name, words, 0.9, 0.0, exactly(float(share)), "at most")
 
 
@@ -63,7 +63,7 @@ def _same_parts(blake: list[Point], depth: list[Point]) -> Claim:
     share = _total(blake) / _total(depth)
     about = "The two cuts whose errors are compared display about as many parts."
     words = about, "parts of all columns, blake at 8 px ÷ depth at 12 px", _SOURCE
-    return claim("blake/column/budget", words, 1.0, 0.1, exactly(share))
+    return verification(claim("blake/column/budget", words, 1.0, 0.1, exactly(share)))
 
 
 def _error(weight: str, what: str, blake: list[Point], depth: list[Point]) -> Claim:

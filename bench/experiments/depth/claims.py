@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, where
 from bench.statistics.estimates import two_sided_paired_ratio, two_sided_slope
 from lod.arrays import Reals
@@ -41,7 +41,8 @@ def _beyond(near: Point, far: Point) -> Claim:
     about = "Pruned, depth complexity does not grow with a world that is larger than the limit."
     sides = f"{far.case['extent']:g} m ÷ {near.case['extent']:g} m"
     words = about, f"surfaces pierced in the same fields, {sides}", _SOURCE
-    return claim("blake/growth", words, 1.0, 0.02, two_sided_paired_ratio(total(far), total(near)))
+    found = two_sided_paired_ratio(total(far), total(near))
+    return verification(claim("blake/growth", words, 1.0, 0.02, found))
 
 
 def _direction(point: Point, quadrant: int) -> Claim:
@@ -49,4 +50,4 @@ def _direction(point: Point, quadrant: int) -> Claim:
     about = f"Pruned, depth complexity is the same in every direction: quadrant {quadrant + 1}."
     words = about, "surfaces pierced ÷ the mean of all directions", _SOURCE
     found = two_sided_paired_ratio(QUADRANTS * counts, total(point))
-    return claim(f"blake/direction_{quadrant + 1}", words, 1.0, 0.15, found)
+    return verification(claim(f"blake/direction_{quadrant + 1}", words, 1.0, 0.15, found))

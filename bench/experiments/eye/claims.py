@@ -1,7 +1,7 @@
 """What the eye experiment claims, judged from its raw points alone."""
 
 from bench.fields.part_sizes import part_counts, shares_kept
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import two_sided_share
 
@@ -27,14 +27,15 @@ def _law(species: str, viewer: str, points: list[Point]) -> Claim:
     found, law = shares_kept(points, {"viewer": viewer}, {"viewer": "ideal"})
     about = "Display and eye leave the share of the parts that is predicted, with nothing fitted."
     words = about, "share of all parts that is kept, all displays", "§2.1, §4.1"
-    return claim(f"{species}/{viewer}/kept", words, law, 0.02, found)
+    return verification(claim(f"{species}/{viewer}/kept", words, law, 0.02, found))
 
 
 def _square(species: str, point: Point) -> Claim:
     about = "Blur leaves one part in θ_eff² (θ_eff in pixels), at 67 pixels per degree."
     words = about, "share of the parts that blur leaves", "§2.1, §4.1"
     found, _ = shares_kept([point], {"viewer": "blur"}, {"viewer": "ideal"})
-    return claim(f"{species}/blur/square", words, point.case["blur_px"] ** -2, 0.01, found)
+    share = point.case["blur_px"] ** -2
+    return verification(claim(f"{species}/blur/square", words, share, 0.01, found))
 
 
 def _beyond_blur(species: str, point: Point) -> Claim:
@@ -42,4 +43,4 @@ def _beyond_blur(species: str, point: Point) -> Claim:
     lost = two_sided_share(blurred - part_counts(point, viewer="both"), blurred)
     about = "At 67 pixels per degree blur decides alone, even for parts of a contrast of 0.1."
     words = about, "share of what blur leaves that contrast takes", _DERIVED
-    return claim(f"{species}/both/beyond_blur", words, 0, 0.01, lost, "at most")
+    return verification(claim(f"{species}/both/beyond_blur", words, 0, 0.01, lost, "at most"))

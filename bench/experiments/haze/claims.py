@@ -3,7 +3,7 @@
 import numpy as np
 
 from bench.fields.part_sizes import BOUNDS_M, SIZES, part_counts, shares_kept
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, grouped
 from bench.statistics.estimates import two_sided_share
 
@@ -38,7 +38,7 @@ def _law(name: str, points: list[Point]) -> Claim:
     found, law = shares_kept(points, {"air": "hazy"}, {"air": "clear"})
     about = "Haze leaves the share of the parts that is predicted, with nothing fitted."
     words = about, "share of all parts that is kept, all visibilities", "§2.1, §4.1"
-    return claim(f"{name}/kept", words, law, 0.02, found)
+    return verification(claim(f"{name}/kept", words, law, 0.02, found))
 
 
 def _near(name: str, points: list[Point]) -> Claim:
@@ -48,7 +48,7 @@ def _near(name: str, points: list[Point]) -> Claim:
     about = "Haze takes nothing that is nearer than the visibility."
     words = about, "share of the parts lost that were nearer than V", _DERIVED
     found = two_sided_share(np.asarray(near, np.float64), np.asarray(lost, np.float64))
-    return claim(f"{name}/lost_near", words, 0, 0.01, found, "at most")
+    return verification(claim(f"{name}/lost_near", words, 0, 0.01, found, "at most"))
 
 
 def _near_counts(point: Point, air: str) -> np.ndarray:

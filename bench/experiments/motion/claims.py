@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, two_sided_share
 from bench.statistics.excess_flip import one_sided_excess
@@ -28,7 +28,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
         elif turn == speed == 0:
             about = "A camera at rest leaves out nothing more."
             words = about, "share of the parts that motion leaves out", _DERIVED
-            made.append(claim("rest/parts", words, 0.0, 0.0, left_out(point)))
+            made.append(verification(claim("rest/parts", words, 0.0, 0.0, left_out(point))))
         elif is_fast(point):
             about = (
                 "A fast pan (90°/s, 180° shutter) leaves out at least a tenth of the parts: with "
@@ -65,7 +65,7 @@ def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
             low=EQUAL_ERROR - found.high,
             high=EQUAL_ERROR - found.low,
         )
-        made.append(claim("pan/planted", words, 0.0, 0.0, under, "at most"))
+        made.append(verification(claim("pan/planted", words, 0.0, 0.0, under, "at most")))
     return made
 
 

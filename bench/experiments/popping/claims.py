@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, where
 from bench.statistics.estimates import (
     two_sided_mean,
@@ -43,7 +43,8 @@ def _law(point: Point) -> Claim:
     species = point.case["species"]
     about = f"As many parts of {species}s switch in a step as the law predicts, nothing fitted."
     words = about, "switches, measured ÷ predicted", "§4.1"
-    return claim(f"blake/{species}/switches", words, 1.0, 0.1, two_sided_ratio(counts, predicted))
+    found = two_sided_ratio(counts, predicted)
+    return verification(claim(f"blake/{species}/switches", words, 1.0, 0.1, found))
 
 
 def _size(point: Point) -> Claim:
@@ -51,7 +52,8 @@ def _size(point: Point) -> Claim:
     about = f"A part of a {species} is no larger than τ = 1 px when it switches."
     words = about, "95th percentile of P ÷ (d·θ) at the switch (px)", "§2.4"
     sizes = point.values("size_mpx") / 1000
-    return claim(f"blake/{species}/size", words, 1.0, 0, two_sided_quantile(sizes, 0.95), "at most")
+    found = two_sided_quantile(sizes, 0.95)
+    return verification(claim(f"blake/{species}/size", words, 1.0, 0, found, "at most"))
 
 
 def _popped(point: Point) -> Claim:

@@ -12,8 +12,8 @@ EXPERIMENT = Experiment(
         "and not on the size of the world?"
     ),
     full={"target": 0.005, "least": 4, "most": 20_000},
-    quick={"target": 0.02, "least": 2, "most": 2_000},
-    expected_seconds={"full": 260.0, "quick": 40.0},
+    quick={"target": 0.01, "least": 2, "most": 4_000},
+    expected_seconds={"full": 260.0, "quick": 75.0},
     **functions_of(__name__, "notes", scene_hash="count_field"),
     accepts_metric=True,
     caveats=(

@@ -8,12 +8,15 @@ import numpy as np
 
 from bench.experiments.scaling.claims_beyond import judge_beyond
 from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, grouped
 from bench.statistics.estimates import Estimate, two_sided_ratio, two_sided_slope
 
 FAR = 20.0
 """The limit distance, in eye heights, from which on slopes against m are claimed."""
+
+POOLED = 0.005
+"""How far the pooled ratio of one metric and species may be from 1; single sweeps may be 0.02."""
 
 _LAW = "§4.1"
 _PREFACTOR = "§4.1, prefactor"
@@ -107,7 +110,7 @@ def _powers(name: str, points: list[Point]) -> list[Claim]:
             found = rows(chosen, "objects").against_sweep()
             words = about, f"exponent against {quantity}", _LAW
             label = f"{name}/objects/slope_{sweep}"
-            made.append(claim(label, words, exponent, tolerance, found))
+            made.append(verification(claim(label, words, exponent, tolerance, found)))
     return made
 
 
@@ -119,10 +122,11 @@ def _prefactors(name: str, points: list[Point]) -> list[Claim]:
         about = f"The {what} displayed grow just as predicted, over all sweeps together."
         words = about, "exponent against the prediction", _PREFACTOR
         found = data.against_prediction()
-        made.append(claim(f"{name}/{what}/slope_prediction", words, 1, 0.02, found))
+        made.append(verification(claim(f"{name}/{what}/slope_prediction", words, 1, 0.02, found)))
         about = f"The number of {what} displayed is the number predicted, with nothing fitted."
         words = about, "measured ÷ predicted", _PREFACTOR
-        made.append(claim(f"{name}/{what}/ratio", words, 1, 0.02, data.over_prediction()))
+        found = data.over_prediction()
+        made.append(verification(claim(f"{name}/{what}/ratio", words, 1, POOLED, found)))
     return made
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.fields.cases import Case
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, two_sided_ratio
 
@@ -66,7 +66,8 @@ def over_bare(point: Point) -> Estimate:
 def _known(sweep: str, words: str, points: Sequence[Point], what: str) -> Claim:
     about = f"With {words} the law that knows of it gives the number of {what}, nothing fitted."
     said = about, "measured ÷ predicted", _KNOWS
-    return claim(f"beyond/{sweep}/{what}_ratio", said, 1, _WITHIN, over_law(points, what))
+    name = f"beyond/{sweep}/{what}_ratio"
+    return verification(claim(name, said, 1, _WITHIN, over_law(points, what)))
 
 
 def _bare(sweep: str, words: str, point: Point) -> Claim:
@@ -76,4 +77,4 @@ def _bare(sweep: str, words: str, point: Point) -> Claim:
     foretold = point.prediction("objects") / point.prediction("bare")
     found, known = over_bare(point), abs(foretold - 1) > _WITHIN
     name = f"beyond/{sweep}/bare_at_{at:.3g}"
-    return claim(name, said, 1, _WITHIN, found, expected_to_fail=known)
+    return verification(claim(name, said, 1, _WITHIN, found, expected_to_fail=known))

@@ -1,6 +1,6 @@
 """What the updates experiment claims, judged from its raw counts and times alone (§2)."""
 
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
@@ -36,7 +36,8 @@ def _off(points: tuple[Point, ...], threshold: float) -> Claim:
     words = about, "the farthest that a part is off [px]", _DERIVED
     rows = sum(len(point.column("parts")) for point in points)
     name = f"off/{rule.replace(' ', '_')}"
-    return claim(name, words, threshold, 0.0, exactly(farthest, rows), "at most")
+    found = exactly(farthest, rows)
+    return verification(claim(name, words, threshold, 0.0, found, "at most"))
 
 
 def _fewer(schedules: dict[str, Point]) -> list[Claim]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.records.claims import Claim, claim
+from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_median
 from bench.statistics.power_law import fit_exponent
@@ -32,8 +32,8 @@ def _of_pruned(beyond: list[Point]) -> tuple[Claim, ...]:
     equal = same, "different scenes among them", _LAW
     slope = longer, "exponent of time against objects", _LAW
     return (
-        claim("world/same_scene", equal, 1.0, 0.0, exactly(hashes, len(beyond))),
-        claim("world/seconds/slope", slope, 0.0, 0.01, power_of_worlds(beyond)),
+        verification(claim("world/same_scene", equal, 1.0, 0.0, exactly(hashes, len(beyond)))),
+        verification(claim("world/seconds/slope", slope, 0.0, 0.01, power_of_worlds(beyond))),
     )
 
 

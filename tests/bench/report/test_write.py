@@ -9,20 +9,24 @@ from collections import Counter
 from dataclasses import replace
 from html import escape
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling.plots import half_interval, plots, point_table
 from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, against_law, curves
 from bench.records.embedded_pictures import pictures
-from bench.records.records import write_record
-from bench.report.words import GLOSSARY, MARKS, summarise_verdicts
+from bench.records.records import read_record, write_record
+from bench.report.first_screen import CHOSEN, strip_of
+from bench.report.words import GLOSSARY, MARKS, summarise_verdicts, verified
 from bench.report.write import write_report
 from lod.errors import InputError
 
+REFERENCE = Path(__file__).parents[3] / "results" / "reference"
 VOID = {"meta", "link", "br", "wbr", "hr", "img", "input"}
 
 
@@ -166,8 +170,8 @@ def test_the_same_record_gives_the_same_bytes(folder, tmp_path, record):
 
 def test_a_changed_record_changes_the_verdict(bare, tmp_path):
     claims = [
-        replace(c, predicted=c.predicted + 1, relation="equals", low=c.measured - 1e-3,
-                high=c.measured + 1e-3)
+        replace(c, kind="measurement", predicted=c.predicted + 1, relation="equals",
+                low=c.measured - 1e-3, high=c.measured + 1e-3)
         for c in bare.claims
     ]  # fmt: skip
     write_record(replace(bare, claims=tuple(claims)), tmp_path)
@@ -181,7 +185,7 @@ def test_verdicts_follow_from_the_samples(record, tmp_path):
         {c["name"]: c for c in claims_of(each, tmp_path / str(k))}
         for k, each in enumerate((record, edited))
     )
-    assert before == {c.name: c.as_json() for c in record.claims}
+    assert before == {c.name: c.as_json() | {"kind": c.kind} for c in record.claims}
     name = "blake/figure/objects/ratio"
     assert before[name]["verdict"] != "refuted" and after[name]["verdict"] == "refuted"
 
@@ -208,7 +212,7 @@ def test_every_table_and_figure_names_its_record(html, record, drawn):
     assert {short for _, short in links} == {record.sha256[:8]}
     assert {anchor for anchor, _ in links} == {f"scaling-{record.sha256[:8]}-record"}
     tables = html.count('<table class="claims"')
-    assert len(links) == tables + len(drawn) + 3  # summary, answer, every point
+    assert len(links) == tables + len(drawn) + 2  # answer, every point
 
 
 def test_a_plot_holds_the_numbers_of_its_figure(drawn):
@@ -286,7 +290,36 @@ def test_the_answer_in_a_sentence(record):
     expected = replace(bad, expected_to_fail=True)
     assert summarise_verdicts([good, expected]).startswith("Yes: all 1 claims hold. 1 more fails")
     assert "1 is refuted" in summarise_verdicts([good, bad, expected])
-    assert summarise_verdicts([]) == "Nothing was claimed."
+    assert summarise_verdicts([]) == ""
+
+
+def test_what_verifies_is_told_apart_from_what_was_measured(record):
+    held = replace(record.claims[0], kind="verification", predicted=0.0, tolerance=0.5,
+                   measured=0.1, low=0.0, high=0.2)  # fmt: skip
+    open_ = replace(held, low=0.1, measured=0.4, high=0.8)
+    wrong = replace(held, name="a/b", low=0.6, measured=0.7, high=0.8)
+    assert verified([held, open_]).endswith("1 of 2 as predicted, 1 undecided.")
+    assert "REFUTED" in verified([held, wrong]) and "a/b" in verified([held, wrong])
+    assert verified([]) == ""
+
+
+def test_the_first_screen_shows_measured_claims_that_exist():
+    """Each chosen name is one of its experiment's reference claims, and a measurement."""
+    assert len(CHOSEN) <= 10
+    for experiment, name in CHOSEN:
+        (path,) = REFERENCE.glob(f"{experiment}-*.json")
+        judged = EXPERIMENTS[experiment].judge(read_record(path).points)
+        assert [c.kind for c in judged if c.name == name] == ["measurement"], name
+
+
+def test_a_strip_places_the_interval_against_the_claim(record):
+    within = replace(record.claims[0], relation="equals", predicted=1.0, tolerance=0.1,
+                     measured=1.0, low=0.95, high=1.05)  # fmt: skip
+    drawn = strip_of(within)
+    assert drawn.claimed == (4.0, 116.0) and drawn.measured == pytest.approx(60.0)
+    assert drawn.interval == pytest.approx((32.0, 88.0))
+    beyond = strip_of(replace(within, relation="at most", measured=2.2, low=2.0, high=2.2))
+    assert beyond.claimed == pytest.approx((4.0, 60.0)) and beyond.interval[1] == 116.0
 
 
 def test_numbers_as_they_are_written():
