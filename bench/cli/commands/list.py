@@ -24,13 +24,14 @@ if TYPE_CHECKING:
 )
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str | None, as_json: bool) -> None:
-    """Presets, metrics, what other packages bring, experiments and studies."""
+    """Presets, metrics, what other packages bring, your models, experiments and studies."""
     if preset is not None:
         _keys(preset, as_json)
         return
     from bench.experiments.registry import EXPERIMENTS
     from bench.studies.registry import study_descriptions
     from lod.metric.family import METRICS, Metric
+    from scenes.model_files.user_models import models_folder, user_model_names
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
     from scenes.plugins.representation import RepresentationPlugin
     from scenes.preset.load import preset_names
@@ -40,6 +41,7 @@ def command(preset: str | None, as_json: bool) -> None:
         "metrics": {name: metric.about for name, metric in METRICS.items()}
         | dict(described(METRIC, Metric)),
         "representations": dict(described(REPRESENTATION, RepresentationPlugin)),
+        "models": dict.fromkeys(user_model_names(), f"added by `model add`, in {models_folder()}"),
         "experiments": {name: each.about for name, each in EXPERIMENTS.items()},
         "studies": study_descriptions(),
     }

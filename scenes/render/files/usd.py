@@ -2,8 +2,7 @@
 
 Sticks become linear curves with a width at every point, terrain a mesh, both with displayColor in
 linear Rec.709; metres, z up, the origin at the frame's grid corner. Light, haze and materials are
-not USD's here: the haze is noted in the layer's metadata. The only file that imports pxr (the extra
-``usd``).
+not USD's here: the haze is noted in the layer's metadata. The extra ``usd`` brings pxr.
 """
 
 import math
