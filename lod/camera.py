@@ -8,6 +8,7 @@ import numpy as np
 
 from lod.arrays import freeze, frozen
 from lod.errors import InputError
+from lod.thin_lens import ThinLens
 
 GRID_M = 16.0
 """Side of the grid squares that carry the eye; a frame's geometry is relative to one corner."""
@@ -68,6 +69,7 @@ class Camera:
     forward, up   (3,) orthonormal unit vectors
     fov_x    full horizontal field of view [rad], below π
     width, height [px]
+    lens     with an opening, through which only one distance is sharp; None = a pinhole
     """
 
     corner: Corner
@@ -77,6 +79,7 @@ class Camera:
     fov_x: float
     width: int
     height: int
+    lens: ThinLens | None = None
 
     def __post_init__(self) -> None:
         freeze(self, eye=np.float64, forward=np.float64, up=np.float64)
@@ -97,6 +100,11 @@ class Camera:
         """Return the tangents of half the field of view, horizontally and vertically."""
         tan_x = math.tan(self.fov_x / 2)
         return tan_x, tan_x * self.height / self.width
+
+    @property
+    def corner_secant(self) -> float:
+        """Return 1/cos of the angle from the axis to the picture's corners."""
+        return math.hypot(1.0, *self.tan_half)
 
     @property
     def pixel_angle(self) -> float:

@@ -13,6 +13,7 @@ from lod.arrays import Ints, Reals
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
 from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.defocus import Defocus, defocus_width
 from lod.vision.viewer import ViewingConditions
 
 LIMITS: dict[str, Callable[[Reals, Reals, float], Reals]] = {
@@ -35,7 +36,7 @@ def chained_limits(
 
     A part is displayed while its own test and those of every part above it pass, in whatever pose:
     D = max(0, min over ancestors j of (D_j − length of the chain of separations from j down)).
-    Through air and eye, D_j is the farthest d of which W(d) is within its limit in clear air.
+    Through air, lens and eye, D_j is the farthest d of which W(d) is within its limit in clear air.
     Raises KeyError for a metric that measures depth along the axis of view: it has no law.
     """
     if metric.along_axis:
@@ -43,7 +44,11 @@ def chained_limits(
     # A metric of another package is known by its own formula alone.
     alone = LIMITS.get(metric.name, metric.limit)(hierarchy.P, hierarchy.R, m)
     if conditions is not None and metric.finite:
-        alone = _farthest_seen(alone, hierarchy.contrast, conditions, m)
+        clear = alone
+        alone = _farthest_seen(clear, hierarchy.contrast, conditions, m)
+        if conditions.defocus is not None:
+            theta = conditions.widths.effective
+            alone = np.minimum(alone, _farthest_sharp(clear, conditions.defocus, theta))
     limit, chain, above = alone.copy(), np.zeros(len(alone)), np.arange(len(alone))
     while (above > 0).any():
         chain = chain + np.where(above > 0, hierarchy.separation[above], 0.0)
@@ -67,6 +72,25 @@ def _farthest_seen(clear: Reals, contrast: Ints, conditions: ViewingConditions, 
         within = weighted <= clear
         near, far = np.where(within, middle, near), np.where(within, far, middle)
     return far
+
+
+def _farthest_sharp(clear: Reals, defocus: Defocus, theta: float) -> Reals:
+    """Distance up to which τ·θ_eff(d)·d stays within τ·θ·D_c, by bisection, (n,) [m].
+
+    It begins where a part is sharpest for its distance; what is too small there is nowhere seen.
+    """
+
+    def blurred(d: Reals) -> Reals:
+        return np.hypot(theta, defocus_width(defocus, d)) / theta * d
+
+    start = max(defocus.sharpest_m(theta), 1e-9)
+    near, far = np.full_like(clear, start), np.maximum(clear, start)
+    never = blurred(near) >= clear
+    for _ in range(_HALVINGS):
+        middle = (near + far) / 2
+        within = blurred(middle) <= clear
+        near, far = np.where(within, middle, near), np.where(within, far, middle)
+    return np.where(never, 0.0, far)
 
 
 def disc_areas(D: np.ndarray, h: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ from lod.arrays import Ints, Reals
 from lod.errors import InputError
 from lod.vision.blur_cascade import BlurWidths
 from lod.vision.contrast import CONTRAST_CLASSES
+from lod.vision.defocus import Defocus, defocus_limits
 from lod.vision.eye import Display, Eye, sensitivity
 from lod.vision.weighted_distance import (
     MIN_EXTINCTION,
@@ -41,6 +42,7 @@ class ViewingConditions:
     extinction  β along the path, the least where it varies [1/m]; 0 = clear
     display, eye  where the picture is looked at, and by whom
     acuity      whether the eye's fineness counts, or only its threshold of contrast
+    defocus     the lens that the picture is taken through; None = everything is sharp
     """
 
     widths: BlurWidths
@@ -48,6 +50,7 @@ class ViewingConditions:
     display: Display = STANDARD_DISPLAY
     eye: Eye = STANDARD_EYE
     acuity: bool = True
+    defocus: Defocus | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.extinction) and self.extinction >= 0):
@@ -79,10 +82,13 @@ def perceptual_limits(
     """Compute D = W⁻¹(D in clear air) of parts in these classes of contrast, (n,) [m].
 
     ``clear`` (n,) holds their limit distances in clear air [m], ``contrast`` rows of
-    CONTRAST_CLASSES.
+    CONTRAST_CLASSES. A part must pass both of air and eye and of the lens, so that the lesser of
+    their limits decides.
     """
     seen = clear.copy()
     for row in np.unique(contrast):
         of_class = contrast == row
         seen[of_class] = conditions.weighted(CONTRAST_CLASSES[row], m).inverse(clear[of_class])
-    return seen
+    if conditions.defocus is None:
+        return seen
+    return np.minimum(seen, defocus_limits(conditions.defocus, conditions.widths.effective, clear))

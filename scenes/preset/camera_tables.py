@@ -9,6 +9,10 @@ from pydantic import Field, model_validator
 from scenes.preset.values import Cell, Metres, Moment, Table, key, refuse
 
 _THERE = "absent: the camera's"
+NEAREST_FOCUS_M, FARTHEST_FOCUS_M = 0.1, 1e7
+
+FocusDistance = Annotated[float, Field(ge=NEAREST_FOCUS_M, le=FARTHEST_FOCUS_M)]
+FStop = Annotated[float, Field(gt=0, le=1000)]
 
 
 class CameraKey(Table):
@@ -30,6 +34,14 @@ class CameraKey(Table):
     roll: Annotated[
         Annotated[float, Field(ge=-360, le=360)] | None,
         key(f"turn about the line of sight there [degrees], within ±360; {_THERE}"),
+    ] = None
+    f_stop: Annotated[FStop | None, key(f"f-number there, above 0, at most 1000; {_THERE}")] = None
+    focus: Annotated[
+        FocusDistance | None,
+        key(
+            f"distance in focus there [m], {NEAREST_FOCUS_M:g} to 1e7; "
+            "absent: the camera's, else the target's"
+        ),
     ] = None
 
 
@@ -64,6 +76,17 @@ class CameraPreset(Table):
     roll: Annotated[
         float, key("turn about the line of sight, clockwise [degrees]", least=-360, most=360)
     ] = 0.0
+    f_stop: Annotated[
+        FStop | None,
+        key("f-number of the lens, above 0, at most 1000; absent = everything is sharp"),
+    ] = None
+    focus: Annotated[
+        FocusDistance | tuple[Metres, Metres, Metres] | None,
+        key(
+            f"distance in focus along the line of sight [m], {NEAREST_FOCUS_M:g} to 1e7, or a "
+            "point (x, y, height above the ground there); absent: a flight's target, else far"
+        ),
+    ] = None
     speed: Annotated[
         float, key("speed of the eye along the heading [m/s]; 0 = still", least=-1e6, most=1e6)
     ] = 0.0
@@ -84,6 +107,23 @@ class CameraPreset(Table):
         if self.focal_length is None:
             return self.fov
         return 2 * math.degrees(math.atan2(self.sensor_width, 2 * self.focal_length))
+
+    def aperture_m(self, fov_x_deg: float, f_stop: float) -> float:
+        """Diameter of the lens's opening at a field of view: its focal length over f_stop [m]."""
+        focal_mm = self.sensor_width / (2 * math.tan(math.radians(fov_x_deg) / 2))
+        return focal_mm / 1000 / f_stop
+
+    @model_validator(mode="after")
+    def _in_focus(self) -> "CameraPreset":
+        stopped = [each.f_stop is not None for each in self.keys]
+        if self.f_stop is None and any(stopped) and not all(stopped):
+            rule = "either every key has an f-number or the camera has one for all"
+            raise refuse(rule, "add -D camera.f_stop=8", "camera.keys")
+        focused = [each.focus is not None for each in self.keys]
+        if any(focused) and not all(focused) and not isinstance(self.focus, float):
+            rule = "either every key has a focus, or none, or the camera has a distance for all"
+            raise refuse(rule, "give every key one", "camera.keys")
+        return self
 
     @model_validator(mode="after")
     def _in_order(self) -> "CameraPreset":

@@ -1,20 +1,27 @@
-"""Where the camera is in a frame: on a straight walk, or flying through keys."""
+"""Where the camera is in a frame, and on what its lens is focused: walking, or flying by keys."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from lod.camera import Camera, camera_from_heading, split_position
-from scenes.preset.camera_tables import CameraKey, CameraPreset
+from lod.errors import InputError
+from lod.thin_lens import ThinLens
+from scenes.preset.camera_tables import FARTHEST_FOCUS_M, NEAREST_FOCUS_M, CameraKey, CameraPreset
 from scenes.terrain.ground import Ground
 
 
 @dataclass(frozen=True)
 class CameraPose:
-    """A camera's place and direction in plan: metres from a cell's corner, degrees."""
+    """A camera's place and direction in plan: metres from a cell's corner, degrees.
+
+    f_stop  of its lens; None = a pinhole
+    focus   distance in focus, or a point with its height above the ground there [m]; None = far
+    """
 
     x: float
     y: float
@@ -23,6 +30,8 @@ class CameraPose:
     pitch: float
     fov: float
     roll: float
+    f_stop: float | None
+    focus: float | tuple[float, float, float] | None
 
 
 def camera_at(preset: CameraPreset, size: tuple[int, int], frame: float, ground: Ground) -> Camera:
@@ -36,7 +45,28 @@ def camera_at(preset: CameraPreset, size: tuple[int, int], frame: float, ground:
         stand = _walked(preset, frame)
     corner, x, y = split_position(stand.x, stand.y, *preset.cell)
     eye = np.array((x, y, height_at(ground, stand.x, stand.y, preset.cell) + stand.height))
-    return camera_from_heading(corner, eye, stand.heading, stand.pitch, stand.fov, size, stand.roll)
+    angles = stand.heading, stand.pitch, stand.fov
+    camera = camera_from_heading(corner, eye, *angles, size, stand.roll)
+    if stand.f_stop is None:
+        return camera
+    diameter = preset.aperture_m(stand.fov, stand.f_stop)
+    return replace(camera, lens=ThinLens(diameter, _focus(preset, stand, camera, ground)))
+
+
+def _focus(preset: CameraPreset, stand: CameraPose, camera: Camera, ground: Ground) -> float:
+    """Distance in focus along the camera's axis [m]."""
+    if stand.focus is None:
+        return FARTHEST_FOCUS_M
+    if isinstance(stand.focus, float):
+        return stand.focus
+    x, y, height = stand.focus
+    here, there = (height_at(ground, *at, preset.cell) for at in ((stand.x, stand.y), (x, y)))
+    offset = np.array((x - stand.x, y - stand.y, there + height - here - stand.height))
+    ahead = float(offset @ camera.forward)
+    if ahead < NEAREST_FOCUS_M:
+        rule = f"a point at least {NEAREST_FOCUS_M:g} m before the camera; it is {ahead:.3g} m"
+        raise InputError("camera.focus", stand.focus, rule, "turn the camera, or give a distance")
+    return ahead
 
 
 def height_at(ground: Ground, x: float, y: float, cell: tuple[int, int] = (0, 0)) -> float:
@@ -52,8 +82,8 @@ def _walked(preset: CameraPreset, frame: float) -> CameraPose:
     heading = math.radians(preset.heading)
     x = preset.position[0] + walked * math.sin(heading)
     y = preset.position[1] + walked * math.cos(heading)
-    fov = preset.fov_x_deg
-    return CameraPose(x, y, preset.height, turned, preset.pitch, fov, preset.roll)
+    lens = preset.fov_x_deg, preset.roll, preset.f_stop, preset.focus
+    return CameraPose(x, y, preset.height, turned, preset.pitch, *lens)
 
 
 def _between_keys(preset: CameraPreset, frame: float, ground: Ground) -> CameraPose:
@@ -61,12 +91,27 @@ def _between_keys(preset: CameraPreset, frame: float, ground: Ground) -> CameraP
     keys = preset.keys
     at = min(max(frame, keys[0].frame), keys[-1].frame)
     at_keys = _flight(keys, preset.fov_x_deg, preset.roll)
-    x, y, height, *target, fov, roll = at_keys(at).tolist()
-    base, far = (height_at(ground, px, py, preset.cell) for px, py in ((x, y), target[:2]))
-    east, north, up = target[0] - x, target[1] - y, far + target[2] - base - height
+    x, y, height, px, py, pz, fov, roll = at_keys(at).tolist()
+    base, far = (height_at(ground, *xy, preset.cell) for xy in ((x, y), (px, py)))
+    east, north, up = px - x, py - y, far + pz - base - height
     heading = math.degrees(math.atan2(east, north))
     pitch = math.degrees(math.atan2(up, math.hypot(east, north)))
-    return CameraPose(x, y, height, heading, pitch, fov, roll)
+    f_stop = _pulled(keys, "f_stop", preset.f_stop, at) or preset.f_stop
+    focus = _pulled(keys, "focus", preset.focus, at) or preset.focus or (px, py, pz)
+    return CameraPose(x, y, height, heading, pitch, fov, roll, f_stop, focus)
+
+
+def _pulled(keys: tuple[CameraKey, ...], name: str, camera: Any, at: float) -> float | None:
+    """Read f-number or distance in focus between keys; None where no key has one of its own.
+
+    They are pulled evenly in their logarithms, as the marks on a lens stand. A key that has none
+    has the camera's.
+    """
+    own = [getattr(key, name) for key in keys]
+    if not any(own):
+        return None
+    logarithms = np.log([each or camera for each in own])
+    return math.exp(PchipInterpolator([key.frame for key in keys], logarithms)(at))
 
 
 @lru_cache(maxsize=4)

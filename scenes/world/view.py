@@ -12,6 +12,7 @@ from lod.motion.shutter import ShutterInterval
 from lod.motion.window_of_visibility import integration_time_s
 from lod.pruning.view import View
 from lod.vision.blur_cascade import blur_widths
+from lod.vision.defocus import Defocus
 from lod.vision.eye import Display, Eye
 from lod.vision.viewer import ViewingConditions
 from scenes.plugins.entry_points import metric_by_name
@@ -32,7 +33,7 @@ def preset_air(preset: Preset) -> Air:
 def viewing_conditions(
     preset: Preset, camera: Camera, highest_m: float
 ) -> ViewingConditions | None:
-    """Collect what limits sight beyond the pixel; None in clear or ignored air without an eye.
+    """Collect what limits sight beyond the pixel; None where nothing does.
 
     ``highest_m``: height above the datum that neither the eye nor anything it sees is above, for β
     there is the least of any path. A table [display] or [eye] says that somebody will look.
@@ -40,14 +41,15 @@ def viewing_conditions(
     air, keys = preset_air(preset), preset.air
     hazy = preset.view.haze_aware and air != Air()
     watched = preset.display is not None or preset.eye is not None
-    if not (hazy or watched or keys.seeing):
+    if not (hazy or watched or keys.seeing or camera.lens):
         return None
     display = Display(**preset.display.model_dump()) if preset.display else Display()
     eye = Eye(**preset.eye.model_dump()) if preset.eye else Eye()
     seeing = keys.seeing * _ARCSECOND
     widths = blur_widths(camera.pixel_angle, display, eye if watched else None, seeing)
     beta = least_extinction(air, highest_m) if hazy else 0.0
-    return ViewingConditions(widths, beta, display, eye, acuity=watched)
+    defocus = Defocus(camera.lens, camera.corner_secant) if camera.lens else None
+    return ViewingConditions(widths, beta, display, eye, acuity=watched, defocus=defocus)
 
 
 def frame_time(preset: Preset, frame: float) -> float:

@@ -100,6 +100,7 @@ def _camera(camera: Camera, corner: Corner) -> Description:
         "fov_x_deg": float(np.degrees(camera.fov_x)),
         "size": (camera.width, camera.height),
         "clip": (NEAR_M, FAR_M),
+        "lens": camera.lens,
     }
 
 

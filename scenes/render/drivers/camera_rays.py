@@ -28,7 +28,8 @@ def sample_rays(
     index += dr.opaque(mi.UInt32, pixels.start)
     corner = mi.Vector2f(mi.Float(index % width), mi.Float(index // width))
     film = (corner + sampler.next_2d()) / mi.ScalarVector2f(width, height)
-    ray, _ = camera.sample_ray_differential(0.0, 0.0, film, mi.Point2f(0.5))
+    on_lens = sampler.next_2d() if camera.needs_aperture_sample() else mi.Point2f(0.5)
+    ray, _ = camera.sample_ray_differential(0.0, 0.0, film, on_lens)
     return sampler, ray
 
 

@@ -16,7 +16,7 @@ from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
 from scenes.render.drivers.sample_counts import sample_groups
 from scenes.render.haze.haze import Haze, in_scattered_light
 from scenes.render.haze.scattered_layer import NEAR_M, RATIO
-from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
+from scenes.render.mitsuba.build import GUIDES, BuiltScene, pinhole, sensor
 
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""
@@ -32,7 +32,8 @@ def render_jit(
 ) -> Samples:
     """Render group by group of samples, run by run of pixels.
 
-    The sample that Z, N and the ids come from is each pixel's first, somewhere in the pixel.
+    The sample that Z, N and the ids come from is each pixel's first, somewhere in the pixel; with
+    a lens, one more through the lens's centre.
     """
     width, height = built.description["camera"]["size"]
     total = Samples.zeros(width, height)
@@ -71,6 +72,8 @@ def _wavefront(
     bad = dr.select(finite, mi.UInt32(0), mi.UInt32(1))
     dr.eval(colour, guides, bad)
     _add(total, colour, guides, pixels, group.spp, keep)
+    if keep and built.description["camera"]["lens"]:
+        _keep_sharp(built, total, group, pixels)
     if group.coverage:
         every = np.stack([np.array(guide) for guide in guides], axis=-1)
         total.count_objects(built, np.arange(pixels.start, pixels.stop).repeat(group.spp), every)
@@ -87,6 +90,17 @@ def _add(
         first = dr.arange(mi.UInt32, pixels.stop - pixels.start) * spp
         chosen = [np.array(dr.gather(mi.Float, guide, first)) for guide in guides]
         total.keep(pixels, np.stack(chosen, axis=-1))
+
+
+def _keep_sharp(built: BuiltScene, total: Samples, group: Quality, pixels: slice) -> None:
+    """Keep what one ray of each pixel meets through the centre of the lens."""
+    camera = built.description["camera"]
+    sampler, ray = sample_rays(
+        sensor(pinhole(camera)), camera["size"], pixels, replace(group, spp=1)
+    )
+    _, _, guides = built.integrators["guides"].sample(built.scene, sampler, ray)
+    dr.eval(guides)
+    total.keep(pixels, np.stack([np.array(guide) for guide in guides], axis=-1))
 
 
 def composite_haze(haze: Haze, radiance: Any, distance: Any, direction: Any) -> Any:

@@ -20,7 +20,7 @@ pass of at most 2 × 2 samples.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mitsuba as mi
@@ -38,7 +38,7 @@ from scenes.render.haze.haze import (
     optical_depth_to,
     sky_through_air,
 )
-from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
+from scenes.render.mitsuba.build import GUIDES, BuiltScene, pinhole, sensor
 
 _IMAGE, _DISTANCE, _CORRECTION, _GUIDES = range(4)
 
@@ -49,7 +49,8 @@ def render_passes(
     """Render band by band of rows.
 
     The sample that Z, N and the ids come from is the last of the guide pass's square: below and
-    right of the pixel's centre (anywhere in the pixel, under 4 samples).
+    right of the pixel's centre (anywhere in the pixel, under 4 samples); with a lens, it is one
+    more through the lens's centre.
     """
     width, height = built.description["camera"]["size"]
     total = Samples.zeros(width, height)
@@ -121,9 +122,14 @@ class _Band:
 
     @property
     def _half_diagonal(self) -> float:
-        """Half the diagonal of a pixel, as the tangent of an angle."""
-        tan_x = math.tan(math.radians(self.camera["fov_x_deg"]) / 2)
-        return math.sqrt(2) * tan_x / self.camera["size"][0]
+        """Half the diagonal of a pixel, as the tangent of an angle, and what a lens adds to it.
+
+        Rays through a pixel all meet in focus: their directions differ by half the opening over
+        that distance.
+        """
+        tan_x, lens = math.tan(math.radians(self.camera["fov_x_deg"]) / 2), self.camera["lens"]
+        aside = lens.diameter_m / (2 * lens.focus_m) if lens else 0.0
+        return math.sqrt(2) * tan_x / self.camera["size"][0] + aside
 
     def _mean_haze(self, below_horizon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean T of each pixel, and mean light of air and sun's disc, (h, w, bands) each."""
@@ -172,7 +178,11 @@ class _Band:
         guides = self._trace("guides", side, 1, _GUIDES, 0)
         albedo = _pixel_sum(guides[..., GUIDES["albedo"]], side) / side**2
         total.albedo[slice(*self.rows)] = albedo / self.haze.bands.even
-        total.keep(slice(*self.rows), guides[side - 1 :: side, side - 1 :: side])
+        one = guides[side - 1 :: side, side - 1 :: side]
+        if self.camera["lens"]:
+            sharp = replace(self, built=self.built.seen_by(pinhole(self.camera)))
+            one = sharp._trace("guides", 1, 1, _GUIDES, 1)
+        total.keep(slice(*self.rows), one)
         if coverage:
             rows, columns = np.indices(guides.shape[:2]) // side
             pixel = (rows + self.rows[0]) * self.camera["size"][0] + columns

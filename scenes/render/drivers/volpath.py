@@ -14,7 +14,7 @@ from scenes.render.drivers.accumulate import Samples
 from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
 from scenes.render.drivers.sample_counts import sample_groups
 from scenes.render.haze.haze import Haze
-from scenes.render.mitsuba.build import GUIDES, BuiltScene, sensor
+from scenes.render.mitsuba.build import GUIDES, BuiltScene, pinhole, sensor
 
 _IMAGE, _GUIDES = range(2)
 
@@ -24,9 +24,11 @@ def render_medium(
 ) -> Samples:
     """Render band by band of rows; ``haze`` is not used, because the air is part of the scene.
 
-    The sample that Z, N and the ids come from is somewhere in the pixel.
+    The sample that Z, N and the ids come from is somewhere in the pixel, through the centre of the
+    lens where there is one.
     """
-    width, height = built.description["camera"]["size"]
+    camera = built.description["camera"]
+    width, height = camera["size"]
     total = Samples.zeros(width, height)
     for number, spp in enumerate(sample_groups(quality.spp)):
         step = max(1, quality.most_samples // (width * spp))
@@ -39,19 +41,27 @@ def render_medium(
             total.replaced += int(np.count_nonzero(bad.any(axis=-1)))
             watch(spp * width * (rows[1] - rows[0]))
             if number == 0:
-                guides = _trace(built, "guides", rows, 1, sampler_seed(*seed, _GUIDES))
-                shape, prim = (
-                    guides[..., GUIDES[k]][..., 0] for k in ("shape_index", "prim_index")
-                )
-                # Object 0 is the box around the medium: a ray that meets only that met nothing.
-                guides[built.hit_ids(shape, prim)[..., 0] == 0] = 0.0
+                guides = _guides(built, rows, sampler_seed(*seed, _GUIDES))
                 total.albedo[slice(*rows)] = guides[..., GUIDES["albedo"]]
-                total.keep(slice(*rows), guides)
+                sharp = guides
+                if camera["lens"]:
+                    through_centre = built.seen_by(pinhole(camera))
+                    sharp = _guides(through_centre, rows, sampler_seed(*seed, _GUIDES))
+                total.keep(slice(*rows), sharp)
                 if quality.coverage:
                     pixel = np.arange(rows[0] * width, rows[1] * width)
                     flat = guides.reshape(-1, guides.shape[-1])
                     total.count_objects(built, pixel, flat)
     return total
+
+
+def _guides(built: BuiltScene, rows: tuple[int, int], seed: int) -> np.ndarray:
+    """What one ray of each pixel of a band of rows meets, (rows, columns, channels)."""
+    guides = _trace(built, "guides", rows, 1, seed)
+    shape, prim = (guides[..., GUIDES[k]][..., 0] for k in ("shape_index", "prim_index"))
+    # Object 0 is the box around the medium: a ray that meets only that met nothing.
+    guides[built.hit_ids(shape, prim)[..., 0] == 0] = 0.0
+    return guides
 
 
 def _image(built: BuiltScene, rows: tuple[int, int], group: Quality) -> np.ndarray:

@@ -48,10 +48,19 @@ def frame_header(
         "worldToNDC": np.ascontiguousarray(_ndc_from_world(camera).T, np.float32),
         "screenWindowWidth": float(np.float32(2 * camera.tan_half[0])),
         "framesPerSecond": Fraction(fps).limit_denominator(100_000),
+        **_lens(camera),
         **_time_of_shot(fps, frame, date),
         **flatten_attributes(about, PREFIX),
         **settings_attributes(settings, frame),
     }
+
+
+def _lens(camera: Camera) -> dict[str, Any]:
+    """``focus``, OpenEXR's distance in focus, and the opening's diameter [m]; none of a pinhole."""
+    if camera.lens is None:
+        return {}
+    about = {"aperture_m": camera.lens.diameter_m}
+    return {"focus": float(np.float32(camera.lens.focus_m)), **flatten_attributes(about, PREFIX)}
 
 
 def _time_of_shot(fps: float, frame: int, date: str | None) -> dict[str, Any]:

@@ -80,7 +80,12 @@ def _camera(stage: Any, frame_input: FrameInput) -> None:
     camera, prim = frame_input.camera, UsdGeom.Camera.Define(stage, "/frame/camera")
     prim.CreateHorizontalApertureAttr(_APERTURE_MM)
     prim.CreateVerticalApertureAttr(_APERTURE_MM * camera.height / camera.width)
-    prim.CreateFocalLengthAttr(_APERTURE_MM / (2 * math.tan(camera.fov_x / 2)))
+    focal_mm = _APERTURE_MM / (2 * math.tan(camera.fov_x / 2))
+    prim.CreateFocalLengthAttr(focal_mm)
+    if camera.lens:
+        # Of the same angles on this sensor: the opening, not the number, is what counts.
+        prim.CreateFStopAttr(focal_mm / 1000 / camera.lens.diameter_m)
+        prim.CreateFocusDistanceAttr(camera.lens.focus_m)
     prim.CreateClippingRangeAttr(Gf.Vec2f(0.05, 1e7))
     world_from_camera = np.linalg.inv(camera_from_world(camera))
     prim.AddTransformOp().Set(Gf.Matrix4d(world_from_camera.T.tolist()))

@@ -2,7 +2,7 @@
 
 import gc
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
@@ -11,6 +11,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from lod.thin_lens import ThinLens
 from scenes.render.description.scene_description import MEDIUM, Description
 from scenes.render.mitsuba.emitters import sun, surroundings, variant_bands
 from scenes.render.mitsuba.plugin import load_plugin
@@ -53,6 +54,10 @@ class BuiltScene:
     ids: np.ndarray
     owners: tuple[np.ndarray, ...]
     medium: Any = None
+
+    def seen_by(self, camera: Description) -> "BuiltScene":
+        """Return the same scene as another camera sees it."""
+        return replace(self, description={**self.description, "camera": camera})
 
     def hit_ids(self, shape: np.ndarray, prim: np.ndarray) -> np.ndarray:
         """Object, part and level of hits given the renderer's shape and primitive numbers."""
@@ -129,7 +134,8 @@ def sensor(
     """Make the camera with a film of ``side`` by ``side`` pixels to each pixel, of these ``rows``.
 
     ``rows`` are the first and one past the last, from the top; None: all. ``medium`` is what the
-    eye is in. With ``spectrum`` the film has a channel for each band of a spectral variant.
+    eye is in. With ``spectrum`` the film has a channel for each band of a spectral variant. Rays
+    start all over the opening of the lens where the camera has one (``pinhole`` takes it away).
     """
     width, height = (side * pixels for pixels in camera["size"])
     top, bottom = rows or (0, height)
@@ -137,7 +143,7 @@ def sensor(
     target = [e + f for e, f in zip(eye, forward, strict=True)]
     return load_plugin(
         {
-            "type": "perspective",
+            **_lens(camera["lens"]),
             "fov": camera["fov_x_deg"],
             "fov_axis": "x",
             "near_clip": camera["clip"][0],
@@ -156,6 +162,18 @@ def sensor(
             **({"medium": medium} if medium else {}),
         }
     )
+
+
+def pinhole(camera: Description) -> Description:
+    """Describe the same camera with everything sharp: rays go through the centre of its lens."""
+    return {**camera, "lens": None}
+
+
+def _lens(lens: ThinLens | None) -> Description:
+    if lens is None:
+        return {"type": "perspective"}
+    radius = lens.diameter_m / 2
+    return {"type": "thinlens", "aperture_radius": radius, "focus_distance": lens.focus_m}
 
 
 def _responses() -> Description:

@@ -186,3 +186,72 @@ def test_a_flight_zooms_and_rolls_between_its_keys():
     assert fov[0] == pytest.approx(60) and fov[2] == pytest.approx(20)
     assert 20 < fov[1] < 60
     assert cameras[2].right[2] < -0.95  # its right side is down
+
+
+def test_a_lens_opens_as_wide_as_its_focal_length_and_f_number_say():
+    preset = CameraPreset(focal_length=50.0, f_stop=2.0, focus=12.0)
+    lens = camera_at(preset, SIZE, 1, GROUND).lens
+    assert lens.diameter_m == pytest.approx(0.025)
+    assert lens.focus_m == 12.0
+    assert camera_at(CameraPreset(focal_length=50.0), SIZE, 1, GROUND).lens is None
+
+
+def test_a_point_is_in_focus_at_its_depth_along_the_axis():
+    """30° aside of the axis the plane in focus is nearer than the point."""
+    preset = CameraPreset(heading=30.0, f_stop=2.0, focus=(0.0, 20.0, 1.7))
+    camera = camera_at(preset, SIZE, 1, GROUND)
+    base, there = (height_at(GROUND, *xy) for xy in ((0.0, 0.0), (0.0, 20.0)))
+    assert camera.forward[2] == 0 and there != base
+    assert camera.lens.focus_m == pytest.approx(20 * math.cos(math.radians(30)))
+
+
+def test_a_point_behind_the_camera_cannot_be_in_focus():
+    preset = CameraPreset(heading=180.0, f_stop=2.0, focus=(0.0, 20.0, 1.7))
+    with pytest.raises(InputError, match="before the camera"):
+        camera_at(preset, SIZE, 1, GROUND)
+
+
+def a_pull(**of_keys):
+    """A flight of three keys past a target, with f-numbers or distances in focus at the keys."""
+    keys = [
+        {"frame": frame, "position": (0.0, y), "height": 2.0, "target": (0.0, 40.0, 2.0)}
+        for frame, y in ((1, 0.0), (11, 10.0), (21, 20.0))
+    ]
+    for name, values in of_keys.items():
+        for key, value in zip(keys, values, strict=True):
+            key[name] = value
+    return tuple(CameraKey(**key) for key in keys)
+
+
+def test_a_flight_is_focused_on_its_target():
+    for frame in (1, 6, 21):
+        camera = camera_at(CameraPreset(keys=a_pull(), f_stop=4.0), SIZE, frame, GROUND)
+        assert camera.lens.focus_m == pytest.approx(np.linalg.norm(_to_target(camera)))
+
+
+def _to_target(camera):
+    return np.array((0.0, 40.0, height_at(GROUND, 0.0, 40.0) + 2.0)) - absolute(camera)
+
+
+def test_focus_and_f_number_are_pulled_from_key_to_key():
+    keys = a_pull(focus=(40.0, 10.0, 2.5), f_stop=(2.0, 2.0, 8.0))
+    at = [camera_at(CameraPreset(keys=keys), SIZE, frame, GROUND) for frame in (1, 6, 11, 21)]
+    focus = [camera.lens.focus_m for camera in at]
+    assert [focus[0], focus[2], focus[3]] == pytest.approx([40.0, 10.0, 2.5])
+    assert focus[1] == pytest.approx(20.0)  # half of the way in logarithms
+    width = [camera.lens.diameter_m for camera in at]
+    assert width[0] == pytest.approx(width[2]) == pytest.approx(4 * width[3])
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"f_stop": 2.0, "focus": 0.0},
+        {"f_stop": 0.0, "focus": 3.0},
+        {"keys": a_pull(f_stop=(2.0, None, 2.0))},
+        {"f_stop": 2.0, "keys": a_pull(focus=(2.0, None, 2.0))},
+    ],
+)
+def test_a_lens_that_cannot_be_focused_is_refused(keys):
+    with pytest.raises(ValueError):
+        CameraPreset(**keys)
