@@ -1,12 +1,14 @@
-"""What holds under test only: checked shapes and types, and how Hypothesis searches."""
+"""What holds under test only: checked shapes and types, a limit on memory, Hypothesis's search."""
 
 import os
 import shutil
 import signal
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import jaxtyping._import_hook as import_hook
+import psutil
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
@@ -23,6 +25,27 @@ CACHE = Path(__file__).resolve().parents[1] / ".pytest_cache" / "lodbench"
 if "PYTEST_XDIST_WORKER" not in os.environ:
     shutil.rmtree(CACHE / "arrays", ignore_errors=True)
 os.environ["LODBENCH_CACHE"] = str(CACHE)
+
+
+def limit_memory() -> None:
+    """Let each process of the tests write to its share of the machine's memory, and no more.
+
+    A test that runs away with memory then fails with MemoryError, where the system would kill the
+    process, and with it all the tests that it has still to run. Address space that is only kept,
+    as compilers and browsers do, is not limited (RLIMIT_DATA of Linux).
+    """
+    with suppress(ImportError):
+        import resource
+
+        workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+        share = int(MEMORY_SHARE * psutil.virtual_memory().total / workers)
+        _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+        most = share if hard == resource.RLIM_INFINITY else min(share, hard)
+        resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
+
+
+MEMORY_SHARE = 0.8
+limit_memory()
 
 ROOMS = ("lod", "scenes", "bench")
 

@@ -1,5 +1,6 @@
 """No command replaces what it did not write, unless it is told to."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -10,23 +11,13 @@ from bench.report import write
 from lod.errors import InputError
 from scenes.render.pictures.contact_sheet import _save
 
-TINY = """
-[terrain]
-reach = 100
-[placed.insect]
-model = "insect"
-position = [0, 8]
-[render]
-size = "16x9"
-spp = 1
-variant = "scalar_rgb"
-"""
+TINY = Path(__file__).with_name("tiny.toml")
 
 
 @pytest.fixture
 def lodbench(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("tiny.toml").write_text(TINY)
+    shutil.copy(TINY, ".")
 
     def run(*words: str) -> tuple[int, str]:
         with pytest.raises(SystemExit) as left:

@@ -1,6 +1,7 @@
 """A folder belongs to one kind of settings at a time, while frames are rendered and afterwards."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,19 +12,7 @@ import pytest
 from scenes.render.files.manifest import load_manifest
 
 ROOT = Path(__file__).resolve().parents[3]
-TINY = """
-[camera]
-speed = 20
-[terrain]
-reach = 100
-[placed.insect]
-model = "insect"
-position = [0, 8]
-[render]
-size = "16x9"
-spp = 1
-variant = "scalar_rgb"
-"""
+TINY = Path(__file__).with_name("tiny.toml")
 
 
 def start(folder: Path, *words: str) -> subprocess.Popen[str]:
@@ -55,7 +44,7 @@ def states(folder: Path) -> dict[str, str]:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "tiny.toml").write_text(TINY)
+    shutil.copy(TINY, tmp_path)
     return tmp_path
 
 

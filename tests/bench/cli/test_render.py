@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,19 +13,7 @@ import pytest
 from bench.cli.commands.render import preview_stem
 from bench.cli.main import main
 
-TINY = """
-[camera]
-speed = 20
-[terrain]
-reach = 100
-[placed.insect]
-model = "insect"
-position = [0, 8]
-[render]
-size = "16x9"
-spp = 1
-variant = "scalar_rgb"
-"""
+TINY = Path(__file__).with_name("tiny.toml")
 PATTERN = "out/a.####.exr"
 
 Render = Callable[..., tuple[int, list[dict[str, Any]], str]]
@@ -35,7 +24,7 @@ def render(
     capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Render:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "tiny.toml").write_text(TINY)
+    shutil.copy(TINY, tmp_path)
 
     def runner(*arguments: str) -> tuple[int, list[dict[str, Any]], str]:
         with pytest.raises(SystemExit) as left:

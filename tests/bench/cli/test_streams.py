@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,19 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
-TINY = """
-[camera]
-speed = 20
-[terrain]
-reach = 100
-[placed.insect]
-model = "insect"
-position = [0, 8]
-[render]
-size = "16x9"
-spp = 1
-variant = "scalar_rgb"
-"""
+TINY = Path(__file__).with_name("tiny.toml")
 LODBENCH = f"'{sys.executable}' -P -m bench.cli.main"
 FULL = "lodbench: error: stdout could not be written (No space left on device)"
 
@@ -45,7 +34,7 @@ def shell(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
 def right(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with two right frames in out."""
     folder = tmp_path_factory.mktemp("right")
-    (folder / "tiny.toml").write_text(TINY)
+    shutil.copy(TINY, folder)
     done = shell(folder, "$lodbench render tiny.toml -o out/a.####.exr --frames 1-2")
     assert done.returncode == 0, done.stderr
     return folder
@@ -84,7 +73,7 @@ def test_a_wrong_folder_stays_wrong(right: Path, tmp_path: Path) -> None:
 def test_frames_are_rendered_whoever_reads_of_it(
     right: Path, tmp_path: Path, redirection: str
 ) -> None:
-    (tmp_path / "tiny.toml").write_text(TINY)
+    shutil.copy(TINY, tmp_path)
     render = "$lodbench render tiny.toml -o out/a.####.exr --frames 1-2"
     assert shell(tmp_path, f"{render} {redirection}").returncode == 0
     for frame in ("a.0001.exr", "a.0002.exr"):
@@ -93,7 +82,7 @@ def test_frames_are_rendered_whoever_reads_of_it(
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_each_signal_ends_a_sequence_tidily(right: Path, tmp_path: Path, number: int) -> None:
-    (tmp_path / "tiny.toml").write_text(TINY)
+    shutil.copy(TINY, tmp_path)
     words = ["render", "tiny.toml", "-o", "out/a.####.exr", "--frames", "1-500", "--json"]
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", "bench.cli.main", *words],
