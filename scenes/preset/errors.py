@@ -37,6 +37,11 @@ _BOUNDS = {
     "string_too_short": "at least {min_length} character",
     "string_too_long": "at most {max_length} characters",
 }
+_CURES = {
+    "string_pattern_mismatch": "try oak_2",
+    "string_too_long": "try a shorter one",
+}
+_EVERY_KEY = "`lodbench list --keys` shows every key"
 
 
 class Nothing:
@@ -105,16 +110,17 @@ def _rule(error: ErrorDetails, field: FieldInfo | None) -> tuple[str, str]:
     if kind == "missing":
         rule = "a required key"
     if field is None or field.title is None:
-        return rule, ""
+        return rule, _CURES.get(kind, _EVERY_KEY)
     if kind in _BOUNDS and field.description:
         rule = field.description
     return rule, f"{field.title}{_default(field)}"
 
 
 def _default(field: FieldInfo) -> str:
-    if field.is_required() or field.default is None or field.default == "":
+    default = field.get_default(call_default_factory=True)
+    if field.is_required() or default in (None, "", {}):
         return ""
-    default = list(field.default) if isinstance(field.default, tuple) else field.default
+    default = list(default) if isinstance(default, tuple) else default
     return f"; the default is {default}"
 
 

@@ -58,6 +58,7 @@ VALUES = st.recursive(
     max_leaves=6,
 )
 MODELS = {"model": "figure", "density": 0.01}
+TABLES = ("camera", "species", "species.elk", "placed", "output", "representations.x")
 KEYS = known_keys({"species": ("elk",), "placed": ("fox",), "plumes": ("smoke",)})
 
 
@@ -89,7 +90,7 @@ def laid(keys: dict[str, Any]) -> dict[str, Any]:
 
 
 @fuzzed
-@given(st.dictionaries(st.one_of(st.sampled_from(KEYS), TEXTS), VALUES, max_size=5))
+@given(st.dictionaries(st.one_of(st.sampled_from([*TABLES, *KEYS]), TEXTS), VALUES, max_size=5))
 @example({"camera.keys": [{"frame": 5}, {"frame": 5}]})
 @example({"species.elk.density": 1e-320})
 def test_presets(keys: dict[str, Any]) -> None:
