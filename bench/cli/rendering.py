@@ -43,8 +43,8 @@ def render_job(
 
     variant = job.settings["render"]["variant"]
     try:
-        with cluster(workers.cluster, workers.threads, variant, workers.most_bytes) as several:
-            note(f"lodbench: dashboard at {several.dashboard}")
+        limits = workers.threads, variant, workers.most_bytes
+        with cluster(workers.cluster, *limits, note) as several:
             yield from render_on_cluster(job, several)
     finally:
         sweep(job)

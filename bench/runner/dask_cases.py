@@ -35,15 +35,14 @@ def dask_executor(where: str | None, say: Callable[[str], object]) -> Iterator[C
     """Give an executor over a Dask cluster, with one task for each case.
 
     ``where`` is what ``scenes.render.sequence.dask_cluster`` takes; None gives ``serial_executor``.
-    ``say`` is told the address of the cluster's dashboard.
+    ``say`` is told of the cluster what someone who waits may want to know.
     """
     if where is None:
         yield serial_executor
         return
     from scenes.render.sequence.dask_cluster import cluster
 
-    with cluster(where, threads=1) as workers:
-        say(f"lodbench: dashboard at {workers.dashboard}")
+    with cluster(where, threads=1, say=say) as workers:
 
         def tasks(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
             arguments = map(list, zip(*cases, strict=True))

@@ -13,6 +13,8 @@ import click
 from PIL import Image
 
 from scenes.preset.load import preset_names
+from scenes.render.files.frame_paths import make_folder
+from scenes.render.files.whole_file import check_ours, whole_file
 
 FRAMES = {"campfire": 30, "fly_in": 40}
 """The frame of a preset that shows most; presets that are not named show frame 1."""
@@ -33,7 +35,7 @@ def render_preset(name: str, size: str, spp: int, folder: Path) -> Path:
 def save_pictures(frame: Path, name: str, folder: Path) -> None:
     """Write both pictures of a frame: its light, denoised, and its detail levels."""
     from scenes.render.files.exr import read_exr
-    from scenes.render.pictures.contact_sheet import preview
+    from scenes.render.pictures.contact_sheet import preview, save_picture
     from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle, to_srgb_8bit
 
     layers = read_exr(frame)[0]
@@ -41,7 +43,7 @@ def save_pictures(frame: Path, name: str, folder: Path) -> None:
     picture = Image.fromarray(
         to_srgb_8bit(light, DEFAULT_STYLE.exposure_of(light), DEFAULT_STYLE.tone)
     )
-    picture.save(folder / f"{name}.png", optimize=True)
+    save_picture(picture, folder / f"{name}.png", optimize=True)
     preview(frame, folder / f"{name}_level.png", PictureStyle(view="level"))
 
 
@@ -65,13 +67,16 @@ def gallery_page(presets: Sequence[tuple[str, str]]) -> str:
 @click.option("-o", "folder", default="results/gallery", metavar="DIR", show_default=True)
 @click.option("--size", default="640x360", metavar="WxH", show_default=True)
 @click.option("--spp", default=16, show_default=True)
-def command(names: tuple[str, ...], folder: str, size: str, spp: int) -> None:
+@click.option("--overwrite", is_flag=True, help="Replace files that lodbench did not make.")
+def command(names: tuple[str, ...], folder: str, size: str, spp: int, overwrite: bool) -> None:
     """Render the presets of these NAMES, or all, and write the page of all that have pictures."""
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
+    target = make_folder(folder)
+    wanted = [name for name, _ in preset_names() if name in names or not names]
+    pictures = [f"{name}{kind}.png" for name in wanted for kind in ("", "_level")]
+    check_ours([target / each for each in (*pictures, "README.md")], overwrite)
     with tempfile.TemporaryDirectory() as scratch:
-        for name, _ in preset_names():
-            if name in names or not names:
-                save_pictures(render_preset(name, size, spp, Path(scratch)), name, target)
+        for name in wanted:
+            save_pictures(render_preset(name, size, spp, Path(scratch)), name, target)
     done = [each for each in preset_names() if (target / f"{each[0]}_level.png").exists()]
-    (target / "README.md").write_text(gallery_page(done), "utf-8")
+    with whole_file(target / "README.md", overwrite=True) as page:
+        page.write_text(gallery_page(done), "utf-8")

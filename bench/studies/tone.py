@@ -26,6 +26,9 @@ from bench.experiments.cover.measure import field, pruned_alone
 from bench.experiments.cover.scene import LOOKS, Case
 from bench.records.claims import Claim, claim
 from bench.statistics.estimates import two_sided_ratio_of_means
+from lod.errors import InputError
+from scenes.render.files.frame_paths import make_folder
+from scenes.render.files.whole_file import whole_file
 
 DETAIL, FIRST_SEED = 12.0, 1000
 FIELDS = {"aerial": 200, "forest": 500}
@@ -68,14 +71,26 @@ def _sums(bands: Columns) -> dict[str, list[int]]:
 
 
 def read_fields(path: Path) -> dict[Key, Bands]:
-    """Read the fields that a file holds in full; none where there is no file."""
+    """Read the fields that a file holds in full; none where there is no file.
+
+    Raises InputError for a file that ``write_fields`` did not write.
+    """
     found: dict[Key, Bands] = {}
     if path.exists():
-        with path.open(newline="") as file:
-            for row in csv.DictReader(file):
-                bands = found.setdefault((row["look"], int(row["seed"])), [])
-                bands.append([int(row[name]) for name in SUMS])
-    return {key: bands for key, bands in found.items() if len(bands) == band_count(key[0])}
+        try:
+            with path.open(newline="", encoding="utf-8") as file:
+                rows = csv.DictReader(file)
+                if tuple(rows.fieldnames or ()) != COLUMNS:
+                    raise KeyError(rows.fieldnames)
+                for row in rows:
+                    bands = found.setdefault((row["look"], int(row["seed"])), [])
+                    bands.append([int(row[name]) for name in SUMS])
+            return {key: bands for key, bands in found.items() if len(bands) == band_count(key[0])}
+        except (OSError, ValueError, KeyError, TypeError, csv.Error):
+            rule = f"a table with the columns {', '.join(COLUMNS)}, as this study writes it"
+            cure = "choose another folder, or move the file"
+            raise InputError("FOLDER", str(path), rule, cure) from None
+    return {}
 
 
 def band_count(look: str) -> int:
@@ -85,13 +100,11 @@ def band_count(look: str) -> int:
 
 def write_fields(path: Path, fields: dict[Key, Bands]) -> None:
     """Write all fields in their order, in place of what the file held."""
-    beside = path.with_suffix(".new")
-    with beside.open("w", newline="") as file:
+    with whole_file(path, overwrite=True) as beside, beside.open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(COLUMNS)
         for (look, seed), bands in sorted(fields.items()):
             rows.writerows([look, seed, k, *sums] for k, sums in enumerate(bands))
-    beside.replace(path)
 
 
 def judge_bands(fields: dict[Key, Bands], look: str) -> list[Claim]:
@@ -149,8 +162,7 @@ def _use_one_thread() -> None:
 @click.option("--again", is_flag=True, help="Pruned pictures anew, of all that FOLDER holds.")
 def command(folder: Path, fields: int | None, processes: int, again: bool) -> None:
     """Measure what FOLDER does not hold yet, and judge all that it holds."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "fields.csv"
+    path = make_folder(folder, "FOLDER") / "fields.csv"
     wholes = read_fields(path) if again else {}
     # What is measured anew takes the place of the old when all of it is there.
     target = folder / "again.csv" if again else path

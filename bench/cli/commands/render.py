@@ -25,7 +25,7 @@ from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
 from lod.errors import InputError
 from scenes.preset.tables import Preset
 from scenes.render.files.frame_paths import check_pattern, frame_path, make_folder
-from scenes.render.files.whole_file import check_free, made_by_lodbench
+from scenes.render.files.whole_file import check_ours
 from scenes.render.pictures.tone_map import PictureStyle
 
 if TYPE_CHECKING:
@@ -90,8 +90,7 @@ def command(
     from scenes.render.sequence.settings import frame_settings
 
     check_targets([frame_path(pattern, number) for number in numbers])
-    for picture in _previews(pattern) if preview else ():
-        check_free(picture, overwrite or made_by_lodbench(picture), "--preview")
+    check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
     chosen = within_budget(chosen, numbers, most_bytes, partial(click.echo, err=True))
     settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral))
     folder = make_folder(Path(pattern).parent)

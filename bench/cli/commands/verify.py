@@ -35,7 +35,7 @@ def command(folder: str, repair: bool, threads: int, cluster: str | None, as_jso
 
     with output(as_json) as out:
         taken = _rebuild(out, Path(folder)) if repair else ()
-        manifest = open_manifest(Path(folder))
+        manifest = open_manifest(Path(folder), repair)
         wrong = _look(out, manifest)
         workers = Workers(threads, None, cluster)
         repairs = repair and wrong and not taken

@@ -31,9 +31,11 @@ from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
 from scenes.render.files.exr import write_exr
+from scenes.render.files.frame_paths import make_folder
 from scenes.render.files.header import frame_header
+from scenes.render.files.whole_file import check_ours
 from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.contact_sheet import contact_sheet
+from scenes.render.pictures.contact_sheet import contact_sheet, save_picture
 from scenes.render.pictures.movie import movie
 from scenes.render.pipeline.render import render_frame
 from scenes.world.view import view_at
@@ -107,25 +109,31 @@ def frames_of(preset: Preset, world: World, count: int, variant: str) -> Iterato
         yield render_frame(made, number)
 
 
+def clip_files(name: str, count: int, folder: Path) -> list[Path]:
+    """Name the files of a clip: its frames, then its sheet of stills and its film."""
+    frames = [folder / f"{name}.{number:04d}.exr" for number in range(1, count + 1)]
+    return [*frames, folder / f"{name}.png", folder / f"{name}.mp4"]
+
+
 def write_film(name: str, settings: tuple[str, ...], count: int, folder: Path) -> None:
     """Write a clip, pruned beside everything drawn: frames, a sheet of stills, and a film."""
-    variant, paths = choose(), []
+    variant = choose()
+    *paths, sheet, film = clip_files(name, count, folder)
     presets = [
         load_preset("meadow", (*WORLD, *CLIPS[name], *way, *settings)) for way in WAYS.values()
     ]
     world = build_world(presets[0])
     both = [frames_of(preset, world, count, variant) for preset in presets]
-    for number, (one, other) in enumerate(zip(*both, strict=True), 1):
-        path = folder / f"{name}.{number:04d}.exr"
+    for number, (path, one, other) in enumerate(zip(paths, *both, strict=True), 1):
         view = view_at(world, presets[0], number)
         fps = presets[0].camera.fps
         header = frame_header(view.camera, fps, {"clip": name}, number)
+        path.unlink(missing_ok=True)
         write_exr(path, _beside(one, other), header)
-        paths.append(path)
-    sheet = contact_sheet(paths[::_EVERY], folder / f"{name}.png", columns=2, width=2 * _STILL_PX)
+    contact_sheet(paths[::_EVERY], sheet, columns=2, width=2 * _STILL_PX)
     with Image.open(sheet) as picture:
-        picture.quantize(256).save(sheet, optimize=True)
-    movie(paths, folder / f"{name}.mp4", presets[0].camera.fps)
+        save_picture(picture.quantize(256), sheet, optimize=True)
+    movie(paths, film, presets[0].camera.fps)
 
 
 def measure_clip(name: str, settings: tuple[str, ...], numbers: Sequence[int]) -> dict[str, Walk]:
@@ -206,6 +214,7 @@ def _beside(one: Layers, two: Layers) -> Layers:
 @click.option("--measure", "ends", type=(int, int), help="Its first and last frame; else all.")
 @click.option("--clip", "names", multiple=True, type=click.Choice(list(CLIPS)), help="Some alone.")
 @click.option("--table-only", is_flag=True, help="Measure, and render no film.")
+@click.option("--overwrite", is_flag=True, help="Replace files that lodbench did not make.")
 def command(
     folder: Path,
     count: int,
@@ -215,9 +224,13 @@ def command(
     ends: tuple[int, int] | None,
     names: tuple[str, ...],
     table_only: bool,
+    overwrite: bool,
 ) -> None:
     """Render clips, pruned beside everything drawn, and print what motion leaves unexplained."""
-    folder.mkdir(parents=True, exist_ok=True)
+    if not table_only:
+        make_folder(folder)
+        for name in names or CLIPS:
+            check_ours(clip_files(name, count, folder), overwrite)
     first, last = ends or (1, count)
     if not 1 <= first < last:
         raise click.UsageError(f"--measure {first} {last}: two frames or more, from 1; try 12 19")

@@ -9,6 +9,7 @@ times the unpruned walk and clipping does not; and with the same samples, where 
 has nothing but rounding.
 """
 
+import zipfile
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,9 +20,13 @@ from PIL import Image
 from bench.cli.output import table
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.unexplained_change import Walk, walk
+from lod.errors import InputError
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
+from scenes.render.files.frame_paths import make_folder
+from scenes.render.files.whole_file import check_ours, whole_file
 from scenes.render.mitsuba.variants import choose
+from scenes.render.pictures.contact_sheet import save_picture
 from scenes.world.world import World, build_world
 
 WOOD = ("world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false")
@@ -45,10 +50,8 @@ def measure_pair(folder: Path, way: str, first: int, settings: tuple[str, ...]) 
         return
     preset, world = _forest(settings)
     found = walk(world, (preset,), (first, first + 1), choose())
-    temporary = path.with_suffix(".part")
-    with temporary.open("wb") as stream:
+    with whole_file(path, where="DIR") as temporary, temporary.open("wb") as stream:
         np.savez(stream, **{name: getattr(found, name) for name in Walk.__dataclass_fields__})
-    temporary.replace(path)
 
 
 @lru_cache(maxsize=len(WAYS))
@@ -59,8 +62,15 @@ def _forest(settings: tuple[str, ...]) -> tuple[Preset, World]:
 
 def load_walk(folder: Path, way: str) -> Walk:
     """Read all pairs of frames of a way that a folder holds."""
-    pieces = [np.load(path) for path in sorted(folder.glob(f"{way}.*.npz"))]
-    names = Walk.__dataclass_fields__
+    names, pieces = Walk.__dataclass_fields__, []
+    for path in sorted(folder.glob(f"{way}.*.npz")):
+        try:
+            pieces.append(dict(np.load(path)))
+        except (OSError, ValueError, TypeError, zipfile.BadZipFile):
+            pieces.append({})
+        if names.keys() - pieces[-1].keys():
+            rule = "a pair of frames, as this study keeps them"
+            raise InputError("DIR", str(path), rule, "choose another folder, or remove it")
     return Walk(**{name: np.concatenate([each[name] for each in pieces]) for name in names})
 
 
@@ -100,12 +110,16 @@ def stills(walks: dict[str, Walk]) -> Image.Image:
 @click.option("--size", default="160x90", metavar="WxH", show_default=True)
 @click.option("--spp", default=36, show_default=True)
 @click.option("--detail", default=6.0, help="τ in pixels.", show_default=True)
-def command(folder: Path, frames: int, every: int, size: str, spp: int, detail: float) -> None:
+@click.option("--overwrite", is_flag=True, help="Replace a sheet.png that lodbench did not make.")
+def command(
+    folder: Path, frames: int, every: int, size: str, spp: int, detail: float, overwrite: bool
+) -> None:
     """Measure a walk through a forest into DIR, three ways, and print what pops."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
+    check_ours([folder / "sheet.png"], overwrite, "DIR")
     for first in range(1, frames, every):
         for way in WAYS:
             measure_pair(folder, way, first, walk_settings(way, size, spp, detail))
     walks = {way: load_walk(folder, way) for way in WAYS}
     click.echo(table(table_rows(walks)))
-    stills(walks).save(folder / "sheet.png")
+    save_picture(stills(walks), folder / "sheet.png")

@@ -138,8 +138,14 @@ def _exponent(found: Estimate | None) -> str:
     return "too few worlds to say" if found is None else f"exponent {found:.3g}"
 
 
+PLOTS = ("time", "memory", "ratio")
+
+
 def plots(found: dict[str, Any]) -> tuple[Plot, ...]:
-    """Plot time and memory of whole and pruned frames, and their ratios, against the objects."""
+    """Plot time and memory of whole and pruned frames, and their ratios, against the objects.
+
+    They are named by the kind of worlds and by PLOTS, in this order.
+    """
     both = {"unpruned": points_by_metric(found, "full"), "pruned": points_by_metric(found, "blake")}
     time = [_curve(label, points, _TIME) for label, points in both.items()]
     memory = [_curve(label, points, _MEMORY) for label, points in both.items()]

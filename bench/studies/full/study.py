@@ -34,7 +34,7 @@ from bench.studies.full.equal_error_detail import (
     excess_flip,
     search_detail,
 )
-from bench.studies.full.report import plots, results_table, summary_text
+from bench.studies.full.report import PLOTS, plots, results_table, summary_text
 from bench.studies.full.timed_frames import (
     FrameProcess,
     interleave_frames,
@@ -43,6 +43,8 @@ from bench.studies.full.timed_frames import (
 )
 from bench.studies.full.worlds import KINDS, QUICK, Kind, Picture, limit_distance, world_preset
 from lod.errors import InputError
+from scenes.render.files.frame_paths import make_folder
+from scenes.render.files.whole_file import check_free, made_by_lodbench, whole_file
 from scenes.render.mitsuba.variants import choose
 
 START_PX, HALVINGS, SEARCH_SPP = 2.0, 1, 121
@@ -149,14 +151,25 @@ def run(name: str, kind: Kind, detail: float | None, effort: Effort, say: Say) -
 
 def write_results(folder: Path, found: dict[str, Any]) -> None:
     """Write the numbers as JSON and the plots as SVG; each file is whole or not there."""
-    folder.mkdir(parents=True, exist_ok=True)
-    name = found["kind"]
-    files = {f"{name}.json": json.dumps(found, indent=1, allow_nan=False) + "\n"}
-    files |= {f"{each.name}.svg": each.svg for each in plots(found)}
-    for file, text in files.items():
-        temporary = folder / f".{file}.part"
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, folder / file)
+    numbers, *figures = result_files(folder, found["kind"])
+    files = {numbers: json.dumps(found, indent=1, allow_nan=False) + "\n"}
+    files |= {path: each.svg for path, each in zip(figures, plots(found), strict=True)}
+    for path, text in files.items():
+        with whole_file(path, overwrite=True) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+
+def check_results(folder: Path, kinds: tuple[str, ...], overwrite: bool) -> None:
+    """Raise InputError where files of others stand in the way, unless ``overwrite``."""
+    for kind in kinds:
+        numbers, *figures = result_files(folder, kind)
+        for path in (numbers, *figures):
+            check_free(path, overwrite or made_by_lodbench(numbers))
+
+
+def result_files(folder: Path, kind: str) -> list[Path]:
+    """Name the files in which the results of a kind of worlds are kept, the numbers first."""
+    return [folder / f"{kind}.json", *(folder / f"{kind}-{name}.svg" for name in PLOTS)]
 
 
 @click.command()
@@ -168,6 +181,7 @@ def write_results(folder: Path, found: dict[str, Any]) -> None:
 @click.option("--max-memory", default="8GB", show_default=True, help="Of the largest whole world.")
 @click.option("--detail", type=TAU, help="τ in pixels, instead of the one of equal error.")
 @click.option("--quick", is_flag=True, help="Two small worlds: what it prints means nothing.")
+@click.option("--overwrite", is_flag=True, help="Replace files that this study did not make.")
 def command(
     kinds: tuple[str, ...],
     folder: Path | None,
@@ -177,10 +191,13 @@ def command(
     max_memory: str,
     detail: float | None,
     quick: bool,
+    overwrite: bool,
 ) -> None:
     """Measure these KINDS of worlds (all by default), print, and keep where asked."""
     try:
         most = memory_size(max_memory)
+        if folder is not None:
+            check_results(make_folder(folder), kinds or tuple(KINDS), overwrite)
         effort = Effort(Picture(size, spp), turns, most, SEARCH_SPP, HALVINGS)
         if quick:
             effort = Effort(QUICK_PICTURE, 3, most, QUICK_PICTURE.spp, 0)

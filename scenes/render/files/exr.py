@@ -206,7 +206,7 @@ def _opened(path: str | Path, **how: bool) -> Iterator[OpenEXR.File]:
     try:
         with stdout_to_stderr():
             yield OpenEXR.File(str(path), **how)
-    except (RuntimeError, ValueError) as error:
+    except (RuntimeError, ValueError, ArithmeticError) as error:  # a rational may be n/0
         raise InputError(
             "frame", str(path), f"readable OpenEXR ({error})", UNREADABLE_CURE
         ) from error

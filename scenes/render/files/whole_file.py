@@ -1,7 +1,7 @@
 """Files that are whole or not there, and that replace nobody else's work."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -19,6 +19,12 @@ def check_free(path: str | Path, overwrite: bool = False, where: str = "-o") -> 
     if not overwrite and os.path.lexists(path):
         rule = "a file that is not there yet"
         raise InputError(where, str(path), rule, "choose another name, or --overwrite")
+
+
+def check_ours(paths: Iterable[str | Path], overwrite: bool = False, where: str = "-o") -> None:
+    """Raise InputError where something stands that lodbench did not make, unless ``overwrite``."""
+    for path in paths:
+        check_free(path, overwrite or made_by_lodbench(path), where)
 
 
 @contextmanager

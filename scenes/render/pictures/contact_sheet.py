@@ -22,7 +22,7 @@ def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_
     """Write one frame as a PNG, exposed for itself."""
     layers = read_exr(path)[0]
     picture = preview_pixels(layers, look, look.exposure_of(layers.rgb))
-    return _save(Image.fromarray(picture), out_png)
+    return save_picture(Image.fromarray(picture), out_png)
 
 
 def contact_sheet(
@@ -45,7 +45,7 @@ def contact_sheet(
         picture = Image.fromarray(preview_pixels(layers, look, exposure))
         tiles.append(picture.resize((width, height), Image.Resampling.LANCZOS))
     labels = [frame_label(path) for path in paths]
-    return _save(_sheet(tiles, labels, columns or default_columns(len(tiles))), out_png)
+    return save_picture(_sheet(tiles, labels, columns or default_columns(len(tiles))), out_png)
 
 
 def default_columns(count: int) -> int:
@@ -76,10 +76,10 @@ def _sheet(tiles: Sequence[Image.Image], labels: Sequence[str], columns: int) ->
     return sheet
 
 
-def _save(picture: Image.Image, path: str | Path) -> Path:
-    """Write a PNG that says who made it."""
+def save_picture(picture: Image.Image, path: str | Path, optimize: bool = False) -> Path:
+    """Write a PNG that says who made it; in fewer bytes and more time where ``optimize``."""
     about = PngInfo()
     about.add_text("Software", software())
     with whole_file(path, overwrite=True) as temporary:
-        picture.save(temporary, "PNG", pnginfo=about)
+        picture.save(temporary, "PNG", pnginfo=about, optimize=optimize)
     return Path(path)

@@ -10,7 +10,7 @@ import logging
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from scenes.render.files.header import software
 from scenes.render.mitsuba.variants import trusting
 
 _ANSWER_S = 8
+_WORKERS_S = 300
 _NOT_DASK = "what listens there does not speak as Dask does"
 _SCRATCH = "lodbench-workers-"
 MOST_WORKERS = 1024
@@ -31,25 +32,28 @@ class Cluster:
     """A connection to workers.
 
     threads    for the renderer in each worker; 0 = as many as the worker was started with
-    dashboard  where to watch it
     most_bytes  that a frame may need of memory
     """
 
     client: Any
     threads: int
-    dashboard: str
     most_bytes: int | None = None
 
 
 @contextlib.contextmanager
 def cluster(
-    where: str, threads: int = 0, variant: str = "", most_bytes: int | None = None
+    where: str,
+    threads: int = 0,
+    variant: str = "",
+    most_bytes: int | None = None,
+    say: Callable[[str], object] = lambda text: None,
 ) -> Iterator[Cluster]:
     """Connect to workers: so many of this machine, or those of a scheduler's address or file.
 
     Local workers are given ``threads`` each, or an even share of the cores, and end with the
-    context. Raises InputError where Dask is not installed, nothing answers, or a worker has other
-    versions than this process.
+    context. ``say`` is told where to watch them, and when none is there yet. Raises InputError
+    where Dask is not installed, nothing answers, no worker comes, or one has other versions than
+    this process.
     """
     try:
         import distributed
@@ -65,8 +69,10 @@ def cluster(
             threads = threads or max(1, (os.cpu_count() or 1) // int(where))
         else:
             client = stack.enter_context(_remote(where))
+        say(f"lodbench: dashboard at {client.dashboard_link}")
+        _see_a_worker(client, where, say)
         check_versions(client)
-        yield Cluster(client, threads, client.dashboard_link, most_bytes)
+        yield Cluster(client, threads, most_bytes)
 
 
 @contextlib.contextmanager
@@ -146,6 +152,24 @@ def _remote(where: str) -> Iterator[Any]:
         raise InputError("--cluster", where, rule, cure)
     with Client(address, timeout=_ANSWER_S) as client:
         yield client
+
+
+def _see_a_worker(client: Any, where: str, say: Callable[[str], object]) -> None:
+    """Wait for the first worker, with a task to do: clusters that grow on demand start one for it.
+
+    Raises InputError where none comes.
+    """
+    if client.scheduler_info()["workers"]:
+        return
+    say(f"lodbench: {where} has no worker yet: waiting for one, {_WORKERS_S} s at most")
+    task = client.submit(software, pure=False)
+    try:
+        task.exception(timeout=_WORKERS_S)
+    except TimeoutError:
+        task.cancel()
+        rule = f"a scheduler with workers; none came in {_WORKERS_S} s"
+        cure = f"start one: dask worker {client.scheduler.address}"
+        raise InputError("--cluster", where, rule, cure) from None
 
 
 def _address_in(file: str) -> str:

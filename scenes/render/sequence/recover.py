@@ -23,6 +23,12 @@ from scenes.render.files.manifest import (
 from scenes.render.files.whole_frame import whole_frame
 from scenes.render.sequence.settings import Settings
 
+NOTHING_WHOLE = (
+    f"no frame in it is whole, to rebuild its {NAME} from",
+    "render the frames again, with --overwrite",
+)
+"""Rule and cure where a manifest is lost or broken, and every frame with it."""
+
 _NUMBER = re.compile(r"\d{4,}")
 
 
@@ -49,7 +55,7 @@ def rebuild_manifest(folder: Path) -> tuple[str, ...]:
     taken = tuple(name for name, entry in found.entries.items() if _differs(manifest, name, entry))
     if broken is not None:
         if not taken:
-            raise broken
+            raise InputError(broken.where, broken.arrived, *NOTHING_WHOLE) from None
         (folder / NAME).unlink()
     if taken:
         pending = _to_be_rendered(manifest, found)

@@ -24,6 +24,7 @@ from scenes.render.files.manifest import (
     load_manifest,
     settings_hash,
 )
+from scenes.render.sequence.recover import NOTHING_WHOLE
 from scenes.render.sequence.sequence import Job, owned_folder
 from scenes.render.sequence.settings import Record, Settings, preset_from_settings
 
@@ -42,12 +43,17 @@ class Checked:
     wrong: tuple[str, ...]
 
 
-def open_manifest(folder: Path) -> Manifest:
-    """Load a folder's manifest. Raises InputError where there is none, or a broken one."""
+def open_manifest(folder: Path, repaired: bool = False) -> Manifest:
+    """Load a folder's manifest. Raises InputError where there is none, or a broken one.
+
+    ``repaired`` says that a missing one was to be rebuilt, so that advice is not to do that.
+    """
     if not (folder / NAME).is_file():
         rule, cure = f"a folder of frames with their {NAME}", "give the folder of `lodbench render`"
         if any(folder.glob("*.exr")):
             cure = "`lodbench verify --repair` rebuilds it from the frames' headers"
+            if repaired:
+                rule, cure = NOTHING_WHOLE
         raise InputError("DIR", str(folder), rule, cure)
     return load_manifest(folder)
 

@@ -9,7 +9,7 @@ from PIL import Image
 from bench.cli.main import main
 from bench.report import write
 from lod.errors import InputError
-from scenes.render.pictures.contact_sheet import _save
+from scenes.render.pictures.contact_sheet import save_picture
 
 TINY = Path(__file__).with_name("tiny.toml")
 
@@ -50,7 +50,7 @@ def test_previews_replace_previews_alone(lodbench, name):
     assert f"--preview: 'out/{name}': a file that is not there yet" in err
     assert sorted(path.name for path in Path("out").iterdir()) == [name]
     Path("out", name).unlink()
-    _save(Image.new("RGB", (2, 2)), "out/a.png")
+    save_picture(Image.new("RGB", (2, 2)), "out/a.png")
     assert lodbench(*words) == (0, "")
     assert Image.open("out/a.png").size == (16, 9)
 

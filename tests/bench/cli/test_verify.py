@@ -112,6 +112,27 @@ def test_people_read_what_is_wrong(
     assert out == "out/a.0001.exr: there is no such file\n2 frames: 1 right, 1 wrong\n"
 
 
+@pytest.mark.parametrize("manifest", [None, "", '{"version": 1}', "[]"])
+def test_where_no_frame_is_whole_advice_is_to_render(
+    lodbench: Lodbench, tmp_path: Path, manifest: str | None
+) -> None:
+    render(lodbench, "1-2")
+    for path in (tmp_path / "out").glob("*.exr"):
+        path.write_bytes(path.read_bytes()[:-1])
+    (tmp_path / "out" / "manifest.json").unlink()
+    if manifest is not None:
+        (tmp_path / "out" / "manifest.json").write_text(manifest)
+    assert "`lodbench verify --repair` rebuilds it" in lodbench("verify", "out")[2]
+    code, _, err = lodbench("verify", "out", "--repair")
+    assert (code, err.count("\n")) == (2, 1)
+    assert err.endswith(
+        "rebuild its manifest.json from; render the frames again, with --overwrite\n"
+    )
+    flags = "--frames", "1-2", "--size", "8x4", "--variant", "scalar_rgb", "--overwrite"
+    assert lodbench("render", "meadow", "-o", "out/a.####.exr", *flags)[0] == 0
+    assert lodbench("verify", "out")[0] == 0
+
+
 @pytest.mark.parametrize("folder", ["none", "child.py", "."])
 def test_a_folder_without_frames_is_bad_input(lodbench: Lodbench, folder: str) -> None:
     code, lines, err = lodbench("verify", folder)

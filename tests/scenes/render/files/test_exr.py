@@ -56,6 +56,15 @@ def test_layers_come_back(tmp_path):
     assert len(digest) == 64 and sorted(p.name for p in tmp_path.iterdir()) == ["a.exr"]
 
 
+def test_a_rational_without_a_denominator_is_no_header(tmp_path):
+    write_exr(tmp_path / "a.exr", some_layers(), some_header())
+    data, key = (tmp_path / "a.exr").read_bytes(), b"framesPerSecond\0rational\0"
+    at = data.index(key) + len(key) + 8  # after the length of the value and its numerator
+    (tmp_path / "a.exr").write_bytes(data[:at] + bytes(4) + data[at + 4 :])
+    with pytest.raises(InputError, match="readable OpenEXR"):
+        read_header(tmp_path / "a.exr")
+
+
 def test_same_layers_same_bytes(tmp_path):
     first = write_exr(tmp_path / "a.exr", some_layers(), some_header(x=1))
     again = write_exr(tmp_path / "b.exr", some_layers(), some_header(x=1))

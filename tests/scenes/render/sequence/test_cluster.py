@@ -145,7 +145,7 @@ def test_a_frame_that_cannot_be_is_bad_input_if_nothing_was_done(settings, two, 
     wrong = {**settings, "camera": {**settings["camera"], "fov": 500.0}}
     job = open_job(tmp_path / "a.####.exr", [1, 2], wrong)
     with pytest.raises(InputError, match="fov"):
-        list(render_on_cluster(job, Cluster(two.client, 1, "")))
+        list(render_on_cluster(job, Cluster(two.client, 1)))
 
 
 BANNERS = [
@@ -206,3 +206,27 @@ def test_scratch_folders_go_and_so_do_those_of_the_dead(tmp_path):
     with scratch_folder(str(tmp_path)) as mine, scratch_folder(str(tmp_path)) as other:
         assert {mine, other} == {str(path) for path in tmp_path.iterdir()}
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scheduler_without_workers_is_said_and_refused_in_time(monkeypatch):
+    from distributed import LocalCluster
+
+    monkeypatch.setattr(dask_cluster, "_WORKERS_S", 0.5)
+    said = []
+    with LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50) as empty:
+        address = empty.scheduler_address
+        with pytest.raises(InputError, match=r"with workers; none came in 0.5 s; start one: dask"):
+            with cluster(address, say=said.append):
+                pass
+    assert f"{address} has no worker yet: waiting for one, 0.5 s at most" in said[-1]
+
+
+def test_a_worker_that_comes_late_is_waited_for():
+    from distributed import LocalCluster
+
+    said = []
+    with LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50) as growing:
+        growing.adapt(minimum=0, maximum=1, interval="50ms")  # none without a task to do
+        with cluster(growing.scheduler_address, say=said.append) as workers:
+            assert len(workers.client.scheduler_info()["workers"]) == 1
+    assert "has no worker yet" in said[-1]

@@ -143,7 +143,7 @@ def test_frames_that_changed_places_and_strangers_stay_out(folder):
 def test_a_broken_manifest_where_nothing_is_whole_stays(tmp_path):
     (tmp_path / NAME).write_text("{")
     (tmp_path / "a.0001.exr").write_text("half")
-    with pytest.raises(InputError, match="manifest in JSON"):
+    with pytest.raises(InputError, match="no frame in it is whole"):
         rebuild_manifest(tmp_path)
     assert (tmp_path / NAME).read_text() == "{"
     assert Manifest(tmp_path).frames == {}
