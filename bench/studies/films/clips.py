@@ -16,6 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -218,13 +219,12 @@ def _beside(one: Layers, two: Layers) -> Layers:
 def command(
     folder: Path,
     count: int,
-    size: str,
-    spp: int,
     measure_size: str,
     ends: tuple[int, int] | None,
     names: tuple[str, ...],
     table_only: bool,
     overwrite: bool,
+    **film: Any,
 ) -> None:
     """Render clips, pruned beside everything drawn, and print what motion leaves unexplained."""
     if not table_only:
@@ -237,7 +237,9 @@ def command(
     rows: list[tuple[object, ...]] = []
     for name in names or CLIPS:
         if not table_only:
-            write_film(name, (f"render.size={size}", f"render.spp={spp}"), count, folder)
+            write_film(
+                name, tuple(f"render.{key}={value}" for key, value in film.items()), count, folder
+            )
         looks = f"render.size={measure_size}", f"render.spp={MEASURED_SPP}"
         found = measure_clip(name, looks, range(first, last + 1))
         click.echo(verdict_line(name, found))

@@ -185,20 +185,19 @@ def result_files(folder: Path, kind: str) -> list[Path]:
 def command(
     kinds: tuple[str, ...],
     folder: Path | None,
-    size: str,
-    spp: int,
     turns: int,
     max_memory: str,
     detail: float | None,
     quick: bool,
     overwrite: bool,
+    **picture: Any,
 ) -> None:
     """Measure these KINDS of worlds (all by default), print, and keep where asked."""
     try:
         most = memory_size(max_memory)
         if folder is not None:
             check_results(make_folder(folder), kinds or tuple(KINDS), overwrite)
-        effort = Effort(Picture(size, spp), turns, most, SEARCH_SPP, HALVINGS)
+        effort = Effort(Picture(**picture), turns, most, SEARCH_SPP, HALVINGS)
         if quick:
             effort = Effort(QUICK_PICTURE, 3, most, QUICK_PICTURE.spp, 0)
         for name in kinds or KINDS:
