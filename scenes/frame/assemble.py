@@ -10,6 +10,7 @@ from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.frame.schedule import update_counts, with_schedule
 from scenes.frame.subframes import subframe_inputs
+from scenes.frame.window import Window
 from scenes.preset.tables import Preset
 from scenes.world.light import Light, sun_and_sky
 from scenes.world.view import preset_air, view_at
@@ -61,6 +62,7 @@ def frame_light(world: World, preset: Preset) -> Light:
 def frame_quality(preset: Preset, variant: str) -> Quality:
     """Return how frames of a preset are sampled, in a variant that works here."""
     render = preset.render
+    window = None if render.crop is None else Window(*render.window)
     return Quality(
         variant,
         render.spp,
@@ -68,4 +70,5 @@ def frame_quality(preset: Preset, variant: str) -> Quality:
         render.max_depth,
         render.haze,
         coverage=preset.output.cryptomatte,
+        window=window,
     )

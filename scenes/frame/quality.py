@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from lod.errors import InputError
+from scenes.frame.window import Window, whole_window
 
 SEED_LIMIT = 2**63
 
@@ -32,6 +33,7 @@ class Quality:
     sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
         the time than multijitter (the same study)
     coverage   whether it is counted which objects the samples of a pixel meet
+    window     what of the picture is rendered; None = all of it
     most_samples  traced at once: bounds memory, and how long Ctrl-C waits
     """
 
@@ -43,6 +45,7 @@ class Quality:
     sun_sampling: float = 12.0
     sampler: str = "multijitter"
     coverage: bool = False
+    window: Window | None = None
     most_samples: int = 2**19
 
     def __post_init__(self) -> None:
@@ -57,6 +60,10 @@ class Quality:
         if self.is_spectral and self.haze != "analytic":
             rule = "analytic where pictures are spectral"
             raise InputError("--haze", self.haze, rule, "leave out --spectral")
+
+    def window_of(self, size: tuple[int, int]) -> Window:
+        """Return the window that is rendered of a picture of that size [px]."""
+        return self.window or whole_window(size)
 
     @property
     def is_jit(self) -> bool:

@@ -29,6 +29,7 @@ from scenes.preset.values import (
     Table,
     Visibility,
     key,
+    parse_crop,
     refuse,
 )
 
@@ -166,6 +167,10 @@ class RenderPreset(Table):
     """How the picture is made."""
 
     size: Size = (640, 360)
+    crop: Annotated[
+        str | None,
+        key("part that is rendered: WxH+LEFT+TOP in pixels, or each in percent; absent = all"),
+    ] = None
     spp: Annotated[int, key("samples per pixel", least=1, most=65536)] = 16
     subframes: Annotated[
         int,
@@ -178,6 +183,19 @@ class RenderPreset(Table):
         key("airlight of the horizon's sky or as the air scatters it, or a medium (reference)"),
     ] = "analytic"
     spectral: Annotated[bool, key("light of 16 bands, not of three colours (reference)")] = False
+
+    @property
+    def window(self) -> tuple[int, ...]:
+        """Left, top, right and bottom of what is rendered [px]."""
+        return (0, 0, *self.size) if self.crop is None else parse_crop(self.crop, self.size)
+
+    @model_validator(mode="after")
+    def _inside(self) -> "RenderPreset":
+        try:
+            _ = self.window
+        except InputError as error:
+            raise refuse(error.rule, error.cure, "render.crop") from error
+        return self
 
 
 class OutputPreset(Table):

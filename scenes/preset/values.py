@@ -33,6 +33,9 @@ _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d]
 
 _SIZE = re.compile(r"\s*(\d{1,9})\s*[x×]\s*(\d{1,9})\s*", re.ASCII)
 
+_SIDE = r"(\d{1,5}|\d{1,3}(?:\.\d+)?(?=%))(%?)"
+_CROP = re.compile(rf"\s*{_SIDE}\s*[x×]\s*{_SIDE}\+{_SIDE}\+{_SIDE}\s*")
+
 LARGEST_SEED = 2**63 - 1
 _FARTHEST_CELL = 2**55
 _FARTHEST_M = 1e15
@@ -124,6 +127,29 @@ def _metres(value: float | None) -> str | None:
 def is_length(field: FieldInfo) -> bool:
     """Whether a key is written as a length with its unit, as "20km"."""
     return any(getattr(each, "func", None) is _metres for each in field.metadata)
+
+
+def parse_crop(text: str, size: tuple[int, int], where: str = "crop") -> tuple[int, ...]:
+    """Parse a crop WIDTHxHEIGHT+LEFT+TOP of a picture of that size; gives left, top, right, bottom.
+
+    Each number is of pixels, or a share of the picture's width or height in percent. Raises
+    InputError for anything else, and for a crop that is not inside the picture.
+    """
+    match = _CROP.fullmatch(text)
+    if match is None:
+        rule = "WIDTHxHEIGHT+LEFT+TOP in whole pixels or in percent"
+        raise InputError(where, text, rule, "try 320x180+160+90 or 50%x50%+25%+25%")
+    width, height, left, top = (
+        float(number) * (side / 100 if percent else 1)
+        for (number, percent), side in zip(
+            zip(match.groups()[::2], match.groups()[1::2], strict=True), size * 2, strict=True
+        )
+    )
+    edges = tuple(round(each) for each in (left, top, left + width, top + height))
+    if not (edges[0] < edges[2] <= size[0] and edges[1] < edges[3] <= size[1]):
+        rule = f"a window with pixels in it, inside the picture of {size[0]}x{size[1]}"
+        raise InputError(where, text, rule, "width and height come first, then left and top")
+    return edges
 
 
 def parse_length(text: object, where: str = "length") -> float:

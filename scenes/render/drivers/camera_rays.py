@@ -12,6 +12,7 @@ import mitsuba as mi
 import numpy as np
 
 from scenes.frame.quality import Quality
+from scenes.frame.window import Window
 from scenes.render.mitsuba.plugin import load_plugin
 
 
@@ -31,6 +32,17 @@ def sample_rays(
     on_lens = sampler.next_2d() if camera.needs_aperture_sample() else mi.Point2f(0.5)
     ray, _ = camera.sample_ray_differential(0.0, 0.0, film, on_lens)
     return sampler, ray
+
+
+def in_window(window: Window, size: tuple[int, int], pixels: slice, spp: int) -> Any:
+    """Tell which rays of ``sample_rays`` are traced; those beside a window are seeded all the same.
+
+    So each pixel has the samples that it has in the whole picture.
+    """
+    if window.is_all_of(size):
+        return True
+    inside, _ = window.share(pixels, size[0])
+    return mi.Bool(inside.repeat(spp))
 
 
 def pixel_sums(colour: Any, spp: int) -> np.ndarray:

@@ -12,7 +12,7 @@ from lod.atmosphere.air import haze_extinction, mist_extinction
 from lod.atmosphere.mist import Mist
 from scenes.frame.quality import Quality, SampleWatch, sampler_seed
 from scenes.render.drivers.accumulate import Samples
-from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
+from scenes.render.drivers.camera_rays import in_window, pixel_sums, sample_rays
 from scenes.render.drivers.sample_counts import sample_groups
 from scenes.render.haze.haze import Haze, in_scattered_light
 from scenes.render.haze.scattered_layer import NEAR_M, RATIO
@@ -36,16 +36,19 @@ def render_jit(
     a lens, one more through the lens's centre.
     """
     width, height = built.description["camera"]["size"]
-    total = Samples.zeros(width, height)
+    window = quality.window_of((width, height))
+    total = Samples.zeros(window, width)
     view = sensor(built.description["camera"])
     for number, spp in enumerate(sample_groups(quality.spp)):
         step = max(1, quality.most_samples // spp)
         for first in range(0, width * height, step):
             pixels = slice(first, min(first + step, width * height))
+            if not window.share(pixels, width)[0].any():
+                continue
             seed = sampler_seed(quality.seed, frame, number, first)
             group = replace(quality, spp=spp, seed=seed)
             _wavefront(built, haze, view, total, group, pixels, keep=number == 0)
-            watch(spp * (pixels.stop - pixels.start))
+            watch(spp * int(np.count_nonzero(window.share(pixels, width)[0])))
     total.rgb /= quality.spp
     total.albedo /= quality.spp
     return total
@@ -64,7 +67,8 @@ def _wavefront(
     size = built.description["camera"]["size"]
     sampler, ray = sample_rays(view, size, pixels, group)
     # Radiance and what was met, of every sample; then the air in between.
-    colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray)
+    traced = in_window(group.window_of(size), size, pixels, group.spp)
+    colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray, None, traced)
     guides = values[_IMAGE_CHANNELS:]
     finite = dr.all(dr.isfinite(colour))
     colour = composite_haze(haze, dr.select(finite, colour, 0.0), guides[0], ray.d)
@@ -76,16 +80,15 @@ def _wavefront(
         _keep_sharp(built, total, group, pixels)
     if group.coverage:
         every = np.stack([np.array(guide) for guide in guides], axis=-1)
-        total.count_objects(built, np.arange(pixels.start, pixels.stop).repeat(group.spp), every)
+        total.count_objects(built, pixels, every.reshape(-1, group.spp, len(guides)))
     total.replaced += int(dr.sum(bad)[0])
 
 
 def _add(
     total: Samples, colour: Any, guides: list[Any], pixels: slice, spp: int, keep: bool
 ) -> None:
-    rgb, albedo = total.rgb.reshape(-1, 3)[pixels], total.albedo.reshape(-1, 3)[pixels]
-    rgb += pixel_sums(colour, spp)
-    albedo += pixel_sums(guides[GUIDES["albedo"]], spp)
+    total.add("rgb", pixels, pixel_sums(colour, spp))
+    total.add("albedo", pixels, pixel_sums(guides[GUIDES["albedo"]], spp))
     if keep:
         first = dr.arange(mi.UInt32, pixels.stop - pixels.start) * spp
         chosen = [np.array(dr.gather(mi.Float, guide, first)) for guide in guides]

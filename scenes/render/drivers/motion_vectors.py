@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from scenes.frame.window import Window
 from scenes.render.description.describe import NEAR_M
 from scenes.render.description.scene_description import Description
 from scenes.render.drivers.camera_rays import pixel_directions
@@ -18,14 +19,16 @@ from scenes.render.mitsuba.build import BuiltScene
 from scenes.rig.rotations import rotate_vectors, shortest_arc
 
 
-def motion_vectors(hit: np.ndarray, built: BuiltScene) -> np.ndarray:
+def motion_vectors(hit: np.ndarray, built: BuiltScene, window: Window) -> np.ndarray:
     """Compute the motion of every pixel to the next frame, x right and y up, (h, w, 2) [px].
 
-    hit: (h, w, 9) as in Samples. 0 where the point is behind the next camera.
+    hit: (h, w, 9) as in Samples, of a window of the picture. 0 where the point is behind the next
+    camera.
     """
     camera, after = built.description["camera"], built.description["after"]
     met = hit[..., 0] > 0
-    ahead = pixel_directions(camera, 1, (0, camera["size"][1])).astype(np.float64)[~met]
+    rows = pixel_directions(camera, 1, (window.top, window.bottom)).astype(np.float64)
+    ahead = rows[:, window.left : window.right][~met]
     before, now = np.empty((2, *hit.shape[:2], 2))
     before[met] = project(camera, hit[met][:, 6:9] - camera["eye"])
     now[met] = project(after, next_positions(built, hit[met]) - after["eye"])

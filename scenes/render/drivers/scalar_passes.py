@@ -46,25 +46,30 @@ _IMAGE, _DISTANCE, _CORRECTION, _GUIDES = range(4)
 def render_passes(
     built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: SampleWatch
 ) -> Samples:
-    """Render band by band of rows.
+    """Render band by band of rows, all of each that the window has a row of.
 
     The sample that Z, N and the ids come from is the last of the guide pass's square: below and
     right of the pixel's centre (anywhere in the pixel, under 4 samples); with a lens, it is one
     more through the lens's centre.
     """
     width, height = built.description["camera"]["size"]
-    total = Samples.zeros(width, height)
+    window = quality.window_of((width, height))
+    total = Samples.zeros(window, width)
     step = max(1, quality.most_samples // (width * quality.spp))
     for top in range(0, height, step):
         rows = top, min(top + step, height)
+        pixels = slice(rows[0] * width, rows[1] * width)
+        taken = int(np.count_nonzero(window.share(pixels, width)[0]))
+        if not taken:
+            continue
         for run, spp in enumerate(_runs(quality.spp)):
             band = _Band(built, haze, rows, spp, (quality.seed, frame, run, top))
             rgb, replaced = band.colour()
-            total.rgb[slice(*rows)] += rgb * (spp / quality.spp)
+            total.add("rgb", pixels, rgb * (spp / quality.spp))
             total.replaced += replaced
             if run == 0:
                 band.add_guides(total, 2 if quality.spp >= 4 else 1, quality.coverage)
-            watch(spp * width * (rows[1] - rows[0]))
+            watch(spp * taken)
     return total
 
 
@@ -177,17 +182,17 @@ class _Band:
         """Albedo, what one sample of each pixel meets, and with ``coverage`` what each one does."""
         guides = self._trace("guides", side, 1, _GUIDES, 0)
         albedo = _pixel_sum(guides[..., GUIDES["albedo"]], side) / side**2
-        total.albedo[slice(*self.rows)] = albedo / self.haze.bands.even
+        width = self.camera["size"][0]
+        pixels = slice(self.rows[0] * width, self.rows[1] * width)
+        total.add("albedo", pixels, albedo / self.haze.bands.even)
         one = guides[side - 1 :: side, side - 1 :: side]
         if self.camera["lens"]:
             sharp = replace(self, built=self.built.seen_by(pinhole(self.camera)))
             one = sharp._trace("guides", 1, 1, _GUIDES, 1)
-        total.keep(slice(*self.rows), one)
+        total.keep(pixels, one)
         if coverage:
-            rows, columns = np.indices(guides.shape[:2]) // side
-            pixel = (rows + self.rows[0]) * self.camera["size"][0] + columns
-            flat = guides.reshape(-1, guides.shape[-1])
-            total.count_objects(self.built, pixel.ravel(), flat)
+            squares = guides.reshape(len(one), side, width, side, -1).swapaxes(1, 2)
+            total.count_objects(self.built, pixels, squares.reshape(-1, side**2, guides.shape[-1]))
 
     def _trace(self, name: str, side: int, spp: int, stage: int, number: int) -> np.ndarray:
         """One pass over a film of ``side`` pixels a side to each pixel, (rows, columns, channels).

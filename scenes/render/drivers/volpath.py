@@ -22,36 +22,40 @@ _IMAGE, _GUIDES = range(2)
 def render_medium(
     built: BuiltScene, haze: Haze, quality: Quality, frame: int, watch: SampleWatch
 ) -> Samples:
-    """Render band by band of rows; ``haze`` is not used, because the air is part of the scene.
+    """Render band by band of rows, all of each that the window has a row of.
 
-    The sample that Z, N and the ids come from is somewhere in the pixel, through the centre of the
-    lens where there is one.
+    ``haze`` is not used, because the air is part of the scene. The sample that Z, N and the ids
+    come from is somewhere in the pixel, through the centre of the lens where there is one.
     """
     camera = built.description["camera"]
     width, height = camera["size"]
-    total = Samples.zeros(width, height)
+    window = quality.window_of((width, height))
+    total = Samples.zeros(window, width)
     for number, spp in enumerate(sample_groups(quality.spp)):
         step = max(1, quality.most_samples // (width * spp))
         for top in range(0, height, step):
             rows, seed = (top, min(top + step, height)), (quality.seed, frame, number, top)
+            pixels = slice(rows[0] * width, rows[1] * width)
+            taken = int(np.count_nonzero(window.share(pixels, width)[0]))
+            if not taken:
+                continue
             group = replace(quality, spp=spp, seed=sampler_seed(*seed, _IMAGE))
             image = _image(built, rows, group)
             bad = ~np.isfinite(image)
-            total.rgb[slice(*rows)] += np.where(bad, 0.0, image) * (spp / quality.spp)
+            total.add("rgb", pixels, np.where(bad, 0.0, image) * (spp / quality.spp))
             total.replaced += int(np.count_nonzero(bad.any(axis=-1)))
-            watch(spp * width * (rows[1] - rows[0]))
+            watch(spp * taken)
             if number == 0:
                 guides = _guides(built, rows, sampler_seed(*seed, _GUIDES))
-                total.albedo[slice(*rows)] = guides[..., GUIDES["albedo"]]
+                total.add("albedo", pixels, guides[..., GUIDES["albedo"]])
                 sharp = guides
                 if camera["lens"]:
                     through_centre = built.seen_by(pinhole(camera))
                     sharp = _guides(through_centre, rows, sampler_seed(*seed, _GUIDES))
-                total.keep(slice(*rows), sharp)
+                total.keep(pixels, sharp)
                 if quality.coverage:
-                    pixel = np.arange(rows[0] * width, rows[1] * width)
-                    flat = guides.reshape(-1, guides.shape[-1])
-                    total.count_objects(built, pixel, flat)
+                    single = guides.reshape(-1, 1, guides.shape[-1])
+                    total.count_objects(built, pixels, single)
     return total
 
 

@@ -55,6 +55,24 @@ def frame_header(
     }
 
 
+def picture_windows(size: tuple[int, int], window: tuple[int, ...]) -> dict[str, Any]:
+    """Make OpenEXR's display and data window: the whole picture, and what of it is in the file.
+
+    ``window`` is left, top, right and bottom [px]. Of a whole picture there are none: the file's
+    own size says it.
+    """
+    left, top, right, bottom = window
+    if window == (0, 0, *size):
+        return {}
+    corners = {
+        "displayWindow": ((0, 0), (size[0] - 1, size[1] - 1)),
+        "dataWindow": ((left, top), (right - 1, bottom - 1)),
+    }
+    return {
+        name: tuple(np.array(corner, np.int32) for corner in each) for name, each in corners.items()
+    }
+
+
 def _lens(camera: Camera) -> dict[str, Any]:
     """``focus``, OpenEXR's distance in focus, and the opening's diameter [m]; none of a pinhole."""
     if camera.lens is None:

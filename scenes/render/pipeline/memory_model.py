@@ -24,6 +24,7 @@ trees 30 times as large as usual (`species.tree.sizes=[30]` in `meadow`) took fa
 people a square metre, each in a pose of its own, takes more than this says.
 """
 
+import math
 from dataclasses import dataclass
 
 from lod.pruning.shapes import Sticks, Triangles
@@ -58,7 +59,7 @@ def predict_bytes(
 ) -> int:
     """Predict the bytes that a process holds at most for such a frame, within some 20 %.
 
-    ``size`` is width and height in pixels; of the quality samples and variant count.
+    ``size`` is width and height in pixels; of the quality samples, window and variant count.
     """
     pixels, spectral, jit = size[0] * size[1], quality.is_spectral, quality.is_jit
     sample = _SAMPLE_JIT + _SAMPLE_SPECTRAL * spectral if jit else _SAMPLE_SCALAR
@@ -69,7 +70,8 @@ def predict_bytes(
     stick += _MOVED_STICK * extra.motion
     scene = _BASE + _BASE_SPECTRAL * spectral + stick * sticks + _TRIANGLE * triangles
     at_once = min(pixels * quality.spp, quality.most_samples)
-    return round(scene + pixel * pixels + sample * at_once)
+    kept = math.prod(quality.window_of(size).size)
+    return round(scene + pixel * kept + sample * at_once)
 
 
 def predicted_bytes(frame_input: FrameInput) -> int:

@@ -1,5 +1,6 @@
 """Frames of one preset, from its settings to files: the way in which every process renders them."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +13,7 @@ from scenes.frame.layers import Layers
 from scenes.render.description.describe import describe_frame
 from scenes.render.files.cryptomatte import with_mattes
 from scenes.render.files.exr import write_exr
-from scenes.render.files.header import frame_header
+from scenes.render.files.header import frame_header, picture_windows
 from scenes.render.pipeline.memory_limit import (
     check_frame_forecast,
     check_memory,
@@ -97,8 +98,8 @@ class FrameSession:
             description = describe_frame(frame_input)
             seconds["describe"] = time.perf_counter() - start
             frame_input = replace(frame_input, displayed=())  # or it would be held twice
-        camera = frame_input.camera
-        samples = camera.width * camera.height * preset.render.spp
+        camera, quality = frame_input.camera, frame_input.quality
+        samples = math.prod(quality.window_of((camera.width, camera.height)).size) * quality.spp
         layers = render_frame(frame_input, frame, _adding(samples, watch), description)
         if layers.coverage:
             layers = with_mattes(layers, {each.object: (each.name, each.of) for each in found})
@@ -111,7 +112,8 @@ class FrameSession:
     def header(self, frame: int) -> dict[str, Any]:
         """Make the header of a frame's file: all that determines its pixels."""
         camera, shot = view_at(self._world, self._preset, frame).camera, self._preset.camera
-        return frame_header(camera, shot.fps, self.settings, frame, shot.date)
+        header = frame_header(camera, shot.fps, self.settings, frame, shot.date)
+        return header | picture_windows(self._preset.render.size, self._preset.render.window)
 
 
 def _adding(of: int, watch: Watch) -> Callable[[int], object]:

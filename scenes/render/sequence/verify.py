@@ -97,7 +97,8 @@ def check_frame(manifest: Manifest, name: str) -> Checked:
 def _layers(pixels: Mapping[str, np.ndarray], preset: Preset) -> list[str]:
     """What is wrong with channels, size and pixels."""
     wrong = []
-    width, height = preset.render.size
+    left, top, right, bottom = preset.render.window
+    width, height = right - left, bottom - top
     types = channel_types(preset.output)
     for name in sorted(types.keys() - pixels.keys()):
         wrong.append(f"channel {name} is missing")

@@ -12,6 +12,7 @@ from lod.pruning.crossfade import blend_weights
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
+from scenes.frame.window import whole_window
 from scenes.preset.load import load_preset
 from scenes.render.description.describe import describe_frame
 from scenes.render.drivers.motion_vectors import (
@@ -253,7 +254,7 @@ def test_a_frame_lands_on_the_next(walker):
     _, built, hit, ids = sampled(preset, world, 5)
     _, _, _, after = sampled(preset, world, 6)
     height, width = hit.shape[:2]
-    at = places(width, height) + motion_vectors(hit, built)
+    at = places(width, height) + motion_vectors(hit, built, whole_window((width, height)))
     column = np.floor(at[..., 0] + width / 2).astype(int)
     row = np.floor(height / 2 - at[..., 1]).astype(int)
     inside = (0 <= column) & (column < width) & (0 <= row) & (row < height)

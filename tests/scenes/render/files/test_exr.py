@@ -17,7 +17,7 @@ from scenes.preset.tables import OutputPreset
 from scenes.render.files import exr
 from scenes.render.files.digests import PIXELS_SHA256, pixels_digest
 from scenes.render.files.exr import read_exr, read_header, read_pixels, write_exr
-from scenes.render.files.header import frame_header
+from scenes.render.files.header import frame_header, picture_windows
 
 
 def some_layers(size=(9, 5), seed=0):
@@ -232,3 +232,13 @@ def test_a_strange_exr_is_refused(tmp_path):
         read_exr(tmp_path / "other.exr")
     with pytest.raises(InputError, match="exists"):
         read_exr(tmp_path / "absent.exr")
+
+
+def test_a_crop_lies_where_it_belongs_in_the_picture(tmp_path):
+    layers, path = some_layers((9, 5)), tmp_path / "crop.exr"
+    write_exr(path, layers, picture_windows((32, 18), (20, 3, 29, 8)))
+    np.testing.assert_array_equal(read_exr(path)[0].rgb, layers.rgb)
+    image = oiio.ImageBuf(str(path)).spec()
+    assert (image.x, image.y, image.width, image.height) == (20, 3, 9, 5)
+    assert (image.full_x, image.full_y, image.full_width, image.full_height) == (0, 0, 32, 18)
+    assert picture_windows((32, 18), (0, 0, 32, 18)) == {}
