@@ -124,6 +124,7 @@ def render_sequence(
     """
     from scenes.render.files.frame_paths import make_folder
     from scenes.render.mitsuba.variants import choose
+    from scenes.render.sequence.acting_track import check_acted, prepare_track
     from scenes.render.sequence.detail_budget import within_budget
     from scenes.render.sequence.sequence import open_job, owned_folder
     from scenes.render.sequence.sequence import render_sequence as render_job
@@ -132,7 +133,9 @@ def render_sequence(
 
     chosen = within_budget(_preset(preset), frames)
     variant = choose(chosen.render.variant, chosen.render.spectral)
-    settings = frame_settings(chosen, variant)
+    check_acted(chosen, frames)
+    track = prepare_track(chosen, Path(pattern).parent)
+    settings = frame_settings(chosen, variant, track)
     with owned_folder(make_folder(Path(pattern).parent), settings), Worker(threads) as worker:
         yield from render_job(open_job(pattern, frames, settings, overwrite), worker)
 

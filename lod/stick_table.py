@@ -18,7 +18,7 @@ class StickTable(ArrayData):
 
     Whatever holds the table says in which frame it is. Prototypes have their origin where the
     object stands on the ground, z up, x the way it faces, y to its left; the compiled tables of an
-    actor (``lod.actors.compile``) have the own frame of each part.
+    actor have the own frame of each part.
 
     first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
     start, end (k, 3) centres of the two spheres [m]

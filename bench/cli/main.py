@@ -17,7 +17,7 @@ from scenes.processes.standard_streams import is_unread, open_standard_streams, 
 
 COMMANDS = (
     *("doctor", "list", "show", "count", "render", "verify", "run", "report", "compare", "study"),
-    *("frames", "usd", "ids", "check", "cache", "model"),
+    *("frames", "usd", "ids", "check", "cache", "model", "act", "ask"),
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from lod.errors import InputError
+from scenes.preset.actor_tables import ScriptLine
 from scenes.preset.load import Setting, load_preset
 from scenes.preset.tables import Preset
 
@@ -75,6 +76,12 @@ def view_flags(command: Command) -> Command:
             help="Objects of a species per m², as figure=0.002.",
         ),
         click.option(
+            "--say",
+            multiple=True,
+            metavar='"WHO [PART] ACTION"',
+            help="Message to an actor before frame 1.",
+        ),
+        click.option(
             "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
         ),
     )
@@ -109,9 +116,16 @@ def file_flags(command: Command) -> Command:
 
 
 def preset_from_flags(
-    name: str, settings: Sequence[str], density: Sequence[str], **flags: Any
+    name: str,
+    settings: Sequence[str],
+    density: Sequence[str],
+    say: Sequence[str] = (),
+    **flags: Any,
 ) -> Preset:
-    """Load a preset with -D laid over it, and the flags over that; flags left out are None."""
+    """Load a preset with -D laid over it, and the flags over that; flags left out are None.
+
+    Messages that are said stand before those of the preset's script.
+    """
     laid: list[str | Setting] = list(settings)
     for flag, text in flags.items():
         if text is not None:
@@ -122,7 +136,18 @@ def preset_from_flags(
     if flags.get("smear") is not None and preset.view.shutter == 0:
         rule, cure = "it says what an open shutter hides", "add --shutter 180, or leave it out"
         raise InputError("--smear", flags["smear"], rule, cure)
-    return preset
+    said = tuple(_said(text) for text in say)
+    return preset.model_copy(update={"script": (*said, *preset.script)}) if said else preset
+
+
+def _said(text: str) -> ScriptLine:
+    """Read a message in words as a line of the script, at the beginning."""
+    from scenes.actors.say import check_action, parse_words
+
+    words = parse_words(text)
+    check_action(words, True, "--say")
+    to = f"{words.who} {words.part}".strip()
+    return ScriptLine(to=to, do=text.split(None, len(to.split()))[-1])
 
 
 def _density(text: str) -> Setting:

@@ -29,7 +29,6 @@ Refusal(who='joe/right leg',
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from lod.actors.appearance import NO_STICKS, Appearance, ConeStick
 from lod.actors.dispatch import mutator, query
@@ -45,20 +44,6 @@ Test = Callable[[Route, Vector], bool]
 def always(route: Route, position: Vector) -> bool:
     """Display every part: the test that all parts pass."""
     return True
-
-
-@dataclass(frozen=True)
-class PartDescription:
-    """One part of an assembled actor as plain values, never the part itself.
-
-    joint  where the part is in the frame of its whole
-    inner, leaf  inner and leaf appearance, in the part's own frame
-    """
-
-    route: Route
-    joint: RevoluteJoint
-    inner: Appearance = NO_STICKS
-    leaf: Appearance = NO_STICKS
 
 
 class PositionableObject(ObjectWithParts, abstract=True):
@@ -93,24 +78,37 @@ class PositionableObject(ObjectWithParts, abstract=True):
     @mutator
     def place(self, position: VectorLike) -> None:
         """Move the origin to a place in the frame of its whole [m]; it stays turned as before."""
-        self._joint = self._joint.with_position(position)
+        self._set_joint(self._joint.with_position(position))
 
     @mutator
     def orient(self, orientation: Quaternion) -> None:
         """Replace the orientation (figure 4). A turn beyond the joint's limits is refused."""
-        self._joint = self._joint.with_orientation(orientation)
+        self._set_joint(self._joint.with_orientation(orientation))
 
     @mutator
     def turn(self, axis: VectorLike, angle_deg: float) -> None:
         """Turn about an axis of the frame of its whole. A turn beyond the limits is refused."""
-        self._joint = self._joint.with_orientation(
-            rotation(axis, angle_deg) * self._joint.orientation
-        )
+        turned = rotation(axis, angle_deg) * self._joint.orientation
+        self._set_joint(self._joint.with_orientation(turned))
 
     @mutator
     def bend(self, angles_deg: VectorLike) -> None:
         """Set the turn from rest to a rotation vector [degrees], within the limits or refused."""
-        self._joint = self._joint.with_angles(angles_deg)
+        self._set_joint(self._joint.with_angles(angles_deg))
+
+    def _set_joint(self, joint: RevoluteJoint) -> None:
+        """Take another joint, as every change of place or orientation does."""
+        self._joint = joint
+
+    @query
+    def where(self, route: Route = ()) -> Vector:
+        """Return the origin of the part at a route below, in the frame of this object's whole [m].
+
+        Every whole on the way carries the answer of its part into its own frame.
+        """
+        if not route:
+            return self._joint.position
+        return self._joint.to_whole(self._ask_part(ask(route[:1], "where", route[1:])))
 
     @query
     def frames(self) -> tuple[tuple[Route, RevoluteJoint], ...]:
@@ -123,19 +121,6 @@ class PositionableObject(ObjectWithParts, abstract=True):
             below = self._ask_part(ask((name,), "frames"))
             found += [((name, *route), self._joint.compose(frame)) for route, frame in below]
         return tuple(found)
-
-    @query
-    def description(self) -> tuple[PartDescription, ...]:
-        """Describe this object and every part below it, wholes before their parts."""
-        found = [PartDescription((), self._joint)]
-        return tuple(found) + self._descriptions_below()
-
-    def _descriptions_below(self) -> tuple[PartDescription, ...]:
-        return tuple(
-            PartDescription((name, *part.route), part.joint, part.inner, part.leaf)
-            for name in self.part_names()
-            for part in self._ask_part(ask((name,), "description"))
-        )
 
     @query
     def displayed_sticks(
@@ -197,12 +182,6 @@ class Actor(PositionableObject, abstract=True):
     def set_appearance(self, inner: Appearance, leaf: Appearance | None = None) -> None:
         """Replace both appearances; the leaf appearance is the inner one if none is given."""
         self._inner, self._leaf = inner, inner if leaf is None else leaf
-
-    @query
-    def description(self) -> tuple[PartDescription, ...]:
-        """Describe this actor and every part below it, wholes before their parts."""
-        own = PartDescription((), self._joint, self._inner, self._leaf)
-        return (own, *self._descriptions_below())
 
     def _current_appearance(self, is_leaf: bool) -> Appearance:
         return self._leaf if is_leaf else self._inner

@@ -37,18 +37,19 @@ def _by_message(
 
     Called from outside, it is a message to the object itself, which an owned part refuses.
     """
-    if any(p.kind is Parameter.KEYWORD_ONLY for p in signature(method).parameters.values()):
+    takes = signature(method)
+    if any(p.kind is Parameter.KEYWORD_ONLY for p in takes.parameters.values()):
         raise TypeError(f"{method.__name__}: messages carry arguments by position only")
 
     @wraps(method)
     def called(self: Any, *arguments: Given.args, **named: Given.kwargs) -> Any:
         if self._acts:
             return method(self, *arguments, **named)
-        bound = signature(method).bind(self, *arguments, **named)
+        bound = takes.bind(self, *arguments, **named)
         bound.apply_defaults()
         return self.receive(Message((), Action(method.__name__, bound.args[1:], changes))).value
 
-    called.changes = changes  # type: ignore[attr-defined]
+    called.changes, called.takes = changes, takes  # type: ignore[attr-defined]
     return called
 
 
@@ -59,9 +60,9 @@ def rejection_reason(receiver: object, action: Action) -> str:
     if getattr(method, "changes", None) is not action.changes:
         return _not_known(kind, action)
     try:
-        signature(method).bind(receiver, *action.arguments)
+        method.takes.bind(receiver, *action.arguments)
     except TypeError as error:
-        return f"{action.name} takes {signature(method)}: {error}"
+        return f"{action.name} takes {method.takes}: {error}"
     return ""
 
 

@@ -36,8 +36,9 @@ class ObjectWithParts:
                 is not given is created from its class, without arguments.
     """
 
-    __slots__ = ("__active", "__name", "__owner", "__parts")
+    __slots__ = ("__active", "__log", "__name", "__owner", "__parts")
     __active: int
+    __log: "Log | None"
     __name: str
     __owner: "ObjectWithParts | None"
     __parts: "dict[str, ObjectWithParts] | None"
@@ -59,7 +60,7 @@ class ObjectWithParts:
             raise TypeError(f"{cls.__name__} is abstract: make an object of one of its subclasses")
         self = super().__new__(cls)
         self.__active, self.__name = 0, cls.__name__
-        self.__owner = self.__parts = None
+        self.__owner = self.__parts = self.__log = None
         return self
 
     def __init__(
@@ -151,68 +152,79 @@ class ObjectWithParts:
         return () if self.__owner is None else (*self.__owner._route, self.__name)
 
     def __carry_out(self, message: Message, intercepts: bool = True) -> Reply:
-        """Deliver the message; restore every part where no answer comes back."""
-        if not message.action.changes:
-            return self.__deliver(message, intercepts)
-        before = self.__remember()
+        """Deliver the message; restore every object that it changed where no answer comes back.
+
+        A message sent by an object that acts for a change belongs to that change.
+        """
+        if not message.action.changes and self.__log is None:
+            return self.__deliver(message, None, intercepts)
+        log: Log = []
         reply = None
         try:
-            reply = self.__deliver(message, intercepts)
+            reply = self.__deliver(message, log, intercepts)
         finally:
             if not isinstance(reply, Answer):
-                _put_back(before)
+                _put_back(log)
+            elif self.__log is not None:
+                self.__log.extend(log)
         return reply
 
-    def __deliver(self, message: Message, intercepts: bool = True) -> Reply:
+    def __deliver(self, message: Message, log: "Log | None", intercepts: bool = True) -> Reply:
         """Forward the message to the part at the head of the route, or carry it out here."""
         if not message.route:
-            return self.__perform(message.action)
-        passed = self.__intercepted(message) if intercepts else message
+            return self.__perform(message.action, log)
+        passed = self.__intercepted(message, log) if intercepts else message
         if isinstance(passed, Refusal) or not passed.route:
-            return passed if isinstance(passed, Refusal) else self.__perform(passed.action)
-        head, *rest = passed.route
-        part = (self.__parts or {}).get(head)
+            return passed if isinstance(passed, Refusal) else self.__perform(passed.action, log)
+        part = (self.__parts or {}).get(passed.route[0])
         if part is None:
             return self.refuse(self.__unknown(passed.route))
-        return part.__deliver(Message(tuple(rest), passed.action))
+        return part.__deliver(Message(passed.route[1:], passed.action), log)
 
-    def __intercepted(self, message: Message) -> Message | Refusal:
-        self.__active += 1
+    def __intercepted(self, message: Message, log: "Log | None") -> Message | Refusal:
+        before = self.__begin(log)
         try:
             passed = self.intercept(message)
         except (Refused, InputError) as refused:
             return _refusal(str(self), refused)
         finally:
-            self.__active -= 1
+            self.__end(before)
         if isinstance(passed, Message) and passed.action.changes != message.action.changes:
             raise TypeError(f"{type(self).__name__}.intercept turned a question and a change about")
         return passed
 
-    def __perform(self, action: Action) -> Reply:
+    def __perform(self, action: Action, log: "Log | None") -> Reply:
         """Carry out an action on this very object."""
         if why := rejection_reason(self, action):
             return self.refuse(why)
-        self.__active += 1
+        before = self.__begin(log)
         try:
             value = getattr(self, action.name)(*action.arguments)
         except (Refused, InputError) as refused:
             return _refusal(str(self), refused)
         finally:
-            self.__active -= 1
+            self.__end(before)
         if _hands_out(value):
             return self.refuse(f"{action.name} would hand out a part, which is hidden state")
         return Answer(value)
+
+    def __begin(self, log: "Log | None") -> "Log | None":
+        """Begin to act, having noted in the log how the attributes are bound now."""
+        if log is not None:
+            log.append((self, dict(vars(self))))
+        before, self.__log = self.__log, log
+        self.__active += 1
+        return before
+
+    def __end(self, before: "Log | None") -> None:
+        self.__active -= 1
+        self.__log = before
 
     def __unknown(self, route: Route) -> str:
         if not (known := self.__all_routes()):
             return f"has no part {route[0]!r}; it has no parts at all"
         closest = format_route((*self._route, *nearest_route(route, known)))
         return f"has no part {route[0]!r}; the nearest known route is {closest!r}"
-
-    def __remember(self) -> list[tuple["ObjectWithParts", dict[str, Any]]]:
-        """Return the attributes of this object and of every part below, as they are bound now."""
-        below = [pair for part in (self.__parts or {}).values() for pair in part.__remember()]
-        return [(self, dict(vars(self))), *below]
 
     def __str__(self) -> str:
         root: ObjectWithParts = self
@@ -243,7 +255,7 @@ class ObjectWithParts:
         return new
 
     def __getstate__(self) -> Never:
-        raise TypeError(f"{self} stays in its process: send what compile_actor makes of it")
+        raise TypeError(f"{self} stays in its process: send its answers")
 
 
 def _check_types(where: str, types: Mapping[str, type[ObjectWithParts]]) -> None:
@@ -262,11 +274,8 @@ def _assembled(
     """Return the parts of a whole in the order of their types, new ones where none is given."""
     for name in given:
         if name not in types:
-            cure = (
-                f"did you mean {nearest_route((name,), [(t,) for t in types])[0]!r}?"
-                if types
-                else ""
-            )
+            nearest = nearest_route((name,), [(t,) for t in types])[0] if types else ""
+            cure = f"did you mean {nearest!r}?" if types else ""
             raise InputError(f"{whole}.parts", name, "a part whose type the whole knows", cure)
     parts = {name: given[name] if name in given else kind() for name, kind in types.items()}
     seen: dict[int, str] = {}
@@ -283,19 +292,21 @@ def _assembled(
     return parts
 
 
-def _put_back(before: list[tuple[ObjectWithParts, dict[str, Any]]]) -> None:
-    for part, attributes in before:
+Log = list[tuple[ObjectWithParts, dict[str, Any]]]
+"""Objects that have acted for a change, in order, with their attributes as they were before."""
+
+
+def _put_back(log: Log) -> None:
+    for part, attributes in reversed(log):
         vars(part).clear()
         vars(part).update(attributes)
 
 
 def _refusal(who: str, refused: Refused | InputError) -> Refusal:
     """Return a refusal that names the first object that refused, not those that forwarded it."""
-    return (
-        Refusal(refused.who, refused.why)
-        if isinstance(refused, Refused)
-        else Refusal(who, str(refused))
-    )
+    if isinstance(refused, Refused):
+        return Refusal(refused.who, refused.why)
+    return Refusal(who, str(refused))
 
 
 def _hands_out(value: Any) -> bool:

@@ -1,8 +1,9 @@
-"""Entry points by which other installed packages bring metrics and representations.
+"""Entry points by which other installed packages bring metrics, representations and behaviours.
 
-A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, and
-its makers of representations (``scenes.plugins.representation.RepresentationPlugin``) in the group
-``lodbench.representations``. A package is imported only when something of it is asked for, and in
+A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, its
+makers of representations (``scenes.plugins.representation.RepresentationPlugin``) in the group
+``lodbench.representations``, and its behaviours of actors (``scenes.actors.behaviour``) in the
+group ``lodbench.behaviours``. A package is imported only when something of it is asked for, and in
 a process of its own first (``scenes.plugins.trial``), so that a broken one does not disturb the
 others.
 """
@@ -21,6 +22,8 @@ from scenes.plugins.guard import StrangersError, guarded
 from scenes.plugins.trial import import_fault
 
 METRIC, REPRESENTATION = "lodbench.metrics", "lodbench.representations"
+BEHAVIOUR = "lodbench.behaviours"
+GROUPS = METRIC, REPRESENTATION, BEHAVIOUR
 
 _P = _R = np.array((0.01, 1.0, 30.0))
 
@@ -80,13 +83,13 @@ def load_entry(group: str, name: str, kind: type) -> Any:
 
 def packages() -> dict[str, str]:
     """Collect the names and versions of all packages that bring something."""
-    entries = (e for group in (METRIC, REPRESENTATION) for e in installed(group).values())
+    entries = (e for group in GROUPS for e in installed(group).values())
     return {e.dist.name: e.dist.version for e in entries if e.dist}
 
 
 def modules() -> tuple[str, ...]:
     """Collect the names of the topmost modules of all that packages bring."""
-    entries = (e for group in (METRIC, REPRESENTATION) for e in installed(group).values())
+    entries = (e for group in GROUPS for e in installed(group).values())
     return tuple(sorted({re.split(r"[.:]", entry.value, maxsplit=1)[0] for entry in entries}))
 
 

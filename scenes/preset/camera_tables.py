@@ -95,6 +95,12 @@ class CameraPreset(Table):
     ] = 0.0
     fps: Annotated[float, key("frames per second", above=0, most=1000)] = 24.0
     date: Moment = None
+    behaviour: Annotated[
+        str, key("what it does by itself, see `lodbench list`; absent = it keeps to its path")
+    ] = ""
+    options: Annotated[
+        dict[str, bool | int | float | str], key("options that the behaviour documents")
+    ] = Field(default_factory=dict)
     keys: Annotated[
         tuple[CameraKey, ...],
         Field(max_length=1000),

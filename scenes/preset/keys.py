@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from scenes.preset.actor_tables import ActorPreset, TroupePreset
 from scenes.preset.object_tables import (
     PlacedPreset,
     PlumePreset,
@@ -23,6 +24,8 @@ NAMED: dict[str, type[BaseModel]] = {
     "placed": PlacedPreset,
     "plumes": PlumePreset,
     "representations": RepresentationPreset,
+    "actors": ActorPreset,
+    "troupes": TroupePreset,
 }
 """Tables of tables whose names the user chooses."""
 

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from lod.errors import InputError
 from scenes.plugins.entry_points import metric_by_name
+from scenes.preset.actor_tables import ActingPreset, ActorPreset, ScriptLine, TroupePreset
 from scenes.preset.camera_tables import CameraPreset
 from scenes.preset.object_tables import (
     PlacedPreset,
@@ -238,6 +239,12 @@ class Preset(Table):
     placed: dict[SpeciesName, PlacedPreset] = Field(default_factory=dict)
     plumes: dict[SpeciesName, PlumePreset] = Field(default_factory=dict)
     representations: dict[SpeciesName, RepresentationPreset] = Field(default_factory=dict)
+    actors: dict[SpeciesName, ActorPreset] = Field(default_factory=dict)
+    troupes: dict[SpeciesName, TroupePreset] = Field(default_factory=dict)
+    acting: ActingPreset = ActingPreset()
+    script: Annotated[
+        tuple[ScriptLine, ...], Field(max_length=10_000), key("messages to the actors, in time")
+    ] = ()
     render: RenderPreset = RenderPreset()
     output: OutputPreset = OutputPreset()
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import tomlkit
+import tomlkit.items
 
 from scenes.preset.keys import NAMED, KeyEntry, key_entries
 from scenes.preset.tables import Preset
@@ -55,10 +56,19 @@ def _holds_tables(name: str, known: str, entries: dict[str, KeyEntry]) -> bool:
     return any(each.startswith(lead) for each in entries)
 
 
+def _item(value: Any) -> tomlkit.items.Item:
+    """Make a TOML value; a table of free keys stands on one line."""
+    if not isinstance(value, dict):
+        return tomlkit.item(value)
+    table = tomlkit.inline_table()
+    table.update(value)
+    return table
+
+
 def _line(name: str, value: Any, entry: KeyEntry | None) -> str:
     unit = f" [{entry.unit}]" if entry and entry.unit else ""
     about = f"{entry.about}{unit}" if entry else ""
     if value is None:
         return f"# {name} is absent: {about}"
-    text = f"{name} = {tomlkit.item(value).as_string()}"
+    text = f"{name} = {_item(value).as_string()}"
     return f"{text}  # {about}" if about else text

@@ -43,7 +43,16 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
     tables = inside, leaf, tints
     hierarchy, joint = build_hierarchy(rig, parent, level, joint, *tables, twin)
     hierarchy = replace(hierarchy, overlap=np.where(level, LIMB_OVERLAP, WHOLE_OVERLAP))
-    return RiggedPrototype(name, rig, joint, hierarchy, inside, leaf, tints, rest_motion(rig))
+    looks = inside, leaf, tints
+    limbs = _limbs(parts, rig)
+    return RiggedPrototype(name, rig, joint, hierarchy, *looks, rest_motion(rig), limbs=limbs)
+
+
+def _limbs(parts: dict[str, Part], rig: Rig) -> tuple[str, ...]:
+    """Name what each joint carries: its first part below the whole object, or else the joint."""
+    below = reversed([(name, part) for name, part in parts.items() if part.whole])
+    carried = {part.joint: name for name, part in below}
+    return tuple(carried.get(joint, joint) for joint in rig.name)
 
 
 def _mirror_images(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Ints:

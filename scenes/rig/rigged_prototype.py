@@ -51,6 +51,7 @@ class RiggedPrototype:
     place   (n, 3) the origin in that joint's frame; the joint's own by default [m]
     hierarchy  positions at rest; P, R, B and separation for every allowed pose
     inner, leaf, tints, view_dependence as in Prototype; motion: its walk, or whatever it does
+    limbs  (j,) what each joint carries, as a foot on an ankle; by default the joints' names
     """
 
     name: str
@@ -63,10 +64,13 @@ class RiggedPrototype:
     motion: Motion
     place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     view_dependence: ViewDependence = field(default_factory=ViewDependence)
+    limbs: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not len(self.place):
             object.__setattr__(self, "place", np.zeros((len(self.joint), 3)))
+        if not self.limbs:
+            object.__setattr__(self, "limbs", self.rig.name)
         freeze(self, joint=np.int64, tints=np.float64, place=np.float64)
         if self.motion.rotations.shape[1] != len(self.rig):
             arrived = self.motion.rotations.shape[1]
@@ -114,6 +118,7 @@ class RiggedPrototype:
             self.motion.scaled(factor),
             self.place * factor,
             self.view_dependence,
+            self.limbs,
         )
 
 

@@ -39,10 +39,18 @@ def camera_at(preset: CameraPreset, size: tuple[int, int], frame: float, ground:
 
     Between two frames it is where it is then: frame 1.5 is half a frame's time after frame 1.
     """
-    if preset.keys:
-        stand = _between_keys(preset, frame, ground)
-    else:
-        stand = _walked(preset, frame)
+    return placed_camera(preset, path_pose(preset, frame, ground), size, ground)
+
+
+def path_pose(preset: CameraPreset, frame: float, ground: Ground) -> CameraPose:
+    """Find where the preset has the camera in a frame, or between two."""
+    return _between_keys(preset, frame, ground) if preset.keys else _walked(preset, frame)
+
+
+def placed_camera(
+    preset: CameraPreset, stand: CameraPose, size: tuple[int, int], ground: Ground
+) -> Camera:
+    """Place a camera above the ground it stands on, with the preset's lens, in a picture [px]."""
     corner, x, y = split_position(stand.x, stand.y, *preset.cell)
     eye = np.array((x, y, height_at(ground, stand.x, stand.y, preset.cell) + stand.height))
     angles = stand.heading, stand.pitch, stand.fov

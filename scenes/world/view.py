@@ -6,7 +6,7 @@ from functools import cache
 
 from lod.atmosphere.air import Air, least_extinction
 from lod.atmosphere.mist import Mist
-from lod.camera import Camera, Corner
+from lod.camera import GRID_M, Camera, Corner
 from lod.motion.image_motion import eye_relative_to
 from lod.motion.shutter import ShutterInterval
 from lod.motion.window_of_visibility import integration_time_s
@@ -17,7 +17,7 @@ from lod.vision.eye import Display, Eye
 from lod.vision.viewer import ViewingConditions
 from scenes.plugins.entry_points import metric_by_name
 from scenes.preset.tables import Preset
-from scenes.world.camera_path import camera_at
+from scenes.world.camera_path import camera_at, path_pose, placed_camera
 from scenes.world.world import World
 
 _ARCSECOND = math.radians(1 / 3600)
@@ -72,8 +72,7 @@ def shutter_interval(world: World, preset: Preset, frame: int) -> ShutterInterva
     @cache
     def at(later: int) -> ShutterInterval:
         ends = frame + later - half, frame + later + half
-        size = preset.render.size
-        opens, closes = (camera_at(preset.camera, size, end, world.terrain) for end in ends)
+        opens, closes = (frame_camera(world, preset, end) for end in ends)
         opens_s, closes_s = (frame_time(preset, end) for end in ends)
         return ShutterInterval(opens, closes, opens_s, closes_s)
 
@@ -83,7 +82,7 @@ def shutter_interval(world: World, preset: Preset, frame: int) -> ShutterInterva
 def view_at(world: World, preset: Preset, frame: int) -> View:
     """Make the view of a frame, numbered from 1: all that decides what of a world is displayed."""
     settings, azimuth = preset.view, math.radians(preset.light.sun_azimuth)
-    camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
+    camera = frame_camera(world, preset, frame)
     return View(
         camera=camera,
         metric=metric_by_name(settings.metric),
@@ -98,7 +97,20 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
     )
 
 
+def frame_camera(world: World, preset: Preset, frame: float) -> Camera:
+    """Return the camera of a frame or between two: where messages put it, or on its path."""
+    size = preset.render.size
+    acted = world.cast.performance.between(frame).eye if world.cast else None
+    if acted is None:
+        return camera_at(preset.camera, size, frame, world.terrain)
+    on_path = path_pose(preset.camera, frame, world.terrain)
+    x, y = (at - GRID_M * n for at, n in zip(acted[:2], preset.camera.cell, strict=True))
+    height, heading, pitch = acted[2:]
+    stand = replace(on_path, x=x, y=y, height=height, heading=heading, pitch=pitch)
+    return placed_camera(preset.camera, stand, size, world.terrain)
+
+
 def camera_between(world: World, preset: Preset, frame: float, corner: Corner) -> Camera:
     """Return the camera at a frame or between two, in the coordinates of a corner."""
-    camera = camera_at(preset.camera, preset.render.size, frame, world.terrain)
+    camera = frame_camera(world, preset, frame)
     return replace(camera, corner=corner, eye=eye_relative_to(corner, camera))

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from lod.pruning.representation import Representation
+from scenes.actors.cast import Cast
+from scenes.actors.performance import Performance
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.far_cover.aggregate_cover import AggregateCover
@@ -21,6 +23,7 @@ from scenes.plugins.representation import GroundedRepresentation, make_represent
 from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.preset.tables import Preset
 from scenes.terrain.terrain import Terrain
+from scenes.world.cast import make_cast
 from scenes.world.light import sun_and_sky
 
 
@@ -37,6 +40,7 @@ class World:
     plumes: tuple[Plume, ...] = ()
     dust: tuple[Dust, ...] = ()
     others: tuple[GroundedRepresentation, ...] = ()
+    cast: Cast | None = None
 
     @property
     def representations(self) -> tuple[Representation, ...]:
@@ -46,7 +50,8 @@ class World:
     @property
     def beside(self) -> tuple[Representation, ...]:
         """Return all representations but the ground and the fields of species."""
-        return (*self.placed, *self.plumes, *self.dust, *self.others)
+        actors = (self.cast,) if self.cast and self.cast.prototypes else ()
+        return (*self.placed, *self.plumes, *self.dust, *self.others, *actors)
 
     @cached_property
     def top_m(self) -> float:
@@ -58,12 +63,16 @@ class World:
         tallest = max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
         rising: tuple[GroundedRepresentation, ...] = (*self.plumes, *self.dust, *self.others)
         highest = max((each.top_m for each in rising), default=0.0)
-        return self.terrain.bounds()[1] + max(tallest, highest)
+        acting = self.cast.highest_m if self.cast else 0.0
+        return self.terrain.bounds()[1] + max(tallest, highest, acting)
 
 
-def build_world(preset: Preset) -> World:
-    """Build a preset's world, of which no part exists before a view asks for it."""
-    terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
+def build_world(preset: Preset, performance: Performance | None = None) -> World:
+    """Build a preset's world, of which no part exists before a view asks for it.
+
+    performance  what its actors do, where that is known already
+    """
+    terrain = make_terrain(preset)
     weather = Weather(preset.world.season, preset.wind.speed)
     fields = tuple(
         SpeciesField(
@@ -90,7 +99,13 @@ def build_world(preset: Preset) -> World:
     )
     to_sun = tuple(sun_and_sky(preset).to_sun.tolist())
     ground = replace(terrain, aggregate_cover=cover, to_sun=to_sun)
-    return World(ground, fields, placed, plumes, dust, others)
+    cast = make_cast(preset, terrain, performance)
+    return World(ground, fields, placed, plumes, dust, others, cast)
+
+
+def make_terrain(preset: Preset) -> Terrain:
+    """Make the ground of a preset, without what stands for far objects on it."""
+    return Terrain(seed=preset.seed, **preset.terrain.model_dump())
 
 
 def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> AggregateCover | None:

@@ -35,7 +35,9 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     check_pattern(flags["pattern"])
     numbers = frame_numbers(flags["frames"])
     told = {name: value for name, value in flags.items() if name in FLAG_KEYS}
-    chosen = preset_from_flags(flags["preset"], flags["settings"], flags["density"], **told)
+    chosen = preset_from_flags(
+        flags["preset"], flags["settings"], flags["density"], flags["say"], **told
+    )
     variant = choose(chosen.render.variant, chosen.render.spectral)
     kept = [*drop_flag(drop_flag(words, "--frames"), "--variant"), "--variant", variant]
     most_bytes = memory_limit_bytes(flags["max_memory"])

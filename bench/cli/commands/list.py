@@ -31,6 +31,7 @@ def command(preset: str | None, as_json: bool) -> None:
     from bench.experiments.registry import EXPERIMENTS
     from bench.studies.registry import study_descriptions
     from lod.metric.family import METRICS, Metric
+    from scenes.actors.behaviours.registry import described_behaviours
     from scenes.model_files.user_models import models_folder, user_model_names
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
     from scenes.plugins.representation import RepresentationPlugin
@@ -42,6 +43,7 @@ def command(preset: str | None, as_json: bool) -> None:
         | dict(described(METRIC, Metric)),
         "representations": dict(described(REPRESENTATION, RepresentationPlugin)),
         "models": dict.fromkeys(user_model_names(), f"added by `model add`, in {models_folder()}"),
+        "behaviours": dict(described_behaviours()),
         "experiments": {name: each.about for name, each in EXPERIMENTS.items()},
         "studies": study_descriptions(),
     }

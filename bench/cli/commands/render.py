@@ -85,6 +85,7 @@ def command(
     if fit:
         chosen = fit_to_memory(chosen, most_bytes)
     from scenes.render.mitsuba.variants import choose
+    from scenes.render.sequence.acting_track import check_acted, prepare_track
     from scenes.render.sequence.detail_budget import within_budget
     from scenes.render.sequence.sequence import open_job, owned_folder
     from scenes.render.sequence.settings import frame_settings
@@ -92,8 +93,10 @@ def command(
     check_targets([frame_path(pattern, number) for number in numbers])
     check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
     chosen = within_budget(chosen, numbers, most_bytes, partial(click.echo, err=True))
-    settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral))
     folder = make_folder(Path(pattern).parent)
+    check_acted(chosen, numbers)
+    track = prepare_track(chosen, folder)
+    settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral), track)
     with output(as_json) as out:
         records: list[dict[str, Any]] = []
         with _counted(out, records), owned_folder(folder, settings):

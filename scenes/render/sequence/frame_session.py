@@ -21,6 +21,7 @@ from scenes.render.pipeline.memory_limit import (
 )
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
+from scenes.render.sequence.acting_track import replayed
 from scenes.render.sequence.object_keys import identities_in
 from scenes.render.sequence.settings import Record, Settings, preset_from_settings
 from scenes.world.view import view_at
@@ -43,10 +44,14 @@ class FrameSession:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self._preset = preset_from_settings(settings)
+        self._folder: Path | None = None
 
     @cached_property
     def _world(self) -> World:
-        return build_world(self._preset)
+        track = self.settings.get("track")
+        if track is None or self._folder is None:
+            return build_world(self._preset)
+        return build_world(self._preset, replayed(self._preset, track, self._folder))
 
     def render(
         self,
@@ -61,6 +66,7 @@ class FrameSession:
         the world counts as the first frame's time. Raises as ``render_layers`` does, and OSError
         where the disk refuses.
         """
+        self._folder = Path(target).parent  # where the track of its actors lies
         layers = self.render_layers(frame, watch, most_bytes)
         start = time.perf_counter()
         digest = write_exr(target, layers, self.header(frame), self._preset.output)

@@ -15,15 +15,22 @@ Settings = Mapping[str, Any]
 """A preset as plain data, with the software that renders it (``frame_settings``)."""
 
 
+_BESIDE = ("software", "track")
+"""What settings hold beside a preset."""
+
 Record = dict[str, Any]
 """What is known of a rendered frame, as plain data (``FrameSession.render``)."""
 
 
-def frame_settings(preset: Preset, variant: str) -> dict[str, Any]:
-    """Collect everything that determines the pixels: preset, variant in place of auto, software."""
+def frame_settings(preset: Preset, variant: str, track: str | None = None) -> dict[str, Any]:
+    """Collect everything that determines the pixels: preset, variant in place of auto, software.
+
+    track  hash of the pose track by which its actors stand; None where nobody acts
+    """
     settings = preset.model_dump(mode="json", exclude={"about"})
     settings["render"]["variant"] = variant
-    return {**settings, "software": software()}
+    acts = {} if track is None else {"track": track}
+    return {**settings, **acts, "software": software()}
 
 
 def preset_from_settings(settings: Settings) -> Preset:
@@ -32,7 +39,7 @@ def preset_from_settings(settings: Settings) -> Preset:
     Tables are put in the order of their names: species get their ids in that order, and presets
     that differ in it alone have the same settings hash, so they must give the same frame.
     """
-    tables = {name: each for name, each in settings.items() if name != "software"}
+    tables = {name: each for name, each in settings.items() if name not in _BESIDE}
     return preset_from(_in_order_of_names(tables), source="settings")
 
 

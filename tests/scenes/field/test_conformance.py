@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from bench.conformance.rules import RULES, Subject, broken_rules
-from lod.actors.message import change
+from lod.actors.message import ask, change
 from lod.actors.quaternion import Quaternion
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
+from scenes.actors.body import Body
+from scenes.actors.cast import posed_prototype
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.field.placed_object import Placed
@@ -23,7 +25,6 @@ from scenes.models.people.people import people_at_rest
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
-from scenes.rig.actor import pose_from_actor, to_actor
 from scenes.terrain.terrain import Terrain
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
@@ -61,12 +62,13 @@ def with_position(prototype, detail=0.3):
 
 
 def bowing():
-    """A person whom messages made bow, as compiled actor arrays have it."""
+    """A person whom messages made bow, as live actors are drawn."""
     who = people_at_rest(0, 1, 0.0)[0]
-    actor = to_actor(who)
+    actor = Body("joe", who)
     bow = Quaternion(0.0, np.sin(0.2), 0.0, np.cos(0.2))
-    assert actor.receive(change("pelvis/waist", "orient", bow)).value is None
-    return with_position(pose_from_actor(who, actor))
+    assert actor.receive(change("torso/abdomen", "orient", bow)).value is None
+    posture = actor.receive(ask("", "posture")).value
+    return with_position(posed_prototype(who, posture.eighths, posture.held))
 
 
 def terrain(**changes):

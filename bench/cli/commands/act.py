@@ -1,0 +1,37 @@
+"""`lodbench act`: let the actors of a preset act, and keep what they do as a pose track."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bench.cli.flag_rules import StrictCommand
+from bench.cli.output import output
+from bench.cli.view_flags import preset_from_flags, view_flags
+from lod.errors import InputError
+
+
+@click.command("act", cls=StrictCommand)
+@view_flags
+@click.option("-o", "folder", required=True, metavar="DIR", help="Folder of the frames to come.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(preset: str, folder: str, as_json: bool, **flags: Any) -> None:
+    """Act all frames once; `render` into the same folder replays them."""
+    from scenes.render.sequence.acting_track import prepare_track, read_track, track_path
+
+    chosen = preset_from_flags(preset, **flags)
+    digest = prepare_track(chosen, folder)
+    if digest is None:
+        cure = "add a table [actors.NAME], or see docs/actors.md"
+        raise InputError("PRESET", preset, "a preset in which somebody acts", cure)
+    path = track_path(chosen, Path(folder))
+    track = read_track(path)
+    assert track is not None
+    with output(as_json) as out:
+        frames, actors = track.updated.shape
+        updates = int(track.updated.sum())
+        found = {"frames": frames - 1, "actors": actors, "updates": updates}
+        off = float(track.bound_px.max(initial=0.0))
+        out.record({"path": str(path), "sha256": digest, **found, "most_off_px": off})
+        out.say(f"{path}  {digest[:16]}  {actors} actors, {frames - 1} frames")
+        out.say(f"  {updates:,} updates; who coasts is off by {off:.3g} px at most")

@@ -1,0 +1,30 @@
+"""`lodbench ask`: ask an actor of a preset, or one of its parts, what a message asks."""
+
+from typing import Any
+
+import click
+
+from bench.cli.flag_rules import StrictCommand
+from bench.cli.frame_flags import LAST_FRAME
+from bench.cli.output import output
+from bench.cli.view_flags import preset_from_flags, view_flags
+
+
+@click.command("ask", cls=StrictCommand)
+@view_flags
+@click.argument("words", metavar='"WHO [PART] QUESTION"')
+@click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(preset: str, words: str, frame: int, as_json: bool, **flags: Any) -> None:
+    """Ask as of a frame, as in: lodbench ask playground "joe right arm/hand where" --frame 12.
+
+    position and orientation are in the frame of the part's whole; where is in the scene.
+    """
+    from scenes.actors.say import plain
+    from scenes.world.cast import answer_at
+
+    chosen = preset_from_flags(preset, **flags)
+    found = plain(answer_at(chosen, words, frame))
+    with output(as_json) as out:
+        out.record({"asked": words, "frame": frame, "answer": found})
+        out.say(str(found))

@@ -1,0 +1,279 @@
+"""The body of a live actor: a whole of limbs that moves over the ground (§3.1.1, §3.2).
+
+A body goes where it faces: ``go`` gives it a speed and a rate of turning, which it keeps until the
+next such message. Between messages it *coasts*; ``advance`` brings it up to a time. Its limbs
+follow its walk until a message turns one; what a message turned is *held* until it is released.
+
+Its place counts from the plane's origin, x east and y north, and from the ground below it. Limbs
+answer for level ground; on slopes the pruner plants the feet (``scenes.rig.foot_placement``).
+
+>>> from lod.actors.quaternion import NORTH
+>>> from scenes.models.people.people import people_at_rest
+>>> joe = Body("joe", people_at_rest(0, 1)[0])
+>>> right_foot = "right leg/lower leg/foot"
+>>> orientation = joe.receive(ask(right_foot, "orientation")).value
+>>> joe.receive(change(right_foot, "orient", orientation * rotation(NORTH, 40)))
+Answer(value=None)
+>>> joe.receive(ask(right_foot, "held")).value[0][0]
+()
+>>> joe.receive(ask("right leg/toot", "held"))  # doctest: +NORMALIZE_WHITESPACE
+Refusal(who='joe', why="has no part 'right leg/toot';
+        the nearest known route is 'torso/right leg/lower leg/foot'")
+"""
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from lod.actors.dispatch import mutator, query
+from lod.actors.joint import RevoluteJoint
+from lod.actors.message import (
+    Message,
+    Refusal,
+    Refused,
+    Route,
+    ask,
+    change,
+    format_route,
+    nearest_route,
+)
+from lod.actors.quaternion import UP, Components, rotation
+from lod.errors import InputError
+from scenes.actors.limb import Limb, Pose, build_limbs, limb_routes, limb_tree
+from scenes.actors.motions import pose_at, step_at, with_share
+from scenes.rig.rigged_prototype import RiggedPrototype
+
+Guard = Callable[[Message], Message | str]
+"""Looks at a message to a limb: gives it, or another of its kind, or says why it is refused."""
+
+FASTEST = 40.0
+"""Greatest speed of a body [m/s]."""
+
+ACCELERATION, SPIN_ACCELERATION = 4.0, 12.0
+"""How fast a body's speed [m/s²] and rate of turning [rad/s²] may change."""
+
+
+class Posture(NamedTuple):
+    """How a body stands at a time: its answer to the pruner, by which it is drawn.
+
+    x, y    where it is [m]; yaw: where it faces, anticlockwise from x [rad]
+    phase, stride_factor, eighths, cadence  of its walk (``scenes.actors.motions``)
+    speed, spin  how it coasts from here [m/s, rad/s]
+    went    when it was last told to go [s]
+    held    rows of the joints that messages hold, with their orientations
+    """
+
+    x: float
+    y: float
+    yaw: float
+    phase: float
+    stride_factor: float
+    eighths: int
+    speed: float
+    spin: float
+    cadence: float
+    went: float
+    held: tuple[tuple[int, Components], ...] = ()
+
+
+class Course(NamedTuple):
+    """How a body moves: place [m], velocity [m/s], yaw [rad], rate of turning [rad/s].
+
+    reach  how far it reaches from its place in the plan, as it stands [m]
+    """
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    yaw: float
+    spin: float
+    reach: float
+
+
+class Body(Limb):
+    """A live actor of a model, with a limb for each of its joints."""
+
+    def __init__(
+        self,
+        name: str,
+        prototype: RiggedPrototype,
+        position: tuple[float, float] = (0.0, 0.0),
+        heading_deg: float = 90.0,
+    ) -> None:
+        """Build the body at rest at a place [m]; its heading is clockwise from north [degrees]."""
+        self._tree = limb_tree(prototype)
+        here = RevoluteJoint((*position, 0.0), rotation(UP, 90.0 - heading_deg))
+        limbs, own = build_limbs(prototype, self._tree)
+        super().__init__(limbs, here, own, name=name)
+        self._prototype, self._rows = prototype, limb_routes(self._tree)
+        self._reach = reach_in_plan(prototype)
+        self._time, self._phase, self._speed, self._spin = 0.0, 0.0, 0.0, 0.0
+        self._went = -1.0
+        self._settled: tuple[float, float, float] | None = None
+        self._touched = False
+        self._guard: Guard | None = None
+        self._present = True
+
+    @query
+    def heading(self) -> float:
+        """Return where it faces, clockwise from north [degrees], from 0 to 360."""
+        return (90.0 - math.degrees(self._yaw)) % 360.0
+
+    @query
+    def course(self) -> Course:
+        """Return where it is and how it moves."""
+        (x, y, _), yaw = self._joint.position, self._yaw
+        ahead = self._speed * math.cos(yaw), self._speed * math.sin(yaw)
+        return Course(x, y, *ahead, yaw, self._spin, self._reach)
+
+    @query
+    def posture(self) -> Posture | None:
+        """Return how it is to be drawn; None once it has left."""
+        if not self._present:
+            return None
+        step = step_at(self._prototype.motion, self._speed)
+        held: tuple[tuple[int, Components], ...] = ()
+        if self._touched:
+            below = ((n, self._ask_part(ask((n,), "held"))) for n in self.part_names())
+            held = tuple(
+                (self._rows[name, *route], turn) for name, own in below for route, turn in own
+            )
+        x, y, _ = self._joint.position
+        walk = self._phase, step.stride_factor, step.eighths
+        coasts = self._speed, self._spin, step.cadence, self._went
+        return Posture(x, y, self._yaw, *walk, *coasts, held)
+
+    @mutator
+    def advance(self, time_s: float) -> None:
+        """Move along its course up to a time [s]: on an arc, as far as it goes till then."""
+        dt, self._time = time_s - self._time, time_s
+        if dt <= 0 or not self._present:
+            return
+        self._phase = (
+            self._phase + dt * step_at(self._prototype.motion, self._speed).cadence
+        ) % 1.0
+        if self._speed == 0 and self._spin == 0:
+            return
+        (x, y, z), yaw = self._joint.position, self._yaw
+        half = self._spin * dt / 2
+        chord = self._speed * dt * (math.sin(half) / half if half else 1.0)
+        place = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half), z
+        self._joint = RevoluteJoint(place, rotation(UP, math.degrees(yaw + 2 * half)))
+
+    @mutator
+    def go(self, speed: float, spin_deg: float = 0.0) -> None:
+        """Go ahead at a speed [m/s], turning anticlockwise at a rate [degrees/s]; 0 is to stand.
+
+        Speed and rate change by at most ACCELERATION and SPIN_ACCELERATION a second since it was
+        last told to go: it comes as near to what is asked as it can.
+        """
+        if not (math.isfinite(speed) and 0 <= speed <= FASTEST and math.isfinite(spin_deg)):
+            raise InputError(
+                "go", (speed, spin_deg), f"a speed from 0 to {FASTEST:g} m/s, a finite turn"
+            )
+        since, self._went = self._time - self._went, self._time
+        self._speed = _towards(self._speed, float(speed), ACCELERATION * since)
+        self._spin = _towards(self._spin, math.radians(spin_deg), SPIN_ACCELERATION * since)
+
+    @mutator
+    def leave(self) -> None:
+        """Leave the scene, for good: nothing of it is displayed from now on."""
+        self._present = False
+
+    @mutator
+    def guard(self, guard: Guard) -> None:
+        """Have every message to a limb looked at on its way (§3.2)."""
+        self._guard = guard
+
+    def intercept(self, message: Message) -> Message | Refusal:
+        """Complete the route, have the guard look, and bring the limbs up to date."""
+        if not self._present:
+            return self.refuse("has left")
+        whole = Message(self._completed(message.route), message.action)
+        passed = whole if self._guard is None else self._guard(whole)
+        if isinstance(passed, str):
+            return self.refuse(passed)
+        self._settle()
+        if passed.action.changes:
+            self._touched, self._settled = True, None
+        return passed
+
+    @query
+    def where(self, route: Route = ()) -> tuple[float, float, float]:
+        """Return the origin of the limb at a route, in the scene, above the ground [m]."""
+        full = self._completed(route)
+        self._settle()
+        return super().where(full)
+
+    def _set_joint(self, joint: RevoluteJoint) -> None:
+        """Stand elsewhere, or face another way; a body stands upright."""
+        x, y = joint.turn[:2]
+        if math.hypot(x, y) > 1e-9 or abs(joint.position[2]) > 1e-9:
+            raise InputError("place", joint.position, "a body stands upright on the ground")
+        self._joint = joint
+
+    @property
+    def _yaw(self) -> float:
+        _, _, z, w = self._joint.turn
+        return 2 * math.atan2(z, w)
+
+    def _completed(self, route: Route) -> Route:
+        """Find the limb that a route names in which limbs on the way may be left out.
+
+        It is the one nearest to the body of those with the names of the route in their order.
+        Raises Refused where there is none.
+        """
+        if not route or route in self._rows:
+            return route
+        found = [full for full in self._rows if full[-1] == route[-1] and _in_order(route, full)]
+        if found:
+            return min(found, key=len)
+        asked = format_route(route)
+        why = f"has no part {asked!r}; it has no parts at all"
+        if self._rows:
+            nearest = format_route(nearest_route(route, list(self._rows)))
+            why = f"has no part {asked!r}; the nearest known route is {nearest!r}"
+        raise Refused(str(self), why)
+
+    def _settle(self) -> None:
+        """Have every limb follow the walk up to now, where no message holds it."""
+        step = step_at(self._prototype.motion, self._speed)
+        now = self._phase, float(step.eighths), 0.0
+        if now == self._settled:
+            return
+        self._settled = now
+        rig = self._prototype.rig
+        rotations, shift = pose_at(with_share(self._prototype, step.eighths), self._phase)
+        offset = rig.offset + shift * (rig.parent < 0)[:, None]
+        pose: Pose = tuple(
+            zip(map(tuple, offset.tolist()), map(tuple, rotations.tolist()), strict=True)
+        )
+        for name, below in self._tree.limbs:
+            self._ask_part(change((name,), "follow", below, pose))
+
+
+@lru_cache(maxsize=256)
+def reach_in_plan(prototype: RiggedPrototype) -> float:
+    """Compute how far from the vertical through its place anything of a body at rest is [m]."""
+    origin, turn = prototype.rig.frames()
+    found = 0.0
+    for table in prototype.full_detail_sticks():
+        posed = table.posed(origin, turn)
+        for at, radius in ((posed.start, posed.start_radius), (posed.end, posed.end_radius)):
+            found = max(found, float((np.hypot(at[:, 0], at[:, 1]) + radius).max(initial=0.0)))
+    return found
+
+
+def _towards(now: float, wanted: float, most: float) -> float:
+    """Come from one value to another by at most so much."""
+    return now + min(max(wanted - now, -most), most)
+
+
+def _in_order(names: Route, route: Route) -> bool:
+    """Tell whether names stand in a route in their order, with others between them."""
+    rest = iter(route)
+    return all(name in rest for name in names)

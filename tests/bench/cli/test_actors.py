@@ -1,0 +1,104 @@
+"""`lodbench ask`, `act` and `render --say`: actors by the command line, and frames in any order."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from bench.cli.main import main
+
+TINY = """
+[terrain]
+reach = 100
+amplitude = 0
+[acting]
+frames = 4
+[actors.bun]
+model = "rabbit"
+position = [0, 3]
+heading = 90
+behaviour = "herd"
+[actors.joe]
+model = "figure"
+position = [1, 4]
+[render]
+size = "16x9"
+spp = 1
+variant = "scalar_rgb"
+"""
+FOOT = "joe right leg/lower leg/foot"
+TOO_FAR = f"{FOOT} orient y 140deg"
+
+
+@pytest.fixture(autouse=True)
+def preset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.toml").write_text(TINY)
+
+
+def run(*words: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    return int(left.value.code or 0)
+
+
+def test_what_is_said_is_answered(capfd: pytest.CaptureFixture[str]) -> None:
+    """Figure 4: the foot's orientation is replaced by the same, turned by 40° about y."""
+    answers = []
+    for said in ((), ("--say", f"{FOOT} orient y 40deg")):
+        assert run("ask", "tiny.toml", f"{FOOT} orientation", "--json", *said) == 0
+        answers.append(json.loads(capfd.readouterr().out)["answer"])
+    turned = sum(a * b for a, b in zip(*answers, strict=True))
+    assert turned == pytest.approx(0.9396926, abs=1e-6)  # cos 20°
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("ask", "tiny.toml", "joe right arm/hnd where"), "nearest known route is 'torso/abdomen"),
+        (("ask", "tiny.toml", "jo heading"), "the nearest known route is 'joe'"),
+        (("ask", "tiny.toml", "joe go 1"), "a question, which changes nothing"),
+        (
+            ("act", "tiny.toml", "-o", "o", "--say", f"{FOOT} orient y 140deg"),
+            "refuses: orientation",
+        ),
+        (("render", "tiny.toml", "-o", "o/a.####.exr", "--frames", "5"), "acting.frames=5"),
+        (("act", "meadow", "-o", "o"), "a preset in which somebody acts"),
+    ],
+)
+def test_a_refusal_is_one_line(
+    words: tuple[str, ...], says: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run(*words) == 2
+    out, err = capfd.readouterr()
+    assert says in err
+    assert err.count("\n") == 1
+    assert not out
+
+
+def test_frames_replay_from_the_track_in_any_order(
+    capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    hashes: list[dict[int, str]] = []
+    for folder, frames in (("a", ("1,3",)), ("b", ("3", "1"))):
+        found = {}
+        for asked in frames:
+            assert (
+                run(
+                    "render", "tiny.toml", "-o", f"{folder}/f.####.exr", "--json", "--frames", asked
+                )
+                == 0
+            )
+            *records, _ = map(json.loads, capfd.readouterr().out.splitlines())
+            found |= {each["frame"]: each["sha256"] for each in records}
+        hashes.append(found)
+    assert hashes[0] == hashes[1]
+    assert hashes[0][1] != hashes[0][3]
+    (track,) = (tmp_path / "a").glob("actors-*.npz")
+    assert track.read_bytes() == (tmp_path / "b" / track.name).read_bytes()
+    settings = json.loads((tmp_path / "a" / "manifest.json").read_text())["settings"]
+    assert [len(each["track"]) for each in settings.values()] == [64]
+    track.unlink()  # verify acts again, and finds the frames as they were
+    (tmp_path / "a" / "f.0003.exr").write_bytes(b"spoilt")
+    assert run("verify", "a", "--repair") == 0
+    assert run("verify", "a") == 0
