@@ -16,6 +16,8 @@ GRID_M = 16.0
 STEP_M = 2.0**-10
 """Sides of lattices are whole multiples of this, so that positions on them are exact integers."""
 
+FULL_TURN = 2 * math.pi
+
 _FARTHEST_CELL = 2**56
 """Bound on cell numbers that keeps every finer lattice (down to 2^-3 m) inside int64."""
 
@@ -62,14 +64,16 @@ def split_position(
 
 @dataclass(frozen=True)
 class Camera:
-    """A perspective camera with square pixels.
+    """A perspective camera with square pixels, or one that sees all round.
 
     corner   origin of the frame's coordinates, a function of the eye alone
     eye      (3,) position relative to the corner [m]
     forward, up   (3,) orthonormal unit vectors
-    fov_x    full horizontal field of view [rad], below π
+    fov_x    full horizontal field of view [rad], below π; 2π of a panorama
     width, height [px]
     lens     with an opening, through which only one distance is sharp; None = a pinhole
+    panorama whether the picture is equirectangular: the whole turn from left to right, ``forward``
+             in its middle, and from ``up`` at the top to its opposite at the bottom
     """
 
     corner: Corner
@@ -80,10 +84,14 @@ class Camera:
     width: int
     height: int
     lens: ThinLens | None = None
+    panorama: bool = False
 
     def __post_init__(self) -> None:
         freeze(self, eye=np.float64, forward=np.float64, up=np.float64)
-        if not (math.isfinite(self.fov_x) and 0 < self.fov_x < math.pi):
+        if self.panorama:
+            if self.lens or self.fov_x != FULL_TURN:
+                raise InputError("camera.projection", "panorama", "a whole turn, without a lens")
+        elif not (math.isfinite(self.fov_x) and 0 < self.fov_x < math.pi):
             raise InputError("camera.fov", math.degrees(self.fov_x), "above 0° and below 180°")
         if min(self.width, self.height) < 1:
             raise InputError("size", f"{self.width}x{self.height}", "at least 1x1", "try 640x360")
@@ -97,7 +105,12 @@ class Camera:
 
     @property
     def tan_half(self) -> tuple[float, float]:
-        """Return the tangents of half the field of view, horizontally and vertically."""
+        """Return the tangents of half the field of view, horizontally and vertically.
+
+        They are infinite in a panorama, which has no edges to be beyond of.
+        """
+        if self.panorama:
+            return math.inf, math.inf
         tan_x = math.tan(self.fov_x / 2)
         return tan_x, tan_x * self.height / self.width
 
@@ -108,7 +121,12 @@ class Camera:
 
     @property
     def pixel_angle(self) -> float:
-        """θ = 2·tan(fov_x/2)/width [rad]: the angle of one pixel at the centre (§2.4)."""
+        """θ = 2·tan(fov_x/2)/width [rad]: the angle of one pixel at the centre (§2.4).
+
+        In a panorama it is the lesser of the angles that a pixel is wide and high on the horizon.
+        """
+        if self.panorama:
+            return min(FULL_TURN / self.width, FULL_TURN / 2 / self.height)
         return 2 * self.tan_half[0] / self.width
 
 

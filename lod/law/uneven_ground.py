@@ -118,6 +118,8 @@ def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
     around.
     """
     camera = view.camera
+    if view.look_around:
+        return camera.eye, np.zeros((0, 3)), True
     tan_x, tan_y = camera.tan_half
     planes = [camera.forward]
     for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):

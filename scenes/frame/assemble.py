@@ -3,6 +3,7 @@
 import time
 from dataclasses import replace
 
+from lod.errors import InputError
 from lod.pruning.pruner import prune
 from scenes.far_cover.turbid_canopy import turbid_canopy
 from scenes.frame.displayed import display
@@ -60,8 +61,14 @@ def frame_light(world: World, preset: Preset) -> Light:
 
 
 def frame_quality(preset: Preset, variant: str) -> Quality:
-    """Return how frames of a preset are sampled, in a variant that works here."""
+    """Return how frames of a preset are sampled, in a variant that works here.
+
+    Raises InputError for a panorama in a scalar variant, which has no such camera.
+    """
     render = preset.render
+    if preset.camera.projection == "panorama" and variant.startswith("scalar_"):
+        rule = f"a panorama needs a JIT variant, as llvm_ad_rgb, and not {variant}"
+        raise InputError("camera.projection", "panorama", rule, "see `lodbench doctor`")
     window = None if render.crop is None else Window(*render.window)
     return Quality(
         variant,

@@ -2,7 +2,7 @@
 
 import math
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -73,6 +73,10 @@ class CameraPreset(Table):
     sensor_width: Annotated[
         float, key("width of the picture on the sensor [mm]", above=0, most=1e4)
     ] = 36.0
+    projection: Annotated[
+        Literal["perspective", "panorama"],
+        key("a plane picture, or all round: equirectangular, the heading in its middle"),
+    ] = "perspective"
     roll: Annotated[
         float, key("turn about the line of sight, clockwise [degrees]", least=-360, most=360)
     ] = 0.0
@@ -118,6 +122,13 @@ class CameraPreset(Table):
         """Diameter of the lens's opening at a field of view: its focal length over f_stop [m]."""
         focal_mm = self.sensor_width / (2 * math.tan(math.radians(fov_x_deg) / 2))
         return focal_mm / 1000 / f_stop
+
+    @model_validator(mode="after")
+    def _all_round(self) -> "CameraPreset":
+        lenses = [self.f_stop, *(each.f_stop for each in self.keys)]
+        if self.projection == "panorama" and any(lenses):
+            raise refuse("a panorama has no lens", "leave f_stop out", "camera.projection")
+        return self
 
     @model_validator(mode="after")
     def _in_focus(self) -> "CameraPreset":

@@ -265,4 +265,10 @@ class Preset(Table):
         if metric.along_axis and self.view.look_around:
             rule = "needs a view axis, not a full turn"
             raise refuse(rule, "set view.look_around = false", "view.metric")
+        if self.camera.projection == "panorama":
+            if metric.along_axis:
+                raise refuse("needs a view axis, not a panorama", "choose blake", "view.metric")
+            if self.render.spectral or self.render.haze == "medium":
+                rule = "a panorama is rendered in colours, with haze that is analytic or scattered"
+                raise refuse(rule, "leave --spectral and --haze out", "camera.projection")
         return self

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from lod.camera import Camera, camera_from_heading, split_position
+from lod.camera import FULL_TURN, Camera, camera_from_heading, split_position
 from lod.errors import InputError
 from lod.thin_lens import ThinLens
 from scenes.preset.camera_tables import FARTHEST_FOCUS_M, NEAREST_FOCUS_M, CameraKey, CameraPreset
@@ -55,6 +55,8 @@ def placed_camera(
     eye = np.array((x, y, height_at(ground, stand.x, stand.y, preset.cell) + stand.height))
     angles = stand.heading, stand.pitch, stand.fov
     camera = camera_from_heading(corner, eye, *angles, size, stand.roll)
+    if preset.projection == "panorama":
+        return replace(camera, panorama=True, fov_x=FULL_TURN)
     if stand.f_stop is None:
         return camera
     diameter = preset.aperture_m(stand.fov, stand.f_stop)

@@ -88,7 +88,7 @@ def view_at(world: World, preset: Preset, frame: int) -> View:
         metric=metric_by_name(settings.metric),
         detail=settings.detail,
         offscreen_detail=settings.offscreen_detail,
-        look_around=settings.look_around,
+        look_around=settings.look_around or camera.panorama,
         fade=settings.fade,
         time_s=frame_time(preset, frame),
         conditions=viewing_conditions(preset, camera, max(world.top_m, float(camera.eye[2]))),

@@ -101,6 +101,7 @@ def _camera(camera: Camera, corner: Corner) -> Description:
         "size": (camera.width, camera.height),
         "clip": (NEAR_M, FAR_M),
         "lens": camera.lens,
+        "panorama": camera.panorama,
     }
 
 

@@ -53,12 +53,19 @@ def pixel_sums(colour: Any, spp: int) -> np.ndarray:
 def pixel_directions(camera: dict[str, Any], side: int, rows: tuple[int, int]) -> np.ndarray:
     """Unit directions through the centres of a band of film pixels, (rows, columns, 3) float32."""
     width, height = camera["size"]
-    tan_x = math.tan(math.radians(camera["fov_x_deg"]) / 2)
-    tan_y = tan_x * height / width
-    x = ((np.arange(width * side) + 0.5) / (width * side) * 2 - 1) * tan_x
-    y = (1 - (np.arange(rows[0] * side, rows[1] * side) + 0.5) / (height * side) * 2) * tan_y
+    x = (np.arange(width * side) + 0.5) / (width * side) * 2 - 1
+    y = 1 - (np.arange(rows[0] * side, rows[1] * side) + 0.5) / (height * side) * 2
     forward, up = camera["forward"], camera["up"]
     right = np.cross(forward, up)
+    if camera["panorama"]:
+        turn, rise = math.pi * x, math.pi / 2 * y
+        level = np.sin(turn)[:, None] * right + np.cos(turn)[:, None] * forward
+        return (np.cos(rise)[:, None, None] * level + np.sin(rise)[:, None, None] * up).astype(
+            np.float32
+        )
+    tan_x = math.tan(math.radians(camera["fov_x_deg"]) / 2)
+    tan_y = tan_x * height / width
+    x, y = x * tan_x, y * tan_y
     across, down = forward + x[:, None] * right, y[:, None] * up
     directions = across.astype(np.float32)[None] + down.astype(np.float32)[:, None]
     directions /= np.sqrt(np.sum(directions**2, axis=2, keepdims=True))

@@ -33,7 +33,11 @@ def motion_vectors(hit: np.ndarray, built: BuiltScene, window: Window) -> np.nda
     before[met] = project(camera, hit[met][:, 6:9] - camera["eye"])
     now[met] = project(after, next_positions(built, hit[met]) - after["eye"])
     before[~met], now[~met] = project(camera, ahead), project(after, ahead)
-    return np.nan_to_num(now - before, nan=0.0)
+    moved = np.nan_to_num(now - before, nan=0.0)
+    if camera["panorama"]:  # the shorter way round
+        width = camera["size"][0]
+        moved[..., 0] -= width * np.round(moved[..., 0] / width)
+    return moved
 
 
 def project(camera: Description, offset: np.ndarray) -> np.ndarray:
@@ -43,6 +47,11 @@ def project(camera: Description, offset: np.ndarray) -> np.ndarray:
     """
     depth = offset @ camera["forward"]
     right = np.cross(camera["forward"], camera["up"])
+    if camera["panorama"]:
+        aside, above = offset @ right, offset @ camera["up"]
+        turn, rise = np.arctan2(aside, depth), np.arctan2(above, np.hypot(aside, depth))
+        per_turn = np.array(camera["size"]) / (2 * math.pi, math.pi)
+        return np.stack((turn, rise), axis=1) * per_turn
     aside = np.stack((offset @ right, offset @ camera["up"]), axis=1)
     scale = camera["size"][0] / (2 * math.tan(math.radians(camera["fov_x_deg"]) / 2))
     return scale * aside / np.where(depth > NEAR_M, depth, np.nan)[:, None]

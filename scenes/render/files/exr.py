@@ -104,6 +104,8 @@ def _write(path: Path, layers: Layers, header: Mapping[str, Any], output: Output
         "type": OpenEXR.scanlineimage,
         "chromaticities": REC709,
     }
+    if "envmap" in every:
+        every["envmap"] = OpenEXR.ENVMAP_LATLONG
     if "timeCode" in every:
         every["timeCode"] = OpenEXR.TimeCode(
             *every["timeCode"], *[0] * 14

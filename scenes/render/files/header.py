@@ -45,13 +45,22 @@ def frame_header(
     }
     return {
         "worldToCamera": np.ascontiguousarray(_left_handed(camera).T, np.float32),
-        "worldToNDC": np.ascontiguousarray(_ndc_from_world(camera).T, np.float32),
-        "screenWindowWidth": float(np.float32(2 * camera.tan_half[0])),
+        **_projection(camera),
         "framesPerSecond": Fraction(fps).limit_denominator(100_000),
         **_lens(camera),
         **_time_of_shot(fps, frame, date),
         **flatten_attributes(about, PREFIX),
         **settings_attributes(settings, frame),
+    }
+
+
+def _projection(camera: Camera) -> dict[str, Any]:
+    """How the picture is projected; a panorama is an environment map in latitude and longitude."""
+    if camera.panorama:
+        return {"envmap": "latlong"}
+    return {
+        "worldToNDC": np.ascontiguousarray(_ndc_from_world(camera).T, np.float32),
+        "screenWindowWidth": float(np.float32(2 * camera.tan_half[0])),
     }
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from lod.thin_lens import ThinLens
 from scenes.render.description.scene_description import MEDIUM, Description
 from scenes.render.mitsuba.emitters import sun, surroundings, variant_bands
+from scenes.render.mitsuba.panorama import PanoramaSensor
 from scenes.render.mitsuba.plugin import load_plugin
 from scenes.render.mitsuba.shapes import make_shape, stabilise_kernels
 
@@ -137,6 +138,8 @@ def sensor(
     eye is in. With ``spectrum`` the film has a channel for each band of a spectral variant. Rays
     start all over the opening of the lens where the camera has one (``pinhole`` takes it away).
     """
+    if camera["panorama"]:
+        return PanoramaSensor(camera)
     width, height = (side * pixels for pixels in camera["size"])
     top, bottom = rows or (0, height)
     eye, forward, up = (camera[name].tolist() for name in ("eye", "forward", "up"))
