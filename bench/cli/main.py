@@ -5,7 +5,6 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
-from importlib import metadata
 from typing import NoReturn
 
 import click
@@ -39,11 +38,18 @@ class Commands(click.Group):
         return command
 
 
-def _version() -> str:
+def _say_version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
+    """Print the version and leave; what is installed is looked up only when it is asked for."""
+    if not asked or ctx.resilient_parsing:
+        return
+    from importlib import metadata
+
     try:
-        return metadata.version("lodbench")
+        version = metadata.version("lodbench")
     except metadata.PackageNotFoundError:
-        return "unknown (not installed)"
+        version = "unknown (not installed)"
+    click.echo(f"lodbench, version {version}")
+    ctx.exit()
 
 
 @click.group(
@@ -51,7 +57,14 @@ def _version() -> str:
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-@click.version_option(_version(), prog_name="lodbench")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_say_version,
+    help="Show the version and exit.",
+)
 @click.pass_context
 def program(ctx: click.Context) -> None:
     """How does the cost of a natural scene grow, when detail is what the viewer can resolve?"""

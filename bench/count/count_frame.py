@@ -13,9 +13,7 @@ import numpy as np
 
 from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
 from lod.law.uneven_ground import CountMoments, count_moments, max_ground_distance, polar_quadrature
-from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import Cut, prune
-from lod.pruning.shapes import Triangles
 from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.world.world import World
@@ -108,7 +106,7 @@ def count(world: World, view: View) -> Counts:
             others[one.name] = _tallies(prune(one, view))
     with watch.stage("terrain"):
         ground = prune(world.terrain, view)
-        mesh = world.terrain.appearance(ground.parts, blend_weights(ground, view))
+        triangles = world.terrain.triangle_count(ground.parts)
     nothing = Tally(0, 0, 0.0, 0.0)
     return Counts(
         objects=sum((s.objects for s in by_species.values()), nothing),
@@ -116,7 +114,7 @@ def count(world: World, view: View) -> Counts:
         by_species=by_species,
         others=others,
         terrain_tiles=ground.displayed_parts,
-        terrain_triangles=len(mesh) if isinstance(mesh, Triangles) else 0,
+        terrain_triangles=triangles,
         detail=view.detail,
         m=view.m,
         seconds=watch.seconds,

@@ -15,6 +15,7 @@ from lod.metric.hierarchy import Hierarchy
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.defocus import Defocus, defocus_width
 from lod.vision.viewer import ViewingConditions
+from lod.vision.weighted_distance import WeightedDistance
 
 LIMITS: dict[str, Callable[[Reals, Reals, float], Reals]] = {
     "blake": lambda P, R, m: (P + R) / m,
@@ -28,6 +29,9 @@ pruner uses (``lod.metric.family``): a prediction must not rest on what it tests
 _HALVINGS = 60
 """Bisections of an interval: enough for the last bits of a float64."""
 
+_EXACT, _MOST_STEPS = 1e-14, 200
+"""Relative error at which a distance is found, and steps that none ever took."""
+
 
 def chained_limits(
     hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
@@ -39,16 +43,7 @@ def chained_limits(
     Through air, lens and eye, D_j is the farthest d of which W(d) is within its limit in clear air.
     Raises KeyError for a metric that measures depth along the axis of view: it has no law.
     """
-    if metric.along_axis:
-        raise KeyError(metric.name)
-    # A metric of another package is known by its own formula alone.
-    alone = LIMITS.get(metric.name, metric.limit)(hierarchy.P, hierarchy.R, m)
-    if conditions is not None and metric.finite:
-        clear = alone
-        alone = _farthest_seen(clear, hierarchy.contrast, conditions, m)
-        if conditions.defocus is not None:
-            theta = conditions.widths.effective
-            alone = np.minimum(alone, _farthest_sharp(clear, conditions.defocus, theta))
+    alone = _own_limits(hierarchy, slice(None), metric, m, conditions)
     limit, chain, above = alone.copy(), np.zeros(len(alone)), np.arange(len(alone))
     while (above > 0).any():
         chain = chain + np.where(above > 0, hierarchy.separation[above], 0.0)
@@ -57,21 +52,68 @@ def chained_limits(
     return np.maximum(limit, 0.0)
 
 
+def whole_limit(
+    hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
+) -> float:
+    """Compute the limit distance of the whole object [m]: the first of ``chained_limits``."""
+    return max(0.0, float(_own_limits(hierarchy, slice(1), metric, m, conditions)[0]))
+
+
+def _own_limits(
+    hierarchy: Hierarchy,
+    rows: slice,
+    metric: Metric,
+    m: float,
+    conditions: ViewingConditions | None,
+) -> Reals:
+    """Distances to which the own tests of these parts pass, those of their wholes aside, (n,)."""
+    if metric.along_axis:
+        raise KeyError(metric.name)
+    # A metric of another package is known by its own formula alone.
+    formula = LIMITS.get(metric.name, metric.limit)
+    clear = formula(hierarchy.P[rows], hierarchy.R[rows], m)
+    if conditions is None or not metric.finite:
+        return clear
+    seen = _farthest_seen(clear, hierarchy.contrast[rows], conditions, m)
+    if conditions.defocus is None:
+        return seen
+    theta = conditions.widths.effective
+    return np.minimum(seen, _farthest_sharp(clear, conditions.defocus, theta))
+
+
 def _farthest_seen(clear: Reals, contrast: Ints, conditions: ViewingConditions, m: float) -> Reals:
-    """Distance d at which W(d) reaches the limit in clear air, by bisection, (n,) [m]."""
-    near, far = np.zeros_like(clear), clear.copy()
-    tables = [
-        (contrast == row, conditions.weighted(CONTRAST_CLASSES[row], m))
-        for row in np.unique(contrast)
-    ]
-    for _ in range(_HALVINGS):
-        middle = (near + far) / 2
-        weighted = np.empty_like(clear)
-        for of_class, W in tables:
-            weighted[of_class] = W.weight(middle[of_class])
-        within = weighted <= clear
-        near, far = np.where(within, middle, near), np.where(within, far, middle)
-    return far
+    """Distance d at which W(d) reaches the limit in clear air, (n,) [m]."""
+    seen = np.empty_like(clear)
+    for row in np.unique(contrast):
+        of_class = contrast == row
+        seen[of_class] = _reached(conditions.weighted(CONTRAST_CLASSES[row], m), clear[of_class])
+    return seen
+
+
+def _reached(W: WeightedDistance, clear: Reals) -> Reals:
+    """Greatest d with W(d) ≤ these limits, (n,) [m], by false position.
+
+    It is the Illinois method (Dowell & Jarratt, "A modified regula falsi method for computing the
+    root of an equation", BIT 11:168, 1971); W(d) ≥ d brackets every root.
+    """
+    found = np.minimum(clear, W.vanishing_distance)
+    missed = W.weight(found) - clear
+    rows = np.flatnonzero(missed > _EXACT * clear)
+    near, far, below, above = np.zeros(len(rows)), found[rows], -clear[rows], missed[rows]
+    for _ in range(_MOST_STEPS):
+        if not len(rows):
+            break
+        at = far - above * (far - near) / (above - below)
+        missed = W.weight(at) - clear[rows]
+        found[rows] = at
+        short = missed <= 0
+        # The end that stays counts half from now on, so that the next step passes the root.
+        below, above = np.where(short, missed, below / 2), np.where(short, above / 2, missed)
+        near, far = np.where(short, at, near), np.where(short, far, at)
+        open_ = np.abs(missed) > _EXACT * clear[rows]
+        rows, near, far = rows[open_], near[open_], far[open_]
+        below, above = below[open_], above[open_]
+    return found
 
 
 def _farthest_sharp(clear: Reals, defocus: Defocus, theta: float) -> Reals:

@@ -9,14 +9,18 @@ tested by itself: no pruner, no traversal of the tree.
 
 import math
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
 from lod.arrays import ArrayData, FloatArray
-from lod.law.flat_ground import chained_limits
+from lod.law.flat_ground import chained_limits, whole_limit
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.view import View
+
+_ROUNDING_M = 1e-6
+"""More than distances to parts are ever rounded by [m]."""
 
 _INNER_M = 0.25
 """Radius of the one disc about the eye that is not divided further."""
@@ -71,10 +75,7 @@ class CountMoments:
 def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
     """Compute the greatest horizontal distance of an object that has a part displayed [m]."""
     return max(
-        float(
-            chained_limits(h, view.metric, view.m, view.conditions)[0]
-            + np.hypot(*h.position[0, :2])
-        )
+        whole_limit(h, view.metric, view.m, view.conditions) + float(np.hypot(*h.position[0, :2]))
         for h in hierarchies
     )
 
@@ -93,7 +94,7 @@ def count_moments(
         rows = slice(turn, None, len(hierarchies))
         where = net.xy[rows], net.area[rows] * len(hierarchies), net.turn[rows], ground[rows]
         sums, level_sums = _integrate(
-            _parts_by_distance(hierarchy, view), where, _frustum(view), levels
+            _parts(hierarchy, view, levels), where, _frustum(view), levels
         )
         total += sums
         by_level += level_sums
@@ -102,15 +103,32 @@ def count_moments(
     return CountMoments(objects, objects_variance, parts, parts_variance, shares)
 
 
-def _parts_by_distance(hierarchy: Hierarchy, view: View) -> tuple[np.ndarray, ...]:
-    """Columns of the parts, those first that are displayed at the greatest horizontal distance."""
+class _FallingLimits(NamedTuple):
+    """Parts of one hierarchy, the farthest limit distance first.
+
+    limit (n,) [m]; row (n,) of the part in the hierarchy
+    until (n + 1, levels) how many parts of each level stand before each place
+    """
+
+    limit: np.ndarray
+    row: np.ndarray
+    until: np.ndarray
+
+
+def _falling(limit: np.ndarray, level: np.ndarray, levels: int) -> _FallingLimits:
+    row = np.argsort(-limit, kind="stable")
+    until = np.zeros((len(row) + 1, levels), np.int64)
+    np.cumsum(level[row, None] == np.arange(levels), axis=0, out=until[1:])
+    return _FallingLimits(limit[row], row, until)
+
+
+def _parts(hierarchy: Hierarchy, view: View, levels: int) -> tuple[Any, ...]:
+    """Columns of the parts, and their limits in view and out of it, falling."""
     inside = chained_limits(hierarchy, view.metric, view.m, view.conditions)
     outside = chained_limits(hierarchy, view.metric, view.m_offscreen, view.conditions)
     outside = np.minimum(inside, outside)  # nothing is kept only because it is out of view
-    farthest = inside + np.hypot(hierarchy.position[:, 0], hierarchy.position[:, 1])
-    order = np.argsort(-farthest, kind="stable")
-    tables = (hierarchy.position, hierarchy.B, hierarchy.level, inside, outside, farthest)
-    return *(table[order] for table in tables), order == 0
+    columns = hierarchy.position, hierarchy.B, hierarchy.level, inside
+    return *columns, *(_falling(limit, hierarchy.level, levels) for limit in (inside, outside))
 
 
 def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
@@ -129,35 +147,92 @@ def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
 
 
 @njit(cache=True)
-def _integrate(falling, where, frustum, levels):  # type: ignore[no-untyped-def]
+def _integrate(parts, where, frustum, levels):  # type: ignore[no-untyped-def]
     """Sums of area·(objects, objects², parts, parts²) displayed, and area·parts of each level."""
-    position, bound, level, inside, outside, farthest, is_whole = falling
+    position, bound, level, inside, in_view, out_of_view = parts
     xy, area, turn, ground = where
     eye, planes, look_around = frustum
-    total = np.zeros(4)
-    by_level = np.zeros(levels)
+    total, by_level = np.zeros(4), np.zeros(levels)
+    shown = np.zeros(levels, np.int64)
+    away, holds = 0.0, 0.0  # radii about the whole's origin: of all origins, of all bounds
+    for i in range(len(bound)):
+        apart = 0.0
+        for k in range(3):
+            apart += (position[i, k] - position[0, k]) ** 2
+        away, holds = max(away, math.sqrt(apart)), max(holds, math.sqrt(apart) + bound[i])
+    away += _ROUNDING_M
     for q in range(len(area)):
         if area[q] == 0.0:
             continue
         c, s = math.cos(turn[q]), math.sin(turn[q])
-        in_plan = math.hypot(xy[q, 0] - eye[0], xy[q, 1] - eye[1])
-        parts, wholes = 0, 0
-        for i in range(len(bound)):
-            if in_plan > farthest[i]:
-                break
-            x = xy[q, 0] + c * position[i, 0] - s * position[i, 1] - eye[0]
-            y = xy[q, 1] + s * position[i, 0] + c * position[i, 1] - eye[1]
-            z = ground[q] + position[i, 2] - eye[2]
-            seen = look_around or _in_view(planes, x, y, z, bound[i])
-            limit = inside[i] if seen else outside[i]
-            if x * x + y * y + z * z < limit * limit:
-                parts += 1
-                wholes += is_whole[i]
-                by_level[level[i]] += area[q]
+        node = xy[q, 0] - eye[0], xy[q, 1] - eye[1], ground[q] - eye[2], c, s
+        x, y, z = _placed(node, position[0])
+        far = math.sqrt(x * x + y * y + z * z)
+        side = 1 if look_around else _side(planes, x, y, z, holds)
+        falling = in_view if side > 0 else out_of_view
+        # Up to `first` all is near enough, wherever in the object; beyond `last` nothing is.
+        first = _places_above(falling.limit, far + away)
+        last = len(bound) if side == 0 else _places_above(falling.limit, far - away)
+        for k in range(levels):
+            shown[k] = falling.until[first, k]
+        wholes = 1 if first > 0 else 0  # none has a farther limit than the whole, which is first
+        for place in range(first, last):
+            i = falling.row[place]
+            limit = falling.limit[place]
+            if side == 0 and inside[i] <= far - away:
+                continue
+            x, y, z = _placed(node, position[i])
+            squared = x * x + y * y + z * z
+            if side == 0 and squared >= limit * limit and _in_view(planes, x, y, z, bound[i]):
+                limit = inside[i]
+            if squared < limit * limit:
+                shown[level[i]] += 1
+                wholes += i == 0
+        count = 0
+        for k in range(levels):
+            count += shown[k]
+            by_level[k] += area[q] * shown[k]
         total[:2] += area[q] * wholes
-        total[2] += area[q] * parts
-        total[3] += area[q] * parts * parts
+        total[2] += area[q] * count
+        total[3] += area[q] * count * count
     return total, by_level
+
+
+@njit(cache=True)
+def _placed(node, position):  # type: ignore[no-untyped-def]
+    """Where a point of an object is that stands at a node, relative to the eye [m]."""
+    x, y, z, c, s = node
+    return (
+        x + c * position[0] - s * position[1],
+        y + s * position[0] + c * position[1],
+        z + position[2],
+    )
+
+
+@njit(cache=True)
+def _places_above(falling, value):  # type: ignore[no-untyped-def]
+    """How many of some falling numbers are above a value."""
+    low, high = 0, len(falling)
+    while low < high:
+        middle = (low + high) // 2
+        if falling[middle] > value:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@njit(cache=True)
+def _side(planes, x, y, z, bound):  # type: ignore[no-untyped-def]
+    """Whether a ball is wholly inside of all planes (1), outside of one (-1), or neither (0)."""
+    side = 1
+    for plane in planes:
+        ahead = plane[0] * x + plane[1] * y + plane[2] * z
+        if ahead <= -bound:
+            return -1
+        if ahead < bound:
+            side = 0
+    return side
 
 
 @njit(cache=True)

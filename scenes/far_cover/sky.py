@@ -5,9 +5,10 @@ from functools import lru_cache
 from importlib import resources
 
 import numpy as np
-from scipy.interpolate import interpn
 
 from lod.arrays import ArrayData, FloatArray, Reals
+from scenes.processes.content_cache import kept
+from scenes.processes.content_key import content_key
 
 SKY_ROWS, SKY_COLUMNS = 8, 6
 """Cells of the sky: rows even in the sine of elevation, columns even in azimuth from the sun.
@@ -52,7 +53,15 @@ def sky_at(elevation_deg: float, turbidity: float) -> Sky:
     radiance", SIGGRAPH 2012), as ``python -m bench.calibrate.sky_table`` averages it.
     """
     at = np.clip(turbidity, *_ends(TURBIDITIES)), np.clip(elevation_deg, *_ends(ELEVATIONS_DEG))
-    return Sky(interpn((TURBIDITIES, ELEVATIONS_DEG), _table(), at)[0])
+    key = content_key(*(float(value) for value in at))
+    return Sky(kept("sky", key, lambda: {"radiance": _interpolated(at)})["radiance"])
+
+
+def _interpolated(at: tuple[float, float]) -> np.ndarray:
+    from scipy.interpolate import interpn  # dear to import, and what it finds is kept
+
+    found: np.ndarray = interpn((TURBIDITIES, ELEVATIONS_DEG), _table(), at)[0]
+    return found
 
 
 def _ends(nodes: tuple[float, ...]) -> tuple[float, float]:

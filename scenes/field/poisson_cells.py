@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float64
 from numba import njit
-from scipy.stats import poisson
 
 from lod.arrays import expand, freeze
 from lod.camera import Corner
@@ -16,6 +15,8 @@ from lod.pruning.compiled_test import compile_view, sphere_in_frustum
 from lod.pruning.view import View
 from scenes.field.search_bounds import SearchBounds, min_distance
 from scenes.noise.philox import hash_name, philox, unit_float
+from scenes.processes.content_cache import kept
+from scenes.processes.content_key import content_key
 
 _MEAN_PER_CELL = 2.0
 """Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""
@@ -141,7 +142,15 @@ class PoissonCells:
     def _cumulative(self) -> np.ndarray:
         """The Poisson distribution function of a cell's count, as far as it matters."""
         mean = self.density * self.side_m**2
-        return poisson.cdf(np.arange(math.ceil(mean + 12 * math.sqrt(mean) + 30)), mean)
+        key = content_key(float(mean))
+        return kept("cells", key, lambda: {"cumulative": _distribution(mean)})["cumulative"]
+
+
+def _distribution(mean: float) -> np.ndarray:
+    from scipy.special import pdtr  # dear to import, and what it finds is kept
+
+    found: np.ndarray = pdtr(np.arange(math.ceil(mean + 12 * math.sqrt(mean) + 30)), mean)
+    return found
 
 
 @njit(cache=True)

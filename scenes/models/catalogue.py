@@ -1,6 +1,7 @@
 """The models that presets name, and the prototypes of each.
 
 A species of tree or an animal is a model by its file being there (``scenes.model_files.names``).
+What makes a model is imported when it is made, for prototypes are kept from one run to the next.
 """
 
 from collections.abc import Callable
@@ -8,16 +9,10 @@ from dataclasses import replace
 from functools import lru_cache
 
 from lod.errors import InputError
-from scenes.gait.gait import rest_feet
 from scenes.model_files.names import animal_names, tree_species_names
-from scenes.models.animals.catalogue import animal
-from scenes.models.boulder import boulder_prototypes
-from scenes.models.people.people import people_at_rest
-from scenes.models.people.walking import walking_people
-from scenes.models.trees.species_files import tree_species
-from scenes.models.trees.sway import swaying_trees
-from scenes.models.trees.tree import tree_prototypes
 from scenes.models.trees.weather import CALM_SUMMER, Weather
+from scenes.processes.content_key import content_key
+from scenes.processes.kept_data import kept_data
 from scenes.rig.keyframes import rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
@@ -28,6 +23,9 @@ Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]
 
 def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
     """Make adults and children, each with a walk of their own."""
+    from scenes.models.people.people import people_at_rest
+    from scenes.models.people.walking import walking_people
+
     return walking_people(people_at_rest(seed, count), seed)
 
 
@@ -35,6 +33,8 @@ def animal_model(name: str) -> WeatherlessModel:
     """Return the model of a kind of animal, which comes in one build."""
 
     def build(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
+        from scenes.models.animals.catalogue import animal
+
         if count != 1:
             raise InputError(
                 f"{name}: prototypes", count, "animals come in one build", "set it to 1"
@@ -55,6 +55,10 @@ def tree_model(name: str) -> Model:
     def build(
         seed: int, count: int, weather: Weather
     ) -> tuple[Prototype, ...] | tuple[RiggedPrototype, ...]:
+        from scenes.models.trees.species_files import tree_species
+        from scenes.models.trees.sway import swaying_trees
+        from scenes.models.trees.tree import tree_prototypes
+
         species = tree_species(name)
         if weather.wind:
             return swaying_trees(seed, count, species, weather.season, weather.wind)
@@ -63,16 +67,25 @@ def tree_model(name: str) -> Model:
     return build
 
 
+def boulders(seed: int, count: int) -> tuple[Prototype, ...]:
+    """Make boulders of several shapes."""
+    from scenes.models.boulder import boulder_prototypes
+
+    return boulder_prototypes(seed, count)
+
+
 MODELS: dict[str, Model] = {
     "figure": in_any_weather(people),
     **{name: tree_model(name) for name in tree_species_names()},
-    "boulder": in_any_weather(boulder_prototypes),
+    "boulder": in_any_weather(boulders),
     **{name: in_any_weather(animal_model(name)) for name in animal_names()},
 }
 
 
 def at_rest(prototype: RiggedPrototype) -> RiggedPrototype:
     """Return a walker at rest, its feet on the ground; other objects keep their motion."""
+    from scenes.gait.gait import rest_feet
+
     if prototype.motion.stride == 0:
         return prototype
     return prototype.with_motion(
@@ -96,8 +109,13 @@ def model_prototypes(
     walks: bool,
     weather: Weather = CALM_SUMMER,
 ) -> tuple[Prototype | RiggedPrototype, ...]:
-    """Make every prototype of a model in every size, walking or standing."""
-    prototypes = MODELS[model](PROTOTYPE_SEED, count, weather)
-    if not walks:
-        prototypes = tuple(at_rest(p) if isinstance(p, RiggedPrototype) else p for p in prototypes)
-    return tuple(p.scaled(size) for p in prototypes for size in sizes)
+    """Make every prototype of a model in every size, walking or standing; kept for later runs."""
+
+    def make() -> tuple[Prototype | RiggedPrototype, ...]:
+        made = MODELS[model](PROTOTYPE_SEED, count, weather)
+        if not walks:
+            made = tuple(at_rest(p) if isinstance(p, RiggedPrototype) else p for p in made)
+        return tuple(p.scaled(size) for p in made for size in sizes)
+
+    key = content_key(model, PROTOTYPE_SEED, count, sizes, walks, weather)
+    return kept_data("prototypes", key, make)

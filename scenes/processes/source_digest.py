@@ -1,5 +1,6 @@
 """Which sources is the program made of: one digest of the bytes of its files."""
 
+import functools
 import hashlib
 from collections.abc import Iterable
 from pathlib import Path
@@ -13,10 +14,15 @@ def source_digest(paths: Iterable[Path]) -> str:
 
     A path that is no folder is read as a file, if its suffix is one of the three.
     """
+    return hashlib.sha256("".join(map(_digest, paths)).encode()).hexdigest()
+
+
+@functools.cache
+def _digest(place: Path) -> str:
+    """Digest one folder or file: what a process runs is what was there when it began."""
     digest = hashlib.sha256()
-    for folder in paths:
-        for path in sorted(folder.rglob("*")) if folder.is_dir() else [folder]:
-            if path.suffix in (".py", ".toml", ".csv"):
-                name = path.relative_to(folder.parent)
-                digest.update(f"{name}\n".encode() + path.read_bytes())
+    for path in sorted(place.rglob("*")) if place.is_dir() else [place]:
+        if path.suffix in (".py", ".toml", ".csv"):
+            name = path.relative_to(place.parent)
+            digest.update(f"{name}\n".encode() + path.read_bytes())
     return digest.hexdigest()

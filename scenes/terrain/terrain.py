@@ -29,8 +29,8 @@ from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.terrain.ground_mesh import EMPTY_MESH, ground_mesh
 from scenes.terrain.horizon import Horizon, horizon, outside_picture
 from scenes.terrain.limits import limits, sizes
-from scenes.terrain.mesh import QUADS
-from scenes.terrain.quadtree import Squares, quarters, uncovered_quarters
+from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
+from scenes.terrain.quadtree import Squares, balance, quarters, uncovered_quarters
 from scenes.terrain.relief import Relief
 from scenes.terrain.shading import GroundInView
 
@@ -218,6 +218,14 @@ class Terrain:
     def sizes(self) -> tuple[Reals, Reals]:
         """Priorities P and ranges R of the tiles of each level, (l,) each [m]."""
         return sizes(self.relief, self.spacings)
+
+    def triangle_count(self, parts: Parts) -> int:
+        """Count the triangles of the mesh of all tiles, which is not made."""
+        if not len(parts):
+            return 0
+        patches = uncovered_quarters(parts.level, *tile_xy(parts.part))
+        _, faces, _ = lattice_mesh(*balance(patches, MOST_COARSER))
+        return len(faces)
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Triangles:
         """One watertight mesh of all tiles, each at its own spacing.

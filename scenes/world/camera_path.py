@@ -1,13 +1,14 @@
 """Where the camera is in a frame, and on what its lens is focused: walking, or flying by keys."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
+from lod.arrays import Reals
 from lod.camera import FULL_TURN, Camera, camera_from_heading, split_position
 from lod.errors import InputError
 from lod.thin_lens import ThinLens
@@ -120,17 +121,24 @@ def _pulled(keys: tuple[CameraKey, ...], name: str, camera: Any, at: float) -> f
     own = [getattr(key, name) for key in keys]
     if not any(own):
         return None
+    from scipy.interpolate import PchipInterpolator
+
     logarithms = np.log([each or camera for each in own])
     return math.exp(PchipInterpolator([key.frame for key in keys], logarithms)(at))
 
 
 @lru_cache(maxsize=4)
-def _flight(keys: tuple[CameraKey, ...], fov: float, roll: float) -> PchipInterpolator:
+def _flight(keys: tuple[CameraKey, ...], fov: float, roll: float) -> Callable[[float], Reals]:
     """Position, height, target, field of view and roll at any frame.
 
     ``fov`` and ``roll`` are those of keys that have none [degrees]. The same keys are asked for
     frame after frame.
     """
+    from scipy.interpolate import PchipInterpolator  # dear to import, and few presets fly
+
     columns = np.array([(*key.position, key.height, *key.target) for key in keys])
     lens = [[key.fov or fov, roll if key.roll is None else key.roll] for key in keys]
-    return PchipInterpolator([key.frame for key in keys], np.hstack((columns, lens)))
+    curve: Callable[[float], Reals] = PchipInterpolator(
+        [key.frame for key in keys], np.hstack((columns, lens))
+    )
+    return curve

@@ -123,3 +123,45 @@ def test_a_view_holds_its_share_of_the_turn():
     found = count_moments((tree,), view, net, np.zeros(len(net.area)))
     D = 1.0 / view.m
     assert found.objects == pytest.approx(math.pi * D**2 * (1 / 6 + 5 / 6 / 16), rel=5e-3)
+
+
+def parts_at(node, turn, tree, view):
+    """Which parts of an object at a node are displayed, each by its own test alone."""
+    c, s = math.cos(turn), math.sin(turn)
+    position = tree.position @ np.array(((c, s, 0), (-s, c, 0), (0, 0, 1))) + node - view.camera.eye
+    camera, seen = view.camera, np.ones(len(tree), bool)
+    tan_x, tan_y = camera.tan_half
+    planes = [camera.forward]
+    for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):
+        planes += [(camera.forward * tangent + k * axis) / math.hypot(1, tangent) for k in (-1, 1)]
+    for plane in planes:
+        seen &= position @ plane > -tree.B
+    m = np.where(seen | view.look_around, view.m, max(view.m, view.m_offscreen))
+    limits = [chained_limits(tree, view.metric, each, view.conditions) for each in m]
+    limit = np.array([row[k] for k, row in enumerate(limits)])
+    return np.linalg.norm(position, axis=1) < limit
+
+
+@pytest.mark.parametrize("look_around", [False, True])
+def test_the_integral_tests_every_part_at_every_node_by_itself(look_around):
+    """However few of the tests it makes: what is surely displayed, or not, is not tested."""
+    tree = tree_of(3)
+    camera = camera_from_heading(
+        Corner(0, 0), np.array([4.0, 5.0, 1.7]), 20.0, -5.0, 40.0, (64, 36)
+    )
+    sight = ViewingConditions(BlurWidths(camera.pixel_angle), 0.02, acuity=False)
+    view = View(camera, METRICS["blake"], look_around=look_around, conditions=sight)
+    net = polar_quadrature(camera.eye, max_ground_distance((tree,), view), 30, 24)
+    height = np.sin(net.xy[:, 0])
+    found = count_moments((tree,), view, net, height)
+    nodes = np.column_stack((net.xy, height))
+    shown = np.array([parts_at(n, t, tree, view) for n, t in zip(nodes, net.turn, strict=True)])
+    count = shown.sum(axis=1)
+    assert 0 < count.min() + shown.any(axis=1).sum() < shown.size  # some tests go either way
+    assert found.objects == pytest.approx(net.area @ shown[:, 0], rel=1e-12)
+    assert found.parts == pytest.approx(net.area @ count, rel=1e-12)
+    assert found.parts_variance == pytest.approx(net.area @ count**2, rel=1e-12)
+    by_level = [
+        net.area @ shown[:, tree.level == k].sum(axis=1) for k in range(tree.level.max() + 1)
+    ]
+    assert found.parts_by_level == pytest.approx(by_level, rel=1e-12)

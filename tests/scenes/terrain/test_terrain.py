@@ -154,6 +154,7 @@ def test_the_mesh_is_watertight(terrain, view):
     view = view_of(terrain, **view)
     cut, mesh = cut_and_mesh(terrain, view)
     assert_watertight(terrain, view, cut, mesh)
+    assert terrain.triangle_count(cut.parts) == len(mesh)
     places = mesh.vertices[:, 0] + 1j * mesh.vertices[:, 1]
     assert len(np.unique(places)) == len(places), "two vertices in one place"
     assert len(np.unique(mesh.faces)) == len(mesh.vertices), "a vertex that no face uses"
