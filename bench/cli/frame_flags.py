@@ -1,5 +1,6 @@
 """Which frames are asked for, and where do they go? Checked before anything slow begins."""
 
+import os
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -66,6 +67,22 @@ def memory_flag(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add --max-memory to a command (``memory_limit_bytes`` reads it)."""
     about = "Refuse what needs more, as 4GB; 0 = never. By default 80 % of what is free."
     return click.option("--max-memory", metavar="SIZE", help=about)(command)
+
+
+def memory_flag_of_all(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --max-memory to a command that renders in many ways: it is kept in the environment."""
+
+    def keep(context: click.Context, option: click.Parameter, text: str | None) -> None:
+        most = memory_limit_bytes(text)
+        if most is not None:
+            from scenes.render.pipeline.memory_limit import VARIABLE
+
+            os.environ[VARIABLE] = str(most)
+
+    about = "Refuse pictures that need more, as 4GB; 0 = never. By default 80 % of what is free."
+    return click.option(
+        "--max-memory", metavar="SIZE", help=about, expose_value=False, callback=keep
+    )(command)
 
 
 def check_targets(paths: Sequence[Path]) -> None:

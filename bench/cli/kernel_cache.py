@@ -4,10 +4,12 @@ Numba keeps what it compiled in files, and compares only the file that defines a
 one that was compiled. After a change elsewhere it goes on using machine code that holds the old
 functions of other files, or dies because a type that the kept signature names is gone. Commands
 therefore keep their kernels in a folder that is named for the digest of all sources: other sources
-find it empty and compile again. The environment's ``NUMBA_CACHE_DIR`` has precedence.
+find it empty and compile again. The environment's ``NUMBA_CACHE_DIR`` has precedence where it can
+hold kernels.
 """
 
 import atexit
+import errno
 import os
 import shutil
 import sys
@@ -22,6 +24,9 @@ from scenes.processes.cache_folder import cache_folders, make_writable
 from scenes.processes.source_digest import PACKAGES, source_digest
 
 VARIABLE = "NUMBA_CACHE_DIR"
+_ROOM_BYTES = 2**25
+"""Room that an empty folder must have: all kernels take 9 MB, and Numba fails where it runs out."""
+
 _TEMPORARY = ".lodbench-"
 KEPT = 8  # folders of as many states of the sources are kept, the last used ones
 
@@ -35,12 +40,18 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
     (``use_scratch`` finds a place for processes that are started). One line on standard error says
     so.
     """
-    if os.environ.get(VARIABLE) or "numba" in sys.modules:
+    if "numba" in sys.modules:
         return
+    if named := os.environ.pop(VARIABLE, None):
+        with suppress(OSError):
+            _make_usable(Path(named))
+            os.environ[VARIABLE] = named
+            return
+        click.echo(f"lodbench: {VARIABLE}={named}: it cannot hold compiled kernels", err=True)
     name = f"kernels-{source_digest(PACKAGES)[:16]}"
     for parent in cache_folders() if parents is None else parents:
         with suppress(OSError):
-            make_writable(parent / name)
+            _make_usable(parent / name)
             os.utime(parent / name)  # marks it as used
             _remove_all_but_newest(parent)
             os.environ[VARIABLE] = str(parent / name)
@@ -93,6 +104,13 @@ def _temporary(parent: Path | None) -> str:
     folder = tempfile.mkdtemp(prefix=_TEMPORARY, dir=parent)
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
+
+
+def _make_usable(folder: Path) -> None:
+    """Make a folder for kernels. Raises OSError where it cannot be written to or will not do."""
+    make_writable(folder)
+    if not any(folder.iterdir()) and shutil.disk_usage(folder).free < _ROOM_BYTES:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(folder))
 
 
 def _keep_nothing() -> None:

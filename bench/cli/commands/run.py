@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.cli.flag_rules import StrictCommand
+from bench.cli.frame_flags import memory_flag_of_all
 from bench.cli.output import Output, output, table
 from bench.cli.progress import RunTime, progress_bar, time_left_text
 from bench.runner.dask_cases import CaseExecutor, dask_executor
@@ -33,6 +34,7 @@ ALL = "all"
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
+@memory_flag_of_all
 @click.option("--json", "as_json", is_flag=True, help="One JSON object per experiment on stdout.")
 def command(
     experiments: tuple[str, ...],

@@ -2,6 +2,7 @@
 
 import click
 
+from bench.cli.frame_flags import memory_flag_of_all
 from bench.studies.registry import load_study, study_descriptions
 from lod.errors import InputError
 from scenes.preset.errors import nearest_name
@@ -33,6 +34,7 @@ class Studies(click.Group):
     subcommand_metavar="NAME [ARGUMENTS]...",
     invoke_without_command=True,
 )
+@memory_flag_of_all
 @click.pass_context
 def command(ctx: click.Context) -> None:
     """Run a study: a program of its own that prints what it measures, and judges no claim."""

@@ -199,8 +199,8 @@ def _hit(chance: random.Random, verb: str, on_cluster: bool) -> Hit:
     target = chance.choices(targets, weights[: len(targets)])[0]
     kind = "KILL" if target == "worker" else chance.choice(SIGNALS)
     moment = _moment(chance)
-    if verb == "long":  # it finishes no frame
-        moment = Moment(moment.cpu_s, 0, chance.uniform(0.0, 6.0))
+    if verb == "long":  # it finishes no frame, and while another process renders it only waits
+        moment = Moment(STARTED_S, 0, chance.uniform(0.0, 6.0))
     return Hit(kind, target, moment, chance.random(), chance.random() < 0.2)
 
 

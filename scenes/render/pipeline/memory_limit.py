@@ -1,5 +1,6 @@
 """What may a command take of the machine's memory? It is refused before it takes more."""
 
+import os
 from dataclasses import dataclass
 
 import psutil
@@ -23,6 +24,9 @@ from scenes.world.forecast import Forecast, forecast
 from scenes.world.view import view_at
 from scenes.world.world import World
 
+VARIABLE = "LODBENCH_MAX_MEMORY"
+"""Environment variable of a limit for a command that renders in many ways, and its children."""
+
 DEFAULT_SHARE = 0.8
 """Of the memory that is free, what a command takes at most unless it is told otherwise."""
 
@@ -44,8 +48,12 @@ class MemoryLimit:
 def memory_limit(most: int | None = None) -> MemoryLimit:
     """Make the limit that --max-memory sets: bytes, 0 for no limit, None for the default.
 
-    The default is DEFAULT_SHARE of what is free, and what the process holds already counts as free.
+    The default is what the environment's ``LODBENCH_MAX_MEMORY`` says in bytes; without it
+    DEFAULT_SHARE of what is free, and what the process holds already counts as free.
     """
+    told = os.environ.get(VARIABLE, "")
+    if most is None and told.isdecimal():
+        most = int(told)
     if most == 0:
         return MemoryLimit(None)
     if most is not None:

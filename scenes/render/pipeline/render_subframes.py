@@ -52,7 +52,7 @@ def render_subframes(
             built = move_camera(built, now.camera, now.air, now.after)
         else:
             built = None  # freed first: a JIT variant would count its shapes, too
-            built, displayed = build_frame(now), now.displayed
+            built, displayed = build_frame(now, most_bytes=0), now.displayed
         share = quality.spp // n + (number < quality.spp % n)
         seed = sampler_seed(quality.seed, frame, number)
         layers = trace(built, replace(quality, spp=share, seed=seed), frame, watch)

@@ -13,6 +13,7 @@ from scenes.frame.quality import Quality, SampleWatch
 from scenes.render.description.describe import describe_frame, with_camera
 from scenes.render.description.scene_description import MEDIUM, Description
 from scenes.render.mitsuba import variants
+from scenes.render.pipeline.memory_limit import check_memory
 
 
 def ignore_samples(samples: int) -> None:
@@ -37,8 +38,12 @@ class BuiltFrame:
     seconds: dict[str, float]
 
 
-def build_frame(frame_input: FrameInput) -> BuiltFrame:
-    """Describe and build a frame; it may be traced with other seeds and samples per pixel."""
+def build_frame(frame_input: FrameInput, most_bytes: int | None = None) -> BuiltFrame:
+    """Describe and build a frame; it may be traced with other seeds and samples per pixel.
+
+    Raises InputError where it is foretold to need more memory than it may (``memory_limit``).
+    """
+    check_memory(frame_input, most_bytes, "the picture")
     start = time.perf_counter()
     description = describe_frame(frame_input)
     seconds = {"describe": time.perf_counter() - start}

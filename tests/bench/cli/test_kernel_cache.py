@@ -98,9 +98,42 @@ def test_without_a_writable_folder_one_line_says_so(
 
 @pytest.mark.usefixtures("before_numba")
 def test_a_named_folder_has_precedence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "named")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "named"))
     kernel_cache.use_kernel_cache([tmp_path])
-    assert os.environ["NUMBA_CACHE_DIR"] == "named"
+    assert os.environ["NUMBA_CACHE_DIR"] == str(tmp_path / "named")
+
+
+@pytest.mark.usefixtures("before_numba")
+@pytest.mark.parametrize("named", ["file", "file/below", "/proc/nothing", "full"])
+def test_a_named_folder_that_cannot_hold_kernels_is_said_and_passed_over(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], named: str
+) -> None:
+    (tmp_path / "file").write_text("no folder")
+    usage = shutil.disk_usage
+    left = {str(tmp_path / "full"): 2**20}
+    monkeypatch.setattr(
+        shutil, "disk_usage", lambda at: usage(at)._replace(free=left.get(str(at), 2**40))
+    )
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / named))
+    kernel_cache.use_kernel_cache([tmp_path / "cache"])
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == tmp_path / "cache"
+    err = capsys.readouterr().err
+    assert (err.count("\n"), "it cannot hold compiled kernels" in err) == (1, True)
+    kernel_cache.use_kernel_cache([tmp_path / "cache"])
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("before_numba")
+def test_of_full_disks_one_that_holds_kernels_already_is_used(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    usage = shutil.disk_usage
+    monkeypatch.setattr(shutil, "disk_usage", lambda at: usage(at)._replace(free=0))
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here" / "kernel.nbc").write_text("compiled")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "here"))
+    kernel_cache.use_kernel_cache([tmp_path / "cache"])
+    assert os.environ["NUMBA_CACHE_DIR"] == str(tmp_path / "here")
 
 
 @pytest.mark.usefixtures("before_numba")

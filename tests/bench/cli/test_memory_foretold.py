@@ -74,6 +74,25 @@ def test_a_budget_of_parts_that_memory_cannot_hold_is_refused(run: Run, budget: 
     assert "try --max-parts" in err
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "spectrum", "--quick", "-o", "out", "--max-memory", "200MB"),
+        ("study", "--max-memory", "200MB", "render_settings", "zoo", "--size", "16x9"),
+    ],
+    ids=" ".join,
+)
+def test_experiments_and_studies_foretell_each_picture(
+    run: Run, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    monkeypatch.setenv("LODBENCH_MAX_MEMORY", "")
+    code, _, err = run(*words)
+    last = err.splitlines()[-1]
+    assert code == 2 and last.startswith("lodbench: error: --max-memory: '200 MB': the picture, ")
+    assert "needs about" in last and "--max-memory 0" in last
+    assert memory_limit.memory_limit() == memory_limit.MemoryLimit(200 * 10**6, "200 MB")
+
+
 def test_a_limit_is_told_as_it_was_given_and_none_lifts_it(run: Run) -> None:
     code, _, err = run("count", "crowd", "--max-memory", "1MB")
     assert (code, "--max-memory: '1 MB': " in err) == (2, True)

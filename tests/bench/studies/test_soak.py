@@ -63,6 +63,7 @@ def test_four_hundred_rounds_hold_everything_that_is_promised() -> None:
     assert sum(not any(each.hit for each in burst.commands) for burst in rivals) > 50
     assert any(each.freeze for each in bursts) and any(each.meanwhile for each in bursts)
     assert 0.15 < sum(plan.disk_kb is not None for plan in PLANS) / len(PLANS) < 0.35
+    assert all(each.hit.moment.cpu_s <= 0.4 for each in drawn if each.verb == "long" and each.hit)
     endless = [each.hit for each in drawn if each.verb == "long"]
     assert all(hit and hit.moment.frames == 0 for hit in endless)  # it would take for ever
 
