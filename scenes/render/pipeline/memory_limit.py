@@ -88,10 +88,15 @@ def check_frame_forecast(
     if limit.bytes is None:
         return
     found = forecast(world, view_at(world, preset, frame))
+    _check(limit, frame_bytes(found, preset, variant), found, f"frame {frame}")
+
+
+def frame_bytes(found: Forecast, preset: Preset, variant: str) -> int:
+    """Predict the bytes that a process holds at most for a frame of which so much is foretold."""
     extra = ExtraBuffers(preset.output.motion, preset.output.denoise, preset.view.shutter > 0)
     shapes, quality = (round(found.sticks), round(found.triangles)), frame_quality(preset, variant)
     drawn = predict_bytes(*shapes, preset.render.size, quality, extra)
-    _check(limit, max(forecast_bytes(found), drawn), found, f"frame {frame}")
+    return max(forecast_bytes(found), drawn)
 
 
 def check_memory(frame_input: FrameInput, most: int | None, what: str) -> None:

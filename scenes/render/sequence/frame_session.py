@@ -14,8 +14,8 @@ from scenes.render.description.describe import describe_frame
 from scenes.render.files.cryptomatte import with_mattes
 from scenes.render.files.exr import write_exr
 from scenes.render.files.header import frame_header, picture_windows
+from scenes.render.pipeline.foresight import Foresight
 from scenes.render.pipeline.memory_limit import (
-    check_frame_forecast,
     check_memory,
     check_prototypes,
 )
@@ -45,6 +45,10 @@ class FrameSession:
         self.settings = settings
         self._preset = preset_from_settings(settings)
         self._folder: Path | None = None
+
+    @cached_property
+    def _foresight(self) -> Foresight:
+        return Foresight(self._world, self._preset, self._preset.render.variant)
 
     @cached_property
     def _world(self) -> World:
@@ -92,7 +96,7 @@ class FrameSession:
         check_prototypes(preset, most_bytes)
         world = self._world
         seconds = {"world": time.perf_counter() - start}
-        check_frame_forecast(world, preset, frame, preset.render.variant, most_bytes)
+        self._foresight.check(frame, most_bytes)
         frame_input = assemble_frame(world, preset, frame, preset.render.variant)
         check_memory(frame_input, most_bytes, f"frame {frame}")
         seconds |= frame_input.seconds
