@@ -1,7 +1,7 @@
 """The camera: the position of the eye in an endless plane, and the angle of one pixel."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -74,6 +74,7 @@ class Camera:
     lens     with an opening, through which only one distance is sharp; None = a pinhole
     panorama whether the picture is equirectangular: the whole turn from left to right, ``forward``
              in its middle, and from ``up`` at the top to its opposite at the bottom
+    baseline_m  distance of two eyes, half of it to either side of ``eye``; 0 = one eye
     """
 
     corner: Corner
@@ -85,6 +86,7 @@ class Camera:
     height: int
     lens: ThinLens | None = None
     panorama: bool = False
+    baseline_m: float = 0.0
 
     def __post_init__(self) -> None:
         freeze(self, eye=np.float64, forward=np.float64, up=np.float64)
@@ -93,10 +95,19 @@ class Camera:
                 raise InputError("camera.projection", "panorama", "a whole turn, without a lens")
         elif not (math.isfinite(self.fov_x) and 0 < self.fov_x < math.pi):
             raise InputError("camera.fov", math.degrees(self.fov_x), "above 0° and below 180°")
+        if not (math.isfinite(self.baseline_m) and self.baseline_m >= 0):
+            raise InputError("camera.stereo", self.baseline_m, "finite and at least 0 m")
         if min(self.width, self.height) < 1:
             raise InputError("size", f"{self.width}x{self.height}", "at least 1x1", "try 640x360")
         if not np.isfinite(np.concatenate((self.eye, self.forward, self.up))).all():
             raise InputError("camera", "a number that is not finite", "every coordinate is finite")
+
+    @property
+    def pair(self) -> tuple["Camera", "Camera"]:
+        """Return the cameras of the left eye and of the right one, which look the same way."""
+        half = self.baseline_m / 2 * self.right
+        left, right = (replace(self, eye=self.eye + s * half, baseline_m=0.0) for s in (-1, 1))
+        return left, right
 
     @cached_property
     def right(self) -> np.ndarray:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
+from lod.law.flat_ground import count_variance, disc_areas, expected_count, limits_seen
 from lod.law.uneven_ground import CountMoments, count_moments, max_ground_distance, polar_quadrature
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View
@@ -151,7 +151,7 @@ def _flat(each: SpeciesField, view: View, ground: float) -> CountMoments:
     objects = parts = spread = 0.0
     for tree in trees:
         above = view.camera.eye[2] - ground - tree.position[:, 2]
-        limits = chained_limits(tree, view.metric, view.m, view.conditions)
+        limits = limits_seen(tree, view, view.m)
         areas = disc_areas(limits, above)
         objects += expected_count(share, areas[:1])
         parts += expected_count(share, areas)

@@ -12,6 +12,7 @@ import numpy as np
 from lod.arrays import Ints, Reals
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
+from lod.pruning.view import View
 from lod.vision.contrast import CONTRAST_CLASSES
 from lod.vision.defocus import Defocus, defocus_width
 from lod.vision.viewer import ViewingConditions
@@ -79,6 +80,17 @@ def _own_limits(
         return seen
     theta = conditions.widths.effective
     return np.minimum(seen, _farthest_sharp(clear, conditions.defocus, theta))
+
+
+def limits_seen(hierarchy: Hierarchy, view: View, m: float) -> np.ndarray:
+    """Compute the limit distances of a view's parts at a detail angle m [rad], (n,) [m].
+
+    Of two eyes what either can see is displayed: the distance from their middle is up to half a
+    baseline greater.
+    """
+    limits = chained_limits(hierarchy, view.metric, m, view.conditions)
+    limits[limits > 0] += view.camera.baseline_m / 2
+    return limits
 
 
 def _farthest_seen(clear: Reals, contrast: Ints, conditions: ViewingConditions, m: float) -> Reals:

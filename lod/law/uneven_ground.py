@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import ArrayData, FloatArray
-from lod.law.flat_ground import chained_limits, whole_limit
+from lod.law.flat_ground import limits_seen, whole_limit
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.view import View
 
@@ -75,7 +75,9 @@ class CountMoments:
 def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
     """Compute the greatest horizontal distance of an object that has a part displayed [m]."""
     return max(
-        whole_limit(h, view.metric, view.m, view.conditions) + float(np.hypot(*h.position[0, :2]))
+        whole_limit(h, view.metric, view.m, view.conditions)
+        + view.camera.baseline_m / 2
+        + float(np.hypot(*h.position[0, :2]))
         for h in hierarchies
     )
 
@@ -124,10 +126,11 @@ def _falling(limit: np.ndarray, level: np.ndarray, levels: int) -> _FallingLimit
 
 def _parts(hierarchy: Hierarchy, view: View, levels: int) -> tuple[Any, ...]:
     """Columns of the parts, and their limits in view and out of it, falling."""
-    inside = chained_limits(hierarchy, view.metric, view.m, view.conditions)
-    outside = chained_limits(hierarchy, view.metric, view.m_offscreen, view.conditions)
+    inside = limits_seen(hierarchy, view, view.m)
+    outside = limits_seen(hierarchy, view, view.m_offscreen)
     outside = np.minimum(inside, outside)  # nothing is kept only because it is out of view
-    columns = hierarchy.position, hierarchy.B, hierarchy.level, inside
+    reach = hierarchy.B + view.camera.baseline_m / 2
+    columns = hierarchy.position, reach, hierarchy.level, inside
     return *columns, *(_falling(limit, hierarchy.level, levels) for limit in (inside, outside))
 
 

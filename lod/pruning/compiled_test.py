@@ -19,7 +19,8 @@ and would be seen thin along the picture's edges if that took longer."""
 class CompiledView(NamedTuple):
     """A view as compiled traversals read it: the eye, the camera's axes, and the view frustum.
 
-    ``tan`` is the tangent of half the field of view on each axis, ``length`` is √(1 + tan²).
+    ``tan`` is the tangent of half the field of view on each axis, ``length`` is √(1 + tan²), and
+    ``aside`` how far either of two eyes is from the middle.
     """
 
     eye_x: float
@@ -40,6 +41,7 @@ class CompiledView(NamedTuple):
     length_y: float
     along_axis: bool
     look_around: bool
+    aside: float
 
 
 def compile_view(view: View) -> CompiledView:
@@ -51,7 +53,8 @@ def compile_view(view: View) -> CompiledView:
     tan_x, tan_y = camera.tan_half
     sides = tan_x, tan_y, math.hypot(1.0, tan_x), math.hypot(1.0, tan_y)
     rules = view.metric.along_axis, view.look_around
-    return CompiledView(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *sides, *rules)
+    aside = camera.baseline_m / 2
+    return CompiledView(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *sides, *rules, aside)
 
 
 @njit(cache=True)
@@ -68,6 +71,7 @@ def sphere_in_frustum(s, x, y, z, radius):  # type: ignore[no-untyped-def]
     """Return ``view_geometry.in_view`` of one sphere."""
     if s.look_around:
         return True
+    radius += s.aside
     x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
     ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
     if not ahead > -radius:
@@ -103,7 +107,7 @@ def entry_fraction(s, x, y, z, radius):  # type: ignore[no-untyped-def]
     """
     if s.look_around or radius <= 0.0:
         return 1.0
-    return min((frustum_margin(s, x, y, z) + radius) / (2.0 * ENTRY_SHARE * radius), 1.0)
+    return min((frustum_margin(s, x, y, z) + s.aside + radius) / (2.0 * ENTRY_SHARE * radius), 1.0)
 
 
 @njit(cache=True)

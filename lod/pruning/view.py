@@ -77,7 +77,8 @@ class View:
         motion_step: of the object, a whole step on the scale of ``shutter``.
         None is greater out of view: an eye's W grows faster at a finer m, and could turn them
         round where much of D is the range (``bounded``); and what motion hides in view is not kept
-        for its shadow. None grows with motion_step.
+        for its shadow. None grows with motion_step. For two eyes they are those of
+        ``for_both_eyes``.
         """
         inside = limit_distances(hierarchy, self.metric, self.m, self.conditions)
         if motion_step and self.metric.finite:
@@ -87,9 +88,19 @@ class View:
             )
             inside = np.minimum(inside, limit_distances(hierarchy, self.metric, m, conditions))
         if self.metric.along_axis:
-            return inside, np.zeros_like(inside)
+            return self.for_both_eyes(inside), np.zeros_like(inside)
         outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.conditions)
-        return inside, np.minimum(inside, outside)
+        return self.for_both_eyes(inside), self.for_both_eyes(np.minimum(inside, outside))
+
+    def for_both_eyes(self, limits: np.ndarray) -> np.ndarray:
+        """Lengthen limit distances so that a cut from the middle of two eyes serves both, (n,) [m].
+
+        d from the middle is at most half the baseline more than from the nearer eye. What is
+        displayed nowhere stays so.
+        """
+        if not self.camera.baseline_m:
+            return limits
+        return np.where(limits > 0, limits + self.camera.baseline_m / 2, 0.0)
 
     def _conditions_in_motion(self, motion_step: int) -> ViewingConditions | None:
         """What is looked through while things move: θ_motion is the even blur of the same m."""

@@ -45,6 +45,9 @@ def search_radius(view: View, limit: float, bound: float) -> float:
 def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Tell whether each sphere reaches into the pyramid of view, (n, 3), (n,) → (n,).
 
+    Of two eyes it is the pyramid of the middle, which each sphere reaches that is half the
+    baseline larger than one that reaches into an eye's own.
+
     Plane by plane, so a sphere beyond an edge of the pyramid may count as in view; never the
     reverse. A sphere inside another is in view only if the other is: with nested bounds, cuts stay
     connected.
@@ -52,6 +55,7 @@ def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
     if view.look_around:
         return np.ones(len(centre), bool)
     camera, offset = view.camera, centre - view.camera.eye
+    radius = radius + camera.baseline_m / 2
     tan_x, tan_y = camera.tan_half
     ahead = dot(offset, camera.forward)
     seen = ahead > -radius

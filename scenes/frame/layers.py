@@ -43,6 +43,7 @@ class Layers:
     denoised (h, w, 3) rgb as a denoiser leaves it, never negative; or None
     coverage     what covers each pixel, where it was asked for and is not yet mattes; or None
     mattes       the same as Cryptomatte; or None
+    right        the same frame as the right eye of a pair sees it, these being the left; or None
     seconds      of each stage
     statistics   counts worth keeping: shapes, sticks, triangles, clamped and replaced pixels
 
@@ -62,6 +63,7 @@ class Layers:
     denoised: np.ndarray | None = None
     coverage: Coverage | None = None
     mattes: Mattes | None = None
+    right: "Layers | None" = None
 
     def __post_init__(self) -> None:
         freeze(self, rgb=np.float32, Z=np.float32, N=np.float32, albedo=np.float32)

@@ -91,6 +91,10 @@ class CameraPreset(Table):
             "point (x, y, height above the ground there); absent: a flight's target, else far"
         ),
     ] = None
+    stereo: Annotated[
+        float | None,
+        key("distance of two eyes [m], as 0.065; absent = one eye", above=0, most=1000),
+    ] = None
     speed: Annotated[
         float, key("speed of the eye along the heading [m/s]; 0 = still", least=-1e6, most=1e6)
     ] = 0.0
@@ -128,6 +132,8 @@ class CameraPreset(Table):
         lenses = [self.f_stop, *(each.f_stop for each in self.keys)]
         if self.projection == "panorama" and any(lenses):
             raise refuse("a panorama has no lens", "leave f_stop out", "camera.projection")
+        if self.projection == "panorama" and self.stereo:
+            raise refuse("a panorama has one eye", "leave stereo out", "camera.projection")
         return self
 
     @model_validator(mode="after")

@@ -265,6 +265,9 @@ class Preset(Table):
         if metric.along_axis and self.view.look_around:
             rule = "needs a view axis, not a full turn"
             raise refuse(rule, "set view.look_around = false", "view.metric")
+        if self.camera.stereo and (self.output.multipart or self.output.cryptomatte):
+            rule = "both eyes are views of one part, without mattes"
+            raise refuse(rule, "leave --multipart and --cryptomatte out", "camera.stereo")
         if self.camera.projection == "panorama":
             if metric.along_axis:
                 raise refuse("needs a view axis, not a panorama", "choose blake", "view.metric")

@@ -69,5 +69,5 @@ def limits(P: Reals, R: Reals, view: View) -> tuple[Reals, Reals, Reals]:
         )
     found[2] *= not view.metric.along_axis
     found[:, 0] = np.inf
-    inside, hidden, outside = np.minimum.accumulate(found, axis=1)
+    inside, hidden, outside = map(view.for_both_eyes, np.minimum.accumulate(found, axis=1))
     return inside, hidden, outside

@@ -58,6 +58,8 @@ def placed_camera(
     camera = camera_from_heading(corner, eye, *angles, size, stand.roll)
     if preset.projection == "panorama":
         return replace(camera, panorama=True, fov_x=FULL_TURN)
+    if preset.stereo:
+        camera = replace(camera, baseline_m=preset.stereo)
     if stand.f_stop is None:
         return camera
     diameter = preset.aperture_m(stand.fov, stand.f_stop)

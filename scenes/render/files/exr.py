@@ -3,8 +3,8 @@
 Channels: R G B (linear Rec.709), A (1 everywhere), albedo.R albedo.G albedo.B, float or half; float
 Z [m], half N.X N.Y N.Z, uint id.object id.part detail.level; where asked for, float motion.X
 motion.Y [px], denoised.R denoised.G denoised.B like R G B, and Cryptomatte's (cryptomatte.py). One
-part, or a part for each group of layers; a channel is called the same in both. The only file that
-imports OpenEXR.
+part, or a part for each group of layers; a channel is called the same in both. What the right eye
+of a pair sees is a second view (``multiView``). The only file that imports OpenEXR.
 
 Types and names are such that every reader opens a float file by its plain call: OpenEXR's wants one
 type for all of a layer; Mitsuba's gives all layers the type of the first by name (A), and takes any
@@ -136,14 +136,24 @@ def _parts(layers: Layers, output: OutputPreset) -> dict[str, dict[str, np.ndarr
     asked = {name: c for name, c in _ASKED_FOR.items() if getattr(layers, c.field) is not None}
     parts: dict[str, dict[str, np.ndarray]] = {}
     for name, channel in {**_CHANNELS, **asked}.items():
-        pixels = _pixels(layers, channel, output)
-        parts.setdefault(channel.part if output.multipart else "", {})[name] = pixels
+        part = parts.setdefault(channel.part if output.multipart else "", {})
+        part[name] = _pixels(layers, channel, output)
+        if layers.right:
+            part[of_right_eye(name)] = _pixels(layers.right, channel, output)
     if layers.mattes:
         parts.setdefault("cryptomatte" if output.multipart else "", {}).update(
             layers.mattes.channels
         )
-    next(iter(parts.values()))["A"] = np.ones_like(layers.Z, _colour_type(output))
+    opaque = np.ones_like(layers.Z, _colour_type(output))
+    names = ["A", of_right_eye("A")] if layers.right else ["A"]
+    next(iter(parts.values())).update(dict.fromkeys(names, opaque))
     return parts
+
+
+def of_right_eye(channel: str) -> str:
+    """Name a channel of the second view as OpenEXR does: R is right.R, and N.X is N.right.X."""
+    layer, dot, name = channel.rpartition(".")
+    return f"{layer}{dot}right.{name}"
 
 
 def _pixels(layers: Layers, channel: _Channel, output: OutputPreset) -> np.ndarray:
@@ -181,7 +191,12 @@ def read_exr(path: str | Path) -> tuple[Layers, dict[str, Any]]:
         raise InputError(
             "frame", str(path), f"every layer of lodbench; missing {missing[0]}", UNREADABLE_CURE
         )
-    return Layers(**_fields(pixels)), header
+    right = None
+    if all(of_right_eye(name) in pixels for name in _CHANNELS):
+        named = [*_CHANNELS, *_ASKED_FOR]
+        seen = {name: pixels.get(of_right_eye(name)) for name in named}
+        right = Layers(**_fields({k: each for k, each in seen.items() if each is not None}))
+    return Layers(**_fields(pixels), right=right), header
 
 
 def read_pixels(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -214,13 +229,15 @@ def _opened(path: str | Path, **how: bool) -> Iterator[OpenEXR.File]:
         ) from error
 
 
-def channel_types(output: OutputPreset) -> dict[str, np.dtype]:
+def channel_types(output: OutputPreset, stereo: bool = False) -> dict[str, np.dtype]:
     """Pixel types by channel in a file of that output, with the layers that it asks for."""
     asked = {"motion": output.motion, "denoised": output.denoise}
     extra = {name: each for name, each in _ASKED_FOR.items() if asked[each.part]}
     types = {name: each.dtype for name, each in {**_CHANNELS, **extra}.items()} | {"A": _COLOUR}
     types |= dict.fromkeys(CRYPTOMATTE if output.cryptomatte else (), np.float32)
     colour = _colour_type(output)
+    if stereo:
+        types |= {of_right_eye(name): each for name, each in types.items()}
     return {k: np.dtype(colour if each is _COLOUR else each) for k, each in types.items()}
 
 

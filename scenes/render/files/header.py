@@ -16,6 +16,9 @@ from scenes.render.files.attributes import flatten_attributes, nest_attributes
 
 PREFIX = "lod:"
 FRAME = f"{PREFIX}frame"
+VIEWS = ["left", "right"]
+"""The eyes of a pair; a plain reader sees the first."""
+
 _PRESET = f"{PREFIX}preset."
 """Before every key of a preset, which so shares no name with what the camera is in this frame."""
 
@@ -31,14 +34,19 @@ def frame_header(
 
     worldToCamera and worldToNDC (4, 4) are for row vectors, as OpenEXR documents them: camera x
     right, y up, looking along +z; the picture from (0, 0), upper left, to (1, 1). The world's
-    origin is the grid corner ``lod:corner``, and so is that of ``lod:eye`` [m]. settings: of
+    origin is the grid corner ``lod:corner``, and so is that of ``lod:eye`` [m]. Of a pair they are
+    the left eye's, and the right one is ``lod:baseline_m`` to its right. settings: of
     ``frame_settings``, or any nested plain data; settings_in reads them back. date: local, of frame
     1, in ISO 8601. Raises InputError for a frame rate that cannot be, and for a date beyond the
     year 9999.
     """
     if not (math.isfinite(fps) and 0 < fps <= 1e6):
         raise InputError("camera.fps", fps, "above 0 frames a second", "try 24")
+    stereo = {"multiView": VIEWS} if camera.baseline_m else {}
+    apart = {"baseline_m": camera.baseline_m} if camera.baseline_m else {}
+    camera = camera.pair[0] if camera.baseline_m else camera
     about = {
+        **apart,
         "corner": (camera.corner.x, camera.corner.y),
         "eye": tuple(camera.eye.tolist()),
         "fov_x_deg": math.degrees(camera.fov_x),
@@ -48,6 +56,7 @@ def frame_header(
         **_projection(camera),
         "framesPerSecond": Fraction(fps).limit_denominator(100_000),
         **_lens(camera),
+        **stereo,
         **_time_of_shot(fps, frame, date),
         **flatten_attributes(about, PREFIX),
         **settings_attributes(settings, frame),

@@ -87,7 +87,8 @@ def move_camera(
 ) -> BuiltFrame:
     """Give a built frame another camera, with coordinates from the same grid corner.
 
-    It must not be used with scattered haze or a medium: their air depends on the eye's place.
+    It must not be used with scattered haze or a medium if it is far from the camera before: their
+    air depends on the eye's place. The eyes of a pair are near enough.
     """
     start = time.perf_counter()
     from scenes.render.haze.haze import make_haze

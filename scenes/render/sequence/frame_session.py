@@ -110,6 +110,7 @@ class FrameSession:
             frame_input = replace(frame_input, displayed=())  # or it would be held twice
         camera, quality = frame_input.camera, frame_input.quality
         samples = math.prod(quality.window_of((camera.width, camera.height)).size) * quality.spp
+        samples *= 2 if camera.baseline_m else 1
         layers = render_frame(frame_input, frame, _adding(samples, watch), description, most_bytes)
         if layers.coverage:
             layers = with_mattes(layers, {each.object: (each.name, each.of) for each in found})

@@ -99,7 +99,7 @@ def _layers(pixels: Mapping[str, np.ndarray], preset: Preset) -> list[str]:
     wrong = []
     left, top, right, bottom = preset.render.window
     width, height = right - left, bottom - top
-    types = channel_types(preset.output)
+    types = channel_types(preset.output, bool(preset.camera.stereo))
     for name in sorted(types.keys() - pixels.keys()):
         wrong.append(f"channel {name} is missing")
     for name, values in sorted(pixels.items()):
