@@ -55,6 +55,11 @@ def frame_path(pattern: str | Path, frame: int) -> Path:
     return path.with_name(path.name.replace(PLACEHOLDER, f"{frame:04d}"))
 
 
+def may_name(name: str, frame: int) -> bool:
+    """Say whether a file of that name may be that frame: its number, of four digits, is in it."""
+    return f"{frame:04d}" in name
+
+
 def make_folder(folder: str | Path, where: str = "-o") -> Path:
     """Make a folder that can be written to, or raise InputError and leave nothing behind."""
     folder = Path(folder)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lod.errors import InputError
+from scenes.render.files.frame_paths import may_name
 from scenes.render.files.manifest import (
     DONE,
     NAME,
@@ -44,8 +45,9 @@ def rebuild_manifest(folder: Path) -> tuple[str, ...]:
     """Take frames into the manifest that are whole, and on record wrongly or not at all.
 
     Gives the names of frames that are taken in. Other files that look like theirs, and frames whose
-    settings on record were changed, become frames to be rendered with the settings of the others,
-    if those are all of one kind. Raises InputError for a broken manifest where no frame is whole.
+    settings or number on record were changed, become frames to be rendered with the settings of the
+    others, if those are all of one kind. Raises InputError for a broken manifest where no frame is
+    whole.
     """
     try:
         manifest, broken = load_manifest(folder), None
@@ -57,8 +59,10 @@ def rebuild_manifest(folder: Path) -> tuple[str, ...]:
         if not taken:
             raise InputError(broken.where, broken.arrived, *NOTHING_WHOLE) from None
         (folder / NAME).unlink()
-    if taken:
-        pending = _to_be_rendered(manifest, found)
+    pending = _to_be_rendered(manifest, found)
+    if not taken:  # then a file that the manifest does not know is left alone
+        pending = {name: entry for name, entry in pending.items() if name in manifest.frames}
+    if taken or pending:
         for key, settings in found.settings.items():
             entries = {
                 name: {k: v for k, v in entry.items() if k != "settings"}
@@ -80,7 +84,7 @@ def _whole_frames(manifest: Manifest) -> _Found:
         except (InputError, OSError):
             continue
         key = settings_hash(settings)
-        if frame in _numbers(name) and _may_be(manifest, name, key, digest):
+        if may_name(name, frame) and _may_be(manifest, name, key, digest):
             found.settings[key] = settings
             entry = {"frame": frame, "state": DONE, "sha256": digest, "settings": key}
             found.entries[name] = {"seconds": {}, "statistics": {}, **entry}
@@ -114,8 +118,9 @@ def _to_be_rendered(manifest: Manifest, found: _Found) -> dict[str, dict[str, An
     pending = {}
     for name in {*_frame_files(manifest.folder), *manifest.frames} - found.entries.keys():
         known, kind = manifest.frames.get(name), kinds.get(_NUMBER.sub("#", name), set())
-        unknown = known is None or not _is_right(manifest, known["settings"])
-        if unknown and len(kind) == len(_numbers(name)) == 1:
+        edited = known is None or not _is_right(manifest, known["settings"])
+        edited = edited or (known is not None and not may_name(name, known["frame"]))
+        if edited and len(kind) == len(_numbers(name)) == 1:
             (frame,), (key,) = _numbers(name), kind
             pending[name] = {"frame": frame, "state": PENDING, "settings": key}
     return pending

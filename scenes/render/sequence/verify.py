@@ -13,6 +13,7 @@ from lod.errors import InputError
 from scenes.preset.tables import Preset
 from scenes.render.files.disk import stray_partials
 from scenes.render.files.exr import channel_types, read_pixels
+from scenes.render.files.frame_paths import may_name
 from scenes.render.files.header import FRAME, settings_in, software
 from scenes.render.files.manifest import (
     DONE,
@@ -76,6 +77,8 @@ def check_frame(manifest: Manifest, name: str) -> Checked:
     """Check one frame on record: its file, its hash, its header, its channels and pixels."""
     path, entry = manifest.folder / name, manifest.frames[name]
     frame, settings = entry["frame"], manifest.settings[entry["settings"]]
+    if not may_name(name, frame):
+        return Checked(path, frame, (f"the manifest says that it is frame {frame}",))
     if entry["state"] != DONE:
         why = f"failed: {entry.get('error')}" if entry["state"] == FAILED else "never finished"
         return Checked(path, frame, (why,))
@@ -178,6 +181,8 @@ def _refusal(manifest: Manifest, found: Checked) -> str:
     if settings_hash(settings) != key:
         return "it cannot be rendered again: its settings were changed"
     made, here = settings.get("software"), software()
+    if not may_name(found.path.name, manifest.frames[found.path.name]["frame"]):
+        return "it cannot be rendered again: its number was changed"
     return "" if made == here else f"it was made by {made}; {here} would make another"
 
 

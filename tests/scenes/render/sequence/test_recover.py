@@ -140,6 +140,33 @@ def test_frames_that_changed_places_and_strangers_stay_out(folder):
     assert wrong(folder) == set(NAMES[:3])
 
 
+def test_a_frame_under_the_number_of_another_is_wrong_and_becomes_its_own_again(folder):
+    """Entries that changed places, of frames that are gone: each would be rendered as the other."""
+    data = json.loads((folder / NAME).read_text())
+    frames = data["frames"]
+    frames[NAMES[0]], frames[NAMES[1]] = frames[NAMES[1]], frames[NAMES[0]]
+    (folder / NAME).write_text(json.dumps(data))
+    for name in NAMES[:2]:
+        (folder / name).unlink()
+    assert wrong(folder) == set(NAMES[:2])
+    assert "the manifest says that it is frame 2" in str(list(check_folder(load_manifest(folder))))
+    (folder / "a.0009.exr").write_text("of nobody")
+    assert rebuild_manifest(folder) == ()
+    entries = load_manifest(folder).frames
+    assert [(entries[n]["frame"], entries[n]["state"]) for n in NAMES[:2]] == [
+        (1, "pending"),
+        (2, "pending"),
+    ]
+    assert "a.0009.exr" not in entries
+
+
+def test_a_number_beside_the_frames_is_no_harm(tmp_path):
+    list(render_sequence(open_job(tmp_path / "v1####.exr", range(1, 3), SETTINGS), render))
+    assert wrong(tmp_path) == set()
+    (tmp_path / NAME).unlink()
+    assert rebuild_manifest(tmp_path) == ("v10001.exr", "v10002.exr")
+
+
 def test_a_broken_manifest_where_nothing_is_whole_stays(tmp_path):
     (tmp_path / NAME).write_text("{")
     (tmp_path / "a.0001.exr").write_text("half")
