@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import wraps
-from inspect import Parameter, signature
+from inspect import Parameter, Signature, signature
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from lod.actors.message import Action, Message, nearest_route
@@ -50,6 +50,7 @@ def _by_message(
         return self.receive(Message((), Action(method.__name__, bound.args[1:], changes))).value
 
     called.changes, called.takes = changes, takes  # type: ignore[attr-defined]
+    called.counts = _counts(takes)  # type: ignore[attr-defined]
     return called
 
 
@@ -59,11 +60,21 @@ def rejection_reason(receiver: object, action: Action) -> str:
     method: Any = getattr(kind, action.name, None)
     if getattr(method, "changes", None) is not action.changes:
         return _not_known(kind, action)
+    if len(action.arguments) in method.counts:
+        return ""
     try:
         method.takes.bind(receiver, *action.arguments)
     except TypeError as error:
         return f"{action.name} takes {method.takes}: {error}"
     return ""
+
+
+def _counts(takes: Signature) -> range:
+    """List how many arguments a method takes beside the object; none of one that takes any."""
+    given = list(takes.parameters.values())[1:]
+    if any(p.kind is Parameter.VAR_POSITIONAL for p in given):
+        return range(0)
+    return range(sum(p.default is Parameter.empty for p in given), len(given) + 1)
 
 
 def _not_known(kind: type, action: Action) -> str:

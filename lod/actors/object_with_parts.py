@@ -315,6 +315,6 @@ def _hands_out(value: Any) -> bool:
         return bool(value._owned_by)
     if isinstance(value, MethodType):
         return _hands_out(value.__self__)
-    if isinstance(value, Mapping):
-        return any(_hands_out(item) for pair in value.items() for item in pair)
-    return isinstance(value, (tuple, list, set, frozenset)) and any(map(_hands_out, value))
+    if isinstance(value, (tuple, list, set, frozenset)):
+        return any(map(_hands_out, value))
+    return isinstance(value, Mapping) and any(_hands_out(item) for item in value.items())

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from lod.actors.dispatch import mutator, query
 from lod.actors.message import Action, Message, Refusal, Refused, Route, ask, change, parse_route
@@ -62,6 +63,7 @@ class Stage(ObjectWithParts):
         self._known = np.zeros((len(bodies), 11))
         self._held: Held = {}
         self._stale = set(bodies)
+        self._names, self._tree = tuple(bodies), None
 
     @query
     def time(self) -> float:
@@ -76,12 +78,12 @@ class Stage(ObjectWithParts):
     @query
     def names(self) -> tuple[str, ...]:
         """Return the names of the bodies."""
-        return tuple(self._rows)
+        return self._names
 
     @mutator
     def begin(self, time_s: float, on_path: Eye) -> None:
         """Begin a moment: its time [s], and where the preset has the camera."""
-        self._time = time_s
+        self._time, self._tree = time_s, None
         self._ask_part(change((CAMERA,), "follow_path", on_path))
 
     @query
@@ -102,13 +104,15 @@ class Stage(ObjectWithParts):
     def near(self, name: str, radius: float) -> tuple[str, ...]:
         """Return the names of the bodies within a radius of one [m], the nearest first."""
         self._look_up(name)
-        places = self._coasted().places
-        away = np.hypot(*(places[:, (X, Y)] - places[self._rows[name], (X, Y)]).T)
-        away[self._rows[name]] = np.inf
-        inside = np.flatnonzero(away <= radius)
-        order = inside[np.argsort(away[inside], kind="stable")]
-        known = tuple(self._rows)
-        return tuple(known[row] for row in order.tolist())
+        if self._tree is None:
+            places = self._coasted().places[:, (X, Y)]
+            # Who has left is farther away than anyone looks.
+            self._tree = cKDTree(np.where(np.isfinite(places), places, 1e18))
+        row, known, xy = self._rows[name], self.names(), self._tree.data
+        inside = np.sort(np.array(self._tree.query_ball_point(xy[row], radius), np.int64))
+        away = np.hypot(*(xy[inside] - xy[row]).T)
+        order = inside[np.argsort(away, kind="stable")].tolist()
+        return tuple(known[other] for other in order if other != row)
 
     @query
     def standings(self) -> Standings:
@@ -123,6 +127,8 @@ class Stage(ObjectWithParts):
             return Message((), Action("where", (message.route,)))
         if message.action.changes and name != CAMERA:
             self._stale.add(name)
+            if message.action.name in ("place", "leave"):
+                self._tree = None
         return message
 
     def _look_up(self, name: str) -> None:

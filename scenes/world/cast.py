@@ -1,6 +1,6 @@
 """From a preset to its live actors: bodies on a stage, with what they do."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ from scenes.models.trees.weather import Weather
 from scenes.preset.actor_tables import ActorPreset
 from scenes.preset.tables import Preset
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
+from scenes.sticks.prototype import Prototype
 from scenes.terrain.terrain import Terrain
 from scenes.world.camera_path import camera_at, height_at, path_pose
 
@@ -47,7 +48,7 @@ def make_cast(
     if not has_acting(preset):
         return None
     roles = tuple(preset_roles(preset))
-    prototypes = tuple(_prototype(preset, each.table) for each in roles)
+    prototypes = role_prototypes(preset, roles)
     if performance is None:
         acting = make_acting(preset, terrain, roles, prototypes)
         names = [each.name for each in roles]
@@ -69,7 +70,7 @@ def answer_at(preset: Preset, words: str, frame: int) -> Any:
     check_action(asked, False, "ask")
     terrain = Terrain(seed=preset.seed, **preset.terrain.model_dump())
     roles = tuple(preset_roles(preset))
-    prototypes = tuple(_prototype(preset, each.table) for each in roles)
+    prototypes = role_prototypes(preset, roles)
     acting = make_acting(preset, terrain, roles, prototypes)
     for _ in range(frame):
         acting.act()
@@ -152,10 +153,21 @@ def _places(rng: np.random.Generator, count: int, side: float, where: str) -> np
     return places
 
 
-def _prototype(preset: Preset, table: ActorPreset) -> RiggedPrototype:
-    weather = Weather(preset.world.season, preset.wind.speed)
-    *_, made = model_prototypes(table.model, table.prototype, (table.size,), True, weather)
-    return made if isinstance(made, RiggedPrototype) else rigid_prototype(made)
+def role_prototypes(preset: Preset, roles: Sequence[Role]) -> tuple[RiggedPrototype, ...]:
+    """Make the prototype of each actor; those of one model and size are made together."""
+    weather, most = Weather(preset.world.season, preset.wind.speed), dict[tuple[str, float], int]()
+    for _, table in roles:
+        kind = table.model, table.size
+        most[kind] = max(most.get(kind, 1), table.prototype)
+    made = {
+        (model, size): [_rigged(p) for p in model_prototypes(model, n, (size,), True, weather)]
+        for (model, size), n in most.items()
+    }
+    return tuple(made[table.model, table.size][table.prototype - 1] for _, table in roles)
+
+
+def _rigged(prototype: Prototype | RiggedPrototype) -> RiggedPrototype:
+    return prototype if isinstance(prototype, RiggedPrototype) else rigid_prototype(prototype)
 
 
 def _processes(preset: Preset, roles: tuple[Role, ...]) -> Iterator[tuple[str, Process]]:

@@ -1,8 +1,7 @@
 """A small scene with live actors, for tests."""
 
 from scenes.preset.load import preset_from
-from scenes.world.cast import _prototype as prototype_of
-from scenes.world.cast import make_acting, make_cast, preset_roles
+from scenes.world.cast import make_acting, make_cast, preset_roles, role_prototypes
 from scenes.world.world import make_terrain
 
 JOE = {"model": "figure", "position": (0.0, 0.0), "heading": 180.0}
@@ -24,8 +23,7 @@ def preset(actors=None, script=(), acting=None, **tables):
 def acting_of(chosen):
     """The scene of a preset, ready to act."""
     roles = tuple(preset_roles(chosen))
-    prototypes = tuple(prototype_of(chosen, each.table) for each in roles)
-    return make_acting(chosen, make_terrain(chosen), roles, prototypes)
+    return make_acting(chosen, make_terrain(chosen), roles, role_prototypes(chosen, roles))
 
 
 def performance_of(chosen):
