@@ -16,7 +16,7 @@ from scenes.preset.load import preset_names
 from scenes.render.files.frame_paths import make_folder
 from scenes.render.files.whole_file import check_ours, whole_file
 
-FRAMES = {"campfire": 30, "fly_in": 40}
+FRAMES = {"campfire": 30, "fly_in": 40, "playground": 48}
 """The frame of a preset that shows most; presets that are not named show frame 1."""
 
 

@@ -63,7 +63,8 @@ class Stage(ObjectWithParts):
         self._known = np.zeros((len(bodies), 11))
         self._held: Held = {}
         self._stale = set(bodies)
-        self._names, self._tree = tuple(bodies), None
+        self._names = tuple(bodies)
+        self._tree: cKDTree | None = None
 
     @query
     def time(self) -> float:

@@ -8,15 +8,22 @@ from scenes.actors.behaviour import Acts, Me
 
 
 def watch(me: Me) -> Acts:
-    """Keep to the preset's path, and face whom it is told to. Option: whom, as joe right arm/hand.
+    """Keep to the preset's path, and face whom it is told to: a part, as joe right arm/hand.
 
-    The route to a part stands behind the name.
+    Options: whom; first, whom it faces in the beginning; over, how long its look then takes to pass
+    from the one to the other [s].
     """
-    route = _route(me)
+    route, over, now = _route(me, "whom"), me.option("over", 0.0), 0.0
+    first = _route(me, "first") if "first" in me.options else route
     while True:
         mine, theirs = (yield ask(me.name, "where")), (yield ask(route, "where"))
+        share = min(1.0, now / over) if over else 1.0
+        if share < 1.0:
+            before = yield ask(first, "where")
+            passed = share * share * (3 - 2 * share)
+            theirs = tuple(a + passed * (b - a) for a, b in zip(before, theirs, strict=True))
         yield change(me.name, "face", *_facing(mine, theirs))
-        yield None
+        now = yield None
 
 
 def chase(me: Me) -> Acts:
@@ -24,7 +31,11 @@ def chase(me: Me) -> Acts:
 
     Options: whom; distance, 6 [m]; height, 2.2 [m].
     """
-    route, distance, height = _route(me), me.option("distance", 6.0), me.option("height", 2.2)
+    route, distance, height = (
+        _route(me, "whom"),
+        me.option("distance", 6.0),
+        me.option("height", 2.2),
+    )
     while True:
         theirs = yield ask(route, "where")
         mine = yield ask(me.name, "where")
@@ -39,8 +50,8 @@ def chase(me: Me) -> Acts:
         yield None
 
 
-def _route(me: Me) -> tuple[str, ...]:
-    who, _, part = me.text("whom").partition(" ")
+def _route(me: Me, option: str) -> tuple[str, ...]:
+    who, _, part = me.text(option).partition(" ")
     return (who, *(name.strip() for name in part.split("/") if name.strip()))
 
 

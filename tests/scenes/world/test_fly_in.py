@@ -22,8 +22,7 @@ def flight():
     """Names of the displayed parts of the person, frame by frame."""
     preset = load_preset("fly_in")
     world, names = build_world(preset), human_tables().anatomy.part_names
-    (joe,) = world.placed
-    cuts = [prune(joe, view_at(world, preset, frame)) for frame in FRAMES]
+    cuts = [prune(world.cast, view_at(world, preset, frame)) for frame in FRAMES]
     return [{names[row] for row in cut.parts.part.tolist()} for cut in cuts]
 
 
@@ -32,7 +31,7 @@ def test_the_flight_ends_at_the_right_hand():
     preset = load_preset("fly_in")
     world, names = build_world(preset), human_tables().anatomy.part_names
     view = view_at(world, preset, FRAMES[-1])
-    parts = prune(world.placed[0], view).parts
+    parts = prune(world.cast, view).parts
     at = {names[row]: here for row, here in zip(parts.part, parts.position, strict=True)}
     for name in RIGHT_FINGERS | {HAND}:
         ray = at[name] - view.camera.eye

@@ -12,7 +12,7 @@ EXPERIMENT = Experiment(
     full={
         "presets": {
             **dict.fromkeys(("meadow", "forest", "aerial", "mountain", "badlands"), 6),
-            **dict.fromkeys(("crowd", "zoo", "campfire"), 6),
+            **dict.fromkeys(("crowd", "zoo", "campfire", "playground"), 6),
             "fly_in": 3,
         },
         "apart": ["mountain", "badlands", "meadow", "aerial"],
