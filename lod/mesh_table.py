@@ -8,6 +8,8 @@ import numpy as np
 from lod.arrays import ArrayData, FloatArray, IntArray, check_columns
 from lod.errors import InputError
 
+_PER_VERTEX = ("vertices", "normals", "colours")
+
 
 @dataclass(frozen=True, eq=False)
 class MeshTable(ArrayData):
@@ -64,7 +66,7 @@ class MeshTable(ArrayData):
         none = np.zeros((0, 3))
         columns = {
             key: np.concatenate([none, *(getattr(each, key) for each in own)])
-            for key in ("vertices", "normals", "colours")
+            for key in _PER_VERTEX
         }
         rows = [each.faces + row for each, row in zip(own, start.tolist(), strict=True)]
         return MeshTable(
@@ -72,6 +74,23 @@ class MeshTable(ArrayData):
             np.concatenate(([0], np.cumsum(faces, dtype=np.int64))),
             **columns,
             faces=np.concatenate([none.astype(np.int64), *rows]),
+        )
+
+    @staticmethod
+    def concatenate(tables: Sequence["MeshTable"]) -> "MeshTable":
+        """Lay tables end to end: the parts of one follow those of the one before."""
+        vertices = np.cumsum([0] + [len(each.vertices) for each in tables]).tolist()
+        faces = np.cumsum([0] + [len(each) for each in tables]).tolist()
+        starts = [
+            each.first_vertex[:-1] + row for each, row in zip(tables, vertices[:-1], strict=True)
+        ]
+        firsts = [each.first_face[:-1] + row for each, row in zip(tables, faces[:-1], strict=True)]
+        rows = [each.faces + row for each, row in zip(tables, vertices[:-1], strict=True)]
+        return MeshTable(
+            np.append(np.concatenate(starts), vertices[-1]),
+            np.append(np.concatenate(firsts), faces[-1]),
+            **{key: np.concatenate([getattr(each, key) for each in tables]) for key in _PER_VERTEX},
+            faces=np.concatenate(rows),
         )
 
     def scaled(self, factor: float) -> "MeshTable":
@@ -98,7 +117,7 @@ def triangle_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 def _check(table: MeshTable) -> None:
     v, f = len(table.vertices), len(table.faces)
-    points = dict.fromkeys(("vertices", "normals", "colours"), (v, 3))
+    points = dict.fromkeys(_PER_VERTEX, (v, 3))
     check_columns("meshes", table, faces=(f, 3), **points)
     for name, size in (("first_vertex", v), ("first_face", f)):
         first = getattr(table, name)

@@ -1,6 +1,6 @@
 """How do two batches of parts or appearances differ, and which of their rows are faulty?"""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 
 import numpy as np
@@ -9,8 +9,10 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import prune
 from lod.pruning.representation import Representation
-from lod.pruning.shapes import Sticks, Triangles
+from lod.pruning.shapes import Appearance, Sticks, Triangles, batches_of
 from lod.pruning.view import View
+
+Batched = Sticks | Triangles
 
 _WIDTHS = {"position": 3, "centre": 3, "start": 3, "end": 3, "tints": 3}
 _WIDTHS |= {"vertices": 3, "normals": 3, "colours": 3, "faces": 3, "glows": 3}
@@ -49,8 +51,16 @@ def _keys(parts: Parts) -> list[tuple[int, int, int]]:
     return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
-def owner_distances(shape: Sticks | Triangles, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def owner_distances(shape: Appearance, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Give the owner of every stick end or corner, (k,), and its distance from that centre [m]."""
+    pairs = [_owner_distances(each, centre) for each in batches_of(shape)]
+    owners, reaches = zip(*pairs, strict=True)
+    return np.concatenate(owners), np.concatenate(reaches)
+
+
+def _owner_distances(
+    shape: Sticks | Triangles, centre: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     if isinstance(shape, Sticks):
         owner = np.concatenate((shape.owner, shape.owner))
         point = np.concatenate((shape.start, shape.end))
@@ -65,7 +75,8 @@ def frame_bytes(representation: Representation, view: View) -> dict[str, bytes]:
     """Give the bytes of every array of a frame: of its cut, and of the cut's appearance."""
     cut = prune(representation, view)
     shape = representation.appearance(cut.parts, blend_weights(cut, view))
-    both = (("parts", cut.parts), ("looks", shape))
+    looks = [(type(each).__name__, each) for each in batches_of(shape)]
+    both = (("parts", cut.parts), *looks)
     return {
         f"{where}.{field.name}": np.ascontiguousarray(getattr(each, field.name)).tobytes()
         for where, each in both
@@ -74,27 +85,47 @@ def frame_bytes(representation: Representation, view: View) -> dict[str, bytes]:
     }
 
 
-def unequal_columns(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
+def unequal_columns(one: Appearance, other: Appearance) -> list[str]:
     """Name the columns in which two appearances are not equal."""
+    return _columns_that(_unequal, one, other)
+
+
+def differing_columns(one: Appearance, other: Appearance) -> list[str]:
+    """Name the columns in which two appearances differ by more than rounding."""
+    return _columns_that(_differing, one, other)
+
+
+def _columns_that(
+    test: Callable[[Batched, Batched], list[str]], one: Appearance, other: Appearance
+) -> list[str]:
+    pairs = zip(batches_of(one), batches_of(other), strict=False)
+    return ["their kind"] if type(one) is not type(other) else [n for p in pairs for n in test(*p)]
+
+
+def _unequal(one: Batched, other: Batched) -> list[str]:
     if type(one) is not type(other):
         return ["their kind"]
     pairs = {f.name: (getattr(one, f.name), getattr(other, f.name)) for f in fields(one)}
     return [name for name, (a, b) in pairs.items() if not np.array_equal(a, b)]
 
 
-def differing_columns(one: Sticks | Triangles, other: Sticks | Triangles) -> list[str]:
-    """Name the columns in which two appearances differ by more than rounding."""
+def _differing(one: Batched, other: Batched) -> list[str]:
     return [
         name
-        for name in unequal_columns(one, other)
+        for name in _unequal(one, other)
         if name == "their kind"
         or getattr(one, name).shape != getattr(other, name).shape
         or not np.allclose(getattr(one, name), getattr(other, name), rtol=0, atol=_ROUNDING)
     ]
 
 
-def column_faults(batch: Parts | Sticks | Triangles) -> Iterator[str]:
+def column_faults(batch: Parts | Appearance) -> Iterator[str]:
     """Yield columns that are not read-only arrays of finite numbers; limits may be infinite."""
+    for each in (batch,) if isinstance(batch, Parts) else batches_of(batch):
+        yield from _column_faults(each)
+
+
+def _column_faults(batch: Parts | Sticks | Triangles) -> Iterator[str]:
     for field in fields(batch):
         column, name = getattr(batch, field.name), f"{type(batch).__name__}.{field.name}"
         if field.name == "state":
@@ -113,8 +144,13 @@ def column_faults(batch: Parts | Sticks | Triangles) -> Iterator[str]:
         yield "columns of Parts have different lengths"
 
 
-def appearance_faults(shape: Sticks | Triangles, parts: int) -> Iterator[str]:
+def appearance_faults(shape: Appearance, parts: int) -> Iterator[str]:
     """Yield rows that do not exist, radii or albedo out of range, and normals that are not unit."""
+    for each in batches_of(shape):
+        yield from _batch_faults(each, parts)
+
+
+def _batch_faults(shape: Sticks | Triangles, parts: int) -> Iterator[str]:
     if isinstance(shape, Sticks):
         for name in ("start_radius", "end_radius"):
             yield from report_rows(f"{name} not above 0", ~(getattr(shape, name) > 0))

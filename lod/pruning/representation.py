@@ -3,7 +3,7 @@
 from typing import Protocol, runtime_checkable
 
 from lod.pruning.parts import BlendWeights, Parts
-from lod.pruning.shapes import Sticks, Triangles
+from lod.pruning.shapes import Appearance
 from lod.pruning.view import View
 
 
@@ -21,7 +21,7 @@ class Representation(Protocol):
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """Return the parts that ``parts`` own directly; ``parent`` holds rows of ``parts``."""
 
-    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks | Triangles:
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
         """Return the shape of displayed parts, each appearance thinned to its weight (§2.4)."""
 
 

@@ -1,4 +1,4 @@
-"""The two batched shapes that a frame is made of: sticks and triangles."""
+"""The two batched shapes that a frame is made of: sticks and triangles, and both together."""
 
 from dataclasses import dataclass, field
 
@@ -53,3 +53,25 @@ class Triangles(ArrayData):
 
     def __len__(self) -> int:
         return len(self.faces)
+
+
+@dataclass(frozen=True, eq=False)
+class SticksAndTriangles:
+    """The appearance of parts of which some are sticks and some are meshes."""
+
+    sticks: Sticks
+    triangles: Triangles
+
+    def __len__(self) -> int:
+        return len(self.sticks) + len(self.triangles)
+
+
+Appearance = Sticks | Triangles | SticksAndTriangles
+"""What a representation gives for the displayed parts."""
+
+
+def batches_of(shape: Appearance) -> tuple[Sticks | Triangles, ...]:
+    """Return the one or two batched shapes of an appearance."""
+    if isinstance(shape, SticksAndTriangles):
+        return shape.sticks, shape.triangles
+    return (shape,)

@@ -16,6 +16,7 @@ from lod.pruning.compiled_test import compile_view
 from lod.pruning.pruner import Cut
 from lod.pruning.view import View
 from scenes.field.cell_search import search_spans
+from scenes.field.mesh_emission import triangles_of
 from scenes.field.part_tables import PartTables
 from scenes.field.search_bounds import cell_in_reach, cell_reach
 from scenes.field.species_field import SpeciesField
@@ -38,13 +39,14 @@ class FieldForecast:
     """Expected numbers of what a view visits and displays of a species.
 
     cells    visited; objects: those in them, wherever they can grow
-    parts    displayed; sticks: those of the appearances that the parts show
+    parts    displayed; sticks, triangles: those of the appearances that the parts show
     """
 
     cells: float
     objects: float
     parts: float
     sticks: float
+    triangles: float
 
 
 def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
@@ -70,10 +72,12 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
     cut = field.prototypes.cut(field.instances_in_view(samples, view), view, count)
     of_object = weight[np.searchsorted(cell, samples.cell_x + 1j * samples.cell_y)]
     of_part = of_object[cut.object]
-    sticks = float(of_part @ sticks_shown(cut, field.prototypes.part_tables)) * _FADING
+    tables = field.prototypes.part_tables
+    sticks = float(of_part @ sticks_shown(cut, tables)) * _FADING
+    triangles = float(of_part @ triangles_of(tables.meshes, cut.part.astype(np.int64)))
     visited = float(weight.sum())
     objects = visited * cells.density * cells.side_m**2
-    return FieldForecast(visited, objects, float(of_part.sum()), sticks)
+    return FieldForecast(visited, objects, float(of_part.sum()), sticks, triangles)
 
 
 def sticks_shown(cut: Cut, tables: PartTables) -> Float64[np.ndarray, " n"]:

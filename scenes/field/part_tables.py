@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, IntArray, expand
+from lod.mesh_table import MeshTable
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.area_scaling import leaf_area_share
 from lod.pruning.parts import BlendWeights
@@ -39,6 +40,8 @@ class PartTables(ArrayData):
                    first[2 i + 1]
     view_dependence  tables of the sticks that look otherwise from elsewhere; their darker tones
                    follow their own
+    meshes         of the parts that are shown as meshes and have no leaf sticks here, each in the
+                   frame of its part's joint; None where there are none
     """
 
     hierarchies: tuple[Hierarchy, ...]
@@ -56,6 +59,7 @@ class PartTables(ArrayData):
     sticks: RiggedSticks
     tints: FloatArray
     view_dependence: ViewDependence
+    meshes: MeshTable | None
 
     @staticmethod
     def of(prototypes: tuple[RiggedPrototype, ...]) -> "PartTables":
@@ -83,6 +87,7 @@ class PartTables(ArrayData):
             sticks=sticks,
             tints=tints,
             view_dependence=view_dependence,
+            meshes=_meshes(prototypes),
         )
 
     def limits(self, view: View, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -215,15 +220,34 @@ def _appearances(
     tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])[:-1]
     tables, block, parts = [], [], 0
     for prototype, start in zip(prototypes, tint_start, strict=True):
-        for is_leaf, table in enumerate((prototype.inner, prototype.leaf)):
+        for is_leaf, table in enumerate((prototype.inner, _shown(prototype)[0])):
             tables.append(replace(table, tint=tint_row.ravel()[start + table.tint]))
             block.append(2 * (parts + table.owner) + is_leaf)
         parts += len(prototype.hierarchy)
     blocks = np.concatenate(block)
     columns = map(np.concatenate, zip(*(table.columns for table in tables), strict=True))
     sticks = RiggedSticks.of(2 * parts, blocks, *columns)
-    pairs = [each for p in prototypes for each in (ViewDependence(), p.view_dependence)]
+    pairs = [each for p in prototypes for each in (ViewDependence(), _shown(p)[1])]
     views = ViewDependence.concatenate(pairs, [len(table) for table in tables])
     views = replace(views, table_row=views.table_row[np.argsort(blocks, kind="stable")])
     tint, tints = with_tone_steps(sticks.tint, tints, views)
     return replace(sticks, tint=tint), tints, views
+
+
+def _shown(prototype: RiggedPrototype) -> tuple[RiggedSticks, ViewDependence]:
+    """The leaf sticks of a prototype that pictures show, and how they look from elsewhere."""
+    leaf, views = prototype.leaf, prototype.view_dependence
+    if prototype.meshes is None:
+        return leaf, views
+    shown = prototype.meshes.count[leaf.owner] == 0
+    rows = views.rows(len(leaf))[shown]
+    return leaf.take(shown), replace(views, table_row=rows) if len(views.table_row) else views
+
+
+def _meshes(prototypes: tuple[RiggedPrototype, ...]) -> MeshTable | None:
+    """The meshes of all parts, part after part."""
+    if all(each.meshes is None for each in prototypes):
+        return None
+    return MeshTable.concatenate(
+        [each.meshes or MeshTable.of([None] * len(each.joint)) for each in prototypes]
+    )

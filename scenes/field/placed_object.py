@@ -9,7 +9,7 @@ import numpy as np
 from lod.camera import GRID_M, Corner
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
-from lod.pruning.shapes import Sticks
+from lod.pruning.shapes import Appearance
 from lod.pruning.view import View
 from scenes.field.posed_species import (
     InstancesInView,
@@ -56,8 +56,8 @@ class Placed:
         """Return the parts that ``parts`` own directly."""
         return self.prototypes.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Return the sticks of the displayed parts."""
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
+        """Return the appearance of the displayed parts."""
         return self.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:

@@ -12,8 +12,9 @@ from lod.arrays import ArrayData, FloatArray, Ints, Points
 from lod.motion.image_motion import motion_steps
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
-from lod.pruning.shapes import Sticks
+from lod.pruning.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.pruning.view import View
+from scenes.field.mesh_emission import emit_meshes
 from scenes.field.part_tables import PartTables
 from scenes.field.stick_emission import emit
 from scenes.field.traversal import DisplayedRows, traverse
@@ -159,8 +160,19 @@ class SpeciesPrototypes:
             state=objects,
         )
 
-    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Return the sticks of displayed parts, as much of both appearances as they show.
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
+        """Return the sticks and meshes of displayed parts, as much of both appearances as they
+        show.
+        """
+        sticks = self.sticks(parts, weights)
+        if self.part_tables.meshes is None:
+            return sticks
+        tables, instances = (self.pose_tables, self.part_tables), parts.state.instances
+        triangles = emit_meshes(*tables, instances, parts.object, parts.part, weights.leaf)
+        return SticksAndTriangles(sticks, triangles)
+
+    def sticks(self, parts: Parts, weights: BlendWeights) -> Sticks:
+        """Return the sticks of displayed parts; those that are shown as meshes have none.
 
         Parts of one object stand together, so that every joint is posed once.
         """

@@ -12,7 +12,7 @@ from jaxtyping import Float64
 from lod.camera import Corner
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
-from lod.pruning.shapes import Sticks
+from lod.pruning.shapes import Appearance
 from lod.pruning.view import View
 from scenes.field.cell_search import candidates, cells_in_reach
 from scenes.field.placement import place_instances
@@ -79,8 +79,8 @@ class SpeciesField:
         """Return the parts that ``parts`` own directly."""
         return self.prototypes.parts_of(parts, view)
 
-    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Return the sticks of the displayed parts, as much of both appearances as they show."""
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
+        """Return the appearance of the displayed parts, as much of both as they show."""
         return self.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:

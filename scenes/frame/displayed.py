@@ -8,7 +8,7 @@ from lod.pruning.crossfade import blend_weights
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.representation import Moving, Representation
-from lod.pruning.shapes import Sticks, Triangles
+from lod.pruning.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.pruning.update_schedule import DrawnState, apply_state
 from lod.pruning.view import View
 
@@ -32,7 +32,7 @@ class Posing:
             return self.parts
         return self.representation.later(self.parts, self.view, time_s)
 
-    def shape_at(self, time_s: float) -> Sticks | Triangles:
+    def shape_at(self, time_s: float) -> Appearance:
         """Return their appearance at a time, in the coordinates of the view's frame."""
         return self.representation.appearance(self.parts_at(time_s), self.weights)
 
@@ -47,15 +47,15 @@ class DisplayedRepresentation:
 
     cut     the displayed parts; ``shape.owner`` gives their rows
     shape   their appearance
-    later   the same sticks a frame later, row by row; None where nothing moves till then
+    later   the same sticks and meshes a frame later, row by row; None where nothing moves till then
     posing  gives the appearance at other times; None for what never moves
     drawn   which sticks are still drawn as they were in an earlier frame; None: none are
     """
 
     name: str
     cut: Cut
-    shape: Sticks | Triangles
-    later: Sticks | None = None
+    shape: Appearance
+    later: Sticks | SticksAndTriangles | None = None
     posing: Posing | None = None
     drawn: DrawnState | None = None
 
@@ -72,7 +72,9 @@ class DisplayedRepresentation:
             shape = _drawn(self.drawn, self.posing.shape_at(time_s))
         if later_s is not None and self.moves(later_s):
             later = self.posing.shape_at(later_s)
-        return replace(self, shape=shape, later=later if isinstance(later, Sticks) else None)
+        if not isinstance(later, Sticks | SticksAndTriangles):
+            later = None
+        return replace(self, shape=shape, later=later)
 
     def with_drawn(self, drawn: DrawnState) -> "DisplayedRepresentation":
         """Return the same parts, of which some sticks are still drawn as they were."""
@@ -95,5 +97,5 @@ def compact_ids(cut: Cut) -> Cut:
     return replace(cut, part=numbers)
 
 
-def _drawn(drawn: DrawnState | None, shape: Sticks | Triangles) -> Sticks | Triangles:
+def _drawn(drawn: DrawnState | None, shape: Appearance) -> Appearance:
     return apply_state(drawn, shape) if drawn and isinstance(shape, Sticks) else shape

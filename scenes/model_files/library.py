@@ -6,7 +6,7 @@ from lod.errors import InputError
 from scenes.model_files.build_tree import build_tree
 from scenes.model_files.compiled import pack, read_compiled
 from scenes.model_files.gltf import read_gltf
-from scenes.model_files.names import model_names
+from scenes.model_files.names import built_in_names
 from scenes.model_files.part_tree import PartTree
 from scenes.model_files.sidecar import read_sidecar
 from scenes.model_files.usd import read_usd
@@ -53,7 +53,7 @@ def user_model(name: str) -> PartTree:
 def keep_model(name: str, tree: PartTree, overwrite: bool) -> Path:
     """Keep a model under a name. Raises InputError for a name that is taken."""
     path = user_model_path(name)
-    if name in model_names():
+    if name in built_in_names():
         raise InputError("NAME", name, "a name that no built-in model has", "say --name")
     if path.exists() and not overwrite:
         raise InputError("NAME", name, "a new name", "say --overwrite, or another --name")
@@ -65,8 +65,9 @@ def keep_model(name: str, tree: PartTree, overwrite: bool) -> Path:
 
 
 def remove_model(name: str) -> None:
-    """Remove a model that the user has added. Raises InputError where there is none."""
+    """Remove a model that the user has added, and its picture; raises InputError without one."""
     path = user_model_path(name)
     if not path.is_file():
         user_model(name)
     path.unlink()
+    path.with_suffix(".png").unlink(missing_ok=True)

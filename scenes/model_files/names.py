@@ -8,6 +8,8 @@ built here.
 from functools import cache
 from importlib import resources
 
+from scenes.model_files.user_models import user_model_names
+
 BUILT_IN = ("figure", "boulder")
 """Models that Python code describes."""
 
@@ -25,9 +27,15 @@ def tree_species_names() -> tuple[str, ...]:
     return _listed("scenes.models.trees", "species")
 
 
-def model_names() -> tuple[str, ...]:
-    """Names of all models."""
+def built_in_names() -> tuple[str, ...]:
+    """Names of the models that come with the program."""
     return (*BUILT_IN, *animal_names(), *tree_species_names())
+
+
+def model_names() -> tuple[str, ...]:
+    """Names of all models, those that the user has added last."""
+    ours = built_in_names()
+    return (*ours, *(name for name in user_model_names() if name not in ours))
 
 
 def _listed(package: str, folder: str) -> tuple[str, ...]:

@@ -74,6 +74,21 @@ def boulders(seed: int, count: int) -> tuple[Prototype, ...]:
     return boulder_prototypes(seed, count)
 
 
+def imported_model(name: str, sha256: str) -> Model:
+    """Return the imported model of that hash, which comes in one build."""
+
+    def build(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
+        if count != 1:
+            rule, cure = "imported models come in one build", "set it to 1"
+            raise InputError(f"{name}: prototypes", count, rule, cure)
+        from scenes.model_files.find import model_by_digest
+        from scenes.models.imported.prototype import imported_prototype
+
+        return (imported_prototype(name, model_by_digest("model", name, sha256)),)
+
+    return in_any_weather(build)
+
+
 MODELS: dict[str, Model] = {
     "figure": in_any_weather(people),
     **{name: tree_model(name) for name in tree_species_names()},
@@ -108,14 +123,19 @@ def model_prototypes(
     sizes: tuple[float, ...],
     walks: bool,
     weather: Weather = CALM_SUMMER,
+    sha256: str | None = None,
 ) -> tuple[Prototype | RiggedPrototype, ...]:
-    """Make every prototype of a model in every size, walking or standing; kept for later runs."""
+    """Make every prototype of a model in every size, walking or standing; kept for later runs.
+
+    sha256: hash of an imported model; None for those that come with the program
+    """
 
     def make() -> tuple[Prototype | RiggedPrototype, ...]:
-        made = MODELS[model](PROTOTYPE_SEED, count, weather)
+        build = MODELS[model] if sha256 is None else imported_model(model, sha256)
+        made = build(PROTOTYPE_SEED, count, weather)
         if not walks:
             made = tuple(at_rest(p) if isinstance(p, RiggedPrototype) else p for p in made)
         return tuple(p.scaled(size) for p in made for size in sizes)
 
-    key = content_key(model, PROTOTYPE_SEED, count, sizes, walks, weather)
+    key = content_key(model, PROTOTYPE_SEED, count, sizes, walks, weather, sha256)
     return kept_data("prototypes", key, make)

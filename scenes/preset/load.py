@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from lod.errors import InputError
 from scenes.preset.errors import explain, nearest_key, nearest_name
 from scenes.preset.keys import NAMED, known_keys
+from scenes.preset.models import with_model_digests
 from scenes.preset.tables import Preset
 
 _LONGEST_FILE = 1_000_000
@@ -42,13 +43,21 @@ def load_preset(name_or_path: str, overrides: Sequence[str | Setting] = ()) -> P
     Raises InputError, in one line, for anything a user can get wrong.
     """
     source, text = _find(name_or_path)
-    return preset_from(_parse(source, text), overrides, source)
+    is_file = source == name_or_path
+    folder = Path(source).parent if is_file else Path()
+    return preset_from(_parse(source, text), overrides, source, folder)
 
 
 def preset_from(
-    data: Mapping[str, Any], overrides: Sequence[str | Setting] = (), source: str = "preset"
+    data: Mapping[str, Any],
+    overrides: Sequence[str | Setting] = (),
+    source: str = "preset",
+    folder: Path = Path(),
 ) -> Preset:
-    """Make a preset from plain nested data (as of ``Preset.model_dump``), with settings over it."""
+    """Make a preset from plain nested data (as of ``Preset.model_dump``), with settings over it.
+
+    Scene files that it names lie in ``folder``. The preset holds the hash of every imported model.
+    """
     tables = _plain(data)
     settings = [setting(each) if isinstance(each, str) else each for each in overrides]
     for each in settings:
@@ -61,9 +70,10 @@ def preset_from(
         return f"{source}: {key}"
 
     try:
-        return Preset.model_validate(tables)
+        preset = Preset.model_validate(tables)
     except ValidationError as error:
         raise explain(error, blame, _names(tables)) from None
+    return with_model_digests(preset, blame, folder)
 
 
 def preset_values(preset: Preset) -> dict[str, Any]:

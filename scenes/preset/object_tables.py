@@ -1,32 +1,52 @@
 """What a preset says of the things in its scene: species, single objects, plumes, and others'."""
 
-from typing import Annotated, Literal
+import re
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from scenes.model_files.names import model_names
-from scenes.preset.values import Metres, SizeFactor, Table, key
+from scenes.model_files.user_models import is_model_file
+from scenes.preset.values import Metres, SizeFactor, Table, key, refuse
 
 SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
 
 
-def _known_model(name: str) -> str:
+def _known_model(name: str, info: Any) -> str:
     known = model_names()
-    if name not in known:
+    if name not in known and not is_model_file(name) and not info.data.get("model_sha256"):
         expected = f"{', '.join(map(repr, known[:-1]))} or {known[-1]!r}"
         raise PydanticCustomError("literal_error", "one of {expected}", {"expected": expected})
     return name
 
 
-Model = Annotated[str, AfterValidator(_known_model), key("what each object is")]
-"""The name of a model (``scenes.model_files.names``)."""
+def _sha256(text: str | None) -> str | None:
+    if text is not None and not re.fullmatch(r"[0-9a-f]{64}", text):
+        raise refuse("64 hexadecimal digits", "`lodbench model show` tells them")
+    return text
 
 
-class SpeciesPreset(Table):
+Model = Annotated[
+    str, AfterValidator(_known_model), key("what each object is: a model, or a file beside this")
+]
+"""The name of a model (``scenes.model_files.names``), or of a scene file."""
+
+
+class ModelTable(Table):
+    """What a table says that places objects: what they are."""
+
+    model_sha256: Annotated[
+        str | None,
+        AfterValidator(_sha256),
+        key("hash that an imported model must have, as `model show` tells it"),
+    ] = None
+    model: Model
+
+
+class SpeciesPreset(ModelTable):
     """One Poisson field of objects."""
 
-    model: Model
     density: Annotated[float, key("objects per unit ground area [1/m²]", least=0, most=100)]
     prototypes: Annotated[int, key("different objects of this model", least=1, most=256)] = 1
     sizes: Annotated[
@@ -50,10 +70,9 @@ class SpeciesPreset(Table):
     ] = None
 
 
-class PlacedPreset(Table):
+class PlacedPreset(ModelTable):
     """One object, put where the picture wants it."""
 
-    model: Model
     position: Annotated[
         tuple[Metres, Metres], key("where it stands: (x, y) from the plane's origin [m]")
     ]

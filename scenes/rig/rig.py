@@ -135,6 +135,8 @@ class RiggedSticks(StickTable):
 
 def to_object_frame(origin: Vectors, turn: Quaternions, joint: Ints, point: Points) -> Points:
     """Transform points (k, 3) [m] from the frames of joints (k,) to the object's frame."""
+    if not len(origin):  # a rig without joints
+        return point
     row = np.maximum(joint, 0)
     at = origin[row] + rotate_vectors(turn[row], point)
     return np.where((joint < 0)[:, None], point, at)

@@ -25,6 +25,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
+from lod.mesh_table import MeshTable
 from lod.metric.hierarchy import Hierarchy
 from lod.metric.tied_levels import max_over_tied, representative
 from lod.stick_table import StickTable
@@ -52,6 +53,8 @@ class RiggedPrototype:
     hierarchy  positions at rest; P, R, B and separation for every allowed pose
     inner, leaf, tints, view_dependence as in Prototype; motion: its walk, or whatever it does
     limbs  (j,) what each joint carries, as a foot on an ankle; by default the joints' names
+    meshes  those of parts that own none, each in the frame of its part's joint; pictures show them
+            in place of ``leaf``. None where every part is sticks
     """
 
     name: str
@@ -65,6 +68,7 @@ class RiggedPrototype:
     place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     view_dependence: ViewDependence = field(default_factory=ViewDependence)
     limbs: tuple[str, ...] = ()
+    meshes: MeshTable | None = None
 
     def __post_init__(self) -> None:
         if not len(self.place):
@@ -75,6 +79,9 @@ class RiggedPrototype:
         if self.motion.rotations.shape[1] != len(self.rig):
             arrived = self.motion.rotations.shape[1]
             raise InputError(f"{self.name}.motion", arrived, f"{len(self.rig)} joints")
+        if self.meshes is not None and len(self.meshes.count) != len(self.joint):
+            rule = "one mesh, or none, for each part"
+            raise InputError(f"{self.name}.meshes", len(self.meshes.count), rule)
         if len(self.joint) != len(self.hierarchy) or self.joint.max() >= len(self.rig):
             raise InputError(f"{self.name}.joint", len(self.joint), "one joint for each part")
         for table in (self.inner, self.leaf):
@@ -119,6 +126,7 @@ class RiggedPrototype:
             self.place * factor,
             self.view_dependence,
             self.limbs,
+            None if self.meshes is None else self.meshes.scaled(factor),
         )
 
 

@@ -14,7 +14,7 @@ class Forecast:
     """Expected numbers of what a view visits and displays of a world.
 
     cells, objects   of the fields, visited; parts, sticks: displayed of them
-    triangles        of the ground
+    triangles        of the ground, and of the meshes displayed
     """
 
     cells: float
@@ -39,5 +39,5 @@ def forecast(world: World, view: View) -> Forecast:
         objects=sum(each.objects for each in fields),
         parts=sum(each.parts for each in fields),
         sticks=sum(each.sticks for each in fields),
-        triangles=2.0 * QUADS**2 * patches,
+        triangles=2.0 * QUADS**2 * patches + sum(each.triangles for each in fields),
     )

@@ -121,7 +121,9 @@ def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> Aggrega
 def make_species(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:
     """Make a species: every prototype in every size, all equally likely."""
     walks = table.patrol > 0
-    prototypes = model_prototypes(table.model, table.prototypes, table.sizes, walks, weather)
+    prototypes = model_prototypes(
+        table.model, table.prototypes, table.sizes, walks, weather, table.model_sha256
+    )
     return Species(name, prototypes, table.density, table.patrol, make_habitat(table, terrain))
 
 
@@ -138,7 +140,9 @@ def make_habitat(table: SpeciesPreset, terrain: Terrain) -> Habitat | None:
 def make_placed(name: str, table: PlacedPreset, terrain: Terrain, weather: Weather) -> Placed:
     """Make one object as a preset places it, on the spot even where it walks."""
     sizes = (table.size,)
-    *_, prototype = model_prototypes(table.model, table.prototype, sizes, table.walks, weather)
+    *_, prototype = model_prototypes(
+        table.model, table.prototype, sizes, table.walks, weather, table.model_sha256
+    )
     return Placed(name, prototype, *table.position, table.heading, terrain)
 
 

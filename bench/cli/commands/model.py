@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from scenes.model_files.part_tree import PartTree
 
 _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+_sheet = click.option(
+    "-o", "sheet", metavar="SHEET.png", help="Where a picture of every level goes."
+)
 
 
 @click.group("model")
@@ -24,8 +27,9 @@ def command() -> None:
 @click.argument("file", metavar="FILE")
 @click.option("--name", metavar="NAME", help="What presets call it; by default as the file.")
 @click.option("--overwrite", is_flag=True, help="Replace a model of that name.")
+@_sheet
 @_json
-def add(file: str, name: str | None, overwrite: bool, as_json: bool) -> None:
+def add(file: str, name: str | None, overwrite: bool, sheet: str | None, as_json: bool) -> None:
     """Read and check a .usd, .usda, .usdc, .usdz, .gltf or .glb file, and keep it as a model."""
     from scenes.model_files.library import keep_model, read_model
 
@@ -34,7 +38,8 @@ def add(file: str, name: str | None, overwrite: bool, as_json: bool) -> None:
         called = name or Path(file).stem
         path = keep_model(called, tree, overwrite)
         _tell(out, called, tree)
-        out.note(f"{path} holds it")
+        _picture(out, called, tree, Path(sheet) if sheet else path.with_suffix(".png"))
+        out.note(f"{path} holds it: a preset's species has it by model = {called!r}")
 
 
 @command.command("list", cls=StrictCommand)
@@ -59,15 +64,19 @@ def list_models(as_json: bool) -> None:
 
 @command.command("show", cls=StrictCommand)
 @click.argument("model", metavar="NAME|FILE")
+@_sheet
 @_json
-def show(model: str, as_json: bool) -> None:
+def show(model: str, sheet: str | None, as_json: bool) -> None:
     """What a model holds, level by level; a file is read and checked, and not kept."""
     from scenes.model_files.library import read_model, user_model
     from scenes.model_files.user_models import is_model_file
 
     with output(as_json) as out:
         is_file = is_model_file(model) or "/" in model
-        _tell(out, model, read_model(Path(model)) if is_file else user_model(model))
+        tree = read_model(Path(model)) if is_file else user_model(model)
+        _tell(out, model, tree)
+        if sheet:
+            _picture(out, model, tree, Path(sheet))
 
 
 @command.command("remove", cls=StrictCommand)
@@ -81,6 +90,17 @@ def remove(name: str, as_json: bool) -> None:
         remove_model(name)
         out.record({"removed": name})
         out.say(f"{name} is removed")
+
+
+def _picture(out: Output, name: str, tree: "PartTree", path: Path) -> None:
+    """Write the contact sheet of a model's levels."""
+    from bench.cli.model_sheet import model_sheet
+    from scenes.models.imported.prototype import imported_prototype
+    from scenes.render.mitsuba.variants import choose
+
+    out.note(
+        f"{model_sheet(imported_prototype(name, tree), path, choose('auto'))} shows its levels"
+    )
 
 
 def _facts(tree: "PartTree") -> dict[str, Any]:

@@ -71,7 +71,7 @@ def count(extent: float, metric: str, seed: int, index: int) -> list[int]:
     species = Species("depth", prototypes_with("figure", None), DENSITY)
     field = SpeciesField(species, own, FLAT, extent)
     cut = prune(field, view)
-    shape = field.appearance(cut.parts, blend_weights(cut, view))
+    shape = field.prototypes.sticks(cut.parts, blend_weights(cut, view))
     eye = np.array((view.camera.eye[0], view.camera.eye[1], EYE_M))
     turn = np.random.Generator(np.random.Philox(own)).random()
     angle = (np.arange(QUADRANTS * RAYS) + turn) * math.tau / (QUADRANTS * RAYS)

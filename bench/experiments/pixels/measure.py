@@ -78,7 +78,7 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> dic
     rng = np.random.Generator(np.random.Philox(seed))
     chosen = np.sort(rng.permutation(parts.object[roots])[:most])
     rows = np.flatnonzero(np.isin(parts.object, chosen))
-    shape = field.appearance(parts.take(rows), weights.take(rows))
+    shape = field.prototypes.sticks(parts.take(rows), weights.take(rows))
     count = np.bincount(parts.object[rows])[chosen]
     found = [
         covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))

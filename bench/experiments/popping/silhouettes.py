@@ -16,7 +16,7 @@ from jaxtyping import Float32
 from lod.atmosphere.air import CLEAR
 from lod.camera import Camera
 from lod.motion.image_motion import eye_relative_to
-from lod.pruning.shapes import Sticks
+from lod.pruning.shapes import Appearance, Sticks, SticksAndTriangles
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
@@ -73,10 +73,19 @@ def _shaded(stage: BuiltFrame, quality: Quality, number: int, to_sun: np.ndarray
 
 def whitened(visible: DisplayedRepresentation) -> DisplayedRepresentation:
     """Return a displayed representation whose colours are its luminance, and 1 for its coverage."""
-    shape = visible.shape
+    return replace(visible, shape=_white_shape(visible.shape))
+
+
+def _white_shape(shape: Appearance) -> Appearance:
+    if isinstance(shape, SticksAndTriangles):
+        sticks, triangles = shape.sticks, shape.triangles
+        return SticksAndTriangles(
+            replace(sticks, tints=_whitened(sticks.tints)),
+            replace(triangles, colours=_whitened(triangles.colours)),
+        )
     if isinstance(shape, Sticks):
-        return replace(visible, shape=replace(shape, tints=_whitened(shape.tints)))
-    return replace(visible, shape=replace(shape, colours=_whitened(shape.colours)))
+        return replace(shape, tints=_whitened(shape.tints))
+    return replace(shape, colours=_whitened(shape.colours))
 
 
 def _whitened(colours: np.ndarray) -> np.ndarray:

@@ -92,7 +92,7 @@ class LoneTree:
             np.full(n, sin_elevation),
             np.full(n, cos_azimuth),
         )
-        return self.placed.appearance(parts, weights)
+        return self.placed.prototypes.sticks(parts, weights)
 
 
 def lone_tree(case: Case) -> LoneTree:

@@ -14,7 +14,7 @@ import numpy as np
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.pruning.pruner import Cut
-from lod.pruning.shapes import Sticks, Triangles
+from lod.pruning.shapes import Sticks, Triangles, batches_of
 from lod.threads import map_chunks
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
@@ -51,12 +51,16 @@ def describe_frame(frame_input: FrameInput) -> Description:
     first = np.cumsum([1] + [len(each.cut) for each in displayed])[:-1].tolist()
     for each, row in zip(displayed, first, strict=True):
         _check(each)
-        if isinstance(each.shape, Sticks):
-            placed.append(PlacedSticks(each.shape, row, each.later))
-            continue
-        for mesh, faces in _meshes(each.shape):
-            name = f"mesh{len(shapes):03d}"
-            shapes[name], owners[name] = mesh, (each.shape.owner[faces] + row).astype(np.uint32)
+        later = (None, None) if each.later is None else (*batches_of(each.later), None)
+        for shape, then in zip(batches_of(each.shape), later, strict=False):
+            if isinstance(shape, Sticks):
+                placed.append(PlacedSticks(shape, row, then if isinstance(then, Sticks) else None))
+                continue
+            for mesh, faces in _meshes(shape):
+                name = f"mesh{len(shapes):03d}"
+                shapes[name], owners[name] = mesh, (shape.owner[faces] + row).astype(np.uint32)
+                if isinstance(then, Triangles):
+                    moves[name] = (then.vertices - shape.vertices).astype(np.float32)
     by_tint = not quality.is_jit or quality.is_spectral
     for number, batch in enumerate(batches(placed, by_tint), len(shapes) if by_tint else 0):
         name = f"sticks{number:03d}"
@@ -164,7 +168,12 @@ def object_ids(cuts: Sequence[Cut]) -> list[int]:
 
 def _check(v: DisplayedRepresentation) -> None:
     """Refuse what the renderer would accept silently: NaN, rows that are not there, albedo > 1."""
-    shape, parts = v.shape, len(v.cut)
+    for shape in batches_of(v.shape):
+        _check_batch(v, shape)
+
+
+def _check_batch(v: DisplayedRepresentation, shape: Sticks | Triangles) -> None:
+    parts = len(v.cut)
     if isinstance(shape, Sticks):
         numbers = {k: getattr(shape, k) for k in ("start", "end", "start_radius", "end_radius")}
         rows = {"tint": (shape.tint, len(shape.tints)), "owner": (shape.owner, parts)}

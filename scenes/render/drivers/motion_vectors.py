@@ -3,7 +3,8 @@
 The point that the pixel's sample met is carried along with its stick: both ends of the axis go
 where the next frame has them, the point of the axis nearest to the hit between them, and what
 stands off the axis turns as the axis does. Turns of a stick about its own axis are not seen: it is
-round. Both points are then projected, each by its frame's camera. What owns no moving stick
+round. What is met on a mesh that moves goes with the three corners of its triangle. Both points are
+then projected, each by its frame's camera. What owns no moving stick
 (terrain, trees) moves by the camera alone, the sky by its turn alone.
 """
 
@@ -64,12 +65,31 @@ def next_positions(built: BuiltScene, hit: np.ndarray) -> np.ndarray:
     for name, moves in built.description["moves"].items():
         rows = np.flatnonzero(shape == built.names.index(name))
         sticks = built.description["shapes"][name]
+        if sticks["type"] == "mesh":
+            corners = sticks["faces"][primitive[rows]].astype(int)
+            places = sticks["vertices"][corners].astype(float)
+            point[rows] = carry_with_triangle(point[rows], places, moves[corners].astype(float))
+            continue
         first = sticks["segment_indices"][primitive[rows]].astype(int)
         start, end = (sticks["control_points"][first + k][:, :3].astype(float) for k in (0, 1))
         point[rows] = carry_with_stick(
             point[rows], start, end, moves[primitive[rows]].astype(float)
         )
     return point
+
+
+def carry_with_triangle(point: np.ndarray, corners: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """Carry points (n, 3) on triangles (n, 3, 3) along, whose corners move by ``moves`` (n, 3, 3).
+
+    By barycentric coordinates (Ericson, "Real-Time Collision Detection", 2005, §3.4).
+    """
+    a, b, c = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], point - corners[:, 0]
+    aa, ab, bb = (np.sum(x * y, axis=1) for x, y in ((a, a), (a, b), (b, b)))
+    ca, cb = np.sum(c * a, axis=1), np.sum(c * b, axis=1)
+    scale = np.maximum(aa * bb - ab * ab, 1e-300)
+    v, w = (bb * ca - ab * cb) / scale, (aa * cb - ab * ca) / scale
+    shares = np.clip(np.stack((1 - v - w, v, w), axis=1), 0, 1)
+    return point + np.einsum("nk,nkx->nx", shares, moves)
 
 
 def carry_with_stick(

@@ -45,7 +45,14 @@ def contact_sheet(
         picture = Image.fromarray(preview_pixels(layers, look, exposure))
         tiles.append(picture.resize((width, height), Image.Resampling.LANCZOS))
     labels = [frame_label(path) for path in paths]
-    return save_picture(_sheet(tiles, labels, columns or default_columns(len(tiles))), out_png)
+    return save_sheet(tiles, labels, columns or default_columns(len(tiles)), out_png)
+
+
+def save_sheet(
+    tiles: Sequence[Image.Image], labels: Sequence[str], columns: int, out_png: str | Path
+) -> Path:
+    """Write pictures row by row as one PNG, each with its label below."""
+    return save_picture(_sheet(tiles, labels, columns), out_png)
 
 
 def default_columns(count: int) -> int:

@@ -118,7 +118,7 @@ def check_prototypes(preset: Preset, most: int | None) -> None:
         built, kept = table.prototypes, table.prototypes * len(table.sizes)
         if limit.bytes is None or kept <= _FEW_PROTOTYPES or table.density == 0:
             continue
-        (first,) = model_prototypes(table.model, 1, (1.0,), False, weather)
+        (first,) = model_prototypes(table.model, 1, (1.0,), False, weather, table.model_sha256)
         needed += len(first.hierarchy) * (built * _BUILT_PART + kept * _KEPT_PART)
         if needed > limit.bytes:
             rule = f"{kept} prototypes of {name} need about {size_text(needed)}"

@@ -27,7 +27,7 @@ people a square metre, each in a pose of its own, takes more than this says.
 import math
 from dataclasses import dataclass
 
-from lod.pruning.shapes import Sticks, Triangles
+from lod.pruning.shapes import Sticks, Triangles, batches_of
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.world.forecast import Forecast
@@ -85,7 +85,7 @@ def predicted_bytes(frame_input: FrameInput) -> int:
 
 def count_shapes(frame_input: FrameInput) -> tuple[int, int]:
     """Count the sticks and triangles of a frame."""
-    shapes = [each.shape for each in frame_input.displayed]
+    shapes = [shape for each in frame_input.displayed for shape in batches_of(each.shape)]
     sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
     return sticks, sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
 

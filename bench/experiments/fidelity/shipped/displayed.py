@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from lod.arrays import Points
 from lod.pruning.pruner import prune
-from lod.pruning.shapes import Sticks
+from lod.pruning.shapes import Sticks, batches_of
 from lod.pruning.view import View
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.quality import Quality
@@ -72,11 +72,12 @@ def reference_detail(
     def bytes_at(detail: float) -> int:
         at, sticks, triangles = replace(view, detail=detail), 0.0, 0.0
         for each, one in zip(world.representations, shown, strict=True):
-            shapes = len(one.shape) * len(prune(each, at)) / max(len(one.cut), 1)
-            if isinstance(one.shape, Sticks):
-                sticks += shapes
-            else:
-                triangles += shapes
+            grown = len(prune(each, at)) / max(len(one.cut), 1)
+            for shape in batches_of(one.shape):
+                if isinstance(shape, Sticks):
+                    sticks += len(shape) * grown
+                else:
+                    triangles += len(shape) * grown
         return predict_bytes(round(sticks), round(triangles), size, quality)
 
     return finest_within(bytes_at, view.detail, most)
