@@ -20,6 +20,7 @@ COMMANDS = (
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"
+COMPLETION = "_LODBENCH_COMPLETE"
 
 
 class Commands(click.Group):
@@ -79,6 +80,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     but a reader that went away, as that of ``| head`` does, had what it wanted.
     """
     open_standard_streams()
+    if asked := os.environ.get(COMPLETION):
+        _complete(asked)
     words = list(sys.argv[1:] if arguments is None else arguments)
     code, line, before = OK, "", raise_when_stopped()
     try:
@@ -101,6 +104,13 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     # While the interpreter ends there is no handler any more: a signal would kill it.
     atexit.register(ignore_signals)
     sys.exit(code)
+
+
+def _complete(asked: str) -> NoReturn:
+    """Answer a shell that asks what a command line may go on with, as click documents it."""
+    from click.shell_completion import shell_complete
+
+    sys.exit(shell_complete(program, {}, "lodbench", COMPLETION, asked))
 
 
 def _verdict(error: BaseException) -> tuple[int, str]:

@@ -1,9 +1,11 @@
 """Which flags say what is seen? Each one sets a key of the preset, and errors name the flag."""
 
 from collections.abc import Callable, Sequence
+from importlib import resources
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from lod.errors import InputError
 from scenes.preset.actor_tables import ScriptLine
@@ -46,10 +48,19 @@ FLAG_KEYS = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
 _TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compression", "half"}
 
 
+def complete_preset(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Offer a shell the presets whose names begin so, and leave paths to it."""
+    if "/" in begun or begun.startswith("."):
+        return [CompletionItem(begun, type="file")]
+    files = (resources.files("scenes") / "presets").iterdir()
+    names = sorted(each.name.removesuffix(".toml") for each in files)
+    return [CompletionItem(name) for name in names if name.startswith(begun)]
+
+
 def view_flags(command: Command) -> Command:
     """Add PRESET and the flags that `render` and `count` share to a command."""
     flags = (
-        click.argument("preset"),
+        click.argument("preset", shell_complete=complete_preset),
         click.option("--size", metavar="WxH", help="Picture size in pixels."),
         click.option("--seed", metavar="N", help="Seed of every random choice."),
         click.option("--metric", metavar="NAME", help="Member of the metric family."),

@@ -220,3 +220,30 @@ def test_bad_input_in_a_process_of_its_own() -> None:
     assert done.stdout == ""
     assert done.stderr.startswith("lodbench: error: --visibility: '20': ")
     assert done.stderr.count("\n") == 1
+
+
+def completed(line: str, **more: str) -> list[str]:
+    words = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split()) - 1)}
+    variables = os.environ | {"_LODBENCH_COMPLETE": "bash_complete"} | words | more
+    command = [sys.executable, "-m", "bench.cli.main"]
+    done = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("line", "answers"),
+    [
+        ("lodbench rep", ["plain,report"]),
+        ("lodbench count me", ["plain,meadow"]),
+        ("lodbench count --visi", ["plain,--visibility"]),
+        ("lodbench render ./mine", ["file,./mine"]),
+        ("lodbench nonsense", []),
+    ],
+)
+def test_a_line_is_completed(line: str, answers: list[str]) -> None:
+    assert completed(line) == answers
+
+
+def test_a_shell_reads_the_script_of_completion() -> None:
+    script = completed("", _LODBENCH_COMPLETE="bash_source")
+    assert "_lodbench_completion" in " ".join(script)
