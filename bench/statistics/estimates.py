@@ -195,6 +195,13 @@ def two_sided_mean(values: Reals) -> Estimate:
     return student_interval(float(values.mean()), error, n - 1, n)
 
 
+def two_sided_factor(values: Reals) -> Estimate:
+    """Estimate a geometric mean, with the two-sided t interval of the mean of logarithms."""
+    found = two_sided_mean(np.log(values))
+    value, low, high = np.exp([found.value, found.low, found.high]).tolist()
+    return Estimate(value, low, high, value * found.standard_error, 1.0, len(values))
+
+
 def standard_error(counts: Reals) -> float:
     """Return the standard error of the mean ÷ the mean; infinite where the mean is 0 or n < 2."""
     mean = float(np.mean(counts))

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.arms.arm import Arm, by_view
+from bench.arms.plain_arms import culled_beyond
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
@@ -99,6 +101,15 @@ FENCE = RepresentationPlugin(
     lambda name, seed, ground, **options: Fence(name, ground, **options),
     camera_from_heading(Corner(0, 0), np.array((2.0, -6.0, 1.5)), 20.0, -5.0, 50.0, (120, 60)),
     detail=1.5,
+)
+
+NEAREST = Arm(
+    "nearest",
+    "whole detail up to a few metres, nothing beyond",
+    "a cheat",
+    "distance [m]",
+    (3.0, 2.0),
+    by_view(culled_beyond),
 )
 
 SLOPPY = Metric("sloppy", lambda P, R, m: P * R.max() / m, "a metric that looks at all parts")

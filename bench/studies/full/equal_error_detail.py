@@ -13,10 +13,11 @@ import numpy as np
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR, column, equal_error, excesses
 from bench.experiments.fidelity.image_errors import picture_errors, reference_of
 from bench.experiments.fidelity.scene import SPECIES
+from bench.fields.windows import Picture
 from bench.records.points import Column, Point
 from bench.statistics.estimates import Estimate
 from bench.statistics.excess_flip import ExcessFlip, one_sided_excess
-from bench.studies.full.worlds import Kind, Picture, world_preset
+from bench.studies.full.worlds import Kind, world_preset
 from lod.errors import InputError
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers

@@ -14,7 +14,7 @@ from bench.cli.output import table
 from bench.experiments.world.claims import added_by_parts, beyond_limit, power_of_worlds, seconds
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, point_from_json
-from bench.statistics.estimates import Estimate, two_sided_mean
+from bench.statistics.estimates import Estimate, two_sided_factor
 from bench.statistics.power_law import fit_exponent
 from lod.arrays import Reals
 
@@ -39,13 +39,6 @@ def points_by_metric(found: dict[str, Any], metric: str) -> list[Point]:
     return sorted(mine, key=lambda each: each.case["objects"])
 
 
-def factor(values: Reals) -> Estimate:
-    """Estimate a geometric mean, with the two-sided t interval of the mean of logarithms."""
-    found = two_sided_mean(np.log(values))
-    value, low, high = np.exp([found.value, found.low, found.high]).tolist()
-    return Estimate(value, low, high, value * found.standard_error, 1.0, len(values))
-
-
 def ratios(found: dict[str, Any], column: str = _TIME) -> dict[float, Reals]:
     """Divide whole by pruned in each turn, by the number of objects."""
     pruned = {each.case["objects"]: each for each in points_by_metric(found, "blake")}
@@ -67,7 +60,9 @@ def _row(pruned: Point, full: Point | None) -> tuple[object, ...]:
     cells: list[object] = [f"{case['objects']:.3g}", f"{case['side_m']:.4g}"]
     for column in (_TIME, _CPU):
         cells += [full and _middle(full, column), _middle(pruned, column)]
-        cells.append(full and f"{factor(seconds(full, column) / seconds(pruned, column)):.3g}")
+        cells.append(
+            full and f"{two_sided_factor(seconds(full, column) / seconds(pruned, column)):.3g}"
+        )
     cells.insert(4, _middle(pruned, "trace_us"))
     held = seconds(pruned, _MEMORY)[0], seconds(full, _MEMORY)[0] if full else None
     cells += [held[1] and f"{held[1]:.0f}", f"{held[0]:.0f}"]
@@ -174,6 +169,6 @@ def _curve(label: str, points: Sequence[Point], column: str) -> Curve:
 def _ratio_curve(label: str, rows: dict[float, Reals]) -> Curve:
     if min(len(values) for values in rows.values()) < 2:
         return Curve(label, [*rows], [float(values[0]) for values in rows.values()])
-    told = [factor(values) for values in rows.values()]
+    told = [two_sided_factor(values) for values in rows.values()]
     bands = [each.low for each in told], [each.high for each in told]
     return Curve(label, [*rows], [each.value for each in told], *bands)

@@ -23,6 +23,7 @@ from typing import Any
 import click
 
 from bench.cli.frame_flags import memory_size
+from bench.fields.windows import Picture
 from bench.records.points import Point, columns, point_json
 from bench.records.provenance import provenance
 from bench.statistics.excess_flip import LEAST_PAIRS
@@ -41,7 +42,7 @@ from bench.studies.full.timed_frames import (
     largest_world,
     start_process,
 )
-from bench.studies.full.worlds import KINDS, QUICK, Kind, Picture, limit_distance, world_preset
+from bench.studies.full.worlds import KINDS, QUICK, Kind, limit_distance, world_preset
 from lod.errors import InputError
 from scenes.render.files.frame_paths import make_folder
 from scenes.render.files.whole_file import check_free, made_by_lodbench, whole_file

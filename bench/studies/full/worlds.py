@@ -7,11 +7,10 @@ sticks either way, for Mitsuba 3.9.1 cannot instance in its JIT variants; a rend
 hold those of ``meadow`` once, and some 3 kB for every object. Nothing of ``crowd`` could be shared.
 """
 
-import math
 from dataclasses import dataclass, replace
 
+from bench.fields.windows import Picture, window_preset
 from lod.law.uneven_ground import max_ground_distance
-from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world
@@ -63,26 +62,12 @@ QUICK = {
 """Tiny worlds that try the study in seconds; their numbers mean nothing."""
 
 
-@dataclass(frozen=True)
-class Picture:
-    """Size in pixels, as ``320x180``, and samples of each pixel."""
-
-    size: str
-    spp: int
-
-
 def world_preset(kind: Kind, objects: float, picture: Picture, detail: float | None) -> Preset:
     """Make a preset with a window of so many objects about the eye.
 
     ``detail`` is τ [px]; None leaves the world unpruned.
     """
-    plain = load_preset(kind.preset, kind.settings)
-    side = math.sqrt(objects / sum(each.density for each in plain.species.values()))
-    keys = [f"world.extent={side!r}", f"render.size={picture.size}", f"render.spp={picture.spp}"]
-    keys += [f"terrain.reach={min(plain.terrain.reach, side / math.sqrt(2))!r}"]
-    keys += ["terrain.amplitude=0.0"]
-    keys += ["view.metric=full"] if detail is None else [f"view.detail={detail!r}"]
-    return load_preset(kind.preset, [*kind.settings, *keys])
+    return window_preset(kind.preset, kind.settings, objects, picture, detail)
 
 
 def limit_distance(kind: Kind, picture: Picture, detail: float) -> float:

@@ -10,11 +10,13 @@ import pytest
 from click.testing import CliRunner
 
 from bench.experiments.fidelity.scene import SPECIES
+from bench.fields.windows import Picture
 from bench.records.points import Point, columns, point_from_json, where
+from bench.statistics.estimates import two_sided_factor
 from bench.statistics.excess_flip import one_sided_excess
 from bench.studies.full import study as full_study
 from bench.studies.full.equal_error_detail import detail_at_equal_error, search_detail
-from bench.studies.full.report import factor, growth, plots, ratios, results_table, summary_text
+from bench.studies.full.report import growth, plots, ratios, results_table, summary_text
 from bench.studies.full.study import command, write_results
 from bench.studies.full.timed_frames import (
     FILLED,
@@ -23,7 +25,7 @@ from bench.studies.full.timed_frames import (
     largest_world,
     start_process,
 )
-from bench.studies.full.worlds import KINDS, QUICK, Picture, limit_distance, world_preset
+from bench.studies.full.worlds import KINDS, QUICK, limit_distance, world_preset
 from lod.errors import InputError
 
 PAIRS = 8
@@ -151,7 +153,7 @@ def test_growth_is_told_beyond_the_limit_and_of_what_is_added():
 def test_ratios_are_of_the_same_turn_and_the_table_says_where_pruning_costs_more():
     data = told()
     assert ratios(data)[1e3] == pytest.approx([1.0] * 3)
-    assert factor(ratios(data)[1e6]).value == pytest.approx(1001 / 2, rel=1e-5)
+    assert two_sided_factor(ratios(data)[1e6]).value == pytest.approx(1001 / 2, rel=1e-5)
     rows = results_table(data).splitlines()
     assert len(rows) == 6 and " – " in rows[-1] and "0.78" in rows[1]
     assert "excess FLIP 0.01" in summary_text(data) and "0.0100" in summary_text(data)

@@ -1,0 +1,85 @@
+"""The readings of the metric, everything, and culling alone, as arms."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bench.arms.arm import Arm, Updater, by_view, engine_view
+from lod.metric.family import METRICS, Metric, full
+from lod.pruning.view import View
+from scenes.frame.assemble import assemble_frame
+from scenes.frame.frame_input import FrameInput
+from scenes.preset.tables import Preset
+from scenes.world.view import camera_between
+from scenes.world.world import World
+
+DETAILS_PX = (0.5, 1.0, 2.0, 4.0, 8.0)
+DISTANCES_M = (800.0, 400.0, 200.0, 100.0, 50.0)
+
+
+def metric_arm(name: str) -> Arm:
+    """Return the arm of one reading of the metric, with everything that lodbench does beside it."""
+
+    def prepare(world: World, preset: Preset, setting: float) -> Updater:
+        view = preset.view.model_copy(update={"metric": name, "detail": setting})
+        pruned = preset.model_copy(update={"view": view})
+        return lambda frame, variant: assemble_frame(world, pruned, frame, variant)
+
+    about = METRICS[name].about
+    return Arm(name, about, "Blake 1987, §2.4", "detail threshold τ [px]", DETAILS_PX, prepare)
+
+
+def prepare_everything(world: World, preset: Preset, setting: float) -> Updater:
+    """Keep everything. Where nothing moves the first frame's input is used again, camera aside."""
+    kept: list[FrameInput] = []
+
+    def update(frame: int, variant: str) -> FrameInput:
+        if kept and not any(field.moves for field in world.fields):
+            first = kept[0]
+            camera = camera_between(world, preset, frame, first.camera.corner)
+            return replace(first, camera=camera, seconds={})
+        kept[:] = [assemble_frame(world, preset, frame, variant)]
+        return kept[0]
+
+    return update
+
+
+def culled_beyond(view: View, distance_m: float) -> View:
+    """Return a view in which everything nearer than a distance is displayed and nothing beyond."""
+
+    def limit(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+        return np.full(np.broadcast_shapes(np.shape(P), np.shape(R)), distance_m)
+
+    return replace(engine_view(view), metric=Metric("distance", limit, "culled by distance"))
+
+
+def culled_out_of_view(view: View, setting: float) -> View:
+    """Return a view in which everything in the pyramid of view is displayed and nothing else."""
+    metric = Metric("in view", full, "culled by view", along_axis=True, finite=False)
+    return replace(engine_view(view), metric=metric)
+
+
+EVERYTHING = Arm(
+    "full",
+    "everything there is, built once where nothing moves",
+    "no method",
+    "none",
+    (0.0,),
+    prepare_everything,
+)
+DISTANCE = Arm(
+    "distance",
+    "whole detail up to a distance, nothing beyond",
+    "distance culling",
+    "distance [m]",
+    DISTANCES_M,
+    by_view(culled_beyond),
+)
+IN_VIEW = Arm(
+    "in_view",
+    "whole detail in the pyramid of view, nothing outside it",
+    "view culling",
+    "none",
+    (0.0,),
+    by_view(culled_out_of_view),
+)
