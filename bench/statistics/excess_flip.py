@@ -82,6 +82,14 @@ def mean_flip(
     return _evaluated(test, reference, pixels_per_degree, False)[1]
 
 
+def flip_by_pixel(test: Picture, reference: Picture) -> Reals:
+    """Return FLIP of every pixel of two displayed pictures, row by row, (h·w,).
+
+    Raises as ``mean_flip`` does.
+    """
+    return _evaluated(test, reference, PIXELS_PER_DEGREE, False)[0].astype(np.float64).ravel()
+
+
 def flip_map(
     test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
 ) -> Picture:
