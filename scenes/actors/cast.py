@@ -77,6 +77,11 @@ class Cast:
         trees = [each.hierarchy for each in self.prototypes]
         return max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
 
+    def name_of(self, cut: Cut, row: int) -> str:
+        """Return the name of the actor in a row of the objects of a cut."""
+        standing: Standing = cut.parts.state.samples
+        return self.performance.names[int(standing.actor[row])]
+
     def roots(self, view: View) -> Parts:
         """Return all actors, near or far."""
         objects = self._in_view(view)

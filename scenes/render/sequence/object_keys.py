@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.pruning.pruner import Cut, prune
+from scenes.actors.cast import Cast
 from scenes.preset.tables import Preset
 from scenes.render.description.describe import object_ids
 from scenes.world.view import view_at
@@ -24,7 +25,7 @@ class Identity:
     """One object that a frame displays.
 
     object  what the frame calls it in ``id.object``
-    of      species, placed object or terrain
+    of      species, placed object, actor or terrain
     cell, index, key  its place in the endless field and its key; None of what is not of a field
     """
 
@@ -53,6 +54,9 @@ def identities_in(world: World, cuts: Sequence[Cut]) -> Iterator[Identity]:
     fields = {each.name: each for each in world.fields}
     for each, cut, first in zip(world.representations, cuts, object_ids(cuts), strict=True):
         rows = np.unique(cut.object)
+        if isinstance(each, Cast):
+            yield from (Identity(first + row, each.name_of(cut, row)) for row in rows.tolist())
+            continue
         if each.name not in fields:
             yield from (Identity(first + row, each.name) for row in rows.tolist())
             continue

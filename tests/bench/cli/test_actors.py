@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 
 from bench.cli.main import main
+from scenes.preset.load import load_preset
+from scenes.render.sequence.object_keys import identities
+from scenes.world.world import build_world
 
 TINY = """
 [terrain]
@@ -74,6 +77,12 @@ def test_a_refusal_is_one_line(
     assert says in err
     assert err.count("\n") == 1
     assert not out
+
+
+def test_objects_have_the_names_of_actors() -> None:
+    chosen = load_preset("tiny.toml", ["view.detail=0.1"])
+    names = [each.of for each in identities(build_world(chosen), chosen, 2)]
+    assert names.count("joe") == names.count("bun") == 1
 
 
 def test_frames_replay_from_the_track_in_any_order(
