@@ -78,6 +78,12 @@ def kernel_cache_state() -> dict[str, str | bool | None]:
     return {"folder": folder, "kept": kept, "temporary": scratch}
 
 
+def is_first_run() -> bool:
+    """Tell whether no kernel is kept yet, so that the first step of a command compiles them all."""
+    folder = os.environ.get(VARIABLE)
+    return not folder or next(Path(folder).rglob("*.nbi"), None) is None
+
+
 def use_scratch(folder: Path) -> None:
     """Give the process and its children a folder for temporary files, below one that is written to.
 

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from bench.cli.kernel_cache import is_first_run
+
 Progress = Callable[[int, int, str], None]
 """Called with the number done, the number in all, and a name for what comes next."""
 
@@ -27,6 +29,15 @@ def progress_bar(unit: str) -> Iterator[Progress]:
             bar.update(done - bar.n)
 
         yield show
+
+
+def tell_first_run() -> None:
+    """Say on a terminal why this command is slow to begin, where nothing is compiled yet."""
+    if sys.stderr.isatty() and is_first_run():
+        what = (
+            "the first run compiles kernels and grows models, which takes a minute; both are kept"
+        )
+        print(f"lodbench: {what}", file=sys.stderr, flush=True)
 
 
 class FrameProgress:

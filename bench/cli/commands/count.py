@@ -7,6 +7,7 @@ import click
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.frame_flags import memory_flag, memory_limit_bytes
 from bench.cli.output import Output, output, table
+from bench.cli.progress import tell_first_run
 from bench.cli.view_flags import preset_from_flags, view_flags
 from lod.errors import InputError
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
@@ -38,6 +39,7 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
     from scenes.world.view import view_at
     from scenes.world.world import build_world
 
+    tell_first_run()
     watch = Stopwatch()
     with output(as_json) as out:
         with watch.stage("build"):

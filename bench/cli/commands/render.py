@@ -19,7 +19,7 @@ from bench.cli.frame_flags import (
     memory_limit_bytes,
 )
 from bench.cli.output import Output, output
-from bench.cli.progress import frame_progress
+from bench.cli.progress import frame_progress, tell_first_run
 from bench.cli.rendering import Workers, render_job
 from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
 from lod.errors import InputError
@@ -125,6 +125,7 @@ def _counted(out: Output, records: Sequence[dict[str, Any]]) -> Iterator[None]:
 
 def _render(out: Output, job: "Job", workers: Workers, records: list[dict[str, Any]]) -> None:
     """Add the record of each finished frame to ``records``, with a line for each."""
+    tell_first_run()
     with frame_progress(len(job.paths)) as progress:
         for record in render_job(job, workers, progress.show_samples, out.note):
             records.append(record)

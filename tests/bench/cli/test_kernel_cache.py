@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from bench.cli import kernel_cache
+from bench.cli.progress import tell_first_run
 from scenes.processes.source_digest import source_digest
 
 ROOT = Path(__file__).parents[3]
@@ -181,3 +182,18 @@ def test_without_any_other_place_scratch_is_where_results_go_and_goes_with_the_p
     place, kernels = done.stdout.split()
     assert place == kernels and Path(place).parent == folder / "out"
     assert list((folder / "out").iterdir()) == []
+
+
+def test_only_the_first_run_is_said_to_be_slow_and_only_on_a_terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    said = []
+    for terminal, kernel in ((False, None), (True, None), (True, "lod/walk.nbi")):
+        if kernel:
+            (tmp_path / "lod").mkdir()
+            (tmp_path / kernel).touch()
+        monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
+        tell_first_run()
+        said.append("the first run compiles" in capsys.readouterr().err)
+    assert said == [False, True, False]
