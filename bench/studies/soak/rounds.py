@@ -96,7 +96,7 @@ class Folder:
         """Start the commands, do to them what is planned, and wait for their ends."""
         waiting = sorted(burst.commands, key=lambda command: command.wait_s)
         harmed, meanwhile, freeze = set[str](), burst.meanwhile, burst.freeze
-        while waiting or sum(each.step() for each in running):
+        while sum(each.step() for each in running) or waiting:  # hits come while others wait
             while waiting and not (running and running[0].is_before(waiting[0].wait_s)):
                 self._runs += 1
                 logs = self._place.folder.parent / "logs" / f"{self._runs:03d}"

@@ -1,5 +1,7 @@
 """A budget of parts holds for every frame of a sequence, and the fullest one uses it."""
 
+from pathlib import Path
+
 import pytest
 
 from lod.errors import InputError
@@ -13,6 +15,7 @@ from scenes.world.view import view_at
 from scenes.world.world import build_world
 
 FRAMES = (1, 400, 3000)
+TINY = Path(__file__).resolve().parents[3] / "bench" / "cli" / "tiny.toml"
 
 
 @pytest.mark.parametrize("most", [pytest.param(3000, marks=pytest.mark.slow), 20_000])
@@ -59,3 +62,24 @@ def test_memory_that_an_empty_frame_needs_already_is_refused():
     asked = load_preset("zoo", ["view.max_memory=100000000", 'render.size="64x36"'])
     with pytest.raises(InputError, match="nothing in it"):
         within_budget(asked, (1,))
+
+
+SHORT = {
+    "nothing grows": ("crowd", ["species.figure.density=0", "species.tree.density=0"], (1, 2)),
+    "what is there lies behind the eye": ("zoo", ["world.extent=30", "camera.pitch=80"], (1,)),
+    "one thing stands there alone": (str(TINY), [], (1, 2, 3)),
+}
+"""Budgets that cannot be filled: the preset, its settings, and the frames."""
+
+
+@pytest.mark.parametrize("case", SHORT)
+def test_a_budget_that_cannot_be_filled_shows_the_finest_there_is_and_says_so(case):
+    name, settings, frames = SHORT[case]
+    said: list[str] = []
+    preset = load_preset(name, [*settings, "view.max_parts=3000000"])
+    chosen = within_budget(preset, frames, note=said.append)
+    world = build_world(chosen)
+    shown = max(parts_displayed(world, view_at(world, chosen, frame)) for frame in frames)
+    (line,) = said
+    assert line.startswith(f"lodbench: --max-parts 3,000,000: {shown:,} parts at ")
+    assert line.endswith(("that is all there is", "the ground can be no finer"))
