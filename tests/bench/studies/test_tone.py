@@ -6,6 +6,7 @@ from click.testing import CliRunner
 
 from bench.studies import tone as tone_benchmark
 from bench.studies.tone import COLUMNS, band_count, command, judge_bands, read_fields, write_fields
+from lod.errors import InputError
 
 
 def planted(ratio: float, fields: int = 200) -> dict:
@@ -43,6 +44,12 @@ def test_fields_are_kept_whole_or_not_at_all(tmp_path):
     assert read_fields(path) == {key: found[key] for key in sorted(found)[:2]}
     write_fields(path, read_fields(path) | found)
     assert path.read_text() == text and list(tmp_path.iterdir()) == [path]
+
+
+def test_the_head_of_another_table_is_refused(tmp_path):
+    (tmp_path / "fields.csv").write_text("name,age\n")
+    with pytest.raises(InputError, match="a table with the columns look, seed, band"):
+        read_fields(tmp_path / "fields.csv")
 
 
 def test_pruned_pictures_are_measured_anew_beside_whole_ones_that_are_kept(tmp_path, monkeypatch):
