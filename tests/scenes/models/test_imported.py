@@ -11,9 +11,11 @@ from bench.conformance.rules import Subject, broken_rules
 from lod.camera import Corner, camera_from_heading
 from lod.mesh_table import Mesh, MeshTable, triangle_areas
 from lod.pruning.crossfade import blend_weights
+from lod.pruning.parts import BlendWeights
 from lod.pruning.pruner import prune
 from lod.pruning.shapes import SticksAndTriangles
 from scenes.field.placed_object import Placed
+from scenes.field.posed_species import species_prototypes
 from scenes.field.species import Species
 from scenes.field.species_field import SpeciesField
 from scenes.model_files.library import read_model
@@ -200,10 +202,29 @@ def test_what_turns_is_half_way_round_in_half_a_period(mill_tree: PartTree) -> N
     np.testing.assert_allclose(
         then[moved] - (0, 0, 8.4), (now[moved] - (0, 0, 8.4)) * (1, -1, -1), atol=1e-9
     )
+    quarter = vertices_at(prototype, 1.0)[moved] - (0, 0, 8.4)
+    turned = (now[moved] - (0, 0, 8.4)) @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    np.testing.assert_allclose(quarter, turned, atol=1e-9)
     soon = vertices_at(prototype, 3.9)
     assert np.linalg.norm(soon - now, axis=1).max() == pytest.approx(
         2 * 6.7 * math.sin(math.pi * 0.1 / 4), rel=0.1
     )
+
+
+def test_what_fades_shrinks_to_its_share_of_area(lamp_model: PartTree) -> None:
+    prototypes = species_prototypes((imported_prototype("it", lamp_model),))
+    it = Placed("it", prototypes.prototypes[0], 0.0, 0.0, 0.0, GROUND)
+    camera = camera_from_heading(Corner(0, 0), np.array((0.0, -30.0, 6.0)), 0, 0, 60, (90, 50))
+    parts = prune(it, Subject(lambda: it, camera).view("full")).parts
+    areas = []
+    for share in (1.0, 0.25):
+        weights = BlendWeights(np.zeros(len(parts)), np.full(len(parts), share))
+        shape = it.appearance(parts, weights)
+        assert isinstance(shape, SticksAndTriangles)
+        own = triangle_areas(shape.triangles.vertices, shape.triangles.faces)
+        areas.append(np.bincount(shape.triangles.owner, own, len(parts)))
+    assert (areas[0] > 0).sum() > 200
+    np.testing.assert_allclose(areas[1], 0.25 * areas[0], rtol=1e-9)
 
 
 def test_points_go_with_their_triangle() -> None:
