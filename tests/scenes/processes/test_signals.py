@@ -8,8 +8,7 @@ import time
 
 import pytest
 
-from scenes.processes.signals import ENDING
-
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROGRAM = """
 import os, signal, sys, time
 from scenes.processes.signals import Stopped, raise_when_stopped, signals_held
