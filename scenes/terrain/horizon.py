@@ -7,8 +7,8 @@ in terrains")? A tile is hidden where it ends below that all along its width. Th
 seen, and it needs no more detail than what is out of view.
 
 Between columns the ground may lie lower: the height that waves too short for the columns rarely
-exceed is subtracted. The mesh may differ from the relief by as much as its detail allows, and a
-margin covers that.
+exceed is subtracted, so columns are narrow. The mesh may differ from the relief by as much as its
+detail allows, and a margin covers that.
 """
 
 import math
@@ -22,10 +22,10 @@ from lod.arrays import Points
 from lod.pruning.view import View
 from scenes.terrain.relief import Relief
 
-COLUMN_PX = 12.0
+COLUMN_PX = 6.0
 """Width of a column at the picture's centre [px]."""
 
-GROWTH = 1.08
+GROWTH = 1.04
 """Ratio of the distances of a column's samples that follow each other."""
 
 _NEAREST_M = 4.0
@@ -111,11 +111,14 @@ def _span(view: View) -> tuple[np.ndarray, float, float] | None:
     return axes, float(angle.min()), float(angle.max())
 
 
-def outside_picture(view: View, low: Points, high: Points) -> np.ndarray:
+def outside_picture(
+    view: View, low: Points, high: Points, moved: Points | None = None
+) -> np.ndarray:
     """Whether each box is outside the picture by more than the margin of detail, (n,).
 
     Boxes are tested against each plane of the frustum, which is closer than their spheres: flat
-    boxes fill little of those.
+    boxes fill little of those. With ``moved`` (n, 3), all must be outside that a box passes over
+    as it is moved so far [m].
     """
     camera = view.camera
     if view.look_around or view.metric.along_axis or not view.metric.finite:
@@ -125,12 +128,14 @@ def outside_picture(view: View, low: Points, high: Points) -> np.ndarray:
         for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True)
         for side in (-1, 1)
     ]
-    return np.asarray(_outside(low, high, camera.eye, np.array(inward), view.m_offscreen))
+    ways = np.zeros_like(low) if moved is None else moved
+    return np.asarray(_outside(low, high, ways, camera.eye, np.array(inward), view.m_offscreen))
 
 
 @njit(cache=True)
-def _outside(low, high, eye, inward, margin):  # type: ignore[no-untyped-def]
-    """Whether boxes lie beyond a plane through the eye, by a margin times their distance, (n,)."""
+def _outside(low, high, ways, eye, inward, margin):  # type: ignore[no-untyped-def]
+    """Whether boxes lie beyond a plane through the eye, by a margin times their distance, before
+    and after they are moved, (n,)."""
     outside = np.zeros(len(low), np.bool_)
     for i in range(len(low)):
         square = 0.0
@@ -138,10 +143,11 @@ def _outside(low, high, eye, inward, margin):  # type: ignore[no-untyped-def]
             square += (min(max(eye[k], low[i, k]), high[i, k]) - eye[k]) ** 2
         beyond = -margin * math.sqrt(square)
         for plane in inward:
-            deepest = 0.0
+            deepest, deeper = 0.0, 0.0
             for k in range(3):
                 deepest += ((high if plane[k] >= 0.0 else low)[i, k] - eye[k]) * plane[k]
-            outside[i] |= deepest < beyond
+                deeper += ways[i, k] * plane[k]
+            outside[i] |= deepest + max(deeper, 0.0) < beyond
     return outside
 
 

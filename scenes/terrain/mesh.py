@@ -12,11 +12,11 @@ from numba import njit
 
 from scenes.terrain.quadtree import Patches
 
-QUADS = 8
+QUADS = 4
 """Quads along the side of a patch; a tile has twice as many."""
 
-MOST_COARSER = 3
-"""Largest difference of depth of neighbours: a side of 2**3 quads can meet one coarser quad."""
+MOST_COARSER = 2
+"""Largest difference of depth of neighbours: a side of 2**2 quads can meet one coarser quad."""
 
 
 def lattice_mesh(

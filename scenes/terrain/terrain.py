@@ -7,8 +7,9 @@ spacing s and adds the relief of wavelength 2s. ``scenes.terrain.limits`` define
     B  half the box's diagonal on the map + half its height: spheres about its centre that nest
 
 Tiles that nearer ground hides, and those whose box is outside the picture, are as coarse as what is
-out of view (``scenes.terrain.horizon``). Root tiles have no limit: the ground itself is never
-dropped, only its refinement. The Earth is flat here.
+out of view, and coarser still where their shadow is outside as well (``scenes.terrain.horizon``).
+Root tiles have no limit: the ground itself is never dropped, only its refinement. The Earth is flat
+here.
 """
 
 import math
@@ -28,7 +29,7 @@ from scenes.terrain.aggregate_cover import AggregateCover
 from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.terrain.ground_mesh import EMPTY_MESH, ground_mesh
 from scenes.terrain.horizon import Horizon, horizon, outside_picture
-from scenes.terrain.limits import limits, sizes
+from scenes.terrain.limits import limits
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import Squares, balance, quarters, uncovered_quarters
 from scenes.terrain.relief import Relief
@@ -37,7 +38,7 @@ from scenes.terrain.shading import GroundInView
 SAMPLES = 4
 """Points along each side of a tile at which its heights are sampled to bound them."""
 
-MOST_TILES = 60_000
+MOST_TILES = 240_000
 """Largest number of tiles examined on one level; more would make tens of millions of triangles."""
 
 
@@ -45,7 +46,8 @@ MOST_TILES = 60_000
 class TileGrid:
     """Where a view's tiles are: root (0, 0) has its south-west corner at (west, south) [m].
 
-    limits   limit distances of the tiles of each level, in view, hidden, and out of view [m]
+    limits   limit distances of the tiles of each level: in view, hidden, out of view, and out of
+             view with their shadows [m]
     horizon  what hides tiles; None: nothing does
     """
 
@@ -53,7 +55,7 @@ class TileGrid:
     root_side: float
     west: float
     south: float
-    limits: tuple[Reals, Reals, Reals]
+    limits: tuple[Reals, Reals, Reals, Reals]
     horizon: Horizon | None
 
 
@@ -170,17 +172,18 @@ class Terrain:
         likely = np.column_stack(
             (high[:, :2], top + (self.aggregate_cover.highest if self.aggregate_cover else 0.0))
         )
+        unlit = outside_picture(view, low, likely, self._shadow(likely))
         hidden = hidden | outside_picture(view, low, likely)
         if grid.horizon is not None:
             rows = np.flatnonzero(~hidden)
             hidden[rows] = grid.horizon.hides(view, low[rows], likely[rows])
-        inside, behind, outside = grid.limits
+        inside, behind, outside, dim = (row[level] for row in grid.limits)
         return Parts(
             position=_nearest(view, low, high),
             centre=(low + high) / 2,
             bound=_flat_bound(grid, level) + (high - low)[:, 2] / 2,
-            limit=np.where(hidden, behind[level], inside[level]),
-            limit_offscreen=outside[level],
+            limit=np.where(unlit, dim, np.where(hidden, behind, inside)),
+            limit_offscreen=np.where(unlit, dim, outside),
             level=level,
             object=root,
             part=(x << 32) | y,
@@ -211,13 +214,20 @@ class Terrain:
         east, north = west + side, south + side
         return np.stack((west, south, low), axis=1), np.stack((east, north, high), axis=1), top
 
-    def limits(self, view: View) -> tuple[Reals, Reals, Reals]:
-        """Limit distances of the tiles of each level: in view, hidden, outside, (l,) each [m]."""
-        return limits(*self.sizes(), view)
+    def _shadow(self, high: Points) -> Points:
+        """Way from points to their shadows on the lowest ground that is likely, (n, 3) [m].
 
-    def sizes(self) -> tuple[Reals, Reals]:
-        """Priorities P and ranges R of the tiles of each level, (l,) each [m]."""
-        return sizes(self.relief, self.spacings)
+        It is no longer than the ground is wide.
+        """
+        if self.to_sun is None:
+            return np.zeros_like(high)
+        lowest = -self.relief.likely_below(np.array([math.inf]))
+        length = (high[:, 2] - lowest) / max(self.to_sun[2], 1e-9)
+        return -np.clip(length, 0.0, 2 * self.reach)[:, None] * np.array(self.to_sun)
+
+    def limits(self, view: View) -> tuple[Reals, Reals, Reals, Reals]:
+        """Limit distances of the tiles of each level (``scenes.terrain.limits``), (l,) each [m]."""
+        return limits(self.relief, self.spacings, view)
 
     def triangle_count(self, parts: Parts) -> int:
         """Count the triangles of the mesh of all tiles, which is not made."""

@@ -63,7 +63,7 @@ def test_many_prototypes_are_refused_before_they_are_made(run: Run) -> None:
 def test_a_detail_that_no_ground_can_have_is_refused(run: Run) -> None:
     code, _, err = run("count", "meadow", "--detail", "1e-9")
     assert code == 2
-    assert "60000 tiles" in err and "raise --detail" in err
+    assert "240000 tiles" in err and "raise --detail" in err
 
 
 @pytest.mark.parametrize("budget", ["1000000000000", "1000000000"])

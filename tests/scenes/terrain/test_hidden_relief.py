@@ -114,9 +114,12 @@ def patch_light(ridged, amplitude, depression, sun, azimuth, detail):
 
 @pytest.mark.parametrize("sun", [20, 35, 55])
 @pytest.mark.parametrize("azimuth", [180, 90, 0])
-@pytest.mark.parametrize(("ridged", "amplitude"), [(False, 1.0), (True, 0.5)])
-def test_hidden_relief_leaves_its_light(ridged, amplitude, sun, azimuth):
-    """Relief all drawn, with its shadows, against the same all hidden, in one law of light."""
+@pytest.mark.parametrize(("ridged", "amplitude", "most"), [(False, 1.0, 0.06), (True, 0.5, 0.1)])
+def test_hidden_relief_leaves_its_light(ridged, amplitude, most, sun, azimuth):
+    """Relief all drawn, with its shadows, against the same all hidden, in one law of light.
+
+    Slopes of crests are not normally distributed, so that less is sure of them.
+    """
     case = ridged, amplitude, 20.0, sun, azimuth
-    drawn, hidden = (patch_light(*case, detail) for detail in (0.75, 400.0))
-    assert hidden == pytest.approx(drawn, rel=0.06)
+    drawn, hidden = (patch_light(*case, detail) for detail in (0.4, 400.0))
+    assert hidden == pytest.approx(drawn, rel=most)

@@ -1,5 +1,8 @@
 """Ground that is hidden, or beside the picture, is coarser; whatever is seen is not."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -100,3 +103,38 @@ def test_parts_of_hidden_tiles_are_hidden():
     assert hidden[parts.parent[rows]].any()
     assert np.all(hidden[rows] >= hidden[parts.parent[rows]])
     assert displayed(parts, view).all()
+
+
+SUNNY = replace(RIDGES, to_sun=(0.0, math.cos(0.4), math.sin(0.4)))
+"""Ridges under a sun in the north, 23° high."""
+
+
+def unlit(terrain: Terrain, view: View, parts: Parts) -> np.ndarray:
+    """Which tiles are so coarse as those whose shadow is out of view as they are."""
+    dim = terrain.limits(view)[3][parts.level]
+    return np.isfinite(dim) & (parts.limit == dim) & (parts.limit_offscreen == dim)
+
+
+@pytest.mark.parametrize("heading", [0.0, 140.0])
+def test_neither_unlit_ground_nor_its_shadow_is_in_the_picture(heading):
+    view, rng = view_of(SUNNY, heading), np.random.default_rng(3)
+    parts = prune(SUNNY, view).parts
+    asked = SUNNY.parts_of(parts, view)
+    dim = asked.take(unlit(SUNNY, view, asked))
+    assert len(dim) > 100
+    points = np.concatenate([points_on(SUNNY, dim, rng) for _ in range(4)])
+    assert not in_picture(view, points).any()
+    drop = (points[:, 2:] + 3 * SUNNY.amplitude) / SUNNY.to_sun[2]
+    for share in np.linspace(0.02, 1, 50):
+        assert not in_picture(view, points - share * drop * np.array(SUNNY.to_sun)).any()
+
+
+def test_ground_behind_the_eye_casts_its_shadow_where_the_sun_is_behind_it():
+    """The eye looks from the sun, or along the horizon: what is behind or beside it matters."""
+    shares = []
+    for heading in (180.0, 0.0):
+        view = view_of(SUNNY, heading)
+        asked = SUNNY.parts_of(prune(SUNNY, view).parts, view)
+        out = asked.take(~in_picture(view, asked.centre) & (asked.level > 2))
+        shares.append(unlit(SUNNY, view, out).mean())
+    assert shares[0] < 0.8 * shares[1]

@@ -1,6 +1,5 @@
 """The ground is one watertight surface, finer where it is nearer, and keeps the pruner's rules."""
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,7 +8,6 @@ from hypothesis import given, settings
 
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
-from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view_geometry import distance
 from lod.vision.contrast import CONTRAST_CLASSES
@@ -79,13 +77,6 @@ def test_circles_about_the_samples_cover_their_squares():
         assert np.all((away <= radius[:, :, 0] * (1 + 1e-12)).any(axis=1))
 
 
-def test_crests_of_ridged_relief_are_larger_bumps_than_its_rms():
-    smooth, ridged = (Terrain(7, 8.0, 256.0, 0.8, 400.0, ridged=r) for r in (False, True))
-    (P, R), (P_ridged, R_ridged) = smooth.sizes(), ridged.sizes()
-    np.testing.assert_allclose((P_ridged / P) ** 2, 0.5128 / 0.3578)
-    np.testing.assert_array_equal(R, R_ridged)
-
-
 @pytest.mark.parametrize("reach", [16.0, 1000.0, 1e7])
 def test_roots_cover_the_disc_and_are_never_dropped(reach):
     terrain = Terrain(seed=3, amplitude=30.0, wavelength=2048.0, hurst=0.95, reach=reach)
@@ -99,18 +90,6 @@ def test_roots_cover_the_disc_and_are_never_dropped(reach):
     assert np.all(inside.all(axis=2).sum(axis=0) == 1)
     assert np.all(roots.limit == np.inf) and np.all(roots.limit_offscreen == np.inf)
     assert len(roots) < 80
-
-
-@pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle"])
-def test_limits_are_the_metrics_own_of_p_and_r(metric):
-    view = view_of(HILLS, metric=metric)
-    P, R = HILLS.sizes()
-    assert np.all(np.diff(P) < 0) and np.all(np.diff(R) < 0)
-    octave = HILLS.relief.wavelengths == 2 * HILLS.spacings[3]
-    assert P[3] == pytest.approx(np.sqrt(HILLS.spacings[3] * HILLS.relief.rms[octave][0]))
-    coarsest = max(view.m_offscreen, math.radians(0.533))
-    for got, m in zip(HILLS.limits(view), (view.m, view.m_offscreen, coarsest), strict=True):
-        np.testing.assert_allclose(got[1:], METRICS[metric].limit(P, R, m)[1:])
 
 
 @pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle", "depth", "full"])
