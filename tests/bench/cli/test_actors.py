@@ -16,14 +16,17 @@ reach = 100
 amplitude = 0
 [acting]
 frames = 4
+[[script]]
+to = "joe right arm"
+do = "orient y -40deg"
+[actors.joe]
+model = "figure"
+position = [1, 4]
 [actors.bun]
 model = "rabbit"
 position = [0, 3]
 heading = 90
 behaviour = "herd"
-[actors.joe]
-model = "figure"
-position = [1, 4]
 [render]
 size = "16x9"
 spp = 1
