@@ -32,12 +32,14 @@ def write_report(folder: Path, overwrite: bool = False) -> tuple[Path, Path]:
     if not records:
         cure = f"make one with `lodbench run scaling -o {folder}`"
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
-    sections = _sections(sorted(records, key=_place))
     html, markdown = folder / "report.html", folder / "report.md"
+    replaces = overwrite or made_by_lodbench(html)
+    for path in (html, markdown):  # before the work of judging
+        check_free(path, replaces, "DIR")
+    sections = _sections(sorted(records, key=_place))
     report = Document(sections)
     files: dict[Path, str | bytes] = {html: to_html(report), markdown: to_markdown(report)}
     files |= {folder / name: text for name, text in _beside(sections).items()}
-    replaces = overwrite or made_by_lodbench(html)
     for path in files:
         check_free(path, replaces, "DIR")
     try:

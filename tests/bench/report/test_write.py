@@ -393,3 +393,11 @@ def test_what_is_over_its_line_is_drawn_about_one(y, reach):
     away = np.log(y) if reach > 2 else y - 1
     whole = 2 * np.log(reach) if reach > 2 else reach - 1 / reach
     assert (second - first) / height == pytest.approx(away / whole, abs=0.02)
+
+
+def test_a_strangers_file_is_refused_before_the_work(record, tmp_path, monkeypatch):
+    write_record(record, tmp_path)
+    (tmp_path / "report.md").write_text("mine")
+    monkeypatch.setattr("bench.report.write._sections", lambda _: 1 / 0)
+    with pytest.raises(InputError, match=r"report\.md"):
+        write_report(tmp_path)
