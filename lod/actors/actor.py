@@ -35,7 +35,8 @@ from lod.actors.dispatch import mutator, query
 from lod.actors.joint import IDENTITY_JOINT, RevoluteJoint
 from lod.actors.message import Route, ask
 from lod.actors.object_with_parts import ObjectWithParts
-from lod.actors.quaternion import Quaternion, Vector, VectorLike, rotation
+from lod.actors.quaternion import Quaternion, rotation
+from lod.actors.vectors import Vector, VectorLike
 from lod.errors import InputError
 
 Test = Callable[[Route, Vector], bool]

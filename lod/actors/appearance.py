@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 from lod.actors.joint import RevoluteJoint
-from lod.actors.quaternion import Vector, VectorLike, vector
+from lod.actors.quaternion import vector
+from lod.actors.vectors import Vector, VectorLike
 from lod.errors import InputError
 
 

@@ -13,18 +13,14 @@ Therefore state is stored as a tuple (``components``), and every quaternion retu
 """
 
 import math
-from collections.abc import Sequence
 from typing import TypeAlias
 
-import numpy as np
 from drjit.scalar import Quaternion4f64
 
+from lod.actors.vectors import Components, Vector, VectorLike
 from lod.errors import InputError
 
 Quaternion: TypeAlias = Quaternion4f64
-Vector = tuple[float, float, float]
-VectorLike = Sequence[float] | np.ndarray
-Components = tuple[float, float, float, float]
 
 EAST: Vector = (1.0, 0.0, 0.0)
 NORTH: Vector = (0.0, 1.0, 0.0)

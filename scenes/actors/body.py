@@ -40,7 +40,8 @@ from lod.actors.message import (
     format_route,
     nearest_route,
 )
-from lod.actors.quaternion import UP, Components, rotation
+from lod.actors.quaternion import UP, rotation
+from lod.actors.vectors import Components
 from lod.errors import InputError
 from scenes.actors.limb import Limb, Pose, build_limbs, limb_routes, limb_tree
 from scenes.actors.motions import pose_at, step_at, with_share

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from lod.actors.quaternion import Components
+from lod.actors.vectors import Components
 from lod.camera import GRID_M, Corner
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut

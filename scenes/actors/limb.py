@@ -18,7 +18,8 @@ from lod.actors.appearance import NO_STICKS, Appearance, ConeStick, StickBundle
 from lod.actors.dispatch import mutator, query
 from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.message import Route, ask, change
-from lod.actors.quaternion import Components, Quaternion, Vector, VectorLike, vector
+from lod.actors.quaternion import Quaternion, vector
+from lod.actors.vectors import Components, Vector, VectorLike
 from scenes.rig.anatomy import SIDES
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.actors.quaternion import Components
+from lod.actors.vectors import Components
 from lod.arrays import ArrayData, FlagArray, FloatArray
 from lod.errors import InputError
 

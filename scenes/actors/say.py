@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 from lod.actors.camera import CameraActor
 from lod.actors.joint import RevoluteJoint
 from lod.actors.message import Message, Refused, ask, change, parse_route
-from lod.actors.quaternion import Quaternion, Vector, components, rotation
+from lod.actors.quaternion import Quaternion, components, rotation
+from lod.actors.vectors import Vector
 from lod.errors import InputError
 from scenes.actors.behaviour import Acts
 from scenes.actors.body import Body

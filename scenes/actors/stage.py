@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from lod.actors.dispatch import mutator, query
 from lod.actors.message import Action, Message, Refusal, Refused, Route, ask, change, parse_route
 from lod.actors.object_with_parts import ObjectWithParts
-from lod.actors.quaternion import Vector
+from lod.actors.vectors import Vector
 from scenes.actors.body import Body, Posture
 from scenes.actors.camera_body import CameraBody
 from scenes.actors.performance import PHASE, YAW, Eye, Held, X, Y

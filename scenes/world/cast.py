@@ -20,6 +20,7 @@ from scenes.actors.stage import CAMERA, Stage
 from scenes.actors.urgency import Lens
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
+from scenes.preset.acting import has_acting
 from scenes.preset.actor_tables import ActorPreset
 from scenes.preset.tables import Preset
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
@@ -54,11 +55,6 @@ def make_cast(
         names = [each.name for each in roles]
         performance = Performance(names, (), acting.act, preset.acting.frames)
     return Cast(performance, prototypes, terrain, preset.camera.fps)
-
-
-def has_acting(preset: Preset) -> bool:
-    """Tell whether a preset has live actors, or a camera that acts."""
-    return bool(preset.actors or preset.troupes or preset.script or preset.camera.behaviour)
 
 
 def answer_at(preset: Preset, words: str, frame: int) -> Any:

@@ -20,10 +20,10 @@ from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
 from scenes.plugins.representation import GroundedRepresentation, make_representation
+from scenes.preset.acting import has_acting
 from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.preset.tables import Preset
 from scenes.terrain.terrain import Terrain
-from scenes.world.cast import make_cast
 from scenes.world.light import sun_and_sky
 
 
@@ -99,8 +99,17 @@ def build_world(preset: Preset, performance: Performance | None = None) -> World
     )
     to_sun = tuple(sun_and_sky(preset).to_sun.tolist())
     ground = replace(terrain, aggregate_cover=cover, to_sun=to_sun)
-    cast = make_cast(preset, terrain, performance)
+    cast = _cast(preset, terrain, performance)
     return World(ground, fields, placed, plumes, dust, others, cast)
+
+
+def _cast(preset: Preset, terrain: Terrain, performance: Performance | None) -> Cast | None:
+    """Make the actors of a preset; what makes them is only imported where there are any."""
+    if not has_acting(preset):
+        return None
+    from scenes.world.cast import make_cast
+
+    return make_cast(preset, terrain, performance)
 
 
 def make_terrain(preset: Preset) -> Terrain:

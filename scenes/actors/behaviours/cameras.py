@@ -3,7 +3,7 @@
 import math
 
 from lod.actors.message import ask, change
-from lod.actors.quaternion import Vector
+from lod.actors.vectors import Vector
 from scenes.actors.behaviour import Acts, Me
 
 

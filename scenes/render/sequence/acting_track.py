@@ -7,12 +7,13 @@ from typing import Any
 from lod.errors import InputError
 from scenes.actors.performance import Performance
 from scenes.actors.track import Track, from_bytes, performance_of, to_bytes, track_of
+from scenes.preset.acting import has_acting
 from scenes.preset.tables import Preset
 from scenes.render.files.frame_paths import make_folder
 from scenes.render.files.header import software
 from scenes.render.files.manifest import settings_hash
 from scenes.render.files.whole_file import whole_file
-from scenes.world.cast import has_acting, make_cast
+from scenes.world.cast import make_cast
 from scenes.world.world import make_terrain
 
 _ACTS = ("seed", "camera", "world", "wind", "terrain", "actors", "troupes", "acting", "script")
