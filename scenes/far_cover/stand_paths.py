@@ -164,7 +164,7 @@ def _follow_path(lit, number, start, may_touch, randoms, radiance, bounce):  # t
     for turn in range(len(randoms) // 2):
         q = p + _OFFSET_M * normal
         _add_sun(lit, number, side, _PathPoint(q, normal, weight), into)
-        v = _cosine_direction(normal, randoms[2 * turn], randoms[2 * turn + 1])
+        v = cosine_direction(normal, randoms[2 * turn], randoms[2 * turn + 1])
         t, k, met = intersect_stand(lit.field, number, q, v)
         ground = -q[2] / v[2] if v[2] < 0 else math.inf
         if k >= 0 and t < ground:
@@ -203,7 +203,7 @@ def _add_sky(light, side, v, weight, into):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _cosine_direction(normal, u0, u1):  # type: ignore[no-untyped-def]
+def cosine_direction(normal, u0, u1):  # type: ignore[no-untyped-def]
     """Direction about a normal, drawn by its cosine (frame: Duff et al., JCGT 6(1), 2017)."""
     r, turn = math.sqrt(u0), 2 * math.pi * u1
     x, y, z = normal

@@ -18,7 +18,12 @@ from lod.threads import map_chunks
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.tone_steps import with_tone_steps
-from scenes.sticks.view_angles import azimuth_index, azimuth_tone, elevation_index, interpolate
+from scenes.sticks.view_angles import (
+    azimuth_index,
+    elevation_index,
+    interpolate,
+    tone_steps_at,
+)
 from scenes.sticks.view_dependence import ViewDependence
 
 _SHORTEST_RUN = 16384
@@ -115,8 +120,7 @@ class PartTables(ArrayData):
     def sticks_of(self, rows: np.ndarray, weights: BlendWeights) -> "DisplayedSticks":
         """Return the displayed sticks of the parts in these rows, in their order."""
         views, table = self.view_dependence, self.sticks
-        steps = views.elevation_steps, views.azimuth_steps
-        tables = views.table_row, views.area_share, *steps
+        tables = views.table_row, views.area_share, views.tone_steps
         asked = (
             rows,
             weights.inner,
@@ -184,7 +188,7 @@ def _sticks_of(first, tints, views, overlap, begin, rows, weights, found):  # ty
     owners are counted from ``begin``."""
     inner, leaf, sin_elevation, cos_azimuth, hidden_area = weights
     owner, stick, shares, tint = found
-    table_row, area_share, elevation_steps, azimuth_steps = views
+    table_row, area_share, tone_steps = views
     k = 0
     for i in range(len(rows)):
         aloft = high = around = -2.0  # not looked up yet
@@ -204,8 +208,7 @@ def _sticks_of(first, tints, views, overlap, begin, rows, weights, found):  # ty
                             around = azimuth_index(cos_azimuth[i])
                         shares[k] *= interpolate(area_share[c], aloft)
                         # Between two tones some sticks have one and some the other.
-                        down = interpolate(elevation_steps[c], high)
-                        down += azimuth_tone(azimuth_steps[c], around)
+                        down = tone_steps_at(tone_steps[c], high, around)
                         tint[k] += int(down + row * _GOLDEN % 1.0)
                     k += 1
 

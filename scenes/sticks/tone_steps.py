@@ -19,16 +19,15 @@ def with_tone_steps(
     Returns their tints (k,) and that palette: all tones of a stick, from the lightest to the
     darkest, follow the tint that it is given.
     """
-    darkest = [
-        each.max(axis=1, initial=0.0) for each in (views.elevation_steps, views.azimuth_steps)
-    ]
-    steps = np.ceil(darkest[0] + darkest[1]).astype(np.int64)
+    steps = np.ceil(views.tone_steps.max(axis=(1, 2), initial=0.0)).astype(np.int64)
     dependent = views.table_row >= 0
     pairs, pair = np.unique(
         np.stack((views.table_row[dependent], tint[dependent])), axis=1, return_inverse=True
     )
     blocks = [
-        tints[colour] * TONE_STEP ** np.arange(steps[row] + 1)[:, None] for row, colour in pairs.T
+        np.minimum(views.brightest[row] * tints[colour], 1.0)
+        * TONE_STEP ** np.arange(steps[row] + 1)[:, None]
+        for row, colour in pairs.T
     ]
     first = len(tints) + np.cumsum([0] + [len(block) for block in blocks])[:-1]
     toned = tint.copy()

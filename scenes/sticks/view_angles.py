@@ -8,10 +8,10 @@ import math
 
 from numba import njit
 
-ELEVATIONS_DEG = tuple(range(0, 91, 10))
+ELEVATIONS_DEG = tuple(range(0, 91, 15))
 """Elevations of the eye at which a table by elevation has its entries."""
 
-AZIMUTHS_DEG = (0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0, 157.5, 180.0)
+AZIMUTHS_DEG = tuple(range(0, 181, 30))
 """Azimuths between eye and sun at which a table by azimuth has its entries."""
 
 
@@ -33,8 +33,19 @@ def azimuth_index(cos_azimuth):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def azimuth_tone(row, index):  # type: ignore[no-untyped-def]
-    """Compute the entry of a row of ``ViewDependence.azimuth_steps`` at an ``azimuth_index``."""
+def tone_steps_at(table, high, around):  # type: ignore[no-untyped-def]
+    """Compute the entry of a table of ``ViewDependence.tone_steps``, (h, t + 1).
+
+    ``high`` and ``around`` are what ``elevation_index`` and ``azimuth_index`` compute.
+    """
+    low = min(int(high), len(table) - 2)
+    below, above = _around(table[low], around), _around(table[low + 1], around)
+    return below + (high - low) * (above - below)
+
+
+@njit(cache=True)
+def _around(row, index):  # type: ignore[no-untyped-def]
+    """Entry of a row of such a table: its last column holds the mean over all azimuths."""
     azimuths = len(row) - 1
     return interpolate(row[:azimuths], index) if index >= 0.0 else row[azimuths]
 

@@ -53,7 +53,7 @@ def species_of(kind: str) -> TreeSpecies:
     if kind not in UNSEEN:
         return tree_species(kind)
     folder = resources.files("bench.studies.appearance") / "kinds"
-    return read_species(folder / f"{kind}.toml", folder / f"{kind}.csv")
+    return read_species(folder / f"{kind}.toml")
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,16 +3,12 @@
 J. Weber & J. Penn, "Creation and rendering of realistic trees", SIGGRAPH 1995: a trunk and levels
 of branches, each level with its own number, angles, length and curvature. Their names stand in
 quotes where ours say them otherwise. A species is one TOML file (``species/``), whose keys are the
-fields of these classes, and the tables that are measured of it (``appearance_tables``).
+fields of these classes.
 
 Branches of the first level are called limbs and grow from the trunk; those of the last level are
 called twigs and bear the foliage; those between are called branches. A tree is a hierarchy of parts
 whose levels of detail are numbered like that: 0 is the whole tree, 1 limbs, and so on to the twigs
 and the foliage.
-
-A leaf appearance is what a part shows while none of its own parts is displayed, when it is a leaf
-of the displayed hierarchy (Blake 1987 §2.4): it stands for everything that the part bears. The term
-has nothing to do with botany; the leaves of a tree are its foliage.
 """
 
 import math
@@ -21,9 +17,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from lod.errors import InputError
 from scenes.model_files.read import CLOSED
-from scenes.models.trees.appearance_tables import AppearanceTables
 
 Albedo = Annotated[float, Field(ge=0, le=1)]
 Colour = tuple[Albedo, Albedo, Albedo]
@@ -152,24 +146,6 @@ class Foliage:
 
 
 @dataclass(frozen=True)
-class LeafAppearance:
-    """Numbers of sticks in leaf appearances (see the text at the top of this file).
-
-    blob_count     for each level from the whole tree to a twig: thick sticks that stand for all
-                   that a part hides
-    kept_segments  for each level: sticks beside them to which the part's own chain is reduced
-    clear_trunk_segments  how far up these sticks go in the leaf appearance of the whole tree: so
-                   many of the trunk's 8 segments, counted from the one under the ground
-    """
-
-    __pydantic_config__ = CLOSED
-
-    blob_count: tuple[Annotated[int, Field(ge=1, le=100)], ...]
-    kept_segments: tuple[Count, ...]
-    clear_trunk_segments: Annotated[int, Field(ge=1, le=8)]
-
-
-@dataclass(frozen=True)
 class TreeSpecies:
     """A species of tree.
 
@@ -181,9 +157,6 @@ class TreeSpecies:
     bark_albedo   of the trunk, and of branches of all levels
     levels        limbs, branches and so on to twigs
     foliage       None where the species has no foliage in any season
-    leaf_appearance  numbers of sticks in the leaf appearances
-    tables        what is measured of the leaf appearances of a tree with foliage
-    bare_tables   what is measured of those of a tree without
     """
 
     __pydantic_config__ = CLOSED
@@ -197,40 +170,13 @@ class TreeSpecies:
     bark_albedo: tuple[Colour, Colour]
     trunk: Trunk
     levels: Annotated[tuple[BranchLevel, ...], Field(min_length=1, max_length=4)]
-    leaf_appearance: LeafAppearance
-    tables: AppearanceTables
-    bare_tables: AppearanceTables
     foliage: Foliage | None = None
-
-    def __post_init__(self) -> None:
-        shapes = self.leaf_appearance
-        for key in ("blob_count", "kept_segments"):
-            arrived, wanted = len(getattr(shapes, key)), len(self.levels) + 1
-            if arrived != wanted:
-                rule = f"{wanted} entries: the tree's, and one for each of its [[levels]]"
-                raise InputError(f"{self.name}.toml: leaf_appearance.{key}", arrived, rule)
-        hiding = len(self.levels) + 1 if self.foliage else len(self.levels)
-        self.tables.check(f"{self.name}.csv", hiding)
-        self.bare_tables.check(f"{self.name}.csv", len(self.levels))
 
     def foliage_colours(self, season: str) -> tuple[tuple[float, float, float], ...]:
         """List the colours of the foliage in a season, from dark to light; () for a bare tree."""
         shades = self.foliage.albedo if self.foliage else {}
         return next((each.colours() for name, each in shades.items() if name == season), ())
 
-    def uncorrected(self) -> "TreeSpecies":
-        """Make the species whose leaf appearances have the albedo of what they hide.
-
-        They look the same from everywhere: of all that is measured of them only overlap stays.
-        """
-        tables = AppearanceTables(overlap=self.tables.overlap)
-        bare_tables = AppearanceTables(overlap=self.bare_tables.overlap)
-        return replace(self, tables=tables, bare_tables=bare_tables)
-
     def bare(self) -> "TreeSpecies":
-        """Make the species without foliage; its leaf appearances then stand for wood alone."""
-        shapes = self.leaf_appearance
-        kept = (shapes.kept_segments[0], *(max(1, each) for each in shapes.kept_segments[1:]))
-        more = tuple(each + 1 for each in shapes.blob_count)
-        wooden = LeafAppearance(more, kept, clear_trunk_segments=8)
-        return replace(self, foliage=None, leaf_appearance=wooden, tables=self.bare_tables)
+        """Make the species without foliage."""
+        return replace(self, foliage=None)

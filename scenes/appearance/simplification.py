@@ -9,7 +9,7 @@ halved across its width: sticks are round, and only several side by side cover m
 little from the side.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64
@@ -28,6 +28,9 @@ _FULLEST = 2.236
 FLAT = 2.0
 """The square of a flat spray's width over its length times its thickness: more in a plate, 1 in a
 ball, less in a rod."""
+
+BLOBS_PER_DECADE = 1.2
+"""Blobs for each tenfold of the sticks that they stand for."""
 
 _STEP = 0.7
 """Power of the missing area by which radii grow: converges for thin sticks and for round blobs."""
@@ -48,15 +51,6 @@ class Blobs:
     reach: np.ndarray
     radius: np.ndarray
 
-    def flattened(self, share: float) -> "Blobs":
-        """Return the blobs with their heights above the mean multiplied by ``share``."""
-        middle = np.average(self.centre[:, 2], weights=self.radius * self.reach)
-        scale = np.array((1.0, 1.0, share))
-        centre = (self.centre - (0.0, 0.0, middle)) * scale + (0.0, 0.0, middle)
-        axis = self.axis * scale
-        length = np.sqrt((axis * axis).sum(axis=1))
-        return replace(self, centre=centre, axis=axis / length[:, None], reach=self.reach * length)
-
     def table(self, parts: int, factor: Reals, tint: np.ndarray | None = None) -> StickTable:
         """Return the blobs as sticks of ``parts`` parts, as long over all as their groups are.
 
@@ -70,8 +64,14 @@ class Blobs:
         return StickTable.of(parts, self.part, self.centre - half, self.centre + half, *radii, tint)
 
 
-def cluster(hidden: StickTable, max_blobs: int) -> tuple[Blobs, Ints]:
-    """Gather the hidden sticks of each part into at most ``max_blobs`` blobs.
+def blob_counts(hidden: Ints) -> Ints:
+    """Choose how many blobs stand for so many hidden sticks, (n,): a few more for each tenfold."""
+    counts: Ints = np.ceil(BLOBS_PER_DECADE * np.log10(np.maximum(hidden, 2))).astype(np.int64)
+    return counts
+
+
+def cluster(hidden: StickTable, max_blobs: Ints) -> tuple[Blobs, Ints]:
+    """Gather the hidden sticks of each part into at most ``max_blobs`` (n,) blobs.
 
     Returns the blobs, and the blob of each stick, (k,).
     """
@@ -157,23 +157,23 @@ def _grouped_sums(group: Ints, values: np.ndarray, groups: int) -> np.ndarray:
 
 @njit(cache=True)
 def _stratify(first, centre, weight, max_blobs):  # type: ignore[no-untyped-def]
-    """Halve the heaviest group of each part until it has ``max_blobs`` groups.
+    """Halve the heaviest group of each part until it has ``max_blobs`` (n,) groups.
 
     Returns the group of each stick, and the part of each group.
     """
     group = np.empty(len(centre), np.int64)
-    part = np.empty((len(first) - 1) * max_blobs, np.int64)
+    part = np.empty(max_blobs.sum(), np.int64)
     order = np.arange(len(centre))
     groups = 0
     low, high, heavy = (
-        np.empty(max_blobs, np.int64),
-        np.empty(max_blobs, np.int64),
-        np.empty(max_blobs),
+        np.empty(max_blobs.max(), np.int64),
+        np.empty(max_blobs.max(), np.int64),
+        np.empty(max_blobs.max()),
     )
     for i in range(len(first) - 1):
         low[0], high[0], n = first[i], first[i + 1], 1
         heavy[0] = weight[first[i] : first[i + 1]].sum()
-        while n < max_blobs:
+        while n < max_blobs[i]:
             widest = np.argmax(heavy[:n])
             a, b = low[widest], high[widest]
             if b - a < 2:

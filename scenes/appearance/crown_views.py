@@ -1,0 +1,83 @@
+"""Views of a whole object from far off, in full detail, that its leaf appearances are held against.
+
+They are spread over elevations and azimuths. An outline is the same from the other side, so that
+views from above stand for those from below.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lod.arrays import Points, Reals
+from lod.stick_table import StickTable
+from scenes.sticks.view_angles import ELEVATIONS_DEG
+from scenes.sticks.visible_area import visible_areas
+
+AZIMUTHS = 4
+"""Views from each of ELEVATIONS_DEG, turned from one elevation to the next."""
+
+RAYS = 200
+"""Rays across the object's largest extent."""
+
+_TURN_DEG = 38.2
+
+
+@dataclass(frozen=True, eq=False)
+class CrownViews:
+    """An object in full detail, seen from all sides.
+
+    toward (e, a, 3)  unit vectors to the eye, for each elevation
+    weight (e,)       share of all directions that each elevation stands for
+    spacing           of the rays [m]
+    covers (e,)       area that the object covers from each elevation, over azimuths [m²]
+    seen (k,)         area that is seen of each of its sticks, over all directions [m²]
+    """
+
+    toward: Float64[np.ndarray, "e a 3"]
+    weight: Reals
+    spacing: float
+    covers: Reals
+    seen: Reals
+
+    def seen_areas(self, table: StickTable) -> Float64[np.ndarray, "e k"]:
+        """Measure the area that is seen of each stick of a table from each elevation, (e, k)."""
+        each = [visible_areas(table, views, self.spacing).mean(axis=0) for views in self.toward]
+        return np.array(each)
+
+    def covered(self, table: StickTable, elevation: int) -> float:
+        """Measure the area that a table covers from one elevation, over azimuths [m²]."""
+        areas = visible_areas(table, self.toward[elevation], self.spacing)
+        return float(areas.sum()) / AZIMUTHS
+
+    def mean_colour(self, table: StickTable, palette: Points) -> Reals:
+        """Compute the mean albedo of what is seen of the whole object, (3,)."""
+        colour: Reals = self.seen @ palette[table.tint] / self.seen.sum()
+        return colour
+
+
+def crown_views(whole: StickTable) -> CrownViews:
+    """Look at an object whose sticks are all of one part."""
+    ends = np.concatenate((whole.start, whole.end))
+    spacing = float((ends.max(axis=0) - ends.min(axis=0)).max()) / RAYS
+    toward = np.array([_around(k, each) for k, each in enumerate(ELEVATIONS_DEG)])
+    weight = _weights()
+    none = np.zeros(0)
+    views = CrownViews(toward, weight, max(spacing, 1e-6), none, none)
+    areas = views.seen_areas(whole)
+    return CrownViews(toward, weight, views.spacing, areas.sum(axis=1), weight @ areas)
+
+
+def _around(number: int, elevation_deg: float) -> Points:
+    """Make the unit vectors of one elevation, (a, 3)."""
+    turn = np.radians(_TURN_DEG * number + 360.0 / AZIMUTHS * np.arange(AZIMUTHS))
+    e = np.radians(elevation_deg)
+    up = np.full(AZIMUTHS, np.sin(e))
+    return np.stack((np.cos(e) * np.cos(turn), np.cos(e) * np.sin(turn), up), axis=1)
+
+
+def _weights() -> Reals:
+    """Share of a half sphere that is nearest to each elevation, (e,)."""
+    edges = np.radians(np.array(ELEVATIONS_DEG))
+    middles = np.concatenate(([0.0], (edges[1:] + edges[:-1]) / 2, [np.pi / 2]))
+    return np.diff(np.sin(middles))

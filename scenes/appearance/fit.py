@@ -1,0 +1,183 @@
+"""Fit of leaf appearances to what they hide: silhouette, gaps and colour, for any part hierarchy.
+
+Level by level, every part that owns parts gets a few blobs (``simplification``), as thick as makes
+them cover on average what they hide. Of its own sticks those stay that are mostly seen, such as the
+clear trunk of a tree. Then all blobs of a level are made thicker or thinner, by one factor for each
+elevation of the eye, so that the object displayed down to that level covers from there what it does
+in full detail: neighbours overlap otherwise than what they stand for. Tints are chosen so that the
+mean albedo of all that is seen is the object's. How brightly they shine is another fit
+(``scenes.appearance.tone``).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lod.arrays import Flags, Ints, Points, Reals
+from lod.stick_table import StickTable
+from scenes.appearance.crown_views import CrownViews, crown_views
+from scenes.appearance.overlap import level_overlap
+from scenes.appearance.part_sticks import PartSticks
+from scenes.appearance.simplification import (
+    blob_counts,
+    cluster,
+    error_diffusion,
+    fit_radii,
+    fitting_area,
+)
+from scenes.sticks.outline_area import mean_outline_areas
+from scenes.sticks.view_angles import ELEVATIONS_DEG
+from scenes.sticks.view_dependence import ViewDependence
+from scenes.sticks.view_dependent_area import with_area_share
+
+MOSTLY = 0.4
+"""Share of a part's own stick that must be seen, over all directions, for the stick to stay."""
+
+WORTH = 0.04
+"""Least share of what a part covers that the sticks that stay have together."""
+
+STEPS = 3
+"""Steps to the right cover from each elevation."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedAppearances:
+    """Leaf appearances of the n parts of an object.
+
+    leaf             sticks of each part; those of parts that own none are their own
+    view_dependence  tables of the blobs among them, one row for each level
+    overlap (n,)     as in Hierarchy
+    """
+
+    leaf: StickTable
+    view_dependence: ViewDependence
+    overlap: Reals
+
+
+@dataclass(frozen=True, eq=False)
+class LevelAppearance:
+    """Leaf appearances of the m inner parts of one level.
+
+    wood, blobs      what they keep of their own, and what stands for the rest, of m parts
+    area_share (e,)  share of the blobs' area that shows from each of ELEVATIONS_DEG
+    """
+
+    wood: StickTable
+    blobs: StickTable
+    area_share: Reals
+
+
+def fit_appearances(parts: PartSticks) -> FittedAppearances:
+    """Fit the leaf appearances of all parts of an object."""
+    n, whole = len(parts.parent), StickTable.as_one_part([parts.own])
+    full = crown_views(whole)
+    outline = mean_outline_areas(parts.own)
+    seen = full.seen / np.maximum(outline, 1e-12)
+    levels = [_fit_level(parts, k, full, seen >= MOSTLY) for k in range(parts.finest)]
+    ends = parts.own.only(~parts.owns)
+    tables, rows = [ends], [np.full(len(ends), -1)]
+    overlap = np.zeros(n)
+    for k, each in enumerate(levels):
+        at = parts.inner_rows(k)
+        for row, table in ((-1, each.wood), (k, each.blobs)):
+            tables.append(table.with_owner(n, at[table.owner]))
+            rows.append(np.full(len(table), row))
+        finer = levels[k + 1] if k + 1 < len(levels) else None
+        overlap[at] = level_overlap(parts, k, each, finer, full)
+    owner = np.concatenate([table.owner for table in tables])
+    in_order = np.concatenate(rows)[np.argsort(owner, kind="stable")]
+    shares = np.array([each.area_share for each in levels]).reshape(-1, len(ELEVATIONS_DEG))
+    leaf = StickTable.merge(tables)
+    return FittedAppearances(leaf, ViewDependence.of_area(in_order, shares), overlap)
+
+
+def _fit_level(parts: PartSticks, level: int, full: CrownViews, seen: Flags) -> LevelAppearance:
+    """Fit the leaf appearances of the parts of one level that own parts."""
+    rows, bearer = parts.inner_rows(level), parts.bearer(level)
+    m, borne = len(rows), bearer >= 0
+    all_borne = parts.own.take(borne).with_owner(m, bearer[borne])
+    target = fitting_area(all_borne)
+    wood, stays = _kept_wood(parts, rows, bearer, seen, target)
+    hides = borne & ~stays
+    order = np.flatnonzero(hides)[np.argsort(bearer[hides], kind="stable")]
+    hidden = parts.own.take(hides).with_owner(m, bearer[hides])
+    blobs, blob_of_stick = cluster(hidden, blob_counts(hidden.count))
+    factor = fit_radii(blobs, wood, target)
+    above = StickTable.as_one_part([parts.own.take(parts.displayed_above(level))])
+    kept = StickTable.merge([above, StickTable.as_one_part([wood])])
+    share = _fit_area_share(blobs.table(m, factor), kept, full)
+    thick = with_area_share(blobs.table(m, factor), share.max())
+    own = _mean_albedos(parts.own.tint[order], hidden, blob_of_stick, len(blobs.part), parts)
+    tint = _tints(thick, own, kept, full, parts)
+    shown = StickTable(thick.first, *thick.columns[:-1], tint)
+    return LevelAppearance(wood, shown, share / share.max())
+
+
+def _kept_wood(
+    parts: PartSticks, rows: Ints, bearer: Ints, seen: Flags, target: Reals
+) -> tuple[StickTable, Flags]:
+    """Choose what parts keep of their own sticks, as a table of m parts, and which those are, (k,).
+
+    It is the run of sticks from the part's base on that are mostly seen, if that is worth it: two
+    at most, along a chain of more.
+    """
+    own, m = parts.own, len(rows)
+    stays, chosen = np.zeros(len(own), np.bool_), []
+    outline = mean_outline_areas(own)
+    for number, row in enumerate(rows):
+        first, last = own.first[row], own.first[row + 1]
+        hidden = np.flatnonzero(~seen[first:last])
+        end = first + (hidden[0] if len(hidden) else last - first)
+        if outline[first:end].sum() < WORTH * target[number]:
+            continue
+        stays[first:end] = True
+        middle = (first + end) // 2 if end - first > 2 else end - 1
+        chosen += [
+            (number, a, b) for a, b in ((first, middle), (middle + 1, end - 1)) if first <= a <= b
+        ]
+    owner, a, b = np.array(chosen, np.int64).reshape(-1, 3).T
+    columns = own.start[a], own.end[b], own.start_radius[a], own.end_radius[b], own.tint[a]
+    return StickTable.of(m, owner, *columns), stays
+
+
+def _fit_area_share(blobs: StickTable, kept: StickTable, full: CrownViews) -> Reals:
+    """Find which share of their area blobs show from each elevation, (e,), over 1 or below.
+
+    The object then covers as much as in full detail.
+    """
+    one = StickTable.as_one_part([blobs])
+    shares = np.ones(len(ELEVATIONS_DEG))
+    for e, wanted in enumerate(full.covers):
+        bare, share = full.covered(kept, e) if len(kept) else 0.0, 1.0
+        for _ in range(STEPS):
+            table = StickTable.merge([kept, with_area_share(one, share)])
+            ratio = (wanted - bare) / max(full.covered(table, e) - bare, 1e-9)
+            share = float(np.clip(share * np.clip(ratio, 0.3, 3.0) ** 1.2, 0.05, 8.0))
+        shares[e] = share
+    return shares
+
+
+def _mean_albedos(
+    tint: Ints, hidden: StickTable, group: Ints, groups: int, parts: PartSticks
+) -> Points:
+    """Compute the mean albedo of the sticks that each blob stands for, by their area, (g, 3)."""
+    area, colour = mean_outline_areas(hidden), parts.palette[tint]
+    sums = [np.bincount(group, area * c, groups) for c in colour.T]
+    return np.stack(sums, axis=1) / np.bincount(group, area, groups)[:, None]
+
+
+def _tints(
+    blobs: StickTable, own: Points, kept: StickTable, full: CrownViews, parts: PartSticks
+) -> Ints:
+    """Choose rows of the palette for blobs, about their own albedos (g, 3).
+
+    All that is seen has the object's mean albedo then.
+    """
+    palette = parts.palette
+    area = full.weight @ full.seen_areas(StickTable.merge([kept, StickTable.as_one_part([blobs])]))
+    of_kept, of_blobs = area[: len(kept)], area[len(kept) :]
+    colour = full.mean_colour(parts.own, palette)
+    left = area.sum() * colour - of_kept @ palette[kept.tint]
+    shift = (left - of_blobs @ own) / max(of_blobs.sum(), 1e-9)
+    wanted = np.clip(own + shift, 0, 1)
+    return error_diffusion(of_blobs, wanted, palette, np.unique(parts.own.tint))
