@@ -9,7 +9,7 @@ mean albedo of all that is seen is the object's. How brightly they shine is anot
 (``scenes.appearance.tone``).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from scenes.appearance.simplification import (
     fit_radii,
     fitting_area,
 )
+from scenes.processes.content_cache import kept
+from scenes.processes.content_key import content_key
 from scenes.sticks.outline_area import mean_outline_areas
 from scenes.sticks.view_angles import ELEVATIONS_DEG
 from scenes.sticks.view_dependence import ViewDependence
@@ -38,6 +40,12 @@ WORTH = 0.04
 
 STEPS = 3
 """Steps to the right cover from each elevation."""
+
+
+CODE = ("lod", "scenes.appearance", "scenes.skylight", "scenes.sticks", "scenes.terrain.colour")
+"""Sources that a fit depends on."""
+
+_COLUMNS = tuple(each.name for each in fields(StickTable))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +76,24 @@ class LevelAppearance:
 
 
 def fit_appearances(parts: PartSticks) -> FittedAppearances:
-    """Fit the leaf appearances of all parts of an object."""
+    """Fit the leaf appearances of all parts of an object, or find them where they are kept."""
+
+    def make() -> dict[str, np.ndarray]:
+        found = _fit(parts)
+        columns = dict(zip(_COLUMNS, (found.leaf.first, *found.leaf.columns), strict=True))
+        views = found.view_dependence
+        tables = {"table_row": views.table_row, "area_share": views.area_share}
+        return {**columns, **tables, "overlap": found.overlap}
+
+    own = parts.own.first, *parts.own.columns
+    key = content_key(parts.parent, parts.level, own, parts.palette)
+    arrays = kept("appearance", key, make, CODE)
+    leaf = StickTable(*(arrays[name] for name in _COLUMNS))
+    views = ViewDependence.of_area(arrays["table_row"], arrays["area_share"])
+    return FittedAppearances(leaf, views, arrays["overlap"])
+
+
+def _fit(parts: PartSticks) -> FittedAppearances:
     n, whole = len(parts.parent), StickTable.as_one_part([parts.own])
     full = crown_views(whole)
     outline = mean_outline_areas(parts.own)

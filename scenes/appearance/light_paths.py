@@ -15,7 +15,7 @@ from numba import njit
 from lod.arrays import Flags, Points
 from lod.stick_table import StickTable
 from lod.threads import map_chunks
-from scenes.far_cover.stand_paths import SunAndSky, cosine_direction
+from scenes.skylight.sun_and_sky import SunAndSky, cosine_direction
 from scenes.sticks.contrast import LUMINANCE
 from scenes.sticks.ray_grid import Grids, intersect_ray, make_grids, normal_at
 
@@ -31,8 +31,8 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 class LoneObject(NamedTuple):
     """One object on level ground.
 
-    grids           of its sticks; albedo (k, 3) and shape (k,) of each: 1 where it stands for hidden
-                    parts, else 0
+    grids           of its sticks
+    albedo (k, 3), shape (k,)  of each; shape is 1 where it stands for hidden parts, else 0
     radius, low, high  of the upright cylinder that holds it [m]
     ground (3,)     albedo of the ground
     """

@@ -15,9 +15,12 @@ from jaxtyping import Float64
 
 from lod.arrays import Flags, Reals
 from lod.stick_table import StickTable
+from scenes.appearance.fit import CODE
 from scenes.appearance.light_paths import lone_object, outgoing_light
-from scenes.far_cover.sky import sky_at
-from scenes.far_cover.stand_paths import SunAndSky
+from scenes.processes.content_cache import kept
+from scenes.processes.content_key import content_key
+from scenes.skylight.sky import sky_at
+from scenes.skylight.sun_and_sky import SunAndSky
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.view_angles import AZIMUTHS_DEG, ELEVATIONS_DEG
 from scenes.sticks.view_dependent_area import with_area_share
@@ -53,10 +56,27 @@ class Illumination:
 def fit_tone(
     objects: Sequence[Prototype], illumination: Illumination, lines: int = LINES
 ) -> Float64[np.ndarray, "c h t"]:
-    """Fit one table of tones for objects of a kind, (levels, elevations, azimuths + 1).
+    """Fit one table of tones for objects of a kind, or find it where it is kept.
 
-    The last column holds the mean over all azimuths (``scenes.sticks.view_dependence``).
+    It is (levels, elevations, azimuths + 1) in size. The last column holds the mean over all
+    azimuths (``scenes.sticks.view_dependence``).
     """
+    shapes = [each.scaled(SIZE_M / float(each.hierarchy.R[0])) for each in objects]
+    key = content_key([_rounded(each) for each in shapes], illumination, lines)
+    return kept("tone", key, lambda: {"tone": _fit(shapes, illumination, lines)}, CODE)["tone"]
+
+
+def _rounded(one: Prototype) -> list[np.ndarray]:
+    """Round what the light of an object depends on, so that its size does not tell."""
+    tables = [column for each in (one.inner, one.leaf) for column in (each.first, *each.columns)]
+    views, h = one.view_dependence, one.hierarchy
+    return [np.round(each, 6) for each in (*tables, one.tints, views.area_share, h.level)]
+
+
+def _fit(
+    objects: Sequence[Prototype], illumination: Illumination, lines: int
+) -> Float64[np.ndarray, "c h t"]:
+    """Fit the tones of objects whose range is SIZE_M."""
     levels = max(len(each.view_dependence.area_share) for each in objects)
     full = _light(objects, None, illumination, lines).sum(axis=1)
     tones = np.empty((levels, len(ELEVATIONS_DEG), len(AZIMUTHS_DEG) + 1))
@@ -95,10 +115,9 @@ def _light(
     total = np.zeros((len(ELEVATIONS_DEG), surfaces + 1, len(AZIMUTHS_DEG)))
     for each in objects:
         randoms = rng.random((max(lines // len(objects), 1), 2 * surfaces + 2))
-        one = each.scaled(SIZE_M / float(each.hierarchy.R[0]))
         for row in range(len(ELEVATIONS_DEG)):
-            table, shape = displayed_to(one, level, row)
-            alone = lone_object(table, one.tints[table.tint], shape, ground)
+            table, shape = displayed_to(each, level, row)
+            alone = lone_object(table, each.tints[table.tint], shape, ground)
             total[row] += outgoing_light(alone, light, ELEVATIONS_DEG[row], randoms)
     return total
 

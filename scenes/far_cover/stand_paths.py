@@ -6,7 +6,6 @@ surface. All is in units of the light on unshadowed level ground.
 """
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +14,8 @@ from numba import njit
 
 from lod.arrays import Ints
 from lod.threads import map_chunks
-from scenes.far_cover.sky import ELEVATIONS_DEG, Sky
 from scenes.far_cover.stand_rays import StandField, intersect_stand
+from scenes.skylight.sun_and_sky import SunAndSky, cosine_direction
 
 MAX_DEPTH = 4
 """Longest path in segments, as presets have it by default (``render.max_depth``)."""
@@ -29,34 +28,6 @@ _OFFSET_M = 1e-4
 
 _LINES_PER_THREAD = 64
 """Number of lines for which another thread is worth its start."""
-
-
-class SunAndSky(NamedTuple):
-    """Light on a stand for t azimuths of the sun at one elevation.
-
-    to_sun (t, 3), azimuth (t,)  unit vectors to the sun, and its azimuths [rad]
-    sun (3,)       what the sun gives of the light on level ground
-    sky (r, c, 3)  radiance of the cells of the sky (``scenes.far_cover.sky``)
-    """
-
-    to_sun: np.ndarray
-    azimuth: np.ndarray
-    sun: np.ndarray
-    sky: np.ndarray
-
-    @staticmethod
-    def at_azimuths(elevation_deg: float, azimuths_deg: Sequence[float], sky: Sky) -> "SunAndSky":
-        """Compute the light of a sky and of its sun at azimuths from that of the lines of sight.
-
-        At azimuth 0 the sun is behind the viewer. The sun is no lower than the table of skies has
-        it (``scenes.far_cover.sky``): of a lower one the sky is that of the lowest, too.
-        """
-        e = math.radians(max(elevation_deg, ELEVATIONS_DEG[0]))
-        a = np.radians(azimuths_deg)
-        level = math.cos(e)
-        up = np.full(len(a), math.sin(e))
-        to_sun = np.column_stack((level * np.cos(a), level * np.sin(a), up))
-        return SunAndSky(to_sun, a, 1 - sky.share, sky.radiance)
 
 
 class LitStand(NamedTuple):
@@ -200,21 +171,3 @@ def _add_sky(light, side, v, weight, into):  # type: ignore[no-untyped-def]
         away = math.atan2(v[1], v[0]) - side * light.azimuth[turn]
         away = abs((away + math.pi) % (2 * math.pi) - math.pi) / math.pi
         into[turn] += weight * light.sky[row, min(int(away * turns), turns - 1)]
-
-
-@njit(cache=True)
-def cosine_direction(normal, u0, u1):  # type: ignore[no-untyped-def]
-    """Direction about a normal, drawn by its cosine (frame: Duff et al., JCGT 6(1), 2017)."""
-    r, turn = math.sqrt(u0), 2 * math.pi * u1
-    x, y, z = normal
-    sign = math.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    cos, sin, rise = r * math.cos(turn), r * math.sin(turn), math.sqrt(1 - u0)
-    return np.array(
-        (
-            cos * (1.0 + sign * x * x * a) + sin * b + rise * x,
-            cos * sign * b + sin * (sign + y * y * a) + rise * y,
-            -cos * sign * x - sin * y + rise * z,
-        )
-    )

@@ -11,6 +11,7 @@ from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Appearance
 from lod.pruning.view import View
+from scenes.appearance.tone import Illumination
 from scenes.field.posed_species import (
     InstancesInView,
     SpeciesPrototypes,
@@ -29,7 +30,8 @@ from scenes.terrain.ground import Ground
 class Placed:
     """A Representation: one object at (x, y) metres from the plane's origin, facing a heading.
 
-    heading_deg: clockwise from north; period of its motion as the prototype's, from phase 0
+    heading_deg: clockwise from north; period of its motion as the prototype's, from phase 0;
+    illumination as in SpeciesField
     """
 
     name: str
@@ -38,6 +40,7 @@ class Placed:
     y: float
     heading_deg: float
     ground: Ground
+    illumination: Illumination | None = None
 
     @cached_property
     def prototypes(self) -> SpeciesPrototypes:
@@ -58,7 +61,7 @@ class Placed:
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
         """Return the appearance of the displayed parts."""
-        return self.prototypes.appearance(parts, weights)
+        return self.prototypes.appearance(parts, weights, self.illumination)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """Pose the parts as they are at another time [s]."""

@@ -15,13 +15,15 @@ from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.pruning.view import View
 from scenes.field.mesh_emission import emit_meshes
+from scenes.appearance.tone import Illumination
+from scenes.field.lit_prototypes import lit_part_tables
 from scenes.field.part_tables import PartTables
 from scenes.field.stick_emission import emit
 from scenes.field.traversal import DisplayedRows, traverse
 from scenes.field.traversal_tables import TraversalTables, node_limits
 from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import Instances, PoseTables
-from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
+from scenes.rig.rigged_prototype import RiggedPrototype, rigged
 from scenes.rig.speed_bound import speed_bound
 from scenes.sticks.prototype import Prototype
 
@@ -57,9 +59,7 @@ class SpeciesPrototypes:
     @cached_property
     def rigged(self) -> tuple[RiggedPrototype, ...]:
         """Return every prototype as something that can be posed, if only in one way."""
-        return tuple(
-            p if isinstance(p, RiggedPrototype) else rigid_prototype(p) for p in self.prototypes
-        )
+        return tuple(map(rigged, self.prototypes))
 
     @cached_property
     def part_tables(self) -> PartTables:
@@ -160,25 +160,33 @@ class SpeciesPrototypes:
             state=objects,
         )
 
-    def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
+    def appearance(
+        self, parts: Parts, weights: BlendWeights, illumination: Illumination | None = None
+    ) -> Appearance:
         """Return the sticks and meshes of displayed parts, as much of both appearances as they
         show.
         """
-        sticks = self.sticks(parts, weights)
+        sticks = self.sticks(parts, weights, illumination)
         if self.part_tables.meshes is None:
             return sticks
         tables, instances = (self.pose_tables, self.part_tables), parts.state.instances
         triangles = emit_meshes(*tables, instances, parts.object, parts.part, weights.leaf)
         return SticksAndTriangles(sticks, triangles)
 
-    def sticks(self, parts: Parts, weights: BlendWeights) -> Sticks:
+    def sticks(
+        self, parts: Parts, weights: BlendWeights, illumination: Illumination | None = None
+    ) -> Sticks:
         """Return the sticks of displayed parts; those that are shown as meshes have none.
 
-        Parts of one object stand together, so that every joint is posed once.
+        Parts of one object stand together, so that every joint is posed once. Leaf appearances
+        have the tone that they need in that light; without one they have their own albedo.
         """
-        displayed = self.part_tables.sticks_of(parts.part, weights)
+        tables = self.part_tables
+        if illumination is not None:
+            tables = lit_part_tables(self.prototypes, illumination)
+        displayed = tables.sticks_of(parts.part, weights)
         instances = parts.state.instances
-        return emit(self.pose_tables, self.part_tables, instances, parts.object, displayed)
+        return emit(self.pose_tables, tables, instances, parts.object, displayed)
 
     def root_positions(self, instances: Instances) -> Points:
         """Return the origins of the wholes, (n, 3) [m]."""

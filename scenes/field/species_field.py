@@ -14,6 +14,7 @@ from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Appearance
 from lod.pruning.view import View
+from scenes.appearance.tone import Illumination
 from scenes.field.cell_search import candidates, cells_in_reach
 from scenes.field.placement import place_instances
 from scenes.field.poisson_cells import CellSamples, PoissonCells
@@ -36,12 +37,14 @@ class SpeciesField:
 
     extent: side L of a square window about the plane's origin [m]; None = no edge. What has its
     home in the window is there.
+    illumination: light that leaf appearances have the tone for; None = they have their own albedo.
     """
 
     species: Species
     seed: int
     ground: Ground
     extent: float | None = None
+    illumination: Illumination | None = None
 
     @property
     def name(self) -> str:
@@ -81,7 +84,7 @@ class SpeciesField:
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
         """Return the appearance of the displayed parts, as much of both as they show."""
-        return self.prototypes.appearance(parts, weights)
+        return self.prototypes.appearance(parts, weights, self.illumination)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
         """Return the same parts, posed as they are at another time [s]."""

@@ -155,6 +155,11 @@ def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
     )
 
 
+def rigged(prototype: Prototype | RiggedPrototype) -> RiggedPrototype:
+    """Return a prototype as something that can be posed, if only in one way."""
+    return rigid_prototype(prototype) if isinstance(prototype, Prototype) else prototype
+
+
 def build_hierarchy(
     rig: Rig,
     parent: Ints,

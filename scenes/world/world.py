@@ -7,10 +7,10 @@ from functools import cached_property
 from lod.pruning.representation import Representation
 from scenes.actors.cast import Cast
 from scenes.actors.performance import Performance
+from scenes.appearance.tone import Illumination
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.far_cover.aggregate_cover import AggregateCover
-from scenes.far_cover.sky import sky_at
 from scenes.field.habitat import Habitat
 from scenes.field.placed_object import Placed
 from scenes.field.species import Species
@@ -23,6 +23,7 @@ from scenes.plugins.representation import GroundedRepresentation, make_represent
 from scenes.preset.acting import has_acting
 from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.preset.tables import Preset
+from scenes.skylight.sky import sky_at
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import sun_and_sky
 
@@ -76,13 +77,18 @@ def build_world(preset: Preset, performance: Performance | None = None) -> World
     weather = Weather(preset.world.season, preset.wind.speed)
     fields = tuple(
         SpeciesField(
-            make_species(name, table, weather, terrain), preset.seed, terrain, preset.world.extent
+            make_species(name, table, weather, terrain),
+            preset.seed,
+            terrain,
+            preset.world.extent,
+            illumination(preset),
         )
         for name, table in preset.species.items()
         if table.density > 0
     )
     placed = tuple(
-        make_placed(name, table, terrain, weather) for name, table in preset.placed.items()
+        make_placed(name, table, terrain, weather, illumination(preset))
+        for name, table in preset.placed.items()
     )
     plumes = tuple(
         make_plume(name, table, preset, terrain) for name, table in preset.plumes.items()
@@ -127,6 +133,12 @@ def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> Aggrega
     return AggregateCover(species, to_sun, sky, preset.render.max_depth)
 
 
+def illumination(preset: Preset) -> Illumination:
+    """Return the light that a preset's leaf appearances are fitted in."""
+    light = preset.light
+    return Illumination(round(light.sun_elevation, 3), light.turbidity, preset.render.max_depth)
+
+
 def make_species(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:
     """Make a species: every prototype in every size, all equally likely."""
     walks = table.patrol > 0
@@ -146,13 +158,15 @@ def make_habitat(table: SpeciesPreset, terrain: Terrain) -> Habitat | None:
     return Habitat(terrain.relief, highest, table.thinning, steepest)
 
 
-def make_placed(name: str, table: PlacedPreset, terrain: Terrain, weather: Weather) -> Placed:
+def make_placed(
+    name: str, table: PlacedPreset, terrain: Terrain, weather: Weather, light: Illumination
+) -> Placed:
     """Make one object as a preset places it, on the spot even where it walks."""
     sizes = (table.size,)
     *_, prototype = model_prototypes(
         table.model, table.prototype, sizes, table.walks, weather, table.model_sha256
     )
-    return Placed(name, prototype, *table.position, table.heading, terrain)
+    return Placed(name, prototype, *table.position, table.heading, terrain, light)
 
 
 def make_plume(name: str, table: PlumePreset, preset: Preset, terrain: Terrain) -> Plume:

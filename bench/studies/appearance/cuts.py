@@ -4,6 +4,7 @@ The trees are of the kinds in ``kinds`` beside this file, to which nothing was e
 the project's own species; those of two seeds that no preset uses stand beside the presets' own.
 """
 
+import math
 from dataclasses import dataclass, replace
 from importlib import resources
 
@@ -18,6 +19,7 @@ from lod.pruning.pruner import Cut, prune
 from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
 from lod.stick_table import StickTable
+from scenes.appearance.tone import Illumination
 from scenes.field.placed_object import Placed
 from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import PROTOTYPE_SEED
@@ -76,10 +78,17 @@ class LoneTree:
         """Return the radius about its foot that holds all of it [m]."""
         return float(self.placed.prototypes.part_tables.bound[0])
 
-    def sticks(self, level: int, sin_elevation: float, cos_azimuth: float) -> Sticks:
+    def sticks(
+        self,
+        level: int,
+        sin_elevation: float,
+        cos_azimuth: float = math.nan,
+        light: Illumination | None = None,
+    ) -> Sticks:
         """Return what is displayed while parts down to a level are, seen from one direction.
 
         cos_azimuth  of the angle between the lines to the eye and to the sun on the map
+        light        that it is displayed in; None: shapes have their own albedo
         """
         parts = self.every.parts
         n, owns = len(parts), np.zeros(len(parts), np.bool_)
@@ -92,7 +101,7 @@ class LoneTree:
             np.full(n, sin_elevation),
             np.full(n, cos_azimuth),
         )
-        return self.placed.prototypes.sticks(parts, weights)
+        return self.placed.prototypes.sticks(parts, weights, light)
 
 
 def lone_tree(case: Case) -> LoneTree:

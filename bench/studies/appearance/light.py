@@ -17,6 +17,7 @@ from lod.camera import Camera, Corner
 from lod.pruning.parts import Parts
 from lod.pruning.pruner import Cut, cut_from_parts
 from lod.pruning.shapes import Triangles
+from scenes.appearance.tone import Illumination
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
@@ -59,9 +60,10 @@ def _mean_radiance(tree: LoneTree, level: int) -> dict[tuple[float, float], floa
 def _samples(tree: LoneTree, level: int, sun_deg: float, eye_deg: float) -> Iterator[Reals]:
     """Yield the luminance of every sample that meets the tree, azimuth by azimuth."""
     light = Light(90.0, sun_deg)  # the sun is over the x axis
-    quality = Quality(choose(), 1, 0)
+    quality, tone = Quality(choose(), 1, 0), Illumination(sun_deg)
     for turn in (np.arange(AZIMUTHS) + 0.5) * 360.0 / AZIMUTHS:
-        sticks = tree.sticks(level, math.sin(math.radians(eye_deg)), math.cos(math.radians(turn)))
+        seen_from = math.sin(math.radians(eye_deg)), math.cos(math.radians(turn))
+        sticks = tree.sticks(level, *seen_from, tone)
         shown = DisplayedRepresentation("tree", tree.every, sticks), _ground()
         camera = _camera(tree, unit(turn, eye_deg))
         layers = render_frame(FrameInput(camera, shown, CLEAR, light, quality), int(turn))

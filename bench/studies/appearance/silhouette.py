@@ -1,7 +1,5 @@
 """How much of a picture does a tree cover, displayed down to a level, against all of it?"""
 
-import math
-
 import numpy as np
 
 from bench.studies.appearance.cuts import LoneTree, as_one_part
@@ -21,6 +19,6 @@ def cover_ratios(tree: LoneTree, level: int) -> Reals:
 
 
 def _cover(tree: LoneTree, level: int, view: Reals) -> float:
-    sticks = tree.sticks(level, float(view[2]), math.nan)
+    sticks = tree.sticks(level, float(view[2]))
     spacing = tree.reach / RAYS
     return float(visible_areas(as_one_part(sticks), view[None], spacing).sum())
