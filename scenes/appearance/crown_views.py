@@ -35,37 +35,41 @@ class CrownViews:
     """
 
     toward: Float64[np.ndarray, "e a 3"]
-    weight: Reals
+    weight: Float64[np.ndarray, " e"]
     spacing: float
-    covers: Reals
-    seen: Reals
+    covers: Float64[np.ndarray, " e"]
+    seen: Float64[np.ndarray, " k"]
 
     def seen_areas(self, table: StickTable) -> Float64[np.ndarray, "e k"]:
         """Measure the area that is seen of each stick of a table from each elevation, (e, k)."""
-        each = [visible_areas(table, views, self.spacing).mean(axis=0) for views in self.toward]
-        return np.array(each)
+        return _seen_areas(table, self.toward, self.spacing)
 
     def covered(self, table: StickTable, elevation: int) -> float:
         """Measure the area that a table covers from one elevation, over azimuths [m²]."""
         areas = visible_areas(table, self.toward[elevation], self.spacing)
         return float(areas.sum()) / AZIMUTHS
 
-    def mean_colour(self, table: StickTable, palette: Points) -> Reals:
+    def mean_colour(self, table: StickTable, palette: np.ndarray) -> Reals:
         """Compute the mean albedo of what is seen of the whole object, (3,)."""
         colour: Reals = self.seen @ palette[table.tint] / self.seen.sum()
         return colour
 
 
-def crown_views(whole: StickTable) -> CrownViews:
+def look_at(whole: StickTable) -> CrownViews:
     """Look at an object whose sticks are all of one part."""
     ends = np.concatenate((whole.start, whole.end))
     spacing = float((ends.max(axis=0) - ends.min(axis=0)).max()) / RAYS
     toward = np.array([_around(k, each) for k, each in enumerate(ELEVATIONS_DEG)])
-    weight = _weights()
-    none = np.zeros(0)
-    views = CrownViews(toward, weight, max(spacing, 1e-6), none, none)
-    areas = views.seen_areas(whole)
-    return CrownViews(toward, weight, views.spacing, areas.sum(axis=1), weight @ areas)
+    spacing = max(spacing, 1e-6)
+    areas, weight = _seen_areas(whole, toward, spacing), _weights()
+    return CrownViews(toward, weight, spacing, areas.sum(axis=1), weight @ areas)
+
+
+def _seen_areas(
+    table: StickTable, toward: Float64[np.ndarray, "e a 3"], spacing: float
+) -> Float64[np.ndarray, "e k"]:
+    each = [visible_areas(table, views, spacing).mean(axis=0) for views in toward]
+    return np.array(each)
 
 
 def _around(number: int, elevation_deg: float) -> Points:

@@ -9,14 +9,15 @@ mean albedo of all that is seen is the object's. How brightly they shine is anot
 (``scenes.appearance.tone``).
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from jaxtyping import Bool, Float64, Int64
 
 from lod.arrays import Flags, Ints, Points, Reals
 from lod.stick_table import StickTable
-from scenes.appearance.crown_views import CrownViews, crown_views
-from scenes.appearance.overlap import level_overlap
+from scenes.appearance.crown_views import CrownViews, look_at
+from scenes.appearance.overlap import LevelAppearance, overlaps
 from scenes.appearance.part_sticks import PartSticks
 from scenes.appearance.simplification import (
     blob_counts,
@@ -35,14 +36,14 @@ from scenes.sticks.view_dependent_area import with_area_share
 MOSTLY = 0.4
 """Share of a part's own stick that must be seen, over all directions, for the stick to stay."""
 
-WORTH = 0.04
+WORTH = 0.01
 """Least share of what a part covers that the sticks that stay have together."""
 
 STEPS = 3
 """Steps to the right cover from each elevation."""
 
 
-CODE = ("lod", "scenes.appearance", "scenes.skylight", "scenes.sticks", "scenes.terrain.colour")
+CODE = ("lod", "scenes.appearance", "scenes.sticks", "scenes.terrain.colour")
 """Sources that a fit depends on."""
 
 _COLUMNS = tuple(each.name for each in fields(StickTable))
@@ -60,19 +61,6 @@ class FittedAppearances:
     leaf: StickTable
     view_dependence: ViewDependence
     overlap: Reals
-
-
-@dataclass(frozen=True, eq=False)
-class LevelAppearance:
-    """Leaf appearances of the m inner parts of one level.
-
-    wood, blobs      what they keep of their own, and what stands for the rest, of m parts
-    area_share (e,)  share of the blobs' area that shows from each of ELEVATIONS_DEG
-    """
-
-    wood: StickTable
-    blobs: StickTable
-    area_share: Reals
 
 
 def fit_appearances(parts: PartSticks) -> FittedAppearances:
@@ -95,24 +83,21 @@ def fit_appearances(parts: PartSticks) -> FittedAppearances:
 
 def _fit(parts: PartSticks) -> FittedAppearances:
     n, whole = len(parts.parent), StickTable.as_one_part([parts.own])
-    full = crown_views(whole)
+    full = look_at(whole)
     outline = mean_outline_areas(parts.own)
     seen = full.seen / np.maximum(outline, 1e-12)
     levels = [_fit_level(parts, k, full, seen >= MOSTLY) for k in range(parts.finest)]
     ends = parts.own.only(~parts.owns)
     tables, rows = [ends], [np.full(len(ends), -1)]
-    overlap = np.zeros(n)
     for k, each in enumerate(levels):
         at = parts.inner_rows(k)
         for row, table in ((-1, each.wood), (k, each.blobs)):
             tables.append(table.with_owner(n, at[table.owner]))
             rows.append(np.full(len(table), row))
-        finer = levels[k + 1] if k + 1 < len(levels) else None
-        overlap[at] = level_overlap(parts, k, each, finer, full)
     owner = np.concatenate([table.owner for table in tables])
     in_order = np.concatenate(rows)[np.argsort(owner, kind="stable")]
     shares = np.array([each.area_share for each in levels]).reshape(-1, len(ELEVATIONS_DEG))
-    leaf = StickTable.merge(tables)
+    leaf, overlap = StickTable.merge(tables), overlaps(parts, levels, full)
     return FittedAppearances(leaf, ViewDependence.of_area(in_order, shares), overlap)
 
 
@@ -134,13 +119,17 @@ def _fit_level(parts: PartSticks, level: int, full: CrownViews, seen: Flags) -> 
     thick = with_area_share(blobs.table(m, factor), share.max())
     own = _mean_albedos(parts.own.tint[order], hidden, blob_of_stick, len(blobs.part), parts)
     tint = _tints(thick, own, kept, full, parts)
-    shown = StickTable(thick.first, *thick.columns[:-1], tint)
+    shown = replace(thick, tint=tint)
     return LevelAppearance(wood, shown, share / share.max())
 
 
 def _kept_wood(
-    parts: PartSticks, rows: Ints, bearer: Ints, seen: Flags, target: Reals
-) -> tuple[StickTable, Flags]:
+    parts: PartSticks,
+    rows: Int64[np.ndarray, " m"],
+    bearer: Int64[np.ndarray, " k"],
+    seen: Bool[np.ndarray, " k"],
+    target: Float64[np.ndarray, " m"],
+) -> tuple[StickTable, Bool[np.ndarray, " k"]]:
     """Choose what parts keep of their own sticks, as a table of m parts, and which those are, (k,).
 
     It is the run of sticks from the part's base on that are mostly seen, if that is worth it: two
@@ -184,7 +173,7 @@ def _fit_area_share(blobs: StickTable, kept: StickTable, full: CrownViews) -> Re
 
 def _mean_albedos(
     tint: Ints, hidden: StickTable, group: Ints, groups: int, parts: PartSticks
-) -> Points:
+) -> Float64[np.ndarray, "g 3"]:
     """Compute the mean albedo of the sticks that each blob stands for, by their area, (g, 3)."""
     area, colour = mean_outline_areas(hidden), parts.palette[tint]
     sums = [np.bincount(group, area * c, groups) for c in colour.T]

@@ -15,7 +15,7 @@ from numba import njit
 from lod.arrays import Flags, Points
 from lod.stick_table import StickTable
 from lod.threads import map_chunks
-from scenes.skylight.sun_and_sky import SunAndSky, cosine_direction
+from scenes.appearance.sun_and_sky import SunAndSky, cosine_direction
 from scenes.sticks.contrast import LUMINANCE
 from scenes.sticks.ray_grid import Grids, intersect_ray, make_grids, normal_at
 
@@ -46,7 +46,7 @@ class LoneObject(NamedTuple):
     ground: np.ndarray
 
 
-def lone_object(table: StickTable, albedo: Points, shape: Flags, ground: Points) -> LoneObject:
+def lone_object(table: StickTable, albedo: Points, shape: Flags, ground: np.ndarray) -> LoneObject:
     """Put the sticks of a table, all of one part, on ground of an albedo (3,)."""
     ends = np.concatenate((table.start, table.end))
     radii = np.concatenate((table.start_radius, table.end_radius))

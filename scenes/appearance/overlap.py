@@ -1,22 +1,22 @@
 """How much of a leaf appearance and of the parts that it stands for lies in one another.
 
 While the parts of a level show half of themselves, as when they fade (``lod.pruning.crossfade``),
-the object is to cover as much as before and after. The share s of the leaf appearance that makes
-it so, with the inner appearance whole, gives the overlap c of ``lod.pruning.area_scaling``: for a
-hidden share of a half s = ½/(1 − c/2), so that c = 2 − 1/s.
+the object is to cover what it does with all of them and with none, in the mean. The share s of the
+leaf appearance that makes it so, with the inner appearance whole, gives the overlap c of
+``lod.pruning.area_scaling``: for a hidden share of a half s = ½/(1 − c/2), so that c = 2 − 1/s.
 """
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from lod.arrays import Ints, Reals
 from lod.stick_table import StickTable
-from scenes.appearance.crown_views import CrownViews
+from scenes.appearance.crown_views import CrownViews, look_at
 from scenes.appearance.part_sticks import PartSticks
+from scenes.sticks.view_angles import ELEVATIONS_DEG
 from scenes.sticks.view_dependent_area import with_area_share
-
-if TYPE_CHECKING:
-    from scenes.appearance.fit import LevelAppearance
 
 SEEN_FROM = (0, 2, 4)
 """Elevations, as rows of ELEVATIONS_DEG, over which cover is compared."""
@@ -28,31 +28,73 @@ TOLERANCE = 2e-3
 """How near its cover is to be, relative."""
 
 _STEPS = 4
+_NOTHING = 1e-6  # a share of area at which a stick is too thin to be met
 
 
-def level_overlap(
-    parts: PartSticks,
-    level: int,
-    leaf: "LevelAppearance",
-    finer: "LevelAppearance | None",
-    full: CrownViews,
-) -> float:
-    """Find the overlap of the leaf appearances of a level and of the parts that they stand for.
+@dataclass(frozen=True, eq=False)
+class LevelAppearance:
+    """Leaf appearances of the m inner parts of one level.
 
-    finer  leaf appearances of those parts that own parts themselves; None where none does
+    wood, blobs      what they keep of their own, and what stands for the rest, of m parts
+    area_share (e,)  share of the blobs' area that shows from each of ELEVATIONS_DEG
     """
-    shown = {e: _half_shown(parts, level, finer, e) for e in SEEN_FROM}
-    weight = {e: full.weight[e] for e in SEEN_FROM}
-    wanted = sum(weight[e] * full.covers[e] for e in SEEN_FROM)
+
+    wood: StickTable
+    blobs: StickTable
+    area_share: Reals
+
+    def shown(self, share: float, elevation: int) -> StickTable:
+        """Return a share of all of them as one part, as they look from a row of ELEVATIONS_DEG."""
+        wood = with_area_share(self.wood, max(share, _NOTHING))
+        blobs = with_area_share(self.blobs, max(share * self.area_share[elevation], _NOTHING))
+        return StickTable.as_one_part([wood, blobs])
+
+
+def measure_overlap(
+    parent: Ints, level: Ints, inner: StickTable, leaf: StickTable, palette: np.ndarray
+) -> Reals:
+    """Measure the overlap of every part of an object from its two appearances, (n,).
+
+    Parts of one level have one overlap; it is 0 for parts that own none. The appearances look the
+    same from everywhere.
+    """
+    owns = np.zeros(len(parent), np.bool_)
+    owns[parent[parent >= 0]] = True
+    own = StickTable.merge([inner.only(owns), leaf.only(~owns)])
+    parts = PartSticks(parent, level, own, palette)
+    always = np.ones(len(ELEVATIONS_DEG))
+    levels = []
+    for k in range(parts.finest):
+        table = leaf.of_parts((level == k) & owns)
+        levels.append(LevelAppearance(table.take(np.zeros(0, np.int64)), table, always))
+    return overlaps(parts, levels, look_at(StickTable.as_one_part([own])))
+
+
+def overlaps(parts: PartSticks, levels: Sequence[LevelAppearance], views: CrownViews) -> Reals:
+    """Find the overlap of every part, one for each level; 0 for parts that own none, (n,)."""
+    found = np.zeros(len(parts.parent))
+    for k in range(len(levels)):
+        found[parts.inner_rows(k)] = _level_overlap(parts, k, levels, views)
+    return found
+
+
+def _level_overlap(
+    parts: PartSticks, level: int, levels: Sequence[LevelAppearance], views: CrownViews
+) -> float:
+    """Find the overlap of the leaf appearances of a level and of the parts they stand for."""
+    inner = _displayed(parts, level, levels, 0.5)
+
+    def mean_cover(tables: dict[int, StickTable]) -> float:
+        return float(sum(views.weight[e] * views.covered(tables[e], e) for e in SEEN_FROM))
+
+    without = {
+        e: StickTable.merge([_above(parts, level), levels[level].shown(1.0, e)]) for e in SEEN_FROM
+    }
+    wanted = (mean_cover(_displayed(parts, level, levels, 1.0)) + mean_cover(without)) / 2
 
     def missing(share: float) -> float:
-        covered = 0.0
-        for e in SEEN_FROM:
-            blobs = with_area_share(leaf.blobs, max(share * leaf.area_share[e], 1e-6))
-            wood = with_area_share(leaf.wood, share)
-            table = StickTable.merge([shown[e], *(_one(each) for each in (blobs, wood))])
-            covered += weight[e] * full.covered(table, e)
-        return float(1 - covered / wanted)
+        tables = {e: [inner[e], levels[level].shown(share, e)] for e in SEEN_FROM}
+        return 1 - mean_cover({e: StickTable.merge(t) for e, t in tables.items()}) / wanted
 
     low, high = 1 / (2 - LEAST), 1 / (2 - GREATEST)
     lack, excess = missing(low), missing(high)
@@ -63,28 +105,29 @@ def level_overlap(
         off = missing(middle)
         if abs(off) < TOLERANCE:
             return 2 - 1 / middle
-        low, lack, high, excess = (
-            (middle, off, high, excess) if off > 0 else (low, lack, middle, off)
-        )
-    nearest = low if abs(lack) < abs(excess) else high
-    return 2 - 1 / nearest
+        if off > 0:
+            low, lack = middle, off
+        else:
+            high, excess = middle, off
+    return 2 - 1 / (low if abs(lack) < abs(excess) else high)
 
 
-def _half_shown(
-    parts: PartSticks, level: int, finer: "LevelAppearance | None", elevation: int
-) -> StickTable:
-    """Everything that shows while the parts of a level's parts show half of themselves, but for
-    its leaf appearances."""
-    of = parts.own.owner
-    inner = parts.own.take((parts.level <= level)[of])
-    ends = parts.own.take(((parts.level == level + 1) & ~parts.owns)[of])
-    tables = [_one(inner), _one(with_area_share(ends, 0.5))]
-    if finer is not None:
-        shares = 0.5, 0.5 * finer.area_share[elevation]
-        for table, share in zip((finer.wood, finer.blobs), shares, strict=True):
-            tables.append(_one(with_area_share(table, max(share, 1e-6))))
-    return StickTable.merge(tables)
+def _above(parts: PartSticks, level: int) -> StickTable:
+    """Everything that shows whatever becomes of a level's parts, as one part."""
+    return StickTable.as_one_part([parts.own.take(parts.displayed_above(level))])
 
 
-def _one(table: StickTable) -> StickTable:
-    return table.with_owner(1, np.zeros(len(table), np.int64))
+def _displayed(
+    parts: PartSticks, level: int, levels: Sequence[LevelAppearance], share: float
+) -> dict[int, StickTable]:
+    """Everything that shows while the parts of a level's parts show a share of themselves.
+
+    The leaf appearances of the level are left out. There is one table for each of SEEN_FROM.
+    """
+    of, finer = parts.own.owner, level + 1
+    inner = StickTable.as_one_part([parts.own.take((parts.level <= level)[of])])
+    ends = parts.own.take(((parts.level == finer) & ~parts.owns)[of])
+    tables = [inner, StickTable.as_one_part([with_area_share(ends, share)])]
+    if finer >= len(levels):
+        return {e: StickTable.merge(tables) for e in SEEN_FROM}
+    return {e: StickTable.merge([*tables, levels[finer].shown(share, e)]) for e in SEEN_FROM}

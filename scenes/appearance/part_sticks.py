@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from jaxtyping import Float64
 
-from lod.arrays import Flags, Ints, Points
+from lod.arrays import Flags, Ints
 from lod.stick_table import StickTable
 
 
@@ -26,7 +27,7 @@ class PartSticks:
     parent: Ints
     level: Ints
     own: StickTable
-    palette: Points
+    palette: Float64[np.ndarray, "t 3"]
 
     @cached_property
     def owns(self) -> Flags:

@@ -70,7 +70,7 @@ def blob_counts(hidden: Ints) -> Ints:
     return counts
 
 
-def cluster(hidden: StickTable, max_blobs: Ints) -> tuple[Blobs, Ints]:
+def cluster(hidden: StickTable, max_blobs: Ints) -> tuple[Blobs, Int64[np.ndarray, " k"]]:
     """Gather the hidden sticks of each part into at most ``max_blobs`` (n,) blobs.
 
     Returns the blobs, and the blob of each stick, (k,).

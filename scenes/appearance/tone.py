@@ -17,16 +17,16 @@ from lod.arrays import Flags, Reals
 from lod.stick_table import StickTable
 from scenes.appearance.fit import CODE
 from scenes.appearance.light_paths import lone_object, outgoing_light
+from scenes.appearance.sky import sky_at
+from scenes.appearance.sun_and_sky import SunAndSky
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key
-from scenes.skylight.sky import sky_at
-from scenes.skylight.sun_and_sky import SunAndSky
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.view_angles import AZIMUTHS_DEG, ELEVATIONS_DEG
 from scenes.sticks.view_dependent_area import with_area_share
 from scenes.terrain.colour import GROUND_MATERIALS
 
-LINES = 40_000
+LINES = 80_000
 """Lines of sight from each elevation, over all objects that are fitted together."""
 
 SIZE_M = 10.0

@@ -21,16 +21,13 @@ from scipy.ndimage import gaussian_filter
 from lod.arrays import ArrayData, FlagArray, FloatArray, Ints, Points, Reals
 from lod.errors import InputError
 from lod.stick_table import StickTable
+from scenes.appearance.overlap import measure_overlap
 from scenes.sticks.outline_area import directions, mean_area
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 from scenes.sticks.union_area import COARSE
 
 SUNK = 1.7
 """Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""
-
-OVERLAP = 0.95
-"""Overlap (``lod.pruning.area_scaling``) of a cell's ball and those of its own cells, which lie in
-it. Measured (``bench.calibrate.leaf_overlap``)."""
 
 _JITTER = 0.3
 """How far the finest balls stand from their places along the surface, in sides of their cells: on
@@ -99,13 +96,11 @@ def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"])
     albedo = np.concatenate([cells.albedo for cells in levels])
     tint = ((albedo[:, None, :] - tints) ** 2).sum(axis=2).argmin(axis=1)
     detail = np.repeat(np.arange(len(levels)), count)
-    return assemble_prototype(
-        name=name,
-        places=PartPlaces(np.concatenate(parent), detail, centre, np.full(n, OVERLAP)),
-        inner=_balls(np.empty(0, np.int64), centre[:0], np.empty(0), tint[:0], n),
-        leaf=_balls(np.arange(n), centre, np.concatenate(radii), tint, n),
-        tints=tints,
-    )
+    inner = _balls(np.empty(0, np.int64), centre[:0], np.empty(0), tint[:0], n)
+    leaf = _balls(np.arange(n), centre, np.concatenate(radii), tint, n)
+    of = np.concatenate(parent)
+    overlap = measure_overlap(of, detail, inner, leaf, tints)
+    return assemble_prototype(name, PartPlaces(of, detail, centre, overlap), inner, leaf, tints)
 
 
 def _cells(solid: Solid, level: int) -> _Cells:

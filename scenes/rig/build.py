@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from lod.arrays import Ints
+from scenes.appearance.overlap import measure_overlap
 from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Part, side_of
 from scenes.rig.keyframes import rest_motion
 from scenes.rig.leaf_appearance import (
@@ -20,10 +21,6 @@ from scenes.rig.leaf_appearance import (
 from scenes.rig.rig import Rig, RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype, build_hierarchy
 from scenes.rig.rotations import from_euler
-
-WHOLE_OVERLAP, LIMB_OVERLAP = 0.62, 0.97
-"""Overlaps (``lod.pruning.area_scaling``) of the leaf appearance and the parts of a whole body, and
-of one part: a limb lies right in its own parts. Measured (``bench.calibrate.leaf_overlap``)."""
 
 
 def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
@@ -42,7 +39,8 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
     twin = _mirror_images(parts, row, rig)
     tables = inside, leaf, tints
     hierarchy, joint = build_hierarchy(rig, parent, level, joint, *tables, twin)
-    hierarchy = replace(hierarchy, overlap=np.where(level, LIMB_OVERLAP, WHOLE_OVERLAP))
+    posed = (each.posed(*rig.frames()) for each in (inside, leaf))
+    hierarchy = replace(hierarchy, overlap=measure_overlap(parent, level, *posed, tints))
     looks = inside, leaf, tints
     limbs = _limbs(parts, rig)
     return RiggedPrototype(name, rig, joint, hierarchy, *looks, rest_motion(rig), limbs=limbs)

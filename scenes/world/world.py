@@ -7,6 +7,7 @@ from functools import cached_property
 from lod.pruning.representation import Representation
 from scenes.actors.cast import Cast
 from scenes.actors.performance import Performance
+from scenes.appearance.sky import sky_at
 from scenes.appearance.tone import Illumination
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
@@ -23,7 +24,6 @@ from scenes.plugins.representation import GroundedRepresentation, make_represent
 from scenes.preset.acting import has_acting
 from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.preset.tables import Preset
-from scenes.skylight.sky import sky_at
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import sun_and_sky
 

@@ -30,7 +30,7 @@ from scenes.world.light import Light
 SUNS_DEG, EYES_DEG, AZIMUTHS = (10.0, 40.0, 70.0), (0.0, 30.0), 16
 """Elevations of the sun and of the eye, and the number of its azimuths."""
 
-SIZE_PX, AWAY, GROUND_M = 128, 60.0, 60.0
+SIZE_PX, AWAY, GROUND_M = 192, 60.0, 60.0
 """Side of a picture, distance of the eye in radii of the tree, and half the side of the ground."""
 
 

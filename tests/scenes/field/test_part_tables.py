@@ -10,6 +10,7 @@ from scenes.field.part_tables import PartTables
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.rigged_prototype import rigid_prototype
+from scenes.sticks.view_dependence import ViewDependence
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +54,8 @@ def test_sticks_are_those_of_both_appearances_in_order(part_tables):
 
 
 def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_another():
-    tree = rigid_prototype(tree_prototypes(3, 1, tree_species("birch"))[0])
+    grown = tree_prototypes(3, 1, tree_species("birch"))[0]
+    tree = rigid_prototype(replace(grown, view_dependence=ViewDependence()))
     h = tree.hierarchy
     shown = {}
     for overlap in (0.0, 0.5):

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.calibrate.leaf_light import elevation_table
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric.family import METRICS
@@ -28,14 +27,35 @@ from scenes.sticks.view_angles import (
     AZIMUTHS_DEG,
     ELEVATIONS_DEG,
     azimuth_index,
-    azimuth_tone,
     elevation_index,
     interpolate,
+    tone_steps_at,
 )
-from scenes.sticks.view_dependence import CONSTANT, TONE_STEP, ElevationTable, ViewDependence
+from scenes.sticks.view_dependence import TONE_STEP, ViewDependence
 from scenes.sticks.view_dependent_area import with_area_share
 
-SLOPE = tuple(np.linspace(0.4, 1.0, len(ELEVATIONS_DEG)).tolist())
+SLOPE = np.linspace(0.4, 1.0, len(ELEVATIONS_DEG))
+TURN = np.linspace(1.3, 0.7, len(AZIMUTHS_DEG))
+
+
+def views_of(rows, share=None, by_elevation=None, by_azimuth=None):
+    """One table of view dependence: shares, and tones as a product of two factors."""
+    heights, sides = np.ones(len(ELEVATIONS_DEG)), np.ones(len(AZIMUTHS_DEG))
+    share = heights if share is None else share
+    around = sides if by_azimuth is None else by_azimuth
+    up = heights if by_elevation is None else by_elevation
+    tone = up[:, None] * np.append(around, around.mean())
+    return ViewDependence(np.array(rows), share[None], tone[None])
+
+
+def toned(prototype):
+    """A prototype whose shapes are darker from below and against the sun."""
+    views = prototype.view_dependence
+    tone = SLOPE[:, None] * np.append(TURN, TURN.mean())
+    return replace(
+        prototype,
+        view_dependence=replace(views, tone=np.repeat(tone[None], len(views.area_share), axis=0)),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -77,85 +97,79 @@ def test_the_eye_turns_from_the_sun():
 
 @given(st.floats(0, 180))
 def test_between_two_sides_tones_go_evenly_with_the_angle(degrees):
-    tones = (1.3, 1.2, 1.1, 1.05, 1.0, 0.9, 0.8, 0.75, 0.7)
-    view_dependence = ViewDependence.from_tables(np.array([0]), (CONSTANT,), (tones,))
-    at = azimuth_index(math.cos(math.radians(degrees)))
-    steps = azimuth_tone(view_dependence.azimuth_steps[0], at)
-    expected = np.interp(degrees, AZIMUTHS_DEG, np.log(np.array(tones) / 1.3))
-    assert steps * math.log(TONE_STEP) == pytest.approx(expected, abs=1e-6)
+    steps = views_of([0], by_azimuth=TURN).tone_steps[0]
+    found = tone_steps_at(steps, 0.0, azimuth_index(math.cos(math.radians(degrees))))
+    expected = np.interp(degrees, AZIMUTHS_DEG, np.log(TURN / TURN.max()))
+    assert found * math.log(TONE_STEP) == pytest.approx(expected, abs=1e-6)
+
+
+@given(st.floats(0, 90))
+def test_between_two_heights_tones_go_evenly_with_the_angle(degrees):
+    steps = views_of([0], by_elevation=SLOPE).tone_steps[0]
+    found = tone_steps_at(steps, elevation_index(math.sin(math.radians(degrees))), 2.5)
+    expected = np.interp(degrees, ELEVATIONS_DEG, np.log(SLOPE))
+    assert found * math.log(TONE_STEP) == pytest.approx(expected, abs=1e-6)
 
 
 def test_from_all_sides_alike_tones_are_their_mean():
-    view_dependence = ViewDependence.from_tables(
-        np.array([0]), (CONSTANT,), (tuple(np.linspace(1.3, 0.7, len(AZIMUTHS_DEG))),)
-    )
-    steps = azimuth_tone(view_dependence.azimuth_steps[0], azimuth_index(math.nan))
-    assert TONE_STEP**steps == pytest.approx(1 / 1.3)
-    plain = ViewDependence.from_tables(np.array([0]), (CONSTANT,))
-    assert (plain.azimuth_steps == 0).all()
+    steps = views_of([0], by_azimuth=TURN).tone_steps[0]
+    mean = tone_steps_at(steps, 0.0, azimuth_index(math.nan))
+    assert TONE_STEP**mean == pytest.approx(TURN.mean() / TURN.max())
+    assert (views_of([0]).tone_steps == 0).all()
 
 
-@pytest.mark.parametrize("degrees", [0.0, 90.0, 150.0, None])
-def test_shapes_are_as_bright_as_the_species_says_toward_each_side(degrees):
-    """Over what they are where all sides are alike."""
-    shrub = tree_prototypes(3, 1, tree_species("shrub"))[0]
-    part_tables = PartTables.of((rigid_prototype(shrub),))
-    limbs = np.flatnonzero(shrub.hierarchy.level == 1)
-    one = np.ones(len(limbs))
-    turn = np.nan if degrees is None else math.cos(math.radians(degrees))
+@pytest.mark.parametrize("degrees", [0.0, 90.0, 150.0])
+def test_shapes_are_as_bright_toward_each_side_as_their_table_says(tree, degrees):
+    part_tables = PartTables.of((rigid_prototype(toned(tree)),))
+    limbs = np.flatnonzero(tree.hierarchy.level == 1)
+    one, turn = np.ones(len(limbs)), math.cos(math.radians(degrees))
     seen, plain = (
         part_tables.sticks_of(limbs, BlendWeights(0 * one, one, 0 * one, each * one))
         for each in (turn, np.nan)
     )
-    ours, mean = (np.log(part_tables.tints[each.tint].sum(axis=1)).mean() for each in (seen, plain))
-    wanted = (
-        1.0
-        if degrees is None
-        else np.interp(degrees, AZIMUTHS_DEG, tree_species("shrub").tables.azimuth_tone[1])
+    dark = tree.view_dependence.table_row[np.isin(tree.leaf.owner, limbs)] >= 0
+    ours, mean = (
+        np.log(part_tables.tints[each.tint].sum(axis=1))[dark].mean() for each in (seen, plain)
     )
+    wanted = np.exp(np.interp(degrees, AZIMUTHS_DEG, np.log(TURN))) / TURN.mean()
     assert np.exp(ours - mean) == pytest.approx(wanted, rel=0.01)
     assert np.array_equal(seen.share, plain.share)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 20.0, 60.0, -60.0])
-def test_shapes_are_thinned_and_darkened_as_the_species_says(tree, degrees):
-    species, height = tree_species("conifer"), math.sin(math.radians(degrees))
-    found, colours = seen_from(tree, height)
-    (first, last), kept = tree.leaf.first[:2], species.leaf_appearance.kept_segments[0]
-    share = np.interp(abs(degrees), ELEVATIONS_DEG, species.tables.elevation[0].area_share)
-    tone = np.interp(max(degrees, 0), ELEVATIONS_DEG, species.tables.elevation[0].albedo_factor)
-    tone /= max(species.tables.azimuth_tone[0])
-    assert found.share == pytest.approx([1.0] * kept + [share] * (last - first - kept))
+def test_shapes_are_thinned_and_darkened_as_their_table_says(tree, degrees):
+    views, height = tree.view_dependence, math.sin(math.radians(degrees))
+    found, colours = seen_from(toned(tree), height)
+    first, last = tree.leaf.first[:2]
+    blobs = views.table_row[first:last] >= 0
+    share = np.interp(abs(degrees), ELEVATIONS_DEG, views.area_share[0])
+    tone = np.exp(np.interp(max(degrees, 0), ELEVATIONS_DEG, np.log(SLOPE))) * TURN.mean()
+    assert found.share == pytest.approx(np.where(blobs, share, 1.0))
     own = tree.tints[tree.leaf.tint[first:last]]
-    assert colours[:kept] == pytest.approx(own[:kept])
-    darker = (colours / own)[kept:]
+    assert colours[~blobs] == pytest.approx(own[~blobs])
+    darker = (colours / own)[blobs]
     assert darker == pytest.approx(tone, rel=1.001 * (1 / TONE_STEP - 1))
 
 
 def test_between_two_tones_sticks_share_themselves_out(tree):
     """So that many of them are as bright as they should be on average, not in steps."""
     limbs = np.flatnonzero(tree.hierarchy.level == 1)
-    part_tables = PartTables.of((rigid_prototype(tree),))
-    plain = PartTables.of((rigid_prototype(replace(tree, view_dependence=ViewDependence())),))
+    blobs = tree.view_dependence.table_row[np.isin(tree.leaf.owner, limbs)] >= 0
+    lit, plain = (PartTables.of((rigid_prototype(each),)) for each in (toned(tree), tree))
     for degrees in (12.0, 17.0, 23.0):
         rise, one = np.full(len(limbs), math.sin(math.radians(degrees))), np.ones(len(limbs))
-        shown = [
-            each.sticks_of(limbs, BlendWeights(0 * one, one, rise)) for each in (part_tables, plain)
-        ]
+        shown = [each.sticks_of(limbs, BlendWeights(0 * one, one, rise)) for each in (lit, plain)]
         ours, own = (
             each.tints[sticks.tint].sum(axis=1)
-            for each, sticks in zip((part_tables, plain), shown, strict=True)
+            for each, sticks in zip((lit, plain), shown, strict=True)
         )
-        tone = np.interp(
-            degrees, ELEVATIONS_DEG, tree_species("conifer").tables.elevation[1].albedo_factor
-        )
-        tone /= max(tree_species("conifer").tables.azimuth_tone[1])
-        assert np.exp(np.log(ours / own).mean()) == pytest.approx(tone, rel=0.004)
+        tone = np.exp(np.interp(degrees, ELEVATIONS_DEG, np.log(SLOPE))) * TURN.mean()
+        assert np.exp(np.log(ours / own)[blobs].mean()) == pytest.approx(tone, rel=0.006)
 
 
-def test_what_minds_no_height_looks_the_same_from_all():
-    shrub = tree_prototypes(3, 1, tree_species("shrub"))[0]
-    a, b = (seen_from(shrub, height)[0] for height in (0.0, 1.0))
+def test_what_has_no_tables_looks_the_same_from_all_heights(tree):
+    plain = replace(tree, view_dependence=ViewDependence())
+    a, b = (seen_from(plain, height)[0] for height in (0.0, 1.0))
     for name in a._fields:
         assert np.array_equal(getattr(a, name), getattr(b, name))
 
@@ -182,8 +196,7 @@ def test_tables_of_several_prototypes_lie_end_to_end(tree):
 
 
 def test_all_tones_of_a_tint_follow_it():
-    looks = ElevationTable(SLOPE, SLOPE)
-    view_dependence = ViewDependence.from_tables(np.array([-1, 0, 0, -1]), (looks,))
+    view_dependence = views_of([-1, 0, 0, -1], SLOPE, by_elevation=SLOPE)
     tints = np.array([[0.2, 0.4, 0.1], [0.6, 0.5, 0.4]])
     tint, palette = with_tone_steps(np.array([0, 0, 1, 1]), tints, view_dependence)
     assert tint[[0, 3]].tolist() == [0, 1]
@@ -207,15 +220,7 @@ def test_rows_that_do_not_fit_the_sticks_are_refused(tree):
             Prototype(tree.name, tree.hierarchy, tree.inner, tree.leaf, tree.tints, view_dependence)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("level", [0, 1, 2])
-def test_the_conifer_says_what_is_measured(level):
-    """To two decimals: paths of light are drawn from one seed. (Others, and fewer, give tones that
-    differ by up to 9 %.)"""
-    species = tree_species("conifer")
-    factor, looks = elevation_table(species, level)
-    assert factor == pytest.approx(species.tables.albedo_factor[level], rel=0.002)
-    assert looks.area_share == pytest.approx(species.tables.elevation[level].area_share, abs=0.006)
-    assert looks.albedo_factor == pytest.approx(
-        species.tables.elevation[level].albedo_factor, abs=0.006
-    )
+def test_a_tone_above_one_brightens_up_to_white():
+    views = views_of([0, 0], by_elevation=2 * SLOPE)
+    tint, palette = with_tone_steps(np.array([0, 1]), np.array([[0.2] * 3, [0.7] * 3]), views)
+    assert palette[tint] == pytest.approx(np.array([[0.4] * 3, [1.0] * 3]))

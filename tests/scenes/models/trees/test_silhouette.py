@@ -1,7 +1,7 @@
 """A tree keeps its silhouette, its gaps and its colour when its parts go.
 
 Colour is albedo here, of trees whose shapes are not darker for the shade in what they hide: that
-is another measurement (tests/bench/calibrate/test_leaf_light.py).
+is another fit (tests/scenes/appearance/test_tone.py).
 
 Cuts are the pruner's own: a tree on flat ground, seen from farther and farther away; every
 direction sees them as they look from there (``scenes.sticks.view_dependence``). As long as all its
@@ -23,11 +23,9 @@ from lod.pruning.view import View
 from lod.stick_table import StickTable
 from scenes.field.placed_object import Placed
 from scenes.model_files.names import tree_species_names
-from scenes.models.trees.leaf_appearance import uprightness
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.outline_area import directions
-from scenes.sticks.view_dependence import ElevationTable
 from scenes.sticks.view_dependent_area import area_shares_at, with_area_share
 from scenes.sticks.visible_area import first_met, visible_areas
 
@@ -52,11 +50,7 @@ class Plain:
 
 @lru_cache(maxsize=16)
 def one(name, season):
-    species = tree_species(name)
-    by_area = tuple(ElevationTable(each.area_share) for each in species.tables.elevation)
-    uncorrected = species.uncorrected()
-    tables = replace(uncorrected.tables, elevation=by_area)
-    return tree_prototypes(2, 1, replace(uncorrected, tables=tables), season)[0]
+    return tree_prototypes(2, 1, tree_species(name), season)[0]
 
 
 def view_from(away, fade=0.0):
@@ -142,18 +136,6 @@ def test_no_distance_erodes_it(name, season):
         assert there.mean() == pytest.approx(cover.mean(), rel=0.15), away
 
 
-@pytest.mark.parametrize("name", ["conifer", "tree", "birch", "shrub"])
-def test_the_last_shapes_are_as_upright_as_the_tree(name):
-    """What they cover from the side over what they cover from above and below (a conifer's, as
-    tall as the tree itself, would be a quarter more)."""
-    p = one(name, "summer")
-    ratios = [
-        uprightness(AROUND, measured(p, view_from(away))[0])
-        for away in (0.1, 0.99 * limits(p, 0).max())
-    ]
-    assert ratios[1] == pytest.approx(ratios[0], rel=0.1)
-
-
 @pytest.mark.parametrize("name", tree_species_names())
 def test_boughs_are_as_flat_as_what_they_hide(name):
     """Every part of a depth displayed, and none below: cover from each height over the tree's own,
@@ -166,10 +148,11 @@ def test_boughs_are_as_flat_as_what_they_hide(name):
         assert cover / own == pytest.approx((cover / own).mean(), rel=0.06)
 
 
-def test_the_last_shapes_of_a_conifer_cover_as_much_from_every_height():
-    """The whole as one part: cover from each height over the tree's own, about their mean (shapes
-    that look the same from everywhere would give 1.17 from the side, 0.92 from 40°)."""
-    p = one("conifer", "summer")
+@pytest.mark.parametrize("name", ["conifer", "tree", "birch", "shrub"])
+def test_the_last_shapes_cover_as_much_from_every_height(name):
+    """The whole as one part: cover from each height over the own, about their mean (round shapes
+    of a conifer would give 1.17 from the side and 0.92 from 40°)."""
+    p = one(name, "summer")
     own, cover = (_from_heights(p, k) for k in (int(p.hierarchy.level.max()), 0))
     assert cover / own == pytest.approx((cover / own).mean(), rel=0.04)
 

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.calibrate.sky_table import cells
-from scenes.render.mitsuba import variants
-from scenes.skylight.sky import (
+from scenes.appearance.sky import (
     ELEVATIONS_DEG,
     SKY_COLUMNS,
     SKY_ROWS,
@@ -16,6 +15,7 @@ from scenes.skylight.sky import (
     cell_irradiance,
     sky_at,
 )
+from scenes.render.mitsuba import variants
 
 
 def test_an_even_sky_sends_its_radiance_to_level_ground():

@@ -1,1 +1,0 @@
-"""The light of sun and sky as tables and vectors, for light that is followed without a renderer."""
