@@ -116,7 +116,7 @@ class TestRealObjects:
                         assert (reach[held] <= h.B[above[held]] * (1 + 1e-9)).all()
                         above = np.where(held, h.parent[above], -1)
 
-    def test_priority_squared_is_the_largest_covered_area_within_a_percent(self):
+    def test_priority_squared_is_the_largest_covered_area_within_three_percent(self):
         """Against many more directions than the rule uses."""
         dense = directions(2000)
         for p in rigid_prototypes():
@@ -143,7 +143,7 @@ class TestRealObjects:
                 largest = np.max(areas, axis=0)
             else:
                 largest = areas_of_parts(part, dense).max(axis=1)
-            assert p.hierarchy.P[rows] == pytest.approx(np.sqrt(largest), rel=0.01)
+            assert p.hierarchy.P[rows] == pytest.approx(np.sqrt(largest), rel=0.015)
             assert (p.hierarchy.P[rows] <= np.sqrt(largest) * 1.005).all()
 
     def test_leaf_appearance_is_never_empty(self):
