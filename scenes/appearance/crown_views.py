@@ -58,9 +58,9 @@ class CrownViews:
 def look_at(whole: StickTable) -> CrownViews:
     """Look at an object whose sticks are all of one part."""
     ends = np.concatenate((whole.start, whole.end))
-    spacing = float((ends.max(axis=0) - ends.min(axis=0)).max()) / RAYS
+    thickest = float(np.maximum(whole.start_radius, whole.end_radius).max())
+    spacing = max(float((ends.max(axis=0) - ends.min(axis=0)).max()), 2 * thickest) / RAYS
     toward = np.array([_around(k, each) for k, each in enumerate(ELEVATIONS_DEG)])
-    spacing = max(spacing, 1e-6)
     areas, weight = _seen_areas(whole, toward, spacing), _weights()
     return CrownViews(toward, weight, spacing, areas.sum(axis=1), weight @ areas)
 

@@ -1,0 +1,111 @@
+"""Leaf appearances fitted to an object that is no tree: cover, what stays, and the cache."""
+
+import numpy as np
+import pytest
+
+from lod.stick_table import StickTable
+from scenes.appearance.fit import fit_appearances
+from scenes.appearance.overlap import GREATEST, measure_overlap
+from scenes.appearance.part_sticks import PartSticks
+from scenes.sticks.outline_area import directions
+from scenes.sticks.view_dependent_area import area_shares_at, with_area_share
+from scenes.sticks.visible_area import visible_areas
+
+PALETTE = np.array([[0.1, 0.08, 0.06], [0.1, 0.2, 0.05], [0.2, 0.3, 0.1]])
+
+
+def sticks(parts, owner, start, end, radius, tint):
+    count = len(owner)
+    radii = np.full(count, float(radius))
+    ends = (np.asarray(each, np.float64) for each in (start, end))
+    return StickTable.of(parts, np.array(owner), *ends, radii, radii, np.full(count, tint))
+
+
+@pytest.fixture(scope="module")
+def bush():
+    """A pole, eight twigs around its upper half, and thirty leaves on each of them."""
+    rng = np.random.default_rng(5)
+    twigs, leaves = 8, 30
+    turn = 2.4 * np.arange(twigs)
+    base = np.column_stack((np.zeros((twigs, 2)), np.linspace(1.0, 2.0, twigs)))
+    tip = base + np.column_stack((np.cos(turn), np.sin(turn), 0.3 * np.ones(twigs)))
+    parent = np.concatenate(([-1], np.zeros(twigs), 1 + np.repeat(np.arange(twigs), leaves)))
+    level = np.repeat([0, 1, 2], [1, twigs, twigs * leaves])
+    n, along = len(parent), rng.uniform(0.2, 1.0, (twigs, leaves, 1))
+    middle = base[:, None] + along * (tip - base)[:, None] + rng.normal(0, 0.1, (twigs, leaves, 3))
+    middle, aside = middle.reshape(-1, 3), 0.06 * rng.normal(size=(twigs * leaves, 3))
+    tables = [
+        sticks(n, [0, 0], [(0, 0, 0), (0, 0, 1)], [(0, 0, 1), (0, 0, 2)], 0.06, 0),
+        sticks(n, 1 + np.arange(twigs), base, tip, 0.015, 0),
+        sticks(n, np.flatnonzero(level == 2), middle - aside, middle + aside, 0.05, 1),
+    ]
+    tints = np.concatenate((np.zeros(2 + twigs), rng.integers(1, 3, twigs * leaves)))
+    own = StickTable.merge(tables)
+    own = StickTable(own.first, *own.columns[:-1], tints.astype(np.int64))
+    return PartSticks(parent.astype(np.int64), level, own, PALETTE)
+
+
+def cover(table, view):
+    return visible_areas(table, view[None], 0.02).sum()
+
+
+def cut(parts, fitted, level, rise):
+    """What is displayed down to a level, as it looks from a height."""
+    of, views = fitted.leaf.owner, fitted.view_dependence
+    shares = area_shares_at(views, views.rows(len(of)), rise)
+    leaf = with_area_share(fitted.leaf, shares).take((parts.level == level)[of])
+    inner = parts.own.take(parts.displayed_above(level))
+    return StickTable.as_one_part([inner, leaf])
+
+
+def test_it_covers_as_much_from_every_side_at_every_level(bush):
+    fitted = fit_appearances(bush)
+    whole = StickTable.as_one_part([bush.own])
+    for level, each in ((0, 0.4), (1, 0.15)):
+        ratio = np.array(
+            [
+                cover(cut(bush, fitted, level, view[2]), view) / cover(whole, view)
+                for view in directions(64)[::2]
+            ]
+        )
+        assert ratio.mean() == pytest.approx(1, abs=0.05)
+        assert abs(ratio - 1).max() < each
+    assert fitted.leaf.count[0] <= 5
+
+
+def test_parts_that_own_none_stay_as_they_are_and_wood_that_is_seen_stays(bush):
+    fitted = fit_appearances(bush)
+    ends = ~bush.owns
+    for name in ("start", "end", "start_radius", "tint"):
+        ours, own = (getattr(each.only(ends), name) for each in (fitted.leaf, bush.own))
+        assert np.array_equal(ours, own)
+    whole = fitted.leaf.of_parts(bush.level == 0)
+    kept = fitted.view_dependence.table_row[: len(whole)] < 0
+    assert kept.any() and whole.start[kept][0, 2] == 0.0, "the pole below the crown"
+
+
+def test_what_is_seen_has_the_mean_albedo_of_all(bush):
+    fitted = fit_appearances(bush)
+    shown = fitted.leaf.of_parts(bush.level == 1)
+    views = directions(8)
+    colours = []
+    for table in (shown, bush.own.take((bush.level == 2)[bush.own.owner])):
+        area = visible_areas(StickTable.as_one_part([table]), views, 0.02).sum(axis=0)
+        colours.append(area @ PALETTE[table.tint] / area.sum())
+    assert colours[0] == pytest.approx(colours[1], rel=0.12)
+
+
+def ball(parts, owner, x):  # on a diagonal, so that no view has one behind the other
+    at = np.array([[x, x, 0.0]]) / np.sqrt(2)
+    return sticks(parts, owner, at, at, 1.0, 0)
+
+
+@pytest.mark.parametrize(("apart", "expected"), [(0.0, GREATEST), (12.0, 0.0)])
+def test_the_overlap_of_what_is_the_same_place_and_of_what_is_far_away(apart, expected):
+    """A ball that stands for another: in its place, or beside it in every view."""
+    parent, level = np.array([-1, 0]), np.array([0, 1])
+    leaf = StickTable.merge([ball(2, [0], apart), ball(2, [1], 0.0)])
+    inner = leaf.take(np.zeros(0, np.int64))
+    found = measure_overlap(parent, level, inner, leaf, PALETTE)
+    assert found[1] == 0
+    assert found[0] == pytest.approx(expected, abs=0.06)
