@@ -25,7 +25,6 @@ from lod.metric.hierarchy import Hierarchy
 from lod.motion.image_motion import motion_steps
 from lod.pruning.view import View
 from lod.pruning.view_geometry import distance
-from scenes.appearance.sky import Sky
 from scenes.far_cover.stand_appearance import (
     AZIMUTHS_DEG,
     DEPRESSIONS_DEG,
@@ -34,6 +33,7 @@ from scenes.far_cover.stand_appearance import (
 )
 from scenes.far_cover.stand_paths import MAX_DEPTH
 from scenes.field.species import Species
+from scenes.sticks.appearance.sky import Sky
 
 Shares = Float64[np.ndarray, "n k"]
 """Shares by point and species."""

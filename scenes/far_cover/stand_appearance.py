@@ -16,11 +16,11 @@ from jaxtyping import Float64
 
 from lod.arrays import ArrayData, FloatArray, Ints, Reals
 from lod.stick_table import StickTable
-from scenes.appearance.sky import Sky
-from scenes.appearance.sun_and_sky import SunAndSky
 from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, randoms_per_path, trace_lines
 from scenes.far_cover.stand_rays import StandField, stand_field
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.appearance.sky import Sky
+from scenes.sticks.appearance.sun_and_sky import SunAndSky
 from scenes.sticks.outline_area import mean_outline_areas
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.union_area import areas_of_parts

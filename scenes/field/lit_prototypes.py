@@ -1,7 +1,7 @@
 """Prototypes whose leaf appearances shine as what they hide does in a world's light.
 
 Prototypes of one species that look the same but for their size are fitted once, and all of a
-species together: one table of tones stands for them (``scenes.appearance.tone``).
+species together: one table of tones stands for them (``scenes.sticks.appearance.tone``).
 """
 
 from dataclasses import replace
@@ -9,9 +9,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from scenes.appearance.tone import Illumination, fit_tone
 from scenes.field.part_tables import PartTables
 from scenes.rig.rigged_prototype import RiggedPrototype, rigged
+from scenes.sticks.appearance.tone import Illumination, fit_tone
 from scenes.sticks.prototype import Prototype
 
 

@@ -11,7 +11,6 @@ from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Appearance
 from lod.pruning.view import View
-from scenes.appearance.tone import Illumination
 from scenes.field.posed_species import (
     InstancesInView,
     SpeciesPrototypes,
@@ -22,6 +21,7 @@ from scenes.field.posed_species import (
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose_tables import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.appearance.tone import Illumination
 from scenes.sticks.prototype import Prototype
 from scenes.terrain.ground import Ground
 

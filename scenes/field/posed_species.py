@@ -15,7 +15,6 @@ from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.pruning.view import View
 from scenes.field.mesh_emission import emit_meshes
-from scenes.appearance.tone import Illumination
 from scenes.field.lit_prototypes import lit_part_tables
 from scenes.field.part_tables import PartTables
 from scenes.field.stick_emission import emit
@@ -25,6 +24,7 @@ from scenes.rig.pose import pose_points
 from scenes.rig.pose_tables import Instances, PoseTables
 from scenes.rig.rigged_prototype import RiggedPrototype, rigged
 from scenes.rig.speed_bound import speed_bound
+from scenes.sticks.appearance.tone import Illumination
 from scenes.sticks.prototype import Prototype
 
 

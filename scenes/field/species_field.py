@@ -14,7 +14,6 @@ from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Appearance
 from lod.pruning.view import View
-from scenes.appearance.tone import Illumination
 from scenes.field.cell_search import candidates, cells_in_reach
 from scenes.field.placement import place_instances
 from scenes.field.poisson_cells import CellSamples, PoissonCells
@@ -28,6 +27,7 @@ from scenes.field.posed_species import (
 from scenes.field.search_bounds import SearchBounds, search_bounds
 from scenes.field.species import Species
 from scenes.rig.pose_tables import Instances
+from scenes.sticks.appearance.tone import Illumination
 from scenes.terrain.ground import Ground
 
 

@@ -21,7 +21,7 @@ from scipy.ndimage import gaussian_filter
 from lod.arrays import ArrayData, FlagArray, FloatArray, Ints, Points, Reals
 from lod.errors import InputError
 from lod.stick_table import StickTable
-from scenes.appearance.overlap import measure_overlap
+from scenes.sticks.appearance.overlap import measure_overlap
 from scenes.sticks.outline_area import directions, mean_area
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 from scenes.sticks.union_area import COARSE

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from lod.arrays import Ints
-from scenes.appearance.overlap import measure_overlap
 from scenes.rig.anatomy import MEAN, SIDES, Anatomy, Build, Part, side_of
 from scenes.rig.keyframes import rest_motion
 from scenes.rig.leaf_appearance import (
@@ -21,6 +20,7 @@ from scenes.rig.leaf_appearance import (
 from scenes.rig.rig import Rig, RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype, build_hierarchy
 from scenes.rig.rotations import from_euler
+from scenes.sticks.appearance.overlap import measure_overlap
 
 
 def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:
@@ -39,8 +39,8 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
     twin = _mirror_images(parts, row, rig)
     tables = inside, leaf, tints
     hierarchy, joint = build_hierarchy(rig, parent, level, joint, *tables, twin)
-    posed = (each.posed(*rig.frames()) for each in (inside, leaf))
-    hierarchy = replace(hierarchy, overlap=measure_overlap(parent, level, *posed, tints))
+    at_rest = inside.posed(*rig.frames()), leaf.posed(*rig.frames())
+    hierarchy = replace(hierarchy, overlap=measure_overlap(parent, level, *at_rest, tints))
     looks = inside, leaf, tints
     limbs = _limbs(parts, rig)
     return RiggedPrototype(name, rig, joint, hierarchy, *looks, rest_motion(rig), limbs=limbs)

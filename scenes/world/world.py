@@ -7,8 +7,6 @@ from functools import cached_property
 from lod.pruning.representation import Representation
 from scenes.actors.cast import Cast
 from scenes.actors.performance import Performance
-from scenes.appearance.sky import sky_at
-from scenes.appearance.tone import Illumination
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.far_cover.aggregate_cover import AggregateCover
@@ -24,6 +22,8 @@ from scenes.plugins.representation import GroundedRepresentation, make_represent
 from scenes.preset.acting import has_acting
 from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.preset.tables import Preset
+from scenes.sticks.appearance.sky import sky_at
+from scenes.sticks.appearance.tone import Illumination
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import sun_and_sky
 

@@ -19,13 +19,13 @@ from lod.pruning.pruner import Cut, prune
 from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
 from lod.stick_table import StickTable
-from scenes.appearance.tone import Illumination
 from scenes.field.placed_object import Placed
 from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.species_files import read_species, tree_species
 from scenes.models.trees.tree import tree_prototypes
+from scenes.sticks.appearance.tone import Illumination
 
 UNSEEN = ("poplar", "acacia", "pine")
 """Kinds whose parameters were frozen before the fit that they judge."""

@@ -5,7 +5,7 @@ species has them; last the foliage, leaf by leaf. A part's origin is the base of
 middle of its leaf; the whole tree's is the foot of the trunk, on the ground. As an inner node a
 branch is its own chain of sticks. Its leaf appearance is a few blobs and what is kept of that
 chain, which cover on average over directions what the hidden branches and leaves would
-(``scenes.appearance``).
+(``scenes.sticks.appearance``).
 """
 
 from dataclasses import replace
@@ -15,12 +15,12 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.stick_table import StickTable
-from scenes.appearance.fit import fit_appearances
-from scenes.appearance.part_sticks import PartSticks
 from scenes.models.trees.grown_tree import GrownTree
 from scenes.models.trees.growth import grow
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.weather import SEASONS
+from scenes.sticks.appearance.fit import fit_appearances
+from scenes.sticks.appearance.part_sticks import PartSticks
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 
 _STREAM = 0x7EE

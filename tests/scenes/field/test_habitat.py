@@ -8,13 +8,13 @@ from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune, prune_by_level
 from lod.pruning.view import View
-from scenes.appearance.sky import sky_at
 from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.field.habitat import Habitat
 from scenes.field.species import Species
 from scenes.field.species_field import SpeciesField
 from scenes.models.boulder import boulder_prototypes
 from scenes.preset.load import load_preset
+from scenes.sticks.appearance.sky import sky_at
 from scenes.terrain.terrain import Terrain
 from scenes.world.world import World, make_habitat
 

@@ -1,7 +1,7 @@
 """A tree keeps its silhouette, its gaps and its colour when its parts go.
 
 Colour is albedo here, of trees whose shapes are not darker for the shade in what they hide: that
-is another fit (tests/scenes/appearance/test_tone.py).
+is another fit (tests/scenes/sticks/appearance/test_tone.py).
 
 Cuts are the pruner's own: a tree on flat ground, seen from farther and farther away; every
 direction sees them as they look from there (``scenes.sticks.view_dependence``). As long as all its

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from lod.stick_table import StickTable
-from scenes.appearance.fit import fit_appearances
-from scenes.appearance.overlap import GREATEST, measure_overlap
-from scenes.appearance.part_sticks import PartSticks
+from scenes.sticks.appearance.fit import fit_appearances
+from scenes.sticks.appearance.overlap import GREATEST, measure_overlap
+from scenes.sticks.appearance.part_sticks import PartSticks
 from scenes.sticks.outline_area import directions
 from scenes.sticks.view_dependent_area import area_shares_at, with_area_share
 from scenes.sticks.visible_area import visible_areas

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lod.stick_table import StickTable
-from scenes.appearance.light_paths import lone_object, outgoing_light
-from scenes.appearance.sky import sky_at
-from scenes.appearance.sun_and_sky import SunAndSky
-from scenes.appearance.tone import Illumination, fit_tone
+from scenes.sticks.appearance.light_paths import lone_object, outgoing_light
+from scenes.sticks.appearance.sky import sky_at
+from scenes.sticks.appearance.sun_and_sky import SunAndSky
+from scenes.sticks.appearance.tone import Illumination, fit_tone
 from scenes.sticks.contrast import LUMINANCE
 from scenes.sticks.prototype import PartPlaces, assemble_prototype
 from scenes.sticks.view_angles import ELEVATIONS_DEG

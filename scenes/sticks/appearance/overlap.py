@@ -13,8 +13,8 @@ import numpy as np
 
 from lod.arrays import Ints, Reals
 from lod.stick_table import StickTable
-from scenes.appearance.crown_views import CrownViews, look_at
-from scenes.appearance.part_sticks import PartSticks
+from scenes.sticks.appearance.crown_views import CrownViews, look_at
+from scenes.sticks.appearance.part_sticks import PartSticks
 from scenes.sticks.view_angles import ELEVATIONS_DEG
 from scenes.sticks.view_dependent_area import with_area_share
 

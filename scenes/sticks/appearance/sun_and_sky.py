@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from scenes.appearance.sky import ELEVATIONS_DEG, Sky
+from scenes.sticks.appearance.sky import ELEVATIONS_DEG, Sky
 
 
 class SunAndSky(NamedTuple):
@@ -15,7 +15,7 @@ class SunAndSky(NamedTuple):
 
     to_sun (t, 3), azimuth (t,)  unit vectors to the sun, and its azimuths [rad]
     sun (3,)       what the sun gives of the light on level ground
-    sky (r, c, 3)  radiance of the cells of the sky (``scenes.appearance.sky``)
+    sky (r, c, 3)  radiance of the cells of the sky (``scenes.sticks.appearance.sky``)
     """
 
     to_sun: np.ndarray
@@ -28,7 +28,7 @@ class SunAndSky(NamedTuple):
         """Compute the light of a sky and of its sun at azimuths from that of the lines of sight.
 
         At azimuth 0 the sun is behind the viewer. The sun is no lower than the table of skies has
-        it (``scenes.appearance.sky``): of a lower one the sky is that of the lowest, too.
+        it (``scenes.sticks.appearance.sky``): of a lower one the sky is that of the lowest, too.
         """
         e = math.radians(max(elevation_deg, ELEVATIONS_DEG[0]))
         a = np.radians(azimuths_deg)

@@ -71,6 +71,6 @@ def _ends(nodes: tuple[float, ...]) -> tuple[float, float]:
 @lru_cache(maxsize=1)
 def _table() -> np.ndarray:
     """Radiance of every cell by turbidity and elevation, (t, e, SKY_ROWS, SKY_COLUMNS, 3)."""
-    with (resources.files("scenes.appearance") / "sky.csv").open(encoding="ascii") as file:
+    with (resources.files("scenes.sticks.appearance") / "sky.csv").open(encoding="ascii") as file:
         rows = np.loadtxt(file, delimiter=",", skiprows=1)
     return rows[:, -3:].reshape(len(TURBIDITIES), len(ELEVATIONS_DEG), SKY_ROWS, SKY_COLUMNS, 3)

@@ -6,7 +6,7 @@ clear trunk of a tree. Then all blobs of a level are made thicker or thinner, by
 elevation of the eye, so that the object displayed down to that level covers from there what it does
 in full detail: neighbours overlap otherwise than what they stand for. Tints are chosen so that the
 mean albedo of all that is seen is the object's. How brightly they shine is another fit
-(``scenes.appearance.tone``).
+(``scenes.sticks.appearance.tone``).
 """
 
 from dataclasses import dataclass, fields, replace
@@ -16,18 +16,18 @@ from jaxtyping import Bool, Float64, Int64
 
 from lod.arrays import Flags, Ints, Points, Reals
 from lod.stick_table import StickTable
-from scenes.appearance.crown_views import CrownViews, look_at
-from scenes.appearance.overlap import LevelAppearance, overlaps
-from scenes.appearance.part_sticks import PartSticks
-from scenes.appearance.simplification import (
+from scenes.processes.content_cache import kept
+from scenes.processes.content_key import content_key
+from scenes.sticks.appearance.crown_views import CrownViews, look_at
+from scenes.sticks.appearance.overlap import LevelAppearance, overlaps
+from scenes.sticks.appearance.part_sticks import PartSticks
+from scenes.sticks.appearance.simplification import (
     blob_counts,
     cluster,
     error_diffusion,
     fit_radii,
     fitting_area,
 )
-from scenes.processes.content_cache import kept
-from scenes.processes.content_key import content_key
 from scenes.sticks.outline_area import mean_outline_areas
 from scenes.sticks.view_angles import ELEVATIONS_DEG
 from scenes.sticks.view_dependence import ViewDependence
@@ -43,7 +43,7 @@ STEPS = 3
 """Steps to the right cover from each elevation."""
 
 
-CODE = ("lod", "scenes.appearance", "scenes.sticks", "scenes.terrain.colour")
+CODE = ("lod", "scenes.sticks", "scenes.terrain.colour")
 """Sources that a fit depends on."""
 
 _COLUMNS = tuple(each.name for each in fields(StickTable))

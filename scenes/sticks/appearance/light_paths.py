@@ -15,7 +15,7 @@ from numba import njit
 from lod.arrays import Flags, Points
 from lod.stick_table import StickTable
 from lod.threads import map_chunks
-from scenes.appearance.sun_and_sky import SunAndSky, cosine_direction
+from scenes.sticks.appearance.sun_and_sky import SunAndSky, cosine_direction
 from scenes.sticks.contrast import LUMINANCE
 from scenes.sticks.ray_grid import Grids, intersect_ray, make_grids, normal_at
 

@@ -15,12 +15,12 @@ from jaxtyping import Float64
 
 from lod.arrays import Flags, Reals
 from lod.stick_table import StickTable
-from scenes.appearance.fit import CODE
-from scenes.appearance.light_paths import lone_object, outgoing_light
-from scenes.appearance.sky import sky_at
-from scenes.appearance.sun_and_sky import SunAndSky
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key
+from scenes.sticks.appearance.fit import CODE
+from scenes.sticks.appearance.light_paths import lone_object, outgoing_light
+from scenes.sticks.appearance.sky import sky_at
+from scenes.sticks.appearance.sun_and_sky import SunAndSky
 from scenes.sticks.prototype import Prototype
 from scenes.sticks.view_angles import AZIMUTHS_DEG, ELEVATIONS_DEG
 from scenes.sticks.view_dependent_area import with_area_share

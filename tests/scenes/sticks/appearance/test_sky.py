@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.calibrate.sky_table import cells
-from scenes.appearance.sky import (
+from scenes.render.mitsuba import variants
+from scenes.sticks.appearance.sky import (
     ELEVATIONS_DEG,
     SKY_COLUMNS,
     SKY_ROWS,
@@ -15,7 +16,6 @@ from scenes.appearance.sky import (
     cell_irradiance,
     sky_at,
 )
-from scenes.render.mitsuba import variants
 
 
 def test_an_even_sky_sends_its_radiance_to_level_ground():
