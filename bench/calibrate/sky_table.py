@@ -2,8 +2,8 @@
 
 The table ``scenes/sticks/appearance/sky.csv`` holds the radiance of Mitsuba's ``sunsky`` by
 turbidity, elevation of the sun and cells of directions, the mean over the solid angle of each, in
-red, green and blue, over what white level ground sends in the light of sun and sky. The two sides of the sun
-are alike.
+red, green and blue, over what white level ground sends in the light of sun and sky. The two sides
+of the sun are alike.
 """
 
 from collections.abc import Iterator
