@@ -22,8 +22,8 @@ from scenes.sticks.ray_grid import Grids, intersect_ray, make_grids, normal_at
 _OFFSET_M = 1e-4
 """Distance from a surface at which rays leave it [m]."""
 
-_LINES_PER_THREAD = 256
-"""Number of lines for which another thread is worth its start."""
+_BLOCK = 1024
+"""Number of lines whose light is added up at once."""
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
@@ -71,13 +71,17 @@ def outgoing_light(
     """
     e, weights = math.radians(elevation_deg), np.array(LUMINANCE)
 
-    def run(begin: int, end: int) -> np.ndarray:
-        some: np.ndarray = _trace(one, light, weights, e, randoms[begin:end], begin)
-        return some
+    # Sums are over blocks of lines, so that they are the same on any number of threads.
+    starts = range(0, len(randoms), _BLOCK)
+
+    def run(first: int, last: int) -> list[np.ndarray]:
+        blocks = [(start, randoms[start : start + _BLOCK]) for start in starts[first:last]]
+        return [_trace(one, light, weights, e, each, start) for start, each in blocks]
 
     across = 2 * one.radius
     up = (one.high - one.low) * math.cos(e) + across * math.sin(e)
-    total: np.ndarray = np.sum(map_chunks(run, len(randoms), _LINES_PER_THREAD), axis=0)
+    sums = [each for some in map_chunks(run, len(starts), 1) for each in some]
+    total: np.ndarray = np.sum(sums, axis=0)
     return total * (across * up / len(randoms))
 
 

@@ -9,7 +9,7 @@ from lod.stick_table import StickTable
 from scenes.sticks.appearance.light_paths import lone_object, outgoing_light
 from scenes.sticks.appearance.sky import sky_at
 from scenes.sticks.appearance.sun_and_sky import SunAndSky
-from scenes.sticks.appearance.tone import Illumination, fit_tone
+from scenes.sticks.appearance.tone import Illumination, _fit, fit_tone
 from scenes.sticks.contrast import LUMINANCE
 from scenes.sticks.prototype import PartPlaces, assemble_prototype
 from scenes.sticks.view_angles import ELEVATIONS_DEG
@@ -100,6 +100,17 @@ def test_size_does_not_tell():
     centre, light = [(0.0, 0.0, 2.0)], Illumination(40.0)
     one = object_of(0.6, 0.3, balls(centre, 1.0, 0), balls(centre, 0.9, 1))
     found = [fit_tone((each,), light, lines=500) for each in (one, one.scaled(3.7))]
+    assert np.array_equal(*found)
+
+
+def test_threads_do_not_show(monkeypatch):
+    """Sums of many lines are the same to the last bit, whoever adds them up."""
+    centre, light = [(0.0, 0.0, 2.0)], Illumination(40.0)
+    one = object_of(0.6, 0.3, balls(centre, 1.0, 0), balls(centre, 0.9, 1))
+    found = []
+    for count in (1, 3):
+        monkeypatch.setattr("lod.threads.get_num_threads", lambda count=count: count)
+        found.append(_fit((one,), light, 5000))
     assert np.array_equal(*found)
 
 
