@@ -14,8 +14,8 @@ from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.pruner import Cut
 from lod.pruning.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.pruning.view import View
-from scenes.field.mesh_emission import emit_meshes
 from scenes.field.lit_prototypes import lit_part_tables
+from scenes.field.mesh_emission import emit_meshes
 from scenes.field.part_tables import PartTables
 from scenes.field.stick_emission import emit
 from scenes.field.traversal import DisplayedRows, traverse

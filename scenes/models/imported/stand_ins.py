@@ -15,7 +15,7 @@ from lod.arrays import Ints, Points, Reals
 from lod.mesh_table import MeshTable
 from lod.stick_table import StickTable
 from scenes.models.imported.surface import balls_below, surface_balls
-from scenes.models.trees.simplification import cluster, error_diffusion, fit_radii
+from scenes.sticks.appearance.simplification import cluster, error_diffusion, fit_radii
 
 Tints = Float64[np.ndarray, "t 3"]
 
@@ -65,7 +65,7 @@ def _sticks(
     hidden: StickTable, albedo: Points, tints: Tints, area: np.ndarray, most: int
 ) -> StickTable:
     """Sticks in the place of the balls of m parts, which cover these areas (m,) [m²] on average."""
-    groups, group = cluster(hidden, most)
+    groups, group = cluster(hidden, np.full(len(area), most))
     factor = fit_radii(groups, hidden.take(np.zeros(0, np.int64)), area)
     weight = hidden.start_radius**2
     total = np.bincount(group, weight, len(groups.part))
