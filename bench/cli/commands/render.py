@@ -93,10 +93,10 @@ def command(
     check_targets([frame_path(pattern, number) for number in numbers])
     check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
     chosen = within_budget(chosen, numbers, most_bytes, partial(click.echo, err=True))
-    folder = make_folder(Path(pattern).parent)
     check_acted(chosen, numbers)
-    track = prepare_track(chosen, folder)
-    settings = frame_settings(chosen, choose(chosen.render.variant, chosen.render.spectral), track)
+    variant = choose(chosen.render.variant, chosen.render.spectral)
+    folder = make_folder(Path(pattern).parent)
+    settings = frame_settings(chosen, variant, prepare_track(chosen, folder))
     with output(as_json) as out:
         records: list[dict[str, Any]] = []
         with _counted(out, records), owned_folder(folder, settings):

@@ -23,8 +23,9 @@ OF_OTHERS = {
 def flags() -> set[str]:
     """Every flag of every command and study."""
     context = click.Context(program)
-    commands = [program.get_command(context, name) for name in COMMANDS]
-    commands += [program, *map(load_study, study_descriptions())]
+    groups = [program.get_command(context, name) for name in COMMANDS]
+    commands = [program, *groups, *map(load_study, study_descriptions())]
+    commands += [each for g in groups if isinstance(g, click.Group) for each in g.commands.values()]
     options = [each for command in commands if command for each in command.params]
     found = {flag for each in options for flag in (*each.opts, *each.secondary_opts)}
     return {*found, "--help", "--version"}

@@ -10,7 +10,7 @@ import pytest
 
 from bench.cli import kernel_cache
 from bench.cli.progress import tell_first_run
-from scenes.processes.source_digest import source_digest
+from scenes.processes import source_digest as sources
 
 ROOT = Path(__file__).parents[3]
 PHILOX = (
@@ -63,12 +63,14 @@ def test_other_sources_find_an_empty_folder(tmp_path: Path) -> None:
 
 
 def test_the_digest_changes_with_each_byte_and_name(tmp_path: Path) -> None:
-    (tmp_path / "a.py").write_text("x = 1")
-    digests = [source_digest([tmp_path])]
-    (tmp_path / "a.py").write_text("x = 2")
-    digests.append(source_digest([tmp_path]))
-    (tmp_path / "a.py").rename(tmp_path / "b.py")
-    digests.append(source_digest([tmp_path]))
+    """A process keeps what it found when it began: here each is another process's."""
+    digests = []
+    for name, text in (("a.py", "x = 1"), ("a.py", "x = 2"), ("b.py", "x = 2")):
+        for old in tmp_path.iterdir():
+            old.unlink()
+        (tmp_path / name).write_text(text)
+        sources._digest.cache_clear()
+        digests.append(sources.source_digest([tmp_path]))
     assert len(set(digests)) == 3
 
 

@@ -157,7 +157,10 @@ def test_list_names_presets_metrics_and_experiments(capfd: pytest.CaptureFixture
     assert all(word in words for word in ("meadow", "blake", "solid_angle", "scaling"))
     assert leave(["list", "--json"]) == 0
     listed = json.loads(capfd.readouterr().out)
-    assert set(listed) == {"presets", "metrics", "representations", "experiments", "studies"}
+    assert set(listed) == {
+        *("presets", "metrics", "representations", "experiments", "studies"),
+        *("behaviours", "models"),
+    }
     assert all(about for section in listed.values() for about in section.values())
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.processes import cache_folder, content_cache
+from scenes.processes import cache_folder, content_cache, source_digest
 from scenes.processes.content_cache import cache_contents, clear_cache, kept, writable_cache
 from scenes.processes.content_key import content_key
 
@@ -77,6 +77,7 @@ def test_a_changed_source_makes_the_entry_again(
     for text in ("x = 1", "x = 1", "x = 2"):
         (tmp_path / "growth.py").write_text(text)
         content_cache._code_digest.cache_clear()
+        source_digest._digest.cache_clear()
         kept("tree", "a", make, code)
     assert make.times == 2
 
