@@ -56,7 +56,7 @@ def _pictures(points: Sequence[Point], counted: Sequence[Claim]) -> list[Claim]:
         bound = one_sided_excess_flip(pictures["motion"])
         made.append(claim("pan/excess", words, EQUAL_ERROR, 0.0, bound, "at most"))
     if "planted" in pictures:
-        about = "The same test fails a planted cut of the pan, with m doubled."
+        about = "The same test fails a planted cut of the pan, with m four times as large."
         words = about, "0.01 − its excess FLIP", _DERIVED
         found = one_sided_excess_flip(pictures["planted"])
         under = replace(

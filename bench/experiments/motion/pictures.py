@@ -3,7 +3,7 @@
 `meadow` is panned or flown through, and seen through windows of a frame that is 640 pixels wide: 96
 × 54 pixels about the horizon, where most of the parts are, in another direction for each of eight
 pairs of seeds. The reference is the same blurred frame, cut by size and distance alone, whose own
-errors the experiment ``fidelity`` measures. The planted cut has m doubled.
+errors the experiment ``fidelity`` measures. The planted cut has m four times as large.
 """
 
 import math
@@ -39,9 +39,9 @@ FPS = 24.0
 CUTS = {
     "spatial": ("view.smear=off",),
     "motion": (),
-    "planted": ("view.detail=2",),
+    "planted": ("view.detail=4",),
 }
-"""The settings of the cut by size and distance, by motion as well, and with m doubled."""
+"""The settings of the cut by size and distance, by motion as well, and with four times the m."""
 
 
 def preset_of(move: Move, cut: str, heading: float, spp: int) -> Preset:

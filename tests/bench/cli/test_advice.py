@@ -16,6 +16,7 @@ FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b")
 ARGUMENT = re.compile(FLAG.pattern + r"(=\S+)?")
 OF_OTHERS = {
     "--scheduler-file": "dask scheduler",
+    "--flatten": "usdcat",
 }
 """Flags of other programs, each with a word of the text that names it."""
 

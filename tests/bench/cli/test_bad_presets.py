@@ -178,6 +178,8 @@ _NEVER: dict[type, list[Any]] = {
     list: [{"x": 1}, "list", True, [[[]]], -1, [math.nan]],
 }
 _FREE_TEXT = {"about", "render.variant"}
+_OF_BEHAVIOURS = {"behaviour", "options"}
+"""Keys that mean what a behaviour says, which is only asked when the preset's actors act."""
 
 
 def leaves(data: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
@@ -191,7 +193,7 @@ def leaves(data: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
 def a_bad_preset(chance: random.Random, presets: list[dict[str, Any]]) -> tuple[Any, str]:
     """A preset in which one known key is spoilt, or one that is unknown stands; and that key."""
     data = json.loads(json.dumps(chance.choice(presets)))
-    key, value = chance.choice([each for each in leaves(data) if each[0] not in _FREE_TEXT])
+    key, value = chance.choice([each for each in leaves(data) if _is_known(each[0])])
     *path, last = key.split(".")
     inner = data
     for step in path:
@@ -201,6 +203,11 @@ def a_bad_preset(chance: random.Random, presets: list[dict[str, Any]]) -> tuple[
         key = ".".join([*path, last])
     inner[last] = chance.choice(_NEVER.get(type(value), [{"x": 1}]))
     return data, key
+
+
+def _is_known(key: str) -> bool:
+    """Tell whether what a key may hold is known when a preset is read."""
+    return key not in _FREE_TEXT and _OF_BEHAVIOURS.isdisjoint(key.split("."))
 
 
 def an_odd_text(chance: random.Random) -> str:

@@ -69,7 +69,7 @@ def test_the_picture_is_judged_by_its_upper_bound_and_only_where_parts_are_left_
 
 
 @pytest.mark.slow
-def test_a_fast_pan_looks_as_it_did_and_one_with_m_doubled_does_not(monkeypatch):
+def test_a_fast_pan_looks_as_it_did_and_one_cut_coarsely_does_not(monkeypatch):
     """Rendered with few samples in few sub-frames: the floor is high, and what is found is nearly
     all there is.
     """

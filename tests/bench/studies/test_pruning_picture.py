@@ -18,7 +18,7 @@ def test_panels_stand_side_by_side_in_their_order() -> None:
 
 
 def test_pruned_there_is_less_and_the_view_is_the_same(tmp_path: Path) -> None:
-    flags = "--preset crowd --extent 40 --detail 30 --size 32x18 --spp 1".split()
+    flags = "--preset crowd --extent 40 --detail 8 --size 32x18 --spp 1".split()
     done = CliRunner().invoke(command, [*flags, "-o", str(tmp_path / "a.png")])
     assert done.exit_code == 0, done.output
     whole, pruned = _counts(done.output)

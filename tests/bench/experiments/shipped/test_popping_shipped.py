@@ -93,9 +93,9 @@ def test_a_clipped_walk_jumps_more():
     wood = "world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false"
     looks = *wood, "render.size=64x36", "render.spp=4", "view.detail=2.4"
     found = [
-        measure(Steps("forest", way, (*looks, *WAYS[way]), 73, 1, choose()), 0) for way in WAYS
+        measure(Steps("forest", way, (*looks, *WAYS[way]), 36, 1, choose()), 0) for way in WAYS
     ]
-    assert [p.column("frame") for p in found] == [[74]] * 2
+    assert [p.column("frame") for p in found] == [[37]] * 2
     (shipped,), (clipped,) = (p.column("popped") for p in found)
     assert shipped == 0 and clipped > 2
     (shipped,), (clipped,) = (p.column("changed_ppm") for p in found)
