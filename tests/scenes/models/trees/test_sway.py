@@ -105,14 +105,14 @@ def test_everything_is_within_its_limits_in_every_pose(name):
 
 
 def test_p_holds_in_every_pose():
-    """The largest cross-section of what is drawn: shapes show a share from each elevation."""
+    """The largest cross-section of what is drawn, over directions some 10° apart: a pose turns them."""
     from scenes.sticks.view_dependent_area import largest_area_in_view
 
     _, sways = pair("shrub", 20.0)
     for turns in poses(sways, 1):
         posed = sways.leaf.posed(*sways.rig.frames(turns))
         areas = largest_area_in_view(posed, sways.view_dependence)
-        assert (np.sqrt(areas) <= sways.hierarchy.P * 1.01).all()
+        assert (np.sqrt(areas) <= sways.hierarchy.P * 1.02).all()
 
 
 @pytest.mark.parametrize("name", ["tree", "shrub"])
