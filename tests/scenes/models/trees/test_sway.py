@@ -105,7 +105,7 @@ def test_everything_is_within_its_limits_in_every_pose(name):
 
 
 def test_p_holds_in_every_pose():
-    """The largest cross-section of what is drawn, over directions some 10° apart: a pose turns them."""
+    """The largest cross-section drawn, over directions some 10° apart, which a pose turns."""
     from scenes.sticks.view_dependent_area import largest_area_in_view
 
     _, sways = pair("shrub", 20.0)
