@@ -61,6 +61,7 @@ class Acting:
         self._rules, self._lens, self._path, self._fps = rules, lens, path, fps
         self._names: tuple[str, ...] = stage.names()
         self._row = {name: row for row, name in enumerate(self._names)}
+        self._acts = np.array([name in processes for name in self._names], bool)
         self._bodies = Restlessness.of(prototypes)
         self._frame, self._now = 0, 0.0
         self._last = np.full(len(self._names), -math.inf)
@@ -90,26 +91,23 @@ class Acting:
 
     def _due(self) -> list[str]:
         """List who is to be updated, the most urgent first."""
-        acts = np.array([name in self._processes for name in self._names], bool)
         stand: Standings = self._send(ask("", "standings"))
-        acts &= np.isfinite(stand.places[:, X])
+        acts = self._acts & np.isfinite(stand.places[:, X])
         urgency = self._bounds(stand)[1]
-        due: Flags = acts & (urgency > self._rules.threshold)
-        due |= acts & (self._now - self._last >= LONGEST_COAST_S - 1e-9)
-        restless = [row for row, held in stand.held.items() if self._held.get(row) != held]
-        due[restless] = acts[restless]
         if self._rules.threshold == 0:
-            due = acts
-        order = np.flatnonzero(due)[np.argsort(-urgency[due], kind="stable")]
-        if self._rules.threshold == 0:
-            order = np.flatnonzero(due)
+            order = np.flatnonzero(acts)
+        else:
+            due: Flags = acts & (urgency > self._rules.threshold)
+            due |= acts & (self._now - self._last >= LONGEST_COAST_S - 1e-9)
+            restless = [row for row, held in stand.held.items() if self._held.get(row) != held]
+            due[restless] = acts[restless]
+            order = np.flatnonzero(due)[np.argsort(-urgency[due], kind="stable")]
         return [self._names[row] for row in order[: self._rules.budget].tolist()]
 
     def _bounds(self, stand: Standings) -> tuple[Reals, Reals]:
         eye: Eye = self._send(ask(CAMERA, "eye"))
         px, urgency = bound_px(self._bodies, stand, self._now, eye, self._lens)
-        acts = np.array([name in self._processes for name in self._names], bool)
-        return np.where(acts, np.nan_to_num(px), 0.0), np.nan_to_num(urgency)
+        return np.where(self._acts, np.nan_to_num(px), 0.0), np.nan_to_num(urgency)
 
     def _attend(self, name: str) -> None:
         """Bring whoever is asked up to date first, unless that one asks just now."""
