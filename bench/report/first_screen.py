@@ -8,8 +8,8 @@ from bench.report.document import Section
 
 CHOSEN = (
     ("world", "full/over_pruned"),
-    ("fidelity", "blake/eye_level/excess_everything"),
-    ("fidelity", "blake/aerial/excess_everything"),
+    ("fidelity", "blake/eye_level/error_everything"),
+    ("fidelity", "blake/aerial/error_everything"),
     ("cost", "prune_share"),
     ("popping", "walk/fading/switched"),
     ("colonnade", "blake/column/error_eye"),

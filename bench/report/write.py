@@ -86,8 +86,9 @@ def _sections(records: Sequence[Record]) -> list[Section]:
 
 
 def _section(record: Record) -> Section:
+    """Work a record out; one of another version of its experiment says what it said when made."""
     experiment = EXPERIMENTS.get(record.experiment)
-    if experiment is None:
+    if experiment is None or experiment.version != record.version:
         shown = pictures_of(record)
         return Section(record, record.experiment, record.claims, (), ((), []), pictures=shown)
     judged = replace(record, claims=_judged(experiment, record))

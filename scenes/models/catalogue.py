@@ -113,7 +113,8 @@ def at_rest(prototype: RiggedPrototype) -> RiggedPrototype:
 
 
 PROTOTYPE_SEED = 0
-"""Seed of all prototypes: worlds of different seeds place the same prototypes elsewhere."""
+"""Seed of prototypes: worlds of different seeds place the same prototypes elsewhere, unless theirs
+is another, too."""
 
 
 @lru_cache(maxsize=64)
@@ -124,18 +125,20 @@ def model_prototypes(
     walks: bool,
     weather: Weather = CALM_SUMMER,
     sha256: str | None = None,
+    seed: int = PROTOTYPE_SEED,
 ) -> tuple[Prototype | RiggedPrototype, ...]:
     """Make every prototype of a model in every size, walking or standing; kept for later runs.
 
     sha256: hash of an imported model; None for those that come with the program
+    seed: every seed gives other individuals of the model; an imported one has none
     """
 
     def make() -> tuple[Prototype | RiggedPrototype, ...]:
         build = MODELS[model] if sha256 is None else imported_model(model, sha256)
-        made = build(PROTOTYPE_SEED, count, weather)
+        made = build(seed, count, weather)
         if not walks:
             made = tuple(at_rest(p) if isinstance(p, RiggedPrototype) else p for p in made)
         return tuple(p.scaled(size) for p in made for size in sizes)
 
-    key = content_key(model, PROTOTYPE_SEED, count, sizes, walks, weather, sha256)
+    key = content_key(model, seed, count, sizes, walks, weather, sha256)
     return kept_data("prototypes", key, make)

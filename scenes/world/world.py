@@ -14,7 +14,7 @@ from scenes.field.habitat import Habitat
 from scenes.field.placed_object import Placed
 from scenes.field.species import Species
 from scenes.field.species_field import SpeciesField
-from scenes.models.catalogue import model_prototypes
+from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
@@ -68,16 +68,20 @@ class World:
         return self.terrain.bounds()[1] + max(tallest, highest, acting)
 
 
-def build_world(preset: Preset, performance: Performance | None = None) -> World:
+def build_world(
+    preset: Preset, performance: Performance | None = None, prototype_seed: int = PROTOTYPE_SEED
+) -> World:
     """Build a preset's world, of which no part exists before a view asks for it.
 
-    performance  what its actors do, where that is known already
+    performance     what its actors do, where that is known already
+    prototype_seed  every seed gives other individuals of the species; frames are made with the
+                    default, so that only experiments meet others
     """
     terrain = make_terrain(preset)
     weather = Weather(preset.world.season, preset.wind.speed)
     fields = tuple(
         SpeciesField(
-            make_species(name, table, weather, terrain),
+            make_species(name, table, weather, terrain, prototype_seed),
             preset.seed,
             terrain,
             preset.world.extent,
@@ -139,11 +143,17 @@ def illumination(preset: Preset) -> Illumination:
     return Illumination(round(light.sun_elevation, 3), light.turbidity, preset.render.max_depth)
 
 
-def make_species(name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain) -> Species:
+def make_species(
+    name: str,
+    table: SpeciesPreset,
+    weather: Weather,
+    terrain: Terrain,
+    seed: int = PROTOTYPE_SEED,
+) -> Species:
     """Make a species: every prototype in every size, all equally likely."""
     walks = table.patrol > 0
     prototypes = model_prototypes(
-        table.model, table.prototypes, table.sizes, walks, weather, table.model_sha256
+        table.model, table.prototypes, table.sizes, walks, weather, table.model_sha256, seed
     )
     return Species(name, prototypes, table.density, table.patrol, make_habitat(table, terrain))
 

@@ -1,77 +1,73 @@
-"""Which τ and how many parts give every metric the same excess FLIP?
+"""Which τ and how many parts give every metric the same error?
 
-Both are read between two details along straight lines of their logarithms. Intervals are 95 % and
-two-sided: percentiles of a bootstrap over pairs of seeds.
+Both are read between two details along straight lines of their logarithms, in every replicate by
+itself: a field, or a pair of seeds. Intervals are 95 % and two-sided, of the mean of logarithms
+over replicates (Student's t).
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64
 
-from bench.experiments.fidelity.scene import SPECIES
-from bench.records.points import Key, Point, where
-from bench.statistics.estimates import TWO_SIDED_TAILS, Estimate
-from lod.arrays import Reals
+from bench.records.points import Key, Point, grouped
+from bench.statistics.estimates import Estimate, two_sided_factor
+from lod.arrays import Reals, freeze
 
 EQUAL_ERROR = 0.01
-"""The excess FLIP at which metrics are compared."""
-
-_DRAWS = 400
-
-Drawn = Int64[np.ndarray, "draws pairs"]
-Crossings = Float64[np.ndarray, "draws 2"]
+"""The error at which ways to prune are compared."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """The τ [px] and the parts at which one metric comes up to the error in one view.
+    """The τ [px] and the parts at which one metric comes up to the error in each replicate, (n,).
 
-    Both are (1 + draws,): first for all pairs of seeds, then for resampled pairs. They are NaN
-    where the error is never reached between the details.
+    They are NaN where the error is never reached between the details.
     """
 
     metric: str
     details: Reals
     parts: Reals
 
+    def __post_init__(self) -> None:
+        freeze(self, details=np.float64, parts=np.float64)
+
     @property
     def found(self) -> bool:
-        """Whether every draw comes up to the error."""
-        return bool(np.isfinite(self.details).all())
+        """Whether every replicate comes up to the error, and there are two or more."""
+        return bool(np.isfinite(self.details).all()) and len(self.details) > 1
 
     def parts_over(self, other: "Reached") -> Estimate:
-        """Estimate the parts of this metric ÷ those of another, over the same draws of pairs."""
-        return _estimate(self.parts / other.parts)
+        """Estimate the parts of this metric ÷ those of another, replicate by replicate."""
+        return two_sided_factor(self.parts / other.parts)
 
     @property
     def detail(self) -> Estimate:
         """The τ at equal error, estimated [px]."""
-        return _estimate(self.details)
+        return two_sided_factor(self.details)
 
     @property
     def part_count(self) -> Estimate:
         """The number of parts displayed at equal error, estimated."""
-        return _estimate(self.parts)
+        return two_sided_factor(self.parts)
 
 
-def equal_error(points: Sequence[Point]) -> dict[str, Reached]:
-    """Find equal error for every metric of one view's points, in the order they come."""
-    rows = {metric: curve(points, metric) for metric in metrics_of(points)}
-    return {metric: _reached(metric, row) for metric, row in rows.items()}
+def equal_error(points: Sequence[Point], errors: Callable[[Point], Reals]) -> dict[str, Reached]:
+    """Find equal error for every metric of these points, in the order they come.
 
-
-def metrics_of(points: Sequence[Point]) -> list[str]:
-    """Return the metrics by which species are pruned."""
-    return list(dict.fromkeys(p.case["metric"] for p in where(points, pruned=SPECIES)))
-
-
-def curve(points: Sequence[Point], metric: str) -> list[Point]:
-    """Return the points of species pruned by a metric, from the finest detail to the coarsest."""
-    mine = where(points, metric=metric, pruned=SPECIES)
-    return sorted(mine, key=lambda p: p.case["detail"])
+    ``errors`` gives the errors of a point's replicates, (n,).
+    """
+    made = {}
+    for (metric,), row in grouped(points, "metric").items():
+        row.sort(key=lambda p: p.case["detail"])
+        found = np.array([errors(p) for p in row])
+        parts = [np.broadcast_to(p.values("parts"), found.shape[1:]) for p in row]
+        details = np.array([p.case["detail"] for p in row], np.float64)
+        crossed = crossings(details, found, np.array(parts))
+        made[metric] = Reached(metric, crossed[:, 0], crossed[:, 1])
+    return made
 
 
 def excesses(point: Point) -> Reals:
@@ -84,35 +80,23 @@ def column(point: Point, quantity: str, **keys: Key) -> Reals:
     return point.values(quantity, **keys) / 1e6
 
 
-def reached(points: Sequence[Point], draws: Drawn, error: float = EQUAL_ERROR) -> Crossings:
-    """Find the τ [px] and the parts at which the excess comes up to an error, (draws, 2).
+def crossings(
+    details: Float64[np.ndarray, " details"],
+    errors: Float64[np.ndarray, "details n"],
+    parts: Float64[np.ndarray, "details n"],
+    error: float = EQUAL_ERROR,
+) -> Float64[np.ndarray, "n 2"]:
+    """Find the τ [px] and the parts at which errors first come up to one, (n, 2).
 
-    ``draws`` (draws, pairs) holds the pairs of seeds over which each draw is a mean. Values between
-    two details lie on straight lines of logarithms, where 0 parts count as 1. NaN says that the
-    error is never reached.
+    ``details`` [px] grow. Values between two of them lie on straight lines of logarithms, where 0
+    parts count as 1. NaN says that the error is never reached.
     """
-    rows = np.array([excesses(p) for p in points])[:, draws].mean(axis=2)
-    found = np.log(np.maximum(rows, 1e-6))
-    at = np.log([(p.case["detail"], max(p.column("parts")[0], 1)) for p in points])
-    made, level = np.full((len(draws), 2), math.nan), math.log(error)
-    for k in range(len(points) - 1, 0, -1):  # the first crossing is written last
+    found, level = np.log(np.maximum(errors, 1e-6)), math.log(error)
+    at = np.stack(np.broadcast_arrays(np.log(details)[:, None], np.log(np.maximum(parts, 1))), 2)
+    made = np.full((errors.shape[1], 2), math.nan)
+    for k in range(len(details) - 1, 0, -1):  # the first crossing is written last
         here = np.flatnonzero((found[k - 1] <= level) & (level < found[k]))
         share = (level - found[k - 1, here]) / (found[k, here] - found[k - 1, here])
-        made[here] = np.exp(at[k - 1] + share[:, None] * (at[k] - at[k - 1]))
+        step = at[k, here] - at[k - 1, here]
+        made[here] = np.exp(at[k - 1, here] + share[:, None] * step)
     return made
-
-
-def _reached(metric: str, row: Sequence[Point]) -> Reached:
-    pairs = np.arange(len(row[0].column("flip")))
-    rng = np.random.Generator(np.random.Philox(0))
-    draws = np.array([pairs, *(rng.choice(pairs, len(pairs)) for _ in range(_DRAWS))])
-    found = reached(row, draws)
-    return Reached(metric, found[:, 0], found[:, 1])
-
-
-def _estimate(draws: Reals) -> Estimate:
-    """Estimate the first value, with percentiles of the others as its interval."""
-    value, others = float(draws[0]), draws[1:]
-    low, high = np.quantile(others, TWO_SIDED_TAILS)
-    ends = min(float(low), value), max(float(high), value)
-    return Estimate(value, *ends, float(others.std(ddof=1)), 1.0, len(draws))

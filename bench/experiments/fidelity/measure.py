@@ -1,149 +1,153 @@
-"""What does pruning do to the picture, and what does it save? (§1.2, §2.4)
+"""What does pruning do to the picture? (§1.2, §2.4)
 
-Excess FLIP over pairs of independent seeds, relMSE without noise, SSIM and mean luminance by
-distance are measured against parts, memory and time, as τ goes from ⅛ to 8 pixels by every metric
-in three views.
+Headline pictures show everything pruned at one pixel, and in every third field species and ground
+alone, against one reference: FLIP at several counts of samples, and by bands of distance FLIP of
+the same place, luminance and how many rays meet the band. Sweeps compare metrics: species pruned
+over the reference's ground. Fields are the replicates: every column has a number for each.
 """
 
-import hashlib
-import json
-from collections.abc import Sequence
+import gc
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from bench.experiments.fidelity.image_errors import (
-    BAND_EDGES_M,
-    Reference,
-    picture_errors,
-    reference_of,
-)
 from bench.experiments.fidelity.pictures import pictures_of
 from bench.experiments.fidelity.scene import (
-    GROUND_DETAIL,
-    MOST_PARTS,
-    VIEWS,
-    WORLD,
-    Case,
+    ALONE_EVERY,
+    EVERYTHING,
+    GROUND,
+    METRICS_TRIED,
+    NOTHING,
+    SPECIES,
+    Field,
     displayed,
-    grid_cases,
+    edges,
+    field_view,
+    fields,
     parts_in,
-    preset_of,
     reference,
-    tried_metrics,
-    view_of,
+    swept_fields,
+    world_of,
 )
-from bench.experiments.fidelity.timing import SPP, TIMED, Timing, measure_times
+from bench.experiments.fidelity.shipped.displayed import Shown
+from bench.experiments.fidelity.shipped.pictures import (
+    REFERENCE,
+    TESTED,
+    Looks,
+    Seen,
+    flips_by_pixel,
+    look,
+)
 from bench.records.embedded_pictures import NOTE
-from bench.records.points import Point, columns
+from bench.records.points import Column, Key, Point, columns
 from bench.runner.experiment import Effort
-from bench.statistics.excess_flip import LEAST_PAIRS, PIXELS_PER_DEGREE
+from bench.statistics.excess_flip import PIXELS_PER_DEGREE
 from scenes.frame.assemble import frame_quality
-from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
-from scenes.frame.layers import Layers
-from scenes.frame.quality import Quality
 from scenes.render.mitsuba.variants import choose
-from scenes.render.pipeline.memory_model import predict_bytes
-from scenes.render.pipeline.stages import build_frame, trace
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 
+Way = tuple[str, str, float]
+"""What is pruned, by which metric, and at which detail [px]."""
+
 
 @dataclass(frozen=True)
-class Pictures:
-    """A case that is rendered, the variant that renders it, and the samples of a pixel."""
+class Compared:
+    """A field whose reference is compared with what is pruned in some ways.
 
-    case: Case
+    what  ``headline`` or ``sweep``
+    """
+
+    what: str
+    field: Field
+    ways: tuple[Way, ...]
+    looks: Looks
     variant: str
-    spp: int
 
     @property
     def label(self) -> str:
         """The name of the case, in short."""
-        return f"{self.case.view}, {self.case.metric}, {self.case.detail:g} px, {self.case.pruned}"
+        return f"{self.what}, field {self.field.number}, {self.field.view}"
 
 
-def cases(effort: Effort, metric: str | None = None) -> list[Pictures | Timing]:
-    """Return every case of the grid, with ``metric`` in it; then the frames that are timed."""
-    variant, spp = choose(), effort["samples_per_pixel"]
-    grid = grid_cases(effort["details"], effort["ground_details"], metric)
-    tried = tried_metrics(metric)
-    return [
-        *(Pictures(each, variant, spp[each.view]) for each in grid),
-        *(Timing(view, tried, tuple(effort["timed_details"]), variant) for view in VIEWS),
-    ]
+def cases(effort: Effort, metric: str | None = None) -> list[Compared]:
+    """Return the headline pictures of every field, and the sweeps, with ``metric`` in them."""
+    variant = choose()
+    looks = Looks(tuple(effort["samples"]), effort["light_passes"])
+    made = [Compared("headline", f, _ways(f), looks, variant) for f in fields(effort)]
+    tried = (*METRICS_TRIED, *([metric] if metric else []))
+    swept = tuple((SPECIES, name, d) for name in tried for d in effort["details"])
+    looks = Looks(tuple(effort["sweep_samples"]), 0)
+    return made + [Compared("sweep", f, swept, looks, variant) for f in swept_fields(effort)]
+
+
+def _ways(field: Field) -> tuple[Way, ...]:
+    alone = () if field.number % ALONE_EVERY else (NOTHING, SPECIES, GROUND)
+    return tuple((pruned, "blake", 1.0) for pruned in (EVERYTHING, *alone))
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
     """Return how pictures were rendered, and pictures to look at."""
-    return {
-        "samples_per_pixel": effort["samples_per_pixel"],
-        "samples_per_pixel_timed": SPP,
-        "pairs_of_seeds": LEAST_PAIRS,
-        "pixels_per_degree": PIXELS_PER_DEGREE,
-        "ceiling_of_parts": MOST_PARTS,
-        NOTE: pictures_of(choose(), effort["picture_spp"], seed),
-    }
+    pictures = pictures_of(fields(effort), choose(), effort["picture_spp"], seed)
+    return {**effort.sizes, "pixels_per_degree": PIXELS_PER_DEGREE, NOTE: pictures}
 
 
-@lru_cache(maxsize=len(VIEWS))
-def _whole(view: str, variant: str, spp: int, seeds: tuple[int, ...]) -> Reference:
-    """Render the unpruned view; every second of its seeds is also one of pruned pictures."""
-    pictures = _pictures(view, reference(view), variant, spp, seeds)
-    return reference_of(pictures[0::2], pictures[1::2])
+def measure(case: Compared, seed: int) -> list[Point]:
+    """Look at the reference of one field, then at each way to prune it: a point for each."""
+    world, view = world_of(case.field, seed), field_view(case.field, seed)
+    whole = _look(case, reference(world, view), seed, REFERENCE)
+    made = []
+    for way in case.ways:
+        shown = displayed(world, view, *way)
+        parts = parts_in(world, shown)
+        seen = _look(case, shown, seed, TESTED)
+        made.append(_point(case, seed, way, parts, seen, whole))
+        del shown, seen
+    return made
 
 
-def _pictures(
-    view: str,
-    visible: Sequence[DisplayedRepresentation],
-    variant: str,
-    spp: int,
-    seeds: Sequence[int],
-) -> list[Layers]:
-    """Render one picture for each seed, of a scene that is built once."""
-    preset = preset_of(view)
-    quality = replace(frame_quality(preset, variant), spp=spp)
-    camera = view_of(Case(view, "blake", 1.0)).camera
-    stage = build_frame(
-        FrameInput(camera, tuple(visible), preset_air(preset), sun_and_sky(preset), quality)
-    )
-    return [trace(stage, replace(quality, seed=each)) for each in seeds]
+def _look(case: Compared, shown: Shown, seed: int, first: int) -> Seen:
+    gc.collect()  # a scene that was built before is large
+    preset = case.field.preset(seed)
+    quality = replace(frame_quality(preset, case.variant), seed=seed, spp=max(case.looks.samples))
+    camera = field_view(case.field, seed).camera
+    light = preset_air(preset), sun_and_sky(preset)
+    return look(FrameInput(camera, shown, *light, quality), case.looks, edges(), first)
 
 
-def measure(job: Pictures | Timing, seed: int) -> Point | list[Point]:
-    """Measure the errors of the pictures of a case, or the times of a view's frames."""
-    return measure_times(job, seed) if isinstance(job, Timing) else measure_errors(job, seed)
-
-
-def measure_errors(job: Pictures, seed: int) -> Point:
-    """Compare pictures of a case, one for every second seed, with those of the unpruned view."""
-    case, variant, spp = job.case, job.variant, job.spp
-    seeds = tuple(seed + k for k in range(2 * LEAST_PAIRS))
-    whole = _whole(case.view, variant, spp, seeds)
-    visible = displayed(case)
-    pictures = _pictures(case.view, visible, variant, spp, seeds[0::2])
-    counts = pictures[0].statistics
-    size = preset_of(case.view).render.size
-    needed = predict_bytes(counts["sticks"], counts["triangles"], size, Quality(variant, spp))
+def _point(case: Compared, seed: int, way: Way, parts: int, tested: Seen, whole: Seen) -> Point:
+    """Make a point: FLIP [10⁻⁶], and for headlines what each band of distance shows."""
+    preset = case.field.preset(seed)
     counted = {
-        "parts": [parts_in(visible)],
-        "parts_of_reference": [parts_in(reference(case.view))],
-        "exposure_ppm": [round(1e6 * whole.exposure)],
-        "sticks": [counts["sticks"]],
-        "triangles": [counts["triangles"]],
-        "foretold_bytes": [needed],
+        "field": [case.field.number],
+        "world_seed": [preset.seed],
+        "prototype_seed": [case.field.prototype_seed],
+        "parts": [parts],
+        "sticks": [tested.sticks],
+        "triangles": [tested.triangles],
     }
-    wrong = picture_errors([each.rgb.astype(np.float64) for each in pictures], whole)
-    named = {k: getattr(case, k) for k in ("view", "metric", "detail", "pruned")}
-    return Point(named, samples=(*wrong, *columns(counted)))
+    bands = np.digitize(whole.Z.astype(np.float64).ravel(), edges()[1:-1])
+    found: list[Column] = []
+    for k, flip in enumerate(flips_by_pixel(tested.pictures, whole.pictures)):
+        keys: dict[str, Key] = {"samples": case.looks.samples[k], "number": k}
+        found.append(Column("flip_ppm", [round(1e6 * float(flip.mean()))], keys))
+        if case.what == "headline":
+            found += _of_bands("flip_sum_ppm", np.bincount(bands, flip, len(edges()) - 1), keys)
+    if case.what == "headline":
+        found += _of_bands("pixels", np.bincount(bands, minlength=len(edges()) - 1) / 1e6, {})
+        for which, seen in (("tested", tested), ("reference", whole)):
+            found += _of_bands("light", seen.land.light, {"picture": which})
+            found += _of_bands("rays", seen.land.rays / 1e6, {"picture": which})
+    pruned, metric, detail = way
+    named: dict[str, Any] = {"what": case.what, "view": case.field.view}
+    named |= {"pruned": pruned, "metric": metric, "detail": detail}
+    return Point(named, samples=(*columns(counted), *found))
 
 
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of every view and every case that is not timed."""
-    grid = [Case(**p.case) for p in points if p.case["pruned"] != TIMED]
-    presets = [preset_of(view).model_dump(mode="json") for view in VIEWS]
-    words = [presets, WORLD, [str(case) for case in grid], GROUND_DETAIL, BAND_EDGES_M]
-    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
+def _of_bands(quantity: str, values: np.ndarray, keys: dict[str, Key]) -> Iterator[Column]:
+    """Yield a column of 10⁻⁶ for each band."""
+    for band, value in enumerate(values):
+        yield Column(quantity, [round(1e6 * float(value))], keys | {"band": band})

@@ -1,22 +1,25 @@
-"""What does the fidelity experiment look at? Three views of a finite world, pruned in many ways.
+"""What does the fidelity experiment look at? Fields of one preset in three views, pruned in ways.
 
-The reference is the unpruned window with the ground at GROUND_DETAIL, where every tile in view is
-as fine as it gets. Off-screen casters are the objects wholly out of view: only their shadows and
-bounced light are seen.
+The reference is the same frame with every species at SPECIES_DETAIL and the ground at
+GROUND_DETAIL, where nothing is left out for air or fades. Field k is turned by k × TURN_DEG, and
+its sun is the k-th of SUN_ELEVATIONS_DEG in turn. Full runs judge worlds and trees that nothing was
+fitted to (``bench.fields.judged_seeds``).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from lod.errors import InputError
-from lod.pruning.pruner import Cut, cut_from_parts, prune
-from lod.pruning.representation import Representation
+from bench.experiments.fidelity.shipped.displayed import Shown, display_ground, display_others
+from bench.fields.judged_seeds import first_seed
+from bench.records.points import Point
+from bench.records.provenance import scene_digest
+from bench.runner.experiment import Effort
+from lod.metric.family import METRICS
 from lod.pruning.view import View
-from lod.pruning.view_geometry import in_view
-from scenes.frame.displayed import DisplayedRepresentation, display
+from scenes.frame.layers import SKY_Z
+from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins.entry_points import metric_by_name
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
@@ -25,156 +28,140 @@ from scenes.world.world import World, build_world
 
 VIEWS = {
     "eye level": (),
-    "aerial": ("camera.height=40", "camera.pitch=-25"),
-    "hazy": ("air.visibility=200m",),
+    "aerial": ("camera.height=40", "camera.pitch=-15"),
+    "hazy": ("air.visibility=2km",),
 }
+SWEPT = ("eye level", "aerial")
+"""The views in which metrics are compared."""
+
 METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
 
-SPECIES, GROUND = "species", "ground"
-"""What is pruned in the sweeps: species on whole ground, or the ground alone.
+SPECIES, GROUND, EVERYTHING, NOTHING = "species", "ground", "everything", "nothing"
+"""What is pruned, while the rest is the reference's.
 
-The ground is pruned by the default metric. A law is known of species, and not of the ground.
+``NOTHING`` is the reference with other samples, which tells how far errors can be trusted. The
+ground is pruned by the default metric.
 """
 
-PIECES = ("objects", "casters", "no casters", "everything")
-"""What is pruned at PIECES_DETAIL by the default metric, while the rest is the reference's.
+SPECIES_DETAIL, GROUND_DETAIL = 1 / 8, 1 / 4
+"""Details of the reference [px]."""
 
-The pieces are the objects in view; the casters out of view; no casters, which are then left out;
-and everything, with the ground.
-"""
+SUN_ELEVATIONS_DEG = (10.0, 40.0, 70.0)
+TURN_DEG = 30.0
+PROTOTYPE_SETS = 4
+"""The number of sets of trees and people that fields have in turn in a full run."""
 
-PIECES_DETAIL = 1.0
-GROUND_DETAIL = 1 / 32
-MOST_PARTS = 500_000
-"""The most parts that a reference may have."""
+ALONE_EVERY = 3
+"""In every so many-th field species and ground are pruned alone, too."""
 
-WORLD = (
-    "world.extent=240",
-    "camera.heading=140",
-    "terrain.reach=256",
-    "terrain.finest=1",
-    "terrain.amplitude=4",
-    "terrain.wavelength=256",
-    "species.figure.density=0.004",
-    "species.figure.prototypes=4",
-    "species.tree.density=0.0006",
-    "species.tree.prototypes=2",
-    "render.size=64x36",
-    "render.max_depth=3",
-)
+EDGES_M = (0.0, 20.0, 60.0, 150.0, 400.0, 1000.0, 2000.0, 5000.0, float(SKY_Z))
+"""Edges of the bands of distance [m]; the last band is not judged."""
+
+_WORLD = ("world.extent=20000", "terrain.reach=10000", "render.max_depth=3")
 
 
 @dataclass(frozen=True)
-class Case:
-    """One way to prune one view; ``pruned`` is SPECIES, GROUND or one of PIECES."""
+class Field:
+    """One field as one view sees it.
+
+    number       of the field, from 0
+    unseen       whether its world and trees are those for judging, or may be looked at by anybody
+    size         of its pictures, as ``320x180``
+    """
 
     view: str
-    metric: str
-    detail: float
-    pruned: str = SPECIES
+    number: int
+    unseen: bool
+    size: str
+
+    def preset(self, seed: int) -> Preset:
+        """Load the preset as it is seen here, in a run of a seed."""
+        sun = SUN_ELEVATIONS_DEG[self.number % len(SUN_ELEVATIONS_DEG)]
+        settings = (
+            f"seed={first_seed(self.unseen, 1) + 12 * seed + self.number}",
+            f"render.size={self.size}",
+            f"light.sun_elevation={sun:g}",
+            f"camera.heading={(20 + self.number * TURN_DEG) % 360:g}",
+        )
+        return load_preset("meadow", (*_WORLD, *VIEWS[self.view], *settings))
+
+    @property
+    def prototype_seed(self) -> int:
+        """The seed of its trees and people."""
+        if not self.unseen:
+            return PROTOTYPE_SEED
+        return first_seed(True, 1) + self.number % PROTOTYPE_SETS
 
 
-def tried_metrics(metric: str | None = None) -> tuple[str, ...]:
-    """Return the metrics that are tried, with ``metric`` among them."""
-    return (*METRICS_TRIED, *([metric] if metric else []))
+def fields(effort: Effort) -> list[Field]:
+    """Return every field in every view, for the headline pictures."""
+    rest = effort["unseen"], effort["size"]
+    return [Field(view, k, *rest) for k in range(effort["fields"]) for view in VIEWS]
 
 
-def grid_cases(
-    details: Sequence[float], ground_details: Sequence[float], metric: str | None = None
-) -> list[Case]:
-    """Return every view by every metric and detail, and the pieces that are pruned alone.
-
-    ``ground_details`` are the details [px] at which the ground alone is pruned; ``metric`` is tried
-    beside the others.
-    """
-    made = [Case(v, m, d) for v in VIEWS for m in tried_metrics(metric) for d in details]
-    made += [Case(v, "blake", d, GROUND) for v in VIEWS for d in ground_details]
-    return made + [Case(v, "blake", PIECES_DETAIL, piece) for v in VIEWS for piece in PIECES]
-
-
-def preset_of(view: str) -> Preset:
-    """Load the preset ``meadow`` in a window, as the view sees it."""
-    return load_preset("meadow", (*WORLD, *VIEWS[view]))
+def swept_fields(effort: Effort) -> list[Field]:
+    """Return the fields in which metrics are compared."""
+    rest = effort["unseen"], effort["sweep_size"]
+    return [Field(view, k, *rest) for k in range(effort["sweep_fields"]) for view in SWEPT]
 
 
 @lru_cache(maxsize=1)
-def world() -> World:
-    """Build the world of all views, which differ in camera and air alone."""
-    return build_world(preset_of("eye level"))
+def world_of(field: Field, seed: int) -> World:
+    """Build the world of a field in a run of a seed."""
+    return build_world(field.preset(seed), None, field.prototype_seed)
 
 
-def view_of(case: Case) -> View:
-    """Return the view of a case: its preset's, with the metric and detail of the case."""
-    plain = view_at(world(), preset_of(case.view), 1)
-    return replace(plain, metric=metric_by_name(case.metric), detail=case.detail)
+def reference(world: World, view: View) -> Shown:
+    """Display the reference of a view."""
+    return (*_whole_ground(world, view), *_whole_species(world, view))
 
 
-@lru_cache(maxsize=len(VIEWS))
-def reference(view: str) -> tuple[DisplayedRepresentation, ...]:
-    """Display everything, with the ground as fine as it gets.
-
-    Raises InputError for more than MOST_PARTS parts.
-    """
-    made = []
-    for each in world().representations:
-        full = _full(each, view)
-        made.append(_visible(each, full, prune(each, full)))
-    if parts_in(made) > MOST_PARTS:
-        raise InputError("reference", parts_in(made), f"at most {MOST_PARTS} parts")
-    return tuple(made)
-
-
-def displayed(case: Case) -> list[DisplayedRepresentation]:
-    """Return what is displayed in the picture of a case."""
-    view, made = view_of(case), []
-    for each in world().representations:
-        ground = each is world().terrain
-        if case.pruned in ("everything", GROUND if ground else SPECIES):
-            made.append(_visible(each, view, prune(each, view)))
-        elif ground or case.pruned == GROUND:
-            made += [whole for whole in reference(case.view) if whole.name == each.name]
-        else:
-            made += _pieces(each, case, view)
-    return made
+def displayed(world: World, view: View, pruned: str, metric: str, detail: float) -> Shown:
+    """Display what ``pruned`` says by a metric at a detail [px], and the rest as the reference."""
+    mine = replace(view, metric=metric_by_name(metric))
+    species = _whole_species(world, view)
+    if pruned in (SPECIES, EVERYTHING):
+        species = display_others(world, mine, detail)
+    if pruned == EVERYTHING:
+        return (*display_ground(world, view, detail, detail), *species)
+    if pruned == GROUND:
+        return (*display_ground(world, view, detail, SPECIES_DETAIL), *species)
+    if pruned == SPECIES:
+        whole = _plain(view)
+        ground = display_ground(world, whole, GROUND_DETAIL, detail, mine.metric)
+        return (*ground, *species)
+    return reference(world, view)
 
 
-def _pieces(each: Representation, case: Case, view: View) -> list[DisplayedRepresentation]:
-    """Display a species: its objects in view and out of view, pruned or not as the case says."""
-    full = _full(each, case.view)
-    pruned, whole = prune(each, view), prune(each, full)
-    inside, outside = ((pruned, view), (whole, full))
-    if case.pruned != "objects":
-        inside, outside = outside, inside
-    made = [_visible(each, inside[1], _objects(inside[0], view, True))]
-    if case.pruned != "no casters":
-        made.append(_visible(each, outside[1], _objects(outside[0], view, False)))
-    return made
+def _plain(view: View) -> View:
+    return replace(view, fade=0.0, conditions=None, metric=METRICS["blake"])
 
 
-def _objects(cut: Cut, view: View, seen: bool) -> Cut:
-    """Return the part of a cut whose objects are in view, or are not."""
-    parts = cut.parts
-    roots = np.flatnonzero(parts.parent < 0)
-    inside = np.zeros(int(parts.object.max(initial=-1)) + 1, bool)
-    inside[parts.object[roots]] = in_view(view, parts.centre[roots], parts.bound[roots])
-    rows = np.flatnonzero(inside[parts.object] == seen)
-    place = np.full(len(parts) + 1, -1)  # the last for what has no whole
-    place[rows] = np.arange(len(rows))
-    taken = parts.take(rows)
-    return cut_from_parts(replace(taken, parent=place[taken.parent]), 0, 0)
+def _whole_ground(world: World, view: View) -> Shown:
+    return display_ground(world, _plain(view), GROUND_DETAIL, SPECIES_DETAIL)
 
 
-def _full(each: Representation, view: str) -> View:
-    """Return the view that displays all parts of a representation."""
-    ground = each is world().terrain
-    found = view_of(Case(view, "blake" if ground else "full", GROUND_DETAIL if ground else 1.0))
-    return replace(found, fade=0.0, conditions=None, offscreen_detail=1.0)
+def _whole_species(world: World, view: View) -> Shown:
+    return display_others(world, _plain(view), SPECIES_DETAIL)
 
 
-def _visible(each: Representation, view: View, cut: Cut) -> DisplayedRepresentation:
-    return display(each, cut, view)
+def field_view(field: Field, seed: int) -> View:
+    """Return the view of a field, as its preset has it."""
+    return view_at(world_of(field, seed), field.preset(seed), 1)
 
 
-def parts_in(visible: Sequence[DisplayedRepresentation]) -> int:
+def parts_in(world: World, shown: Shown) -> int:
     """Count the parts of the species; tiles of the ground are not parts that a law knows."""
-    return sum(len(each.cut) for each in visible if each.name != world().terrain.name)
+    return sum(len(each.cut) for each in shown if each.name != world.terrain.name)
+
+
+def edges() -> np.ndarray:
+    """Return the edges of the bands of distance, (bands + 1,) [m]."""
+    return np.array(EDGES_M)
+
+
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """Return the SHA-256 of every view and every case."""
+    presets = [Field(v, 0, False, "1x1").preset(0).model_dump(mode="json") for v in VIEWS]
+    constants = [SPECIES_DETAIL, GROUND_DETAIL, SUN_ELEVATIONS_DEG, TURN_DEG, EDGES_M]
+    return scene_digest([presets, [p.case for p in points], constants])

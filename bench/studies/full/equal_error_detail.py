@@ -12,7 +12,6 @@ import numpy as np
 
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR, column, equal_error, excesses
 from bench.experiments.fidelity.image_errors import picture_errors, reference_of
-from bench.experiments.fidelity.scene import SPECIES
 from bench.fields.windows import Picture
 from bench.records.points import Column, Point
 from bench.statistics.estimates import Estimate
@@ -59,7 +58,7 @@ class DetailSearch:
             tested = render_pictures(world, preset, self.variant, seeds[0::2])
             errors = picture_errors([each.rgb.astype(np.float64) for each in tested], reference)
             parts = parts_displayed(world, view_at(world, preset, 1))
-            case = {"metric": _METRIC, "detail": detail, "pruned": SPECIES}
+            case = {"metric": _METRIC, "detail": detail}
             return Point(case, samples=(*errors, Column("parts", [parts])))
 
         return at
@@ -109,7 +108,7 @@ def _next_detail(points: list[Point]) -> float | None:
 
 def detail_at_equal_error(points: list[Point]) -> Estimate:
     """Interpolate the detail τ [px] of equal error between the details that were measured."""
-    return equal_error(points)[_METRIC].detail
+    return equal_error(points, excesses)[_METRIC].detail
 
 
 def excess_flip(point: Point) -> ExcessFlip:

@@ -1,45 +1,54 @@
 """Fidelity: what is measured is right where it is known, and the verdicts follow from it."""
 
-import base64
-import io
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from PIL import Image
 
-from bench.experiments.fidelity import pictures as fidelity_pictures
 from bench.experiments.fidelity import plots as fidelity_plots
-from bench.experiments.fidelity.claims import judge
-from bench.experiments.fidelity.equal_error import equal_error, reached
-from bench.experiments.fidelity.image_errors import BANDS, bias, picture_errors, reference_of
+from bench.experiments.fidelity.claims import judge, judged_bands, same_place, swept
+from bench.experiments.fidelity.equal_error import crossings
+from bench.experiments.fidelity.image_errors import BANDS as IMAGE_BANDS
+from bench.experiments.fidelity.image_errors import bias, picture_errors, reference_of
+from bench.experiments.fidelity.measure import cases, measure
 from bench.experiments.fidelity.scene import (
+    ALONE_EVERY,
+    EDGES_M,
+    EVERYTHING,
     GROUND,
     METRICS_TRIED,
-    PIECES,
-    PIECES_DETAIL,
+    NOTHING,
     SPECIES,
+    SUN_ELEVATIONS_DEG,
+    SWEPT,
     VIEWS,
-    Case,
+    Field,
     displayed,
-    grid_cases,
+    field_view,
     parts_in,
     reference,
+    world_of,
 )
-from bench.experiments.fidelity.timing import STAGES, TIMED, UNPRUNED, Timing, measure_times
+from bench.experiments.fidelity.shipped.claims import errors
+from bench.experiments.fidelity.shipped.pictures import Looks
 from bench.experiments.figure.cases import curves
 from bench.experiments.registry import EXPERIMENTS
-from bench.records.embedded_pictures import NOTE, pictures_of
-from bench.records.points import Column, Point, columns
+from bench.fields.judged_seeds import BUILDING_SEEDS
+from bench.records.points import Column, Point, columns, merge_points
 from bench.records.provenance import provenance
 from bench.records.records import Record
 from scenes.frame.layers import Layers
-from scenes.render.mitsuba.variants import choose
+from scenes.models.catalogue import PROTOTYPE_SEED
+from scenes.preset.load import load_preset
 
-DETAILS = EXPERIMENTS["fidelity"].full["details"]
+EXPERIMENT = EXPERIMENTS["fidelity"]
+DETAILS = EXPERIMENT.full["details"]
 SHAPE = (12, 16)
 PAIRS = 8
+FIELDS = 6
+SAMPLES = (16, 64)
+BANDS = len(EDGES_M) - 1
 
 
 def frame(rgb):
@@ -81,7 +90,7 @@ def test_nothing_changed_measures_as_its_floor():
     for name in ("flip", "ssim", "relmse"):
         assert found.column(name) == found.column(f"{name}_floor")
     assert found.column("relmse_bias") == [0] * PAIRS
-    for band in (b for b in BANDS if found.column("pixels", band=b)[0]):
+    for band in (b for b in IMAGE_BANDS if found.column("pixels", band=b)[0]):
         tested, same = (
             found.column("luminance", picture=each, band=band) for each in ("tested", "reference")
         )
@@ -91,175 +100,159 @@ def test_nothing_changed_measures_as_its_floor():
     assert max(worse.column("ssim")) < min(worse.column("ssim_floor")) + 100_000
 
 
-def point(metric, detail, excess, parts, floor=5000, view="aerial", pruned=SPECIES):
-    bands = [
-        Column("luminance", [1000] * PAIRS, {"picture": which, "band": b})
-        for which in ("tested", "reference")
-        for b in BANDS
+def noisy_flip(error, k):
+    """FLIP of two pictures of so many samples [ppm] where the error is so large, in each field."""
+    spread = 1 + 0.01 * np.array([-1, 1] * (FIELDS // 2))
+    return [round(1e6 * each) for each in error * spread + 0.1 / SAMPLES[k] ** 0.5]
+
+
+def headline(view="aerial", pruned=EVERYTHING, error=0.004, light=1.0, rays=1.0):
+    """A headline point of FIELDS fields; land fills the first three bands alike."""
+    found = []
+    for k, samples in enumerate(SAMPLES):
+        keys = {"samples": samples, "number": k}
+        flip = noisy_flip(error, k)
+        found.append(Column("flip_ppm", flip, keys))
+        for band in range(BANDS):
+            sums = [100 * each if band < 3 else 0 for each in flip]
+            found.append(Column("flip_sum_ppm", sums, keys | {"band": band}))
+    for band in range(BANDS):
+        here = 1000 if band < 3 else 0
+        found.append(Column("pixels", [100 if here else 0] * FIELDS, {"band": band}))
+        for which, more, fill in (("tested", light, rays), ("reference", 1.0, 1.0)):
+            values = [round(here * fill) + k for k in range(FIELDS)] if here else [0] * FIELDS
+            keys = {"picture": which, "band": band}
+            found.append(Column("rays", values, keys))
+            found.append(Column("light", [round(7 * more * v) for v in values], keys))
+    counted = {"parts": [10] * FIELDS}
+    case = {"what": "headline", "view": view, "pruned": pruned, "metric": "blake", "detail": 1.0}
+    return Point(case, samples=(*columns(counted), *found))
+
+
+def sweep(metric, detail, error, parts, view="aerial"):
+    found = [
+        Column("flip_ppm", noisy_flip(error, k), {"samples": n, "number": k})
+        for k, n in enumerate(SAMPLES)
     ]
-    bands += [Column("pixels", [100], {"band": b}) for b in BANDS]
-    spread = [-20, 20] * (PAIRS // 2)
-    samples = {
-        "flip": [floor + round(1e6 * excess) + each for each in spread],
-        "flip_floor": [floor] * PAIRS,
-        **{k: [990_000] * PAIRS for k in ("ssim", "ssim_floor")},
-        **{f"relmse{k}": [100] * PAIRS for k in ("", "_floor", "_bias")},
-        **{k: [5] for k in ("sticks", "triangles", "foretold_bytes")},
-        "parts": [parts],
-    }
-    return Point(
-        {"view": view, "metric": metric, "detail": detail, "pruned": pruned},
-        samples=(*bands, *columns(samples)),
-    )
+    case = {"what": "sweep", "view": view, "pruned": SPECIES, "metric": metric, "detail": detail}
+    return Point(case, samples=(*columns({"parts": [parts] * FIELDS}), *found))
 
 
-def timed_point(metric, detail, seconds, view="aerial"):
-    """A frame that takes so long in all, now a third more and now a third less."""
-    micros = [round(1e6 * seconds * (4 / 3 if k % 2 else 2 / 3)) for k in range(PAIRS)]
-    times = [Column("us", [us // 3 for us in micros], {"stage": stage}) for stage in STAGES]
-    counted = columns({"parts": [7], "foretold_bytes": [5]})
-    return Point(
-        {"view": view, "metric": metric, "detail": detail, "pruned": TIMED},
-        samples=(*times, *counted),
-    )
-
-
-def planted(rival=2.0, faster=0.5):
-    """Excess 0.01·τ by every metric; the others have ``rival`` times as many parts as blake."""
-    made = []
+def planted(rival=2.0, **band):
+    """Error 0.006·τ by every metric; the others have ``rival`` times as many parts as blake."""
+    ways = {EVERYTHING: 0.012, SPECIES: 0.004, GROUND: 0.009, NOTHING: 0.0}
+    made = [headline(pruned=way, error=each, **band) for way, each in ways.items()]
     for metric in METRICS_TRIED:
         factor = 1.0 if metric == "blake" else rival
-        made += [point(metric, d, 0.01 * d, round(1e5 * factor / d**2)) for d in DETAILS]
-    made += [point("blake", PIECES_DETAIL, 0.004, 10, pruned=piece) for piece in PIECES]
-    made += [timed_point("blake", 2.0, 0.2), timed_point("blake", 1.0, faster)]
-    made += [timed_point("depth", d, 0.3 / d) for d in (1.0, 2.0)]
-    return (*made, timed_point(UNPRUNED, 1.0, 1.0))
+        made += [sweep(metric, d, 0.006 * d, round(1e5 * factor / d**2)) for d in DETAILS]
+    return tuple(made)
 
 
-def test_where_the_excess_comes_up_to_an_error_is_read_between_details():
-    row = [p for p in planted() if p.case["metric"] == "blake" and p.case["pruned"] == SPECIES]
-    ((detail, parts),) = reached(row, np.arange(PAIRS)[None], 0.015)
-    assert detail == pytest.approx(1.5, rel=1e-6)
-    assert parts == pytest.approx(1e5 / 1.5**2, rel=1e-3)
-    assert np.isnan(reached(row[:2], np.arange(PAIRS)[None], 0.5)).all()
+def test_where_the_error_comes_up_to_one_is_read_between_details():
+    details = np.array([0.5, 1.0, 2.0, 4.0])
+    found = np.outer(details, [0.01, 0.006, 0.1])
+    parts = np.broadcast_to(1e5 / details[:, None] ** 2, found.shape)
+    (detail, part), other, never = crossings(details, found, parts, 0.015)
+    assert detail == pytest.approx(1.5, rel=1e-6) and part == pytest.approx(1e5 / 1.5**2)
+    assert other[0] == pytest.approx(2.5, rel=1e-6)
+    assert np.isnan(never).all()
 
 
 def test_verdicts_follow_from_samples():
-    verdict = {c.name: c.verdict for c in judge(planted(rival=2.0))}
+    claims = {c.name: c for c in judge(planted(rival=2.0))}
+    verdict = {name: each.verdict for name, each in claims.items()}
+    assert verdict["control/aerial"] == verdict["blake/aerial/error_species"] == "holds"
+    assert verdict["blake/aerial/error_everything"] == "refuted"
+    assert claims["blake/aerial/error_everything"].measured == pytest.approx(0.012, rel=1e-3)
+    assert verdict["blake/aerial/tone_from_20_m"] == "holds"
+    assert verdict["blake/aerial/error_from_20_m"] == "refuted"
     assert verdict["bounded/aerial/parts"] == "holds"
-    assert verdict["floor/aerial"] == "holds"
-    assert verdict["blake/aerial/luminance_from_0_m"] == "holds"
-    assert "refuted" == {c.name: c.verdict for c in judge(planted(rival=0.5))}["depth/aerial/parts"]
-    noisy = Column("flip_floor", [20_000] * PAIRS)
-    noisy_floor = tuple(
-        replace(p, samples=tuple(noisy if c.quantity == "flip_floor" else c for c in p.samples))
-        for p in planted()
-    )
-    assert {c.name: c.verdict for c in judge(noisy_floor)}["floor/aerial"] == "refuted"
+    assert {c.name: c.verdict for c in judge(planted(0.5))}["depth/aerial/parts"] == "refuted"
 
 
-def test_a_frame_is_held_against_the_unpruned_one_of_its_own_round():
-    """Rounds differ by a factor of two, and the ratio not at all."""
-    verdict = {c.name: c for c in judge(planted(faster=0.5))}["blake/aerial/time"]
-    assert verdict.verdict == "holds"
-    assert (verdict.low, verdict.high) == pytest.approx((0.5, 0.5), rel=1e-4)
-    slower = {c.name: c.verdict for c in judge(planted(faster=1.1))}
-    assert slower["blake/aerial/time"] == "refuted"
+@pytest.mark.parametrize(("what", "which"), [("light", "tone"), ("rays", "coverage")])
+def test_light_and_coverage_are_judged_apart(what, which):
+    verdict = {c.name: c.verdict for c in judge(planted(**{what: 1.05}))}
+    other = {"tone": "coverage", "coverage": "tone"}[which]
+    assert verdict[f"blake/aerial/{which}_from_0_m"] == "refuted"
+    assert verdict[f"blake/aerial/{other}_from_0_m"] == "holds"
+
+
+def test_bands_that_nobody_sees_are_not_judged_and_noise_is_taken_from_the_same_place():
+    point = headline(error=0.004)
+    assert judged_bands(point) == [0, 1, 2]
+    assert same_place(point, 0).value == pytest.approx(0.004, rel=1e-3)
+    assert same_place(point, 4) is None
 
 
 def test_at_equal_error_every_metric_is_summed_up_with_its_interval():
-    found = equal_error(planted(rival=3.0))
-    assert found["blake"].detail.value == pytest.approx(1.0, rel=0.02)
-    assert found["depth"].parts_over(found["blake"]).value == pytest.approx(3.0, rel=1e-3)
     points = planted(rival=3.0)
-    made = Record("fidelity", 2, True, "", provenance("", 0), points, (), {})
-    heads, rows = fidelity_plots.summary(made)
-    assert [row[1] for row in rows] == list(METRICS_TRIED)
-    assert rows[1][4].startswith("3.00 (3.00") and all(len(row) == len(heads) for row in rows)
-    never = tuple(p for p in points if p.case["detail"] < 1 or p.case["metric"] == "blake")
-    assert not equal_error(never)["depth"].found
-    _, rows = fidelity_plots.summary(replace(made, points=never))
-    assert rows[3][2:4] == ("over 0.5, the last tried", f"under {round(3e5 / 0.25)}")
-
-
-def test_another_metric_is_tried_in_every_view():
-    more = set(grid_cases(DETAILS, (1.0,), "halfway")) - set(grid_cases(DETAILS, (1.0,)))
-    assert {(c.view, c.metric, c.detail, c.pruned) for c in more} == {
-        (view, "halfway", detail, SPECIES) for view in VIEWS for detail in DETAILS
+    found = swept([p for p in points if p.case["what"] == "sweep"])
+    assert found["blake"].detail.value == pytest.approx(1 / 0.6, rel=0.02)
+    assert found["depth"].parts_over(found["blake"]).value == pytest.approx(3.0, rel=1e-3)
+    assert fidelity_plots.standing(found) == dict.fromkeys(METRICS_TRIED, "more") | {
+        "blake": "the fewest"
     }
+    made = Record("fidelity", 4, True, "", provenance("", 0), points, judge(points), {})
+    for table in (fidelity_plots.summary, fidelity_plots.point_table):
+        heads, rows = table(made)
+        assert rows and all(len(row) == len(heads) for row in rows)
+    never = tuple(p for p in points if p.case["detail"] <= 1)
+    assert not swept([p for p in never if p.case["what"] == "sweep"])["depth"].found
+    assert any(
+        "not reached" in row[3] for row in fidelity_plots.summary(replace(made, points=never))[1]
+    )
+
+
+def test_the_report_draws_every_view():
+    points = planted()
+    made = Record("fidelity", 4, True, "", provenance("", 0), points, judge(points), {})
+    shown = {plot.name: plot for plot in fidelity_plots.plots(made)}
+    by_distance = [f"fidelity-{k}" for k in ("tone", "coverage", "same-place")]
+    assert list(shown) == [*by_distance, "fidelity-aerial-detail", "fidelity-aerial-parts"]
+    assert all(not re.search(r"\bnan\b", plot.svg) for plot in shown.values())
+    assert "0.012, 0.012, 0.012" in shown["fidelity-same-place"].caption
+
+
+def test_fields_have_suns_in_turn_and_full_runs_judge_what_nobody_looked_at():
+    full = [c.field for c in cases(EXPERIMENT.effort("full"))]
+    seeds = {f.preset(0).seed for f in full}
+    assert len(seeds) == 12 and min(seeds) > BUILDING_SEEDS
+    assert {f.preset(0).light.sun_elevation for f in full} == set(SUN_ELEVATIONS_DEG)
+    assert min(f.prototype_seed for f in full) > BUILDING_SEEDS
+    quick = [c.field for c in cases(EXPERIMENT.effort("quick"))]
+    assert max(f.preset(5).seed for f in quick) <= BUILDING_SEEDS
+    assert {f.prototype_seed for f in quick} == {PROTOTYPE_SEED}
+    assert not {f.preset(0).seed for f in quick} & {f.preset(1).seed for f in quick}
+
+
+def test_every_third_field_has_species_and_ground_alone_and_another_metric_is_swept():
+    full = cases(EXPERIMENT.effort("full"))
+    ways = {(c.field.number, c.field.view): len(c.ways) for c in full if c.what == "headline"}
+    assert len(ways) == 12 * len(VIEWS)
+    assert all(n == (1 if k % ALONE_EVERY else 4) for (k, _), n in ways.items())
+    more = cases(EXPERIMENT.effort("full"), "halfway")
+    swept_ = [set(b.ways) - set(a.ways) for a, b in zip(full, more, strict=True) if a != b]
+    assert len(swept_) == 4 * len(SWEPT)
+    assert swept_[0] == {(SPECIES, "halfway", d) for d in DETAILS}
     assert {c.metric for c in set(curves("halfway")) - set(curves())} == {"halfway"}
 
 
 @pytest.mark.slow
-def test_a_timed_frame_has_every_stage_and_the_unpruned_one_has_more_parts():
-    made = measure_times(Timing("hazy", ("blake", "depth"), (1.0,), choose()), 0)
-    assert [p.case["metric"] for p in made] == ["blake", "depth", UNPRUNED]
-    one, other, whole = (p.column("parts")[0] for p in made)
-    assert 0 < other < one < whole
-    for point in made:
-        assert all(len(point.column("us", stage=stage)) == PAIRS for stage in STAGES)
-        assert min(min(each.values) for each in point.samples) > 0
-
-
-def test_the_report_draws_every_view_with_its_floor():
-    points = planted()
-    made = Record("fidelity", 1, True, "", provenance("", 0), points, judge(points), {})
-    heads, rows = fidelity_plots.point_table(made)
-    assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
-    shown = {plot.name: plot for plot in fidelity_plots.plots(made)}
-    assert list(shown) == [f"fidelity-aerial-{k}" for k in ("detail", "parts", "time", "memory")]
-    for plot in shown.values():
-        assert plot.drawn[-1].label == "noise floor" and set(plot.drawn[-1].y) == {0.005}
-        assert not re.search(r"\bnan\b", plot.svg)
-    by_time = {each.label: each for each in shown["fidelity-aerial-time"].drawn}
-    assert list(by_time) == ["blake", "depth", "unpruned", "noise floor"]
-    assert by_time["depth"].x == pytest.approx((0.15, 0.3), rel=1e-3)
-    assert by_time["depth"].y == pytest.approx((0.02, 0.01), rel=1e-3)
-    assert by_time["unpruned"].x == pytest.approx([1.0, 1.0], rel=1e-3)
-
-
-def test_which_metric_needs_the_fewest_parts_is_said_where_that_is_decided():
-    fewer = equal_error(planted(rival=0.5))
-    assert fidelity_plots.standing(fewer) == {
-        "blake": "more",
-        "bounded": "the fewest",
-        **dict.fromkeys(("solid_angle", "depth"), "not told apart from the fewest"),
-    }
-    more = fidelity_plots.standing(equal_error(planted(rival=2.0)))
-    assert more == dict.fromkeys(METRICS_TRIED, "more") | {"blake": "the fewest"}
-    fine = tuple(p for p in planted() if p.case["detail"] < 1)
-    assert fidelity_plots.standing(equal_error(fine)) == {}
-    made = Record("fidelity", 3, True, "", provenance("", 0), planted(0.5), (), {})
-    plot = fidelity_plots.plots(made)[1]
-    assert "The fewest parts there are those of bounded (not told apart: " in plot.caption
-
-
-@pytest.mark.slow
-def test_pieces_put_together_are_the_whole():
-    """Objects in view and out of it are each pruned alone, and nothing is lost between them."""
-    view, full = "eye level", reference("eye level")
-    kinds = (*PIECES, SPECIES, GROUND)
-    by_piece = {kind: displayed(Case(view, "blake", 1.0, kind)) for kind in kinds}
-    everything, pruned = parts_in(full), parts_in(by_piece[SPECIES])
-    assert parts_in(by_piece[GROUND]) == everything
-    assert parts_in(by_piece["everything"]) == pruned
-    saved = [everything - parts_in(by_piece[k]) for k in ("objects", "casters")]
-    assert sum(saved) == everything - pruned
-    assert parts_in(by_piece["no casters"]) < parts_in(by_piece["casters"]) < everything
-    assert len(grid_cases(DETAILS, EXPERIMENTS["fidelity"].full["ground_details"])) == 3 * (
-        4 * 7 + 3 + 4
+def test_a_field_is_measured_and_pruned_apart():
+    case = next(c for c in cases(EXPERIMENT.effort("quick")) if len(c.ways) > 1)
+    case = replace(case, looks=Looks((4, 16), 2), field=replace(case.field, size="32x18"))
+    points = merge_points([*measure(case, 0), *measure(replace(case, field=case.field), 0)])
+    by_way = {p.case["pruned"]: p for p in points}
+    assert set(by_way) == {EVERYTHING, NOTHING, SPECIES, GROUND}
+    assert all(errors(p)[0] == errors(p)[1] for p in points)
+    nothing, everything = by_way[NOTHING], by_way[EVERYTHING]
+    assert nothing.column("parts")[0] > by_way[SPECIES].column("parts")[0]
+    assert everything.column("triangles")[0] < nothing.column("triangles")[0]
+    world, view = world_of(case.field, 0), field_view(case.field, 0)
+    whole = reference(world, view)
+    alone = displayed(world, view, GROUND, "blake", 1.0)
+    assert parts_in(world, alone) == parts_in(world, whole) == nothing.column("parts")[0]
+    assert (
+        load_preset("meadow").world.season == Field("hazy", 0, False, "9x9").preset(0).world.season
     )
-
-
-@pytest.mark.slow
-def test_pictures_show_whole_pruned_and_where_they_differ(monkeypatch):
-    monkeypatch.setattr(fidelity_pictures, "VIEWS", {"hazy": ()})
-    monkeypatch.setattr(fidelity_pictures, "MAGNIFIED", 1)
-    (note,) = fidelity_pictures.pictures_of(choose(), 9, 0)
-    made = Record("fidelity", 1, True, "", provenance("", 0), planted(), (), {NOTE: [note]})
-    names, files = zip(*pictures_of(made)[0].layers, strict=True)
-    assert names[0] == "everything there is" and len(names) == 5
-    shown = [Image.open(io.BytesIO(base64.b64decode(data))) for data in files]
-    assert {picture.size for picture in shown} == {(64, 36)}
-    seen = [np.asarray(picture, np.float64).mean() for picture in shown[3:]]
-    assert 0 < seen[0] < seen[1]  # FLIP of τ = 4 px is the brighter

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from lod.arrays import Points
+from lod.metric.family import Metric
 from lod.pruning.pruner import prune
 from lod.pruning.shapes import Sticks, batches_of
 from lod.pruning.view import View
@@ -25,13 +26,14 @@ FINEST = 1 / 16
 
 @dataclass(frozen=True)
 class CoverOf:
-    """The cover that is left on the ground where objects are pruned at a detail of their own [px].
+    """The cover that is left on the ground by objects with a detail [px] and a metric of their own.
 
     It is an AggregateCover of ``scenes.terrain``.
     """
 
     cover: AggregateCover
     detail: float
+    metric: Metric
 
     @property
     def highest(self) -> float:
@@ -39,15 +41,26 @@ class CoverOf:
         return self.cover.highest
 
     def residual(self, view: View, points: Points) -> ResidualCover:
-        """Return what is left at points (n, 3) of the ground of a view, whatever its detail."""
-        return self.cover.residual(replace(view, detail=self.detail), points)
+        """Return what is left at points (n, 3) of the ground of a view, however that is pruned."""
+        return self.cover.residual(replace(view, detail=self.detail, metric=self.metric), points)
 
 
-def display_ground(world: World, view: View, detail: float, of_others: float) -> Shown:
-    """Display the ground at a detail [px], under the cover of what is pruned at ``of_others``."""
+def display_ground(
+    world: World,
+    view: View,
+    detail: float,
+    of_others: float,
+    metric_of_others: Metric | None = None,
+) -> Shown:
+    """Display the ground at a detail [px], under the cover of what is pruned at ``of_others``.
+
+    That is pruned by the view's metric unless it has another.
+    """
     terrain, cover = world.terrain, world.terrain.aggregate_cover
     if cover is not None:
-        terrain = replace(terrain, aggregate_cover=CoverOf(cover, of_others))
+        terrain = replace(
+            terrain, aggregate_cover=CoverOf(cover, of_others, metric_of_others or view.metric)
+        )
     at = replace(view, detail=detail)
     return (display(terrain, prune(terrain, at), at),)
 

@@ -28,7 +28,8 @@ from bench.experiments.fidelity.shipped.pictures import (
     flips,
     look,
 )
-from bench.experiments.fidelity.shipped.places import Place, first_seed, places
+from bench.experiments.fidelity.shipped.places import Place, places
+from bench.fields.judged_seeds import first_seed
 from bench.records.points import Column, Key, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from bench.experiments.fidelity.shipped.claims import BANDS
-from bench.statistics.excess_flip import mean_flip
-from lod.arrays import freeze
+from bench.statistics.excess_flip import flip_by_pixel
+from lod.arrays import Reals, freeze
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.preset.tables import Preset
@@ -50,11 +50,13 @@ class Seen:
 
     pictures  linear radiance, one of every count of samples
     land      the light of the land by bands of distance
+    Z         (h, w) distance of what each pixel shows [m], in the last picture
     sticks, triangles   how many the scene has
     """
 
     pictures: tuple[Picture, ...]
     land: LandLight
+    Z: np.ndarray
     sticks: int
     triangles: int
 
@@ -77,7 +79,7 @@ def look(frame_input: FrameInput, looks: Looks, edges_m: np.ndarray, first: int)
     land = sum_land(((each.rgb, each.Z) for each in passes), edges_m)
     pictures = tuple(each.rgb.astype(np.float64) for each in made)
     counts = made[0].statistics
-    return Seen(pictures, land, counts["sticks"], counts["triangles"])
+    return Seen(pictures, land, made[-1].Z, counts["sticks"], counts["triangles"])
 
 
 def sum_land(passes: Iterable[tuple[np.ndarray, np.ndarray]], edges_m: np.ndarray) -> LandLight:
@@ -107,7 +109,12 @@ def band_edges(preset: Preset) -> np.ndarray:
 
 
 def flips(tested: Sequence[Picture], reference: Sequence[Picture]) -> list[float]:
-    """Return the mean FLIP of each two pictures with as many samples.
+    """Return the mean FLIP of each two pictures with as many samples, as ``flips_by_pixel``."""
+    return [float(each.mean()) for each in flips_by_pixel(tested, reference)]
+
+
+def flips_by_pixel(tested: Sequence[Picture], reference: Sequence[Picture]) -> list[Reals]:
+    """Return FLIP of every pixel of each two pictures with as many samples, row by row.
 
     They are displayed at one exposure, that of the reference's last picture.
     """
@@ -116,4 +123,4 @@ def flips(tested: Sequence[Picture], reference: Sequence[Picture]) -> list[float
         [to_srgb(each, exposure).astype(np.float32) for each in pictures]
         for pictures in (tested, reference)
     )
-    return [mean_flip(one, other) for one, other in zip(*shown, strict=True)]
+    return [flip_by_pixel(one, other) for one, other in zip(*shown, strict=True)]

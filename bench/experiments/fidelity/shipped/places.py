@@ -1,9 +1,8 @@
 """In which places is a preset judged? Fixed by a rule, and never looked at while scenes are built.
 
-Place k of a preset is the preset in the world of seed JUDGED_SEED + k, seen from where the preset's
-eye stands but turned by k × 60°, with the sun 20° high where k is even and 55° where it is odd.
-Worlds of seeds up to BUILDING_SEEDS are for building: looked at, measured and tuned on at will.
-Quick runs look at those from QUICK_SEED on, by the same rule.
+Place k of a preset is the preset in the world of the k-th seed (``bench.fields.judged_seeds``),
+seen from where the preset's eye stands but turned by k × 60°, with the sun 20° high where k is even
+and 55° where it is odd.
 
 `campfire` keeps its sun, and the eye goes round its fire, which it always faces. `fly_in` is a
 flight, of which frames 1, 24 and 48 are judged, at τ = 1 px in place of the exaggerated one.
@@ -14,15 +13,6 @@ from dataclasses import dataclass
 
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-
-JUDGED_SEED = 4100
-"""The seed of the world of each preset's place 0."""
-
-BUILDING_SEEDS = 1000
-"""The largest seed of a world that may be looked at while a scene or its pruning is built."""
-
-QUICK_SEED = 900
-"""The seed of the world of place 0 in quick runs, which anybody may look at."""
 
 SUN_ELEVATIONS = (20.0, 55.0)
 """Elevations of the sun in even and in odd places [degrees]."""
@@ -44,11 +34,6 @@ class Place:
     def load(self) -> Preset:
         """Load the preset as it is seen here."""
         return load_preset(self.preset, self.settings)
-
-
-def first_seed(unseen: bool) -> int:
-    """Return the seed of the world of place 0: of places for judging, unseen, or for a trial."""
-    return JUDGED_SEED if unseen else QUICK_SEED
 
 
 def places(preset: str, count: int, size: str, seed: int) -> list[Place]:

@@ -10,9 +10,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench.experiments.fidelity.shipped.places import first_seed, places
+from bench.experiments.fidelity.shipped.places import places
 from bench.experiments.popping.shipped.claims import QUANTILE, WAYS
 from bench.experiments.popping.unexplained_change import walk
+from bench.fields.judged_seeds import first_seed
 from bench.records.points import Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort

@@ -27,14 +27,11 @@ from bench.experiments.fidelity.shipped.displayed import (
 from bench.experiments.fidelity.shipped.measure import GROUND_STEPS, Sight, measure, open_scene
 from bench.experiments.fidelity.shipped.pictures import Looks, band_edges, flips, sum_land
 from bench.experiments.fidelity.shipped.places import (
-    BUILDING_SEEDS,
-    JUDGED_SEED,
-    QUICK_SEED,
     Place,
-    first_seed,
     places,
 )
 from bench.experiments.registry import EXPERIMENTS
+from bench.fields.judged_seeds import BUILDING_SEEDS, JUDGED_SEED, QUICK_SEED, first_seed
 from bench.records.points import Column, Point, columns, merge_points
 from bench.records.provenance import provenance
 from bench.records.records import Record
