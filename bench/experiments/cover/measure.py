@@ -3,9 +3,11 @@
 Mean luminance in bands of distance is compared with that of everything there is: pruned to one
 pixel and to twelve, with and without the far cover, which leaves on the land the colour of what
 lies beyond the limit. Every field is another seed, and each picture's bands are by its own
-distances. Light along the rays that have the band in the whole picture is noted and not judged: a
-tree that is pruned has its gaps elsewhere, so some of these rays meet the sky (in ``forest`` it is
-7 times as bright as trees), and rays of the sky that now meet the tree are in no band.
+distances. In the preset's air the land's own share of the light is summed as well: light in clear
+air times the air's transmittance, ray by ray. Light along the rays that have the band in the whole
+picture is noted and not judged: a tree that is pruned has its gaps elsewhere, so some of these rays
+meet the sky (in ``forest`` it is 7 times as bright as trees), and rays of the sky that now meet the
+tree are in no band.
 """
 
 from collections.abc import Sequence
@@ -17,7 +19,6 @@ import numpy as np
 from bench.experiments.cover.claims import SAME_RAYS
 from bench.experiments.cover.scene import (
     AIRS,
-    FINE,
     LOOKS,
     Case,
     displayed,
@@ -25,16 +26,17 @@ from bench.experiments.cover.scene import (
     preset_of,
     whole,
 )
-from bench.records.points import Column, Point
+from bench.fields.judged_seeds import first_seed
+from bench.records.points import Column, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
+from lod.atmosphere.air import CLEAR, Air, rgb_extinction
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
-from scenes.render.pipeline.render import render_frame
 from scenes.render.pipeline.stages import build_frame, move_camera, trace
 from scenes.sticks.contrast import LUMINANCE
 from scenes.world.light import sun_and_sky
@@ -49,61 +51,83 @@ Bands = tuple[Column, ...]
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a look; its number is added to the run's seed."""
+    """A field of a look; ``unseen`` says whether it is for judging, or anybody may look at it."""
 
     look: str
     number: int
+    unseen: bool
+
+    def world_seed(self, seed: int) -> int:
+        """Return the seed of its world in a run of a seed."""
+        return first_seed(self.unseen, 2) + 20 * seed + self.number
 
 
 def cases(effort: Effort) -> list[Field]:
     """Return as many fields of every look as the effort says."""
-    return [Field(look, k) for look in LOOKS for k in range(effort["fields"][look])]
+    counts = effort["fields"].items()
+    return [Field(look, k, effort["unseen"]) for look, count in counts for k in range(count)]
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
     """Return the number of fields of each look, and of rays of a pixel."""
-    return {**effort.sizes, "rays_per_pixel": _SPP * FINE**2}
+    return {**effort.sizes, "rays_per_pixel": {name: e.fine**2 for name, e in LOOKS.items()}}
 
 
 def measure(case: Field, seed: int) -> list[Point]:
     """Measure one field in all pictures of one look: a point for each picture."""
     mine = [each for each in pictures() if each.look == case.look]
-    found = field(case.look, seed + case.number, mine)
+    found = field(case.look, case.world_seed(seed), mine)
     return [Point(asdict(each), samples=bands) for each, bands in found.items()]
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One picture: its layers, and the luminance of the land alone along each ray, (h, w)."""
+
+    layers: Layers
+    land: np.ndarray
 
 
 def field(look: str, seed: int, wanted: Sequence[Case]) -> dict[Case, Bands]:
     """Measure one field in the ``wanted`` pictures of one look, band by band."""
     presets = {case.air: preset_of(look, case.air, seed) for case in wanted}
-    world = build_world(preset_of(look, AIRS[0], seed))
-    unpruned = _whole_pictures(world, presets)
+    first = next(iter(presets.values()))
+    world = build_world(first)
+    unpruned = _pictures(world, presets, whole(world, first, LOOKS[look]))
     made = {}
     for case in wanted:
-        picture = _pruned_picture(world, presets[case.air], case)
-        made[case] = in_bands(picture, unpruned[case.air], LOOKS[look].edges_m)
+        made[case] = in_bands(
+            _pruned_picture(world, presets[case.air], case), unpruned[case.air], LOOKS[look].edges_m
+        )
     return made
 
 
-def pruned_alone(look: str, seed: int, case: Case) -> Bands:
-    """Measure one field in one pruned picture alone, band by band."""
-    preset = preset_of(look, case.air, seed)
-    picture = _pruned_picture(build_world(preset), preset, case)
-    return in_bands(picture, picture, LOOKS[look].edges_m)
+def _pruned_picture(world: World, preset: Preset, case: Case) -> Seen:
+    visible = displayed(world, preset, LOOKS[case.look].fine * case.detail, case.cover)
+    return _pictures(world, {case.air: preset}, visible)[case.air]
 
 
-def _whole_pictures(world: World, presets: dict[str, Preset]) -> dict[str, Layers]:
-    """Render everything in the window through every air, from one scene."""
-    first = next(iter(presets.values()))
-    shot = _shot(world, first, whole(world, first))
+def _pictures(
+    world: World, presets: dict[str, Preset], visible: list[DisplayedRepresentation]
+) -> dict[str, Seen]:
+    """Render what is displayed through every air, from one scene."""
+    shot = _shot(world, next(iter(presets.values())), visible)
     stage = build_frame(shot)
-    return {
-        air: trace(move_camera(stage, shot.camera, preset_air(preset)), shot.quality)
-        for air, preset in presets.items()
-    }
+    clear = trace(move_camera(stage, shot.camera, CLEAR), shot.quality)
+    made = {}
+    for name, preset in presets.items():
+        air = preset_air(preset)
+        layers = (
+            clear if air == CLEAR else trace(move_camera(stage, shot.camera, air), shot.quality)
+        )
+        made[name] = Seen(layers, land_light(clear, air))
+    return made
 
 
-def _pruned_picture(world: World, preset: Preset, case: Case) -> Layers:
-    return render_frame(_shot(world, preset, displayed(world, preset, case.detail, case.cover)))
+def land_light(clear: Layers, air: Air) -> np.ndarray:
+    """Return the luminance that the land sends through air, by ray, from its light in clear air."""
+    through = np.exp(-clear.Z.astype(np.float64)[..., None] * rgb_extinction(air))
+    return np.asarray((clear.rgb * through) @ LUMINANCE)
 
 
 def _shot(world: World, preset: Preset, visible: list[DisplayedRepresentation]) -> FrameInput:
@@ -113,28 +137,30 @@ def _shot(world: World, preset: Preset, visible: list[DisplayedRepresentation]) 
     return FrameInput(camera, tuple(visible), *light, replace(quality, spp=_SPP))
 
 
-def in_bands(tested: Layers, unpruned: Layers, edges_m: tuple[float, ...]) -> Bands:
+def in_bands(tested: Seen, unpruned: Seen, edges_m: tuple[float, ...]) -> Bands:
     """Sum luminance [10⁻⁶] and rays in each band, of both pictures, each by its own distances.
 
     Of the tested picture there are also sums along the rays that have the band in the unpruned one.
     """
-    ours, theirs = (
-        np.digitize(each.Z.astype(np.float64), edges_m) - 1 for each in (tested, unpruned)
-    )
-    light, of_all = (each.rgb.astype(np.float64) @ LUMINANCE for each in (tested, unpruned))
-    bands = range(len(edges_m) - 1)
-    sums = {
-        ("light", "pruned"): [_micro(light[ours == k]) for k in bands],
-        ("rays", "pruned"): [int((ours == k).sum()) for k in bands],
-        ("light", "whole"): [_micro(of_all[theirs == k]) for k in bands],
-        ("rays", "whole"): [int((theirs == k).sum()) for k in bands],
-        ("light", SAME_RAYS): [_micro(light[theirs == k]) for k in bands],
+    both = {"pruned": tested, "whole": unpruned}
+    found: list[Column] = []
+    rows = {
+        name: np.digitize(each.layers.Z.astype(np.float64), edges_m) - 1
+        for name, each in both.items()
     }
-    return tuple(
-        Column(quantity, [each], {"picture": picture, "band": k})
-        for (quantity, picture), row in sums.items()
-        for k, each in enumerate(row)
-    )
+    light = {k: each.layers.rgb.astype(np.float64) @ LUMINANCE for k, each in both.items()}
+    for band in range(len(edges_m) - 1):
+        for name, each in both.items():
+            here = rows[name] == band
+            sums = {
+                "light": _micro(light[name][here]),
+                "land": _micro(each.land[here]),
+                "rays": int(here.sum()),
+            }
+            found += columns({k: [v] for k, v in sums.items()}, picture=name, band=band)
+        same = _micro(light["pruned"][rows["whole"] == band])
+        found += columns({"light": [same]}, picture=SAME_RAYS, band=band)
+    return tuple(found)
 
 
 def _micro(light: np.ndarray) -> int:

@@ -1,11 +1,20 @@
 """What the cover experiment shows: tone against distance, with cover and without, and a table."""
 
-from bench.experiments.cover.claims import TOLERANCE, band_name, bands, room, same_rays, tone
+from bench.experiments.cover.claims import (
+    TOLERANCE,
+    band_name,
+    bands,
+    coverage,
+    land_share,
+    same_rays,
+    tone,
+)
 from bench.experiments.cover.scene import LOOKS
 from bench.plots.plot import Curve, Plot, curves
 from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
+from bench.statistics.estimates import Estimate
 
 _AIR = {"preset": "the preset's air", "clear": "clear air"}
 
@@ -40,7 +49,10 @@ def _curve(point: Point) -> Curve:
 def point_table(record: Record) -> Table:
     """Return the heads and rows of a table: every band of every picture."""
     heads = ("look", "air", "detail (px)", "cover", "band", "pruned ÷ whole", "95 % interval")
-    more = "room in the picture, pruned ÷ whole", "the same rays, pruned ÷ whole"
+    more = (
+        *("land's share of the light", "land alone, pruned ÷ whole"),
+        *("coverage, pruned ÷ whole", "95 % interval", "the same rays, pruned ÷ whole"),
+    )
     return (*heads, *more), [_row(p, k) for p in record.points for k in range(bands(p))]
 
 
@@ -48,6 +60,11 @@ def _row(point: Point, band: int) -> tuple[str, ...]:
     case, found = point.case, tone(point, band)
     cover = "left on the land" if case["cover"] else "none"
     case_ = case["look"], _AIR[case["air"]], f"{case['detail']:g}", cover
-    interval = f"{found.low:.3f}-{found.high:.3f}"
-    more = f"{room(point, band):.3f}", f"{same_rays(point, band):.3f}"
-    return *case_, band_name(point, band), f"{found.value:.3f}", interval, *more
+    land, filled = tone(point, band, "land"), coverage(point, band)
+    more = f"{100 * land_share(point, band):.0f} %", f"{land:.3f}", f"{filled.value:.3f}"
+    last = _interval(filled), f"{same_rays(point, band):.3f}"
+    return *case_, band_name(point, band), f"{found.value:.3f}", _interval(found), *more, *last
+
+
+def _interval(found: Estimate) -> str:
+    return f"{found.low:.3f}-{found.high:.3f}"

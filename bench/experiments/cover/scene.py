@@ -3,11 +3,14 @@
 The eye stands at the window's southern edge, so that everything it sees as far as the last band is
 inside; in ``aerial`` it is lower than in the preset, because the window that can be held unpruned
 is smaller. Bands begin where all fields have ground in the picture: nearer there are crowns alone,
-and no ground could carry their colour. In the whole picture every leaf in view is displayed. A
-pixel is FINE × FINE rays, each with a distance of its own: of a pixel that is half tree and half
-sky, half counts.
+and no ground could carry their colour. The looks ``far_…`` see a window from 1 to 5 km away, where
+at one pixel most of what stands there is far cover: small pieces of a picture as wide as the
+others, from so high that what stands in the window hides little of it. In the whole picture every
+leaf in view is displayed. A pixel is ``fine`` × ``fine`` rays, each with a distance of its own: of
+a pixel that is half tree and half sky, half counts.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,11 +24,14 @@ from scenes.preset.tables import Preset
 from scenes.world.view import view_at
 from scenes.world.world import World
 
-WIDTH_PX, HEIGHT_PX, FINE = 160, 90, 4
-"""The size of a picture, and the rays along each side of a pixel: rendered pixels are rays."""
+WIDTH_PX, FOV_DEG = 160, 60.0
+"""The width of a whole picture, in pixels and as an angle: pieces have pixels of the same angle."""
 
-WHOLE_DETAIL, GROUND_DETAIL = 0.02, 0.5
-"""Detail of species and of the ground in the whole picture [px]: every leaf is displayed."""
+WHOLE_DETAIL, GROUND_DETAIL, LEAF_M = 0.02, 0.5, 250.0
+"""Detail of species and of the ground in the whole picture [px]: every leaf is displayed.
+
+That of species is finer by as much as the land is farther away than LEAF_M.
+"""
 
 OFFSCREEN_PX = 0.5
 """Detail of what is out of view in the whole picture [px]."""
@@ -39,6 +45,9 @@ class Outlook:
     eye_at    (x, y) of the eye from the middle of the window, as a share of its side
     edges_m   edges of the bands of distance [m]
     more      settings of the preset
+    details   values of τ, in pixels of the picture
+    size_px   width and height of the picture
+    fine      rays along each side of a pixel: rendered pixels are rays
     """
 
     preset: str
@@ -46,6 +55,9 @@ class Outlook:
     eye_at: tuple[float, float]
     edges_m: tuple[float, ...]
     more: tuple[str, ...] = ()
+    details: tuple[float, ...] = (1.0, 12.0)
+    size_px: tuple[int, int] = (WIDTH_PX, 90)
+    fine: int = 4
 
     def settings(self) -> tuple[str, ...]:
         """The outlook as settings of the preset."""
@@ -53,13 +65,41 @@ class Outlook:
         return (
             f"world.extent={self.side_m}",
             f"camera.position=[{x}, {y}]",
-            f"render.size={FINE * WIDTH_PX}x{FINE * HEIGHT_PX}",
+            f"render.size={self.fine * self.size_px[0]}x{self.fine * self.size_px[1]}",
             *self.more,
         )
 
 
 def _edges(first: float, last: float, bands: int = 8) -> tuple[float, ...]:
     return tuple(round(float(each), 1) for each in np.geomspace(first, last, bands + 1))
+
+
+def _far(distance: float) -> Outlook:
+    """Look at a window of ``aerial`` from so far away [m], down at 8° or from 200 m up."""
+    side, deepest = 400.0, 130.0
+    height = max(200.0, distance * math.tan(math.radians(8.0)))
+    pixel = 2 * math.tan(math.radians(FOV_DEG / 2)) / WIDTH_PX
+    width = max(4, round(240.0 / distance / pixel))
+    tall = max(2, round(2 * deepest * height / distance**2 / pixel))
+    fov = math.degrees(2 * math.atan(pixel * width / 2))
+    slant = [math.hypot(distance + each, height) for each in (-deepest, 0.0, deepest)]
+    down = math.degrees(math.atan2(height, distance))
+    return Outlook(
+        "aerial",
+        side,
+        (0.0, -distance / side),
+        tuple(round(each, 1) for each in slant),
+        (
+            "camera.heading=0",
+            f"camera.height={height:.1f}",
+            f"camera.pitch={-down:.3f}",
+            f"camera.fov={fov:.4f}",
+            "terrain.amplitude=2",
+        ),
+        (1.0,),
+        (width, tall),
+        max(4, math.ceil(160 / width)),
+    )
 
 
 LOOKS = {
@@ -71,12 +111,10 @@ LOOKS = {
         ("camera.height=60", "camera.pitch=-22"),
     ),
     "forest": Outlook("forest", 280.0, (-0.2, -0.48), _edges(7.0, 120.0)),
+    **{f"far_{distance:g}_km": _far(1000 * distance) for distance in (1, 2.2, 5)},
 }
 AIRS = ("preset", "clear")
 """The air of the preset, and clear air."""
-
-DETAILS = (1.0, 12.0)
-"""Values of τ, in pixels of the picture."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +133,7 @@ def pictures() -> list[Case]:
         Case(look, air, detail, cover)
         for look in LOOKS
         for air in AIRS
-        for detail in DETAILS
+        for detail in LOOKS[look].details
         for cover in (True, False)
     ]
 
@@ -103,23 +141,24 @@ def pictures() -> list[Case]:
 def preset_of(look: str, air: str, seed: int, more: tuple[str, ...] = ()) -> Preset:
     """Load a preset as it is looked at, with ``more`` settings; each seed has other objects."""
     clear = ("air.visibility=clear",) if air == "clear" else ()
-    return load_preset(look, (*LOOKS[look].settings(), *clear, f"seed={seed}", *more))
+    return load_preset(LOOKS[look].preset, (*LOOKS[look].settings(), *clear, f"seed={seed}", *more))
 
 
 def displayed(
     world: World, preset: Preset, detail: float, cover: bool
 ) -> list[DisplayedRepresentation]:
-    """Return what is displayed in the pruned picture."""
-    view = replace(view_at(world, preset, 1), detail=FINE * detail)
+    """Return what is displayed in the pruned picture; ``detail`` is in rays."""
+    view = replace(view_at(world, preset, 1), detail=detail)
     ground = world.terrain if cover else replace(world.terrain, aggregate_cover=None)
     return [_visible(ground, view), *(_visible(each, view) for each in world.fields)]
 
 
-def whole(world: World, preset: Preset) -> list[DisplayedRepresentation]:
+def whole(world: World, preset: Preset, look: Outlook) -> list[DisplayedRepresentation]:
     """Return everything in view of the window, with fine ground, and bare land beyond it."""
     plain = replace(view_at(world, preset, 1), fade=0.0, conditions=None)
-    fine = replace(plain, detail=FINE * WHOLE_DETAIL, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
-    ground = replace(plain, detail=FINE * GROUND_DETAIL)
+    leaves = look.fine * WHOLE_DETAIL * min(1.0, LEAF_M / look.edges_m[0])
+    fine = replace(plain, detail=leaves, offscreen_detail=WHOLE_DETAIL / OFFSCREEN_PX)
+    ground = replace(plain, detail=look.fine * GROUND_DETAIL)
     bare = replace(world.terrain, aggregate_cover=None)
     return [_visible(bare, ground), *(_visible(each, fine) for each in world.fields)]
 

@@ -7,18 +7,30 @@ import numpy as np
 import pytest
 
 from bench.experiments.cover import plots as cover_plots
-from bench.experiments.cover.claims import SAME_RAYS, bands, judge, room, same_rays, tone
-from bench.experiments.cover.measure import in_bands
+from bench.experiments.cover.claims import (
+    SAME_RAYS,
+    bands,
+    coverage,
+    judge,
+    land_share,
+    same_rays,
+    tone,
+)
+from bench.experiments.cover.measure import Seen, cases, in_bands, land_light
 from bench.experiments.cover.scene import LOOKS, Case, displayed, pictures, preset_of, whole
 from bench.experiments.registry import EXPERIMENTS
+from bench.fields.judged_seeds import BUILDING_SEEDS
 from bench.records.points import Column, Point
 from bench.records.provenance import provenance
 from bench.records.records import Record
+from lod.atmosphere.air import rgb_extinction
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
 from lod.pruning.view_geometry import in_view
 from scenes.frame.layers import Layers
-from scenes.world.view import view_at
+from scenes.preset.load import load_preset
+from scenes.sticks.contrast import LUMINANCE
+from scenes.world.view import preset_air, view_at
 from scenes.world.world import build_world
 
 
@@ -28,19 +40,34 @@ def picture(Z, value):
     return Layers(three, Z, three, three, none, none, none)
 
 
+def seen(layers, land=0.0):
+    return Seen(layers, np.full(layers.Z.shape, land))
+
+
 def test_light_is_summed_by_the_distances_of_each_picture():
     edges = 10.0, 20.0, 40.0
     unpruned = picture([[5, 10, 19], [20, 39, 1e10]], 0.5)
     tested = picture([[5, 15, 25], [25, 1e10, 39]], 0.25)
-    found = in_bands(tested, unpruned, edges)
+    found = in_bands(seen(tested, 0.1), seen(unpruned, 0.2), edges)
     point = Point({}, samples=found)
 
-    def sums(quantity, seen):
-        return [point.column(quantity, picture=seen, band=k)[0] for k in (0, 1)]
+    def sums(quantity, which):
+        return [point.column(quantity, picture=which, band=k)[0] for k in (0, 1)]
 
     assert sums("light", "whole") == [1_000_000, 1_000_000] and sums("rays", "whole") == [2, 2]
     assert sums("light", "pruned") == [250_000, 750_000] and sums("rays", "pruned") == [1, 3]
     assert sums("light", SAME_RAYS) == [500_000, 500_000]
+    assert sums("land", "pruned") == [100_000, 300_000]
+    assert sums("land", "whole") == [400_000, 400_000]
+
+
+def test_the_light_of_the_land_is_what_the_air_lets_through():
+    """As dark as the extinction says at each distance; nothing of the sky is left."""
+    air = preset_air(load_preset("aerial"))
+    found = land_light(picture([[0.0, 1000.0, 1e10]], 0.5), air)
+    through = np.exp(-1000 * rgb_extinction(air)) @ LUMINANCE
+    assert found[0] == pytest.approx([0.5, 0.5 * through, 0.0], abs=1e-6)
+    assert 0.4 < through < 0.8
 
 
 def test_a_tree_that_stands_elsewhere_keeps_its_tone():
@@ -52,40 +79,75 @@ def test_a_tree_that_stands_elsewhere_keeps_its_tone():
         tree = rng.random((50, 80)) < 0.5
         light = np.where(tree, 0.01, 0.1)[..., None].repeat(3, axis=2)
         both.append(replace(picture(np.where(tree, 30.0, 1e10), 0.0), rgb=light))
-    found = in_bands(*both, (10.0, 40.0))
+    found = in_bands(*map(seen, both), (10.0, 40.0))
     four = tuple(replace(each, values=each.values * 4) for each in found)
     point = Point(vars(pictures()[0]), samples=four)
     assert tone(point, 0).value == pytest.approx(1.0, abs=1e-6)
-    assert room(point, 0) == pytest.approx(1.0, abs=0.1) and same_rays(point, 0) > 4
+    assert coverage(point, 0).value == pytest.approx(1.0, abs=0.1)
+    assert same_rays(point, 0) > 4
 
 
 def test_edges_rise_and_lie_in_the_window():
-    for look in LOOKS.values():
-        assert len(look.edges_m) == 9 and (np.diff(look.edges_m) > 0).all()
-        across = np.hypot(*(0.5 - abs(each) for each in look.eye_at))
-        assert look.edges_m[-1] < look.side_m * (0.5 - look.eye_at[1]) < look.side_m * (1 + across)
+    for name, look in LOOKS.items():
+        assert (np.diff(look.edges_m) > 0).all()
+        if not name.startswith("far"):
+            across = np.hypot(*(0.5 - abs(each) for each in look.eye_at))
+            nearest = look.side_m * (0.5 - look.eye_at[1])
+            assert len(look.edges_m) == 9
+            assert look.edges_m[-1] < nearest < look.side_m * (1 + across)
 
 
-def planted(shift=0.0):
+def test_far_looks_show_a_window_from_one_to_five_kilometres_with_pixels_of_the_same_angle():
+    near = view_at(*of("aerial"), 1).camera.pixel_angle
+    for name, distance in (("far_1_km", 1000), ("far_2.2_km", 2200), ("far_5_km", 5000)):
+        world, preset = of(name)
+        camera, look = view_at(world, preset, 1).camera, LOOKS[name]
+        assert camera.pixel_angle * look.fine == pytest.approx(4 * near, rel=0.25)
+        assert look.edges_m[0] > distance - 200 and look.edges_m[-1] < 1.1 * distance + 250
+        assert look.details == (1.0,)
+
+
+def of(look):
+    preset = preset_of(look, "clear", 1)
+    return build_world(preset), preset
+
+
+def planted(shift=0.0, quantity="light"):
+    """Every band as it was, but the fourth of pictures with cover by so much in one quantity."""
     points = []
     for case in pictures():
         samples = []
-        for k in range(8):
-            whole_light = [1_000_000 + 1000 * n for n in range(4)]
-            share = 1.0 + (shift if case.cover and k == 3 else 0.0) + (0.0 if case.cover else 0.5)
-            pruned = [round(share * v) for v in whole_light]
-            for seen, light in (("pruned", pruned), ("whole", whole_light), (SAME_RAYS, pruned)):
-                samples.append(Column("light", light, {"picture": seen, "band": k}))
-                samples.append(Column("rays", [500] * 4, {"picture": seen, "band": k}))
+        for k in range(len(LOOKS[case.look].edges_m) - 1):
+            for which in ("pruned", "whole", SAME_RAYS):
+                for name in ("light", "land", "rays"):
+                    share = 1.0
+                    if which == "pruned" and not case.cover and name != "rays":
+                        share = 1.5
+                    elif which == "pruned" and k == 3 and name == quantity:
+                        share = 1.0 + shift
+                    values = [round(share * (1_000_000 + 1000 * n)) for n in range(4)]
+                    samples.append(Column(name, values, {"picture": which, "band": k}))
         points.append(Point(vars(case), samples=tuple(samples)))
     return tuple(points)
 
 
-def test_verdicts_follow_from_the_light_of_each_band():
+def test_verdicts_follow_from_the_light_the_land_and_the_rays_of_each_band():
+    """Of 2 looks with 8 bands at two details and 3 with 2 at one: three claims in own air, else
+    two."""
     claims = judge(planted())
-    assert len(claims) == 64 and {c.verdict for c in claims} == {"holds"}
-    refuted = {c.name for c in judge(planted(0.03)) if c.verdict == "refuted"}
-    assert refuted == {c.name for c in claims if c.name.endswith("band_4")}
+    assert len(claims) == (2 * 8 * 2 + 3 * 2) * 5 and {c.verdict for c in claims} == {"holds"}
+    for quantity, ending in (("light", "band_4"), ("land", "band_4/land")):
+        refuted = {c.name for c in judge(planted(0.03, quantity)) if c.verdict == "refuted"}
+        assert refuted == {c.name for c in claims if c.name.endswith(ending)}
+    refuted = {c.name for c in judge(planted(0.03, "rays")) if c.verdict == "refuted"}
+    assert {c.name for c in claims if c.name.endswith("band_4/coverage")} < refuted
+    assert land_share(planted()[0], 0) == 1.0
+
+
+def test_fields_that_are_judged_were_never_looked_at():
+    full = [c.world_seed(0) for c in cases(EXPERIMENTS["cover"].effort("full"))]
+    quick = [c.world_seed(4) for c in cases(EXPERIMENTS["cover"].effort("quick"))]
+    assert min(full) > BUILDING_SEEDS >= max(quick)
 
 
 def test_the_report_shows_all_of_it():
@@ -106,10 +168,13 @@ def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():
     case = Case("aerial", "clear", 12.0, True)
     preset = preset_of(case.look, case.air, 1, (*kept, *others, "species.shrub.prototypes=1"))
     world = build_world(preset)
-    (ground, shrubs), (bare, _) = whole(world, preset), displayed(world, preset, 12.0, False)
+    (ground, shrubs), (bare, _) = (
+        whole(world, preset, LOOKS[case.look]),
+        displayed(world, preset, 48.0, False),
+    )
     view = replace(view_at(world, preset, 1), metric=METRICS["full"])
     all_of_it = prune(world.fields[0], view).parts
     in_it = in_view(view, all_of_it.centre, all_of_it.bound).sum()
     assert in_it > 5000 and len(shrubs.cut) > 0.98 * in_it and len(ground.shape) > 1000
-    left = displayed(world, preset, 12.0, True)[0].shape.colours
+    left = displayed(world, preset, 48.0, True)[0].shape.colours
     assert not np.array_equal(left, bare.shape.colours)

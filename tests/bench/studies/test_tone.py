@@ -4,8 +4,19 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from bench.experiments.cover.claims import SAME_RAYS
+from bench.fields.judged_seeds import BUILDING_SEEDS
+from bench.records.points import columns
 from bench.studies import tone as tone_benchmark
-from bench.studies.tone import COLUMNS, band_count, command, judge_bands, read_fields, write_fields
+from bench.studies.tone import (
+    COLUMNS,
+    FIRST_SEED,
+    band_count,
+    command,
+    judge_fields,
+    read_fields,
+    write_fields,
+)
 from lod.errors import InputError
 
 
@@ -14,13 +25,15 @@ def planted(ratio: float, fields: int = 200) -> dict:
     rng = np.random.default_rng(3)
     found = {}
     for seed in range(fields):
-        rows = []
+        bands = []
         for band in range(band_count("forest")):
-            rays, light = rng.integers(800, 1200, 2), 1e6 * rng.normal(1 + band, 0.05, 2)
-            rows.append(
-                [int(ratio * light[0] * rays[0]), rays[0], int(light[1] * rays[1]), rays[1]]
-            )
-        found["forest", seed] = [[int(each) for each in row] for row in rows]
+            rays = rng.integers(800, 1200)
+            for picture, share in (("pruned", ratio), ("whole", 1.0)):
+                light = int(1e6 * rng.normal(1 + band, 0.05) * share * rays)
+                sums = {"light": [light], "land": [light // 2], "rays": [int(rays)]}
+                bands += columns(sums, picture=picture, band=band)
+            bands += columns({"light": [1]}, picture=SAME_RAYS, band=band)
+        found["forest", "clear", seed] = tuple(bands)
     return found
 
 
@@ -28,9 +41,12 @@ def planted(ratio: float, fields: int = 200) -> dict:
     ("ratio", "verdict"), [(1.0, "holds"), (0.95, "refuted"), (1.05, "refuted")]
 )
 def test_bands_are_judged_by_what_was_planted(ratio, verdict):
-    claims = judge_bands(planted(ratio), "forest")
-    assert [each.verdict for each in claims] == [verdict] * band_count("forest")
-    assert [each.measured for each in claims] == pytest.approx([ratio] * len(claims), abs=0.03)
+    claims = {c.name: c for c in judge_fields(planted(ratio))}
+    tone = [c for name, c in claims.items() if not name.endswith("coverage")]
+    assert [each.verdict for each in tone] == [verdict] * band_count("forest")
+    assert [each.measured for each in tone] == pytest.approx([ratio] * len(tone), abs=0.03)
+    assert claims["forest/clear/tau_12/band_8/coverage"].measured == 1.0
+    assert FIRST_SEED > BUILDING_SEEDS
 
 
 def test_fields_are_kept_whole_or_not_at_all(tmp_path):
@@ -40,37 +56,36 @@ def test_fields_are_kept_whole_or_not_at_all(tmp_path):
     assert read_fields(path) == found
     text = path.read_text()
     assert text.splitlines()[0] == ",".join(COLUMNS)
-    path.write_text(text[: text.rindex("forest")])  # the last band of the last field is missing
+    path.write_text(text[: text.rindex("forest")])  # the last sum of the last field is missing
     assert read_fields(path) == {key: found[key] for key in sorted(found)[:2]}
     write_fields(path, read_fields(path) | found)
     assert path.read_text() == text and list(tmp_path.iterdir()) == [path]
 
 
-def test_the_head_of_another_table_is_refused(tmp_path):
-    (tmp_path / "fields.csv").write_text("name,age\n")
-    with pytest.raises(InputError, match="a table with the columns look, seed, band"):
-        read_fields(tmp_path / "fields.csv")
+def test_another_table_and_rows_of_other_sources_are_refused(tmp_path, monkeypatch):
+    path = tmp_path / "fields.csv"
+    path.write_text("name,age\n")
+    with pytest.raises(InputError, match="a table with the columns look, air, seed"):
+        read_fields(path)
+    write_fields(path, planted(1.0, 2))
+    monkeypatch.setattr(tone_benchmark, "sources", lambda: "others")
+    with pytest.raises(InputError, match="written by the sources that are here"):
+        read_fields(path)
 
 
-def test_pruned_pictures_are_measured_anew_beside_whole_ones_that_are_kept(tmp_path, monkeypatch):
-    path, old = tmp_path / "fields.csv", planted(0.95, 4)
-    write_fields(path, old)
-    text, asked = path.read_text(), []
+def test_a_run_that_was_stopped_goes_on(tmp_path, monkeypatch):
+    known, asked = planted(0.95, 1)["forest", "clear", 0], []
 
-    def stopped_once(missing, wholes, processes):
+    def stopped_once(missing, processes):
         asked.append(missing)
-        assert wholes == old
-        for key in missing if len(asked) > 1 else missing[:1]:
-            yield key, [[10 * band[0], band[1], *band[2:]] for band in wholes[key]]
-        if len(asked) == 1:
-            raise KeyboardInterrupt
+        for number, key in enumerate(missing):
+            if len(asked) == 1 and number == 3:
+                raise KeyboardInterrupt
+            yield key, known
 
     monkeypatch.setattr(tone_benchmark, "_measure_fields", stopped_once)
-    arguments = [str(tmp_path), "--again"]
+    arguments = [str(tmp_path), "--fields", "4"]
     assert CliRunner().invoke(command, arguments).exit_code == 1  # stopped
-    assert path.read_text() == text
-    CliRunner().invoke(command, arguments)
-    assert [len(each) for each in asked] == [4, 3]
-    found = read_fields(path)
-    assert [found[key][0][0] / old[key][0][0] for key in sorted(old)] == [10.0] * 4
-    assert not (tmp_path / "again.csv").exists()
+    assert CliRunner().invoke(command, arguments).exit_code == 0
+    assert [len(each) for each in asked] == [8, 5]
+    assert not set(asked[1]) & set(asked[0][:3])
