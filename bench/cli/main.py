@@ -9,6 +9,7 @@ from typing import NoReturn
 
 import click
 
+from bench.cli.collector import collector_paused
 from bench.cli.kernel_cache import use_kernel_cache
 from lod.errors import InputError
 from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped, restore
@@ -35,7 +36,9 @@ class Commands(click.Group):
         if cmd_name not in COMMANDS:
             return None
         use_kernel_cache()
-        command: click.Command = importlib.import_module(f"bench.cli.commands.{cmd_name}").command
+        with collector_paused():
+            module = importlib.import_module(f"bench.cli.commands.{cmd_name}")
+        command: click.Command = module.command
         return command
 
 

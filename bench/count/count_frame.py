@@ -91,8 +91,11 @@ class Stopwatch:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
-def count(world: World, view: View) -> Counts:
-    """Prune one frame and hold every species against its prediction."""
+def count(world: World, view: View, ground: Cut | None = None) -> Counts:
+    """Prune one frame and hold every species against its prediction.
+
+    ground  the cut of the ground, where it is known already
+    """
     watch, by_species = Stopwatch(), {}
     for each in world.fields:
         with watch.stage("prune"):
@@ -105,7 +108,7 @@ def count(world: World, view: View) -> Counts:
         with watch.stage("prune"):
             others[one.name] = _tallies(prune(one, view))
     with watch.stage("terrain"):
-        ground = prune(world.terrain, view)
+        ground = prune(world.terrain, view) if ground is None else ground
         triangles = world.terrain.triangle_count(ground.parts)
     nothing = Tally(0, 0, 0.0, 0.0)
     return Counts(

@@ -18,6 +18,7 @@ from lod.arrays import ArrayData, FloatArray
 from lod.law.flat_ground import limits_seen, whole_limit
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.view import View
+from lod.threads import map_chunks
 
 _ROUNDING_M = 1e-6
 """More than distances to parts are ever rounded by [m]."""
@@ -91,15 +92,17 @@ def count_moments(
     along each ring. The caller gives area 0 to cells outside a finite world.
     """
     levels = 1 + max(int(h.level.max()) for h in hierarchies)
-    total, by_level = np.zeros(4), np.zeros(levels)
-    for turn, hierarchy in enumerate(hierarchies):
+    frustum = _frustum(view)
+
+    def integral(turn: int) -> tuple[np.ndarray, np.ndarray]:
         rows = slice(turn, None, len(hierarchies))
         where = net.xy[rows], net.area[rows] * len(hierarchies), net.turn[rows], ground[rows]
-        sums, level_sums = _integrate(
-            _parts(hierarchy, view, levels), where, _frustum(view), levels
-        )
-        total += sums
-        by_level += level_sums
+        return _integrate(_parts(hierarchies[turn], view, levels), where, frustum, levels)
+
+    kinds = len(hierarchies)
+    chunks = map_chunks(lambda first, last: [*map(integral, range(first, last))], kinds, 1)
+    found = [each for chunk in chunks for each in chunk]
+    total, by_level = (sum(each) for each in zip(*found, strict=True))
     objects, objects_variance, parts, parts_variance = (total / len(hierarchies)).tolist()
     shares = tuple((by_level / len(hierarchies)).tolist())
     return CountMoments(objects, objects_variance, parts, parts_variance, shares)
@@ -149,7 +152,7 @@ def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
     return camera.eye, np.array(planes), view.look_around
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _integrate(parts, where, frustum, levels):  # type: ignore[no-untyped-def]
     """Sums of area·(objects, objects², parts, parts²) displayed, and area·parts of each level."""
     position, bound, level, inside, in_view, out_of_view = parts

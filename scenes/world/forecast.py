@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from lod.pruning.pruner import prune
+from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View
 from scenes.field.field_forecast import forecast_field
 from scenes.terrain.mesh import QUADS
@@ -15,6 +15,7 @@ class Forecast:
 
     cells, objects   of the fields, visited; parts, sticks: displayed of them
     triangles        of the ground, and of the meshes displayed
+    ground           the cut of the ground, from which its triangles are known
     """
 
     cells: float
@@ -22,6 +23,7 @@ class Forecast:
     parts: float
     sticks: float
     triangles: float
+    ground: Cut
 
 
 def forecast(world: World, view: View) -> Forecast:
@@ -40,4 +42,5 @@ def forecast(world: World, view: View) -> Forecast:
         parts=sum(each.parts for each in fields),
         sticks=sum(each.sticks for each in fields),
         triangles=2.0 * QUADS**2 * patches + sum(each.triangles for each in fields),
+        ground=ground,
     )

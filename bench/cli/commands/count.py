@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.cli.collector import collector_paused
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.frame_flags import memory_flag, memory_limit_bytes
 from bench.cli.output import Output, output, table
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@collector_paused()
 def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any) -> None:
     """Objects and parts of one frame: examined, displayed, predicted.
 
@@ -48,8 +50,8 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
             world = build_world(chosen)
             view = view_at(world, chosen, frame)
         with watch.stage("foretell"):
-            check_pruning(world, view, most_bytes, f"frame {frame}")
-        counts = count(world, view)
+            foretold = check_pruning(world, view, most_bytes, f"frame {frame}")
+        counts = count(world, view, foretold.ground if foretold else None)
         seconds = watch.seconds | counts.seconds
         wrong = workload.mismatches(counts) if workload else []
         told = {"name": workload.name, "golden": not wrong} if workload else None

@@ -72,12 +72,17 @@ def _small_or_large(size: float) -> str:
     return f"{size / 1e6:.3g} MB" if size < 1e9 else f"{size / 1e9:,.0f} GB"
 
 
-def check_pruning(world: World, view: View, most: int | None, what: str) -> None:
-    """Raise InputError where pruning a view is foretold to need more than it may (--max-memory)."""
+def check_pruning(world: World, view: View, most: int | None, what: str) -> Forecast | None:
+    """Raise InputError where pruning a view is foretold to need more than it may (--max-memory).
+
+    The forecast is given; None without a limit, where nothing is foretold.
+    """
     limit = memory_limit(most)
-    if limit.bytes is not None:
-        found = forecast(world, view)
-        _check(limit, forecast_bytes(found), found, what)
+    if limit.bytes is None:
+        return None
+    found = forecast(world, view)
+    _check(limit, forecast_bytes(found), found, what)
+    return found
 
 
 def check_frame_forecast(
