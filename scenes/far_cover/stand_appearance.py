@@ -1,4 +1,4 @@
-"""Appearance of a stand of objects from afar, measured once by tracing lines through it.
+"""Appearance of a stand of objects from afar, measured by tracing lines through it, and kept.
 
 The stand has no end and holds every species at its density, in full detail
 (``scenes.far_cover.stand_rays``). Lines come from above at a few depressions δ and angles φ from
@@ -18,6 +18,8 @@ from lod.arrays import ArrayData, FloatArray, Ints, Reals
 from lod.stick_table import StickTable
 from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, randoms_per_path, trace_lines
 from scenes.far_cover.stand_rays import StandField, stand_field
+from scenes.processes.content_key import content_key
+from scenes.processes.kept_data import kept_data
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.appearance.sky import Sky
 from scenes.sticks.appearance.sun_and_sky import SunAndSky
@@ -76,18 +78,26 @@ def measure_stand(
     max_depth: int = MAX_DEPTH,
     lines: int = LINES,
 ) -> StandAppearance:
-    """Measure the appearance of a stand of these species under its sky and sun.
+    """Measure the appearance of a stand of these species under its sky and sun; kept for later runs.
 
     max_depth  longest path of light, in segments
     lines      lines of sight from each depression
     """
     bare = [[full_detail_sticks(prototype) for prototype in prototypes] for prototypes, _ in kinds]
     densities = [density for _, density in kinds]
-    field, kind, colour = _field(bare, densities)
     light = SunAndSky.at_azimuths(sun_elevation_deg, AZIMUTHS_DEG, sky)
+    key = content_key(bare, densities, sun_elevation_deg, sky, max_depth, lines)
+    return kept_data("stand", key, lambda: _measured(bare, densities, light, max_depth, lines))
+
+
+def _measured(
+    bare: Bare, densities: list[float], light: SunAndSky, max_depth: int, lines: int
+) -> StandAppearance:
+    """Trace lines of sight from every depression, and take the means of what they meet."""
+    field, kind, colour = _field(bare, densities)
     rng = np.random.Generator(np.random.Philox(0x57A4D))
-    shape = len(DEPRESSIONS_DEG), len(AZIMUTHS_DEG)
-    sums, met = np.zeros((2, len(kinds), *shape, 3)), np.zeros((len(kinds), *shape[:1]))
+    shape, species = (len(DEPRESSIONS_DEG), len(AZIMUTHS_DEG)), len(bare)
+    sums, met = np.zeros((2, species, *shape, 3)), np.zeros((species, *shape[:1]))
     bare_seen, ground = np.zeros((1, *shape[:1])), np.zeros((1, *shape, 3))
     heights = np.zeros(shape[:1])
     for row, depression in enumerate(DEPRESSIONS_DEG):
@@ -97,7 +107,7 @@ def measure_stand(
         hit, of_kind = seen.stick != GROUND, kind[seen.stick]
         bare_seen[0, row] = (~hit).sum()
         ground[0, row] = seen.radiance[~hit].sum(axis=0)
-        for k in range(len(kinds)):
+        for k in range(species):
             mine = hit & (of_kind == k)
             met[k, row] = mine.sum()
             sums[0, k, row], sums[1, k, row] = (
