@@ -1,35 +1,89 @@
 """How long does a command take from the shell to its answer, against importing what it needs?
 
 Commands run in processes of their own, in turns with one that only imports the packages, so that
-whatever else the machine does falls on both. Cold: nothing is kept and no kernel is compiled.
+whatever else the machine does falls on both. What a command must do in any case, as tracing the
+rays of a frame, counts beside the imports. Cold: nothing is kept and no kernel is compiled.
 """
 
+import json
 import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import click
 import numpy as np
 
 from bench.cli.output import table
+from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
 from scenes.processes.cache_folder import VARIABLE
+from scenes.render.mitsuba.variants import choose
 
 IMPORTS = "import numpy, numba, scipy, pydantic, click"
 WARM, COLD = "warm", "cold"
+SIZE, SPP = "640x360", 16
 
 
 class Took(NamedTuple):
-    """Seconds that a process took: by the clock, and of the processor's."""
+    """Seconds that a process took, by the clock and of the processor's, and what it printed."""
 
     wall_s: float
     cpu_s: float
+    said: str
+
+
+@dataclass(frozen=True)
+class Start:
+    """A command that is timed.
+
+    name      of its figures
+    words     of the command, after ``lodbench``
+    imports   Python that imports what it needs
+    own_s     seconds of work that it must do in any case, of what it printed
+    """
+
+    name: str
+    words: tuple[str, ...]
+    imports: str
+    own_s: Callable[[str], float]
+
+
+class Turn(NamedTuple):
+    """The imports and the command, one after the other; ``own_s`` is of the command [s]."""
+
+    imports: Took
+    command: Took
+    own_s: float
+
+    @property
+    def ratio(self) -> float:
+        """Clock time of the command over that of its imports and the work that it must do."""
+        return self.command.wall_s / (self.imports.wall_s + self.own_s)
+
+
+def counting(words: tuple[str, ...]) -> Start:
+    """Return a command that needs the imports and has no other work that it must do."""
+    return Start(f"lodbench {' '.join(words)}", words, IMPORTS, lambda said: 0.0)
+
+
+def first_frame(folder: Path, variant: str) -> Start:
+    """Return the first frame of ``meadow``, from the command to the file in a folder."""
+    words = ("render", "meadow", "-o", str(folder / "a.####.exr"), "--overwrite", "--json")
+    picture = "--size", SIZE, "--spp", str(SPP), "--variant", variant
+    imports = f"{IMPORTS}, drjit, OpenEXR, mitsuba; mitsuba.set_variant({variant!r})"
+    return Start(f"first frame of meadow, {SIZE}, {SPP} spp", (*words, *picture), imports, trace_s)
+
+
+def trace_s(said: str) -> float:
+    """Find the seconds of the trace in what `render --json` printed of one frame."""
+    return float(json.loads(said.splitlines()[0])["seconds"]["trace"])
 
 
 def timed(words: Sequence[str], cache: Path) -> Took:
@@ -39,52 +93,76 @@ def timed(words: Sequence[str], cache: Path) -> Took:
     """
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
     before, start = getrusage(RUSAGE_CHILDREN), time.perf_counter()
-    subprocess.run(
+    done = subprocess.run(
         [sys.executable, *words],
         env=environment | {VARIABLE: str(cache)},
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
         check=True,
     )
     wall, after = time.perf_counter() - start, getrusage(RUSAGE_CHILDREN)
     cpu = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-    return Took(wall, cpu)
+    return Took(wall, cpu, done.stdout)
 
 
-def rounds(command: Sequence[str], repeats: int, cold: int) -> dict[str, list[tuple[Took, Took]]]:
-    """Time a lodbench command and the imports in turns: pairs of imports and command."""
-    words, imports = ("-m", "lodbench", *command), ("-c", IMPORTS)
-    found: dict[str, list[tuple[Took, Took]]] = {COLD: [], WARM: []}
+def rounds(start: Start, repeats: int, cold: int) -> dict[str, list[Turn]]:
+    """Time a command and its imports in turns, cold and warm."""
+    words, imports = ("-m", "lodbench", *start.words), ("-c", start.imports)
+
+    def turn(cache: Path) -> Turn:
+        first, then = timed(imports, cache), timed(words, cache)
+        return Turn(first, then, start.own_s(then.said))
+
     with tempfile.TemporaryDirectory() as scratch:
-        for number in range(cold):
-            fresh = Path(scratch, f"cold{number}")
-            found[COLD].append((timed(imports, fresh), timed(words, fresh)))
+        found = {COLD: [turn(Path(scratch, f"cold{number}")) for number in range(cold)]}
         kept = Path(scratch, "warm")
-        timed(words, kept)  # fills the cache
-        found[WARM] = [(timed(imports, kept), timed(words, kept)) for _ in range(repeats)]
+        if repeats:
+            timed(words, kept)  # fills the cache
+        return found | {WARM: [turn(kept) for _ in range(repeats)]}
+
+
+def figures(turns: Sequence[Turn]) -> dict[str, Any]:
+    """Give medians [s] and the median ratio, with its 95 % interval where turns are enough."""
+    ratios = np.array([each.ratio for each in turns])
+    columns = {
+        "imports_s": [each.imports.wall_s for each in turns],
+        "own_s": [each.own_s for each in turns],
+        "command_s": [each.command.wall_s for each in turns],
+        "command_cpu_s": [each.command.cpu_s for each in turns],
+        "ratio": ratios,
+    }
+    found: dict[str, Any] = {name: float(np.median(each)) for name, each in columns.items()}
+    found |= {"turns": len(turns), "low": None, "high": None}
+    if len(turns) >= LEAST_REPEATS:
+        estimate = two_sided_median(ratios)
+        found |= {"low": estimate.low, "high": estimate.high}
     return found
 
 
-def report(found: dict[str, list[tuple[Took, Took]]]) -> str:
-    """Write medians, and the ratio of each pair with its 95 % interval."""
-    rows: list[tuple[object, ...]] = [
-        ("", "imports [s]", "command [s]", "ratio", "95 % from", "to")
-    ]
-    for name, pairs in found.items():
-        for clock in Took._fields if pairs else ():
-            one, other = (np.array([getattr(p[k], clock) for p in pairs]) for k in (0, 1))
-            ratio, low, high = np.median(other / one), None, None
-            if len(pairs) >= LEAST_REPEATS:
-                estimate = two_sided_median(other / one)
-                low, high = estimate.low, estimate.high
-            medians = float(np.median(one)), float(np.median(other))
-            rows.append((f"{name}, {clock}", *medians, float(ratio), low, high))
-    return table(rows)
+def report(found: dict[str, dict[str, Any]]) -> str:
+    """Write the figures of each command, cold and warm, as a table."""
+    heads = ("", "imports [s]", "trace [s]", "command [s]", "ratio", "95 % from", "to")
+    columns = ("imports_s", "own_s", "command_s", "ratio", "low", "high")
+    rows = [(name, *(each[column] for column in columns)) for name, each in found.items()]
+    return table([heads, *rows])
 
 
 @click.command(context_settings={"ignore_unknown_options": True})
 @click.argument("words", nargs=-1, type=click.UNPROCESSED)
-@click.option("--repeats", default=9, show_default=True, help="Warm pairs.")
-@click.option("--cold", default=1, show_default=True, help="Pairs that begin with nothing kept.")
-def command(words: tuple[str, ...], repeats: int, cold: int) -> None:
-    """Time `lodbench WORDS`, by default `count meadow`, against the imports that it needs."""
-    click.echo(report(rounds(words or ("count", "meadow"), repeats, cold)))
+@click.option("--repeats", default=9, show_default=True, help="Warm turns.")
+@click.option("--cold", default=1, show_default=True, help="Turns that begin with nothing kept.")
+@click.option("--record", type=click.Path(path_type=Path), help="A file for the figures.")
+def command(words: tuple[str, ...], repeats: int, cold: int, record: Path | None) -> None:
+    """Time `lodbench WORDS` against imports; by default `count meadow` and a first frame."""
+    variant, found = choose(), {}
+    with tempfile.TemporaryDirectory() as folder:
+        starts = [counting(words or ("count", "meadow"))]
+        starts += [] if words else [first_frame(Path(folder), variant)]
+        for start in starts:
+            for name, turns in rounds(start, repeats, cold).items():
+                if turns:
+                    found[f"{start.name}, {name}"] = figures(turns)
+    click.echo(report(found))
+    if record:
+        settings = {"words": list(words), "repeats": repeats, "cold": cold}
+        write_study_record(record, study_record("start", settings, found, variant))

@@ -78,7 +78,7 @@ def measure_stand(
     max_depth: int = MAX_DEPTH,
     lines: int = LINES,
 ) -> StandAppearance:
-    """Measure the appearance of a stand of these species under its sky and sun; kept for later runs.
+    """Measure the appearance of a stand of these species under its sky and sun; it is kept.
 
     max_depth  longest path of light, in segments
     lines      lines of sight from each depression

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lod.stick_table import StickTable
+from scenes.far_cover import stand_appearance
 from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, measure_stand
 from scenes.far_cover.stand_paths import randoms_per_path
@@ -31,6 +32,28 @@ def ball(z=3.0, r=1.0, tint=GREY):
     nothing = StickTable(np.array((0, 0)), *np.zeros((2, 0, 3)), *np.zeros((2, 0)), np.zeros(0))
     flat = PartPlaces(np.array((-1,)), np.array((0,)), centre)
     return assemble_prototype("ball", flat, nothing, table, np.full((1, 3), tint))
+
+
+def test_a_stand_is_measured_once_and_again_where_anything_else_is_asked(monkeypatch, tmp_path):
+    """Within a process, and in the cache folder for the next; nothing else is taken for it."""
+    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path))
+    traced = []
+
+    def note(*words):
+        traced.append(words[3])
+        return trace(*words)
+
+    trace = stand_appearance.trace_lines
+    monkeypatch.setattr(stand_appearance, "trace_lines", note)
+    sky = Sky(np.full((SKY_ROWS, SKY_COLUMNS, 3), 1.0))
+    found = []
+    for density, elevation in ((0.01, 50.0), (0.01, 50.0), (0.02, 50.0), (0.01, 40.0)):
+        measure_stand.cache_clear()
+        found.append(measure_stand((((ball(2.0),), density),), elevation, sky, lines=50))
+    assert len(traced) == 3 * len(DEPRESSIONS_DEG)
+    assert np.array_equal(found[0].radiance, found[1].radiance)
+    assert not np.array_equal(found[0].radiance, found[2].radiance)
+    assert not np.array_equal(found[0].radiance, found[3].radiance)
 
 
 @pytest.mark.parametrize(("sky", "direct", "from_ground"), [(0.0, 2 / 3, 0.0), (1.0, 5 / 6, 1 / 6)])
