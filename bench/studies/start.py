@@ -124,7 +124,7 @@ def rounds(start: Start, repeats: int, cold: int) -> dict[str, list[Turn]]:
 def figures(turns: Sequence[Turn]) -> dict[str, Any]:
     """Give medians [s] and the median ratio, with its 95 % interval where turns are enough."""
     ratios = np.array([each.ratio for each in turns])
-    columns = {
+    columns: dict[str, Any] = {
         "imports_s": [each.imports.wall_s for each in turns],
         "own_s": [each.own_s for each in turns],
         "command_s": [each.command.wall_s for each in turns],

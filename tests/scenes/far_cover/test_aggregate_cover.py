@@ -45,7 +45,7 @@ def test_a_stand_is_measured_once_and_again_where_anything_else_is_asked(monkeyp
 
     trace = stand_appearance.trace_lines
     monkeypatch.setattr(stand_appearance, "trace_lines", note)
-    sky = Sky(np.full((SKY_ROWS, SKY_COLUMNS, 3), 1.0))
+    sky = Sky(np.full((SKY_ROWS, SKY_COLUMNS, 3), 0.5))
     found = []
     for density, elevation in ((0.01, 50.0), (0.01, 50.0), (0.02, 50.0), (0.01, 40.0)):
         measure_stand.cache_clear()
