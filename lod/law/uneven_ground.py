@@ -7,6 +7,7 @@ one point per cell of a polar net, with cells equal in log r, and every part of 
 tested by itself: no pruner, no traversal of the tree.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -101,8 +102,10 @@ def count_moments(
 
     kinds = len(hierarchies)
     chunks = map_chunks(lambda first, last: [*map(integral, range(first, last))], kinds, 1)
-    found = [each for chunk in chunks for each in chunk]
-    total, by_level = (sum(each) for each in zip(*found, strict=True))
+    total, by_level = np.zeros(4), np.zeros(levels)
+    for sums, level_sums in itertools.chain.from_iterable(chunks):
+        total += sums
+        by_level += level_sums
     objects, objects_variance, parts, parts_variance = (total / len(hierarchies)).tolist()
     shares = tuple((by_level / len(hierarchies)).tolist())
     return CountMoments(objects, objects_variance, parts, parts_variance, shares)
