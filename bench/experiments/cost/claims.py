@@ -1,9 +1,12 @@
 """What the cost experiment claims, judged from its points alone (§4.2)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from bench.experiments.cost.size_claims import judge_sizes
 from bench.records.claims import Claim, claim
-from bench.records.points import Point
+from bench.records.points import Point, where
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
 from lod.arrays import Reals
 
@@ -23,7 +26,7 @@ SEQUENCE = 240
 
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Return every claim that these points decide."""
-    frames, processes = points
+    frames, processes = own_frames(points)
     whole, world = frame_us(frames), processes.values("world")
     share, setup = "share of a frame's time", "set-up ÷ time of the frames"
     metric = "Distance, root and comparison of every part examined cost next to nothing."
@@ -36,7 +39,12 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
         about = f"Setting up the hierarchies vanishes over {SEQUENCE} frames."
         spread = world / (SEQUENCE * np.median(whole))
         made.append(_at_most("setup_share", about, setup, 0.01, spread))
-    return tuple(made)
+    return (*made, *judge_sizes(where(points, what="size")))
+
+
+def own_frames(points: Sequence[Point]) -> tuple[Point, Point]:
+    """Return the points of the preset's frames, and of the processes that made them."""
+    return where(points, what="frames")[0], where(points, what="processes")[0]
 
 
 def _at_most(name: str, about: str, quantity: str, most: float, shares: Reals) -> Claim:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.experiments.cost.size_child import KINDS
+from bench.experiments.cost.sizes import Size, measure_size, size_cases
 from bench.records.points import Column, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
@@ -31,13 +33,16 @@ class Process:
     variant: str
 
 
-def cases(effort: Effort) -> list[Process]:
-    """Return as many processes as the effort says."""
-    return [Process(number, choose()) for number in range(effort["processes"])]
+def cases(effort: Effort) -> list[Process | Size]:
+    """Return as many processes as the effort says, and every size of world."""
+    processes = [Process(number, choose()) for number in range(effort["processes"])]
+    return [*processes, *size_cases(effort)]
 
 
-def measure(case: Process, seed: int) -> list[Point]:
-    """Run a process, and return the points of its frames and of its start."""
+def measure(case: Process | Size, seed: int) -> list[Point]:
+    """Run a process, and return the points of its frames and of its start; or of both sides."""
+    if isinstance(case, Size):
+        return measure_size(case, seed)
     return process_points(_child(case.variant, seed + case.number))
 
 
@@ -55,8 +60,8 @@ def process_points(found: dict[str, Any]) -> list[Point]:
     ]
 
 
-def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, int]:
-    """Return the number of processes, and of frames of each."""
+def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:
+    """Return the sizes of the run, and the frames of each process."""
     return {**effort.sizes, "frames_of_each": _FRAMES}
 
 
@@ -76,5 +81,7 @@ def _child(variant: str, seed: int) -> dict[str, Any]:
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of the preset."""
-    return scene_digest(load_preset("meadow", SETTINGS).model_dump(mode="json"))
+    """Return the SHA-256 of the presets and of the cases."""
+    presets = [("meadow", SETTINGS), *KINDS.values()]
+    loaded = [load_preset(*each).model_dump(mode="json") for each in presets]
+    return scene_digest([loaded, [p.case for p in points]])

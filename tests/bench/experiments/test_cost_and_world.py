@@ -9,6 +9,8 @@ from bench.experiments.cost import measure as cost_experiment
 from bench.experiments.cost.child import measure
 from bench.experiments.cost.claims import STAGES, frame_us
 from bench.experiments.cost.claims import judge as judge_cost
+from bench.experiments.cost.size_claims import SET_UP, judge_sizes
+from bench.experiments.cost.sizes import Size, measure_size
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.world import measure as world_experiment
 from bench.experiments.world.claims import beyond_limit
@@ -32,6 +34,61 @@ def frames(**share):
     cold |= {f"{k}_bytes": [10**9] * 8 for k in ("world", "shoot", "render")}
     named = ({"what": each} for each in ("frames", "processes"))
     return tuple(map(Point, named, ((), ()), (warm, columns(cold))))
+
+
+def size(side, trace, set_up, error=0.004, megabytes=500, kind="meadow"):
+    """Both fields of one side of a world, two frames each, with a spread of a hundredth."""
+    spread = np.array([0.99, 1.01] * 2)
+    stages = {**dict.fromkeys(SET_UP, set_up / 4), "trace": trace}
+    times = [
+        Column("us", np.rint(1e6 * v * spread).astype(int).tolist(), {"stage": k})
+        for k, v in stages.items()
+    ]
+    counted = columns({"peak_bytes": [megabytes * 10**6, megabytes * 10**6 + 1000]})
+    flip = [
+        Column(
+            "flip_ppm", [round(1e6 * (error + 0.1 / n**0.5)) + k for k in (0, 5)], {"samples": n}
+        )
+        for n in (16, 64)
+    ]
+    case = {"what": "size", "kind": kind, "objects": 1e4, "side": side}
+    return Point(case, samples=(*times, *counted, *(flip if side == "pruned" else ())))
+
+
+@pytest.mark.parametrize(
+    ("kind", "trace", "error", "refuted"),
+    [
+        ("crowd", 1.0, 0.004, set()),
+        ("meadow", 1.0, 0.004, {"frame"}),
+        ("crowd", 0.5, 0.02, {"trace", "error"}),
+    ],
+)
+def test_both_sides_of_a_world_are_compared_stage_by_stage(kind, trace, error, refuted):
+    """A whole world is set up in 9 s and traced in 1 s; where nothing moves it is set up once."""
+    sides = (
+        size("whole", 1.0, 9.0, megabytes=2000, kind=kind),
+        size("pruned", trace, 0.2, error, kind=kind),
+    )
+    claims = {c.name.rpartition("/")[2]: c for c in judge_sizes(sides)}
+    assert set(claims) == {"trace", "frame", "set_up", "memory", "error"}
+    assert {name for name, c in claims.items() if c.verdict == "refuted"} == refuted
+    assert claims["memory"].measured == pytest.approx(0.25, rel=1e-3)
+    assert claims["set_up"].measured == pytest.approx(0.2 / 9, rel=0.01)
+    assert claims["frame"].measured == pytest.approx(
+        1.2 if kind == "meadow" else (trace + 0.2) / 10
+    )
+    assert claims["error"].measured == pytest.approx(error, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_small_world_is_measured_on_both_sides():
+    case = Size("meadow", 20.0, 0, False, "32x18", 4, 1, (4, 16), choose())
+    whole, pruned = measure_size(case, 0)
+    assert whole.case["side"] == "whole" and pruned.case["side"] == "pruned"
+    assert pruned.column("sticks")[0] < whole.column("sticks")[0]
+    for point in (whole, pruned):
+        assert all(point.column("us", stage=stage)[0] > 0 for stage in ("prune", "build", "trace"))
+    assert len(pruned.column("flip_ppm", samples=16, number=1)) == 1
 
 
 def test_shares_of_a_frame_are_judged():
@@ -95,7 +152,13 @@ def test_a_planted_falsehood_is_refuted(change, name):
     assert claims[name] == "refuted"
 
 
-@pytest.mark.parametrize("name, points", [("cost", frames(prune=0.05)), ("world", worlds())])
+@pytest.mark.parametrize(
+    "name, points",
+    [
+        ("cost", (*frames(prune=0.05), size("whole", 1.0, 9.0), size("pruned", 1.0, 0.2))),
+        ("world", worlds()),
+    ],
+)
 def test_figures_and_table_tell_the_record(name, points):
     here = provenance("ab" * 32, 0)
     record = Record(name, 1, True, "2026-01-01T00:00:00Z", here, points, (), {})

@@ -14,7 +14,7 @@ def leave(arguments: list[str]) -> int:
 
 def test_every_study_has_a_line_and_a_command() -> None:
     names = study_descriptions()
-    assert {"full", "tone", "memory", "soak"} <= set(names)
+    assert {"speed", "tone", "memory", "soak"} <= set(names)
     for name, about in names.items():
         assert 20 < len(about) <= 100 and "bench." not in about
         assert load_study(name).get_short_help_str()
@@ -27,10 +27,10 @@ def test_the_help_of_the_group_names_them_all(capfd: pytest.CaptureFixture[str])
 
 
 def test_a_study_runs_by_its_name(capfd: pytest.CaptureFixture[str]) -> None:
-    assert leave(["study", "full", "--help"]) == 0
-    assert "lodbench study full" in capfd.readouterr().out
+    assert leave(["study", "speed", "--help"]) == 0
+    assert "lodbench study speed" in capfd.readouterr().out
 
 
 def test_an_unknown_study_is_bad_input(capfd: pytest.CaptureFixture[str]) -> None:
-    assert leave(["study", "ful"]) == 2
-    assert "did you mean full?" in capfd.readouterr().err
+    assert leave(["study", "spee"]) == 2
+    assert "did you mean speed?" in capfd.readouterr().err

@@ -1,1 +1,0 @@
-"""Pruned and whole frames beside one another."""
