@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from bench.plots.plot import Plot
 from bench.records.claims import Claim, Kind
 from bench.records.embedded_pictures import NOTE, Pictures
+from bench.records.probe import NOTE as PROBE
 from bench.records.records import Record
 from bench.report.words import (
     CLAIM_HEADS,
@@ -87,6 +88,7 @@ class Section:
     claims      judged from the record's samples when the report is written
     point_table, summary   heads and rows: every point, and the record in a few rows
     caveats     what the record does not say
+    stale       a sentence that says that the record is of older code; empty where it is not
     """
 
     record: Record
@@ -97,6 +99,7 @@ class Section:
     caveats: tuple[str, ...] = ()
     pictures: tuple[Pictures, ...] = ()
     summary: Table = ((), [])
+    stale: str = ""
 
     @property
     def anchor(self) -> str:
@@ -180,8 +183,12 @@ def _provenance_rows(record: Record) -> list[tuple[str, str]]:
         ("system", f"{origin.platform}, Python {origin.python}"),
         ("packages", versions),
     ]
-    notes = ((key, value) for key, value in record.notes.items() if key != NOTE)
+    notes = ((key, value) for key, value in record.notes.items() if key not in _UNSAID)
     return rows + [(key.replace("_", " "), _note_text(value)) for key, value in notes]
+
+
+_UNSAID = (NOTE, PROBE)
+"""Notes that are no text."""
 
 
 def _note_text(value: object) -> str:

@@ -27,6 +27,7 @@ def to_markdown(document: Document) -> str:
     pieces = [f"# {document.title}", *_first(document)]
     for section in document.sections:
         pieces += [f"## {section.title}", f"**{section.question}** {section.answer}"]
+        pieces += [f"**{section.stale}**"] if section.stale else []
         pieces += [piece for block in section.blocks() for piece in _pieces(section, block)]
     pieces += ["## Words and symbols", _table(("word", "meaning"), document.glossary)]
     return "\n\n".join(pieces) + "\n"
@@ -47,7 +48,8 @@ def _first(document: Document) -> Iterator[str]:
     heads = "verdict", "claim", "quantity", "claimed", "measured (95 %)", "command"
     rows = [
         (
-            f"{MARKS[each.claim.verdict]} {verdict_text(each.claim)}",
+            f"{MARKS[each.claim.verdict]} {verdict_text(each.claim)}"
+            + (" (older code)" if each.section.stale else ""),
             *claim_cells(each.claim)[:4],
             f"`{each.command}`",
         )

@@ -15,6 +15,7 @@ from bench.records.records import Record, read_records
 from bench.report.document import Document, Section
 from bench.report.html import to_html
 from bench.report.markdown import picture_path, plot_path, to_markdown
+from bench.report.stale import stale
 from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
 from bench.runner.experiment import Experiment
 from lod.errors import InputError
@@ -80,9 +81,12 @@ def _sections(records: Sequence[Record]) -> list[Section]:
     """
     workers = min(len(records), os.cpu_count() or 1)
     if workers == 1 or not hasattr(os, "fork"):
-        return [_section(record) for record in records]
-    with ProcessPoolExecutor(workers, get_context("fork")) as pool:
-        return list(pool.map(_section, records))
+        made = [_section(record) for record in records]
+    else:
+        with ProcessPoolExecutor(workers, get_context("fork")) as pool:
+            made = list(pool.map(_section, records))
+    # Here, and after: what renders must not be forked.
+    return [replace(each, stale=stale(each.record)) for each in made]
 
 
 def _section(record: Record) -> Section:

@@ -103,6 +103,7 @@ class Experiment:
     timed         whether time is measured; all cases then stay on one machine
     all_cores     whether one case uses every core
     accepts_metric   whether it can measure an installed metric beside the built-in ones
+    probe         preset of the frame by which its records tell whether newer sources change them
     apart         whether it runs only where it is named: ``all`` leaves it out for its length
     order         place in lists and reports: smaller numbers come first
     """
@@ -127,6 +128,7 @@ class Experiment:
     timed: bool = False
     all_cores: bool = False
     accepts_metric: bool = False
+    probe: str = "meadow"
     apart: bool = False
     order: int = 1000
 

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from bench.records.points import Point, merge_points
+from bench.records.probe import NOTE, SOURCES, take_probe
 from bench.records.provenance import provenance
 from bench.records.records import Record, write_record
 from bench.runner.dask_cases import CaseExecutor, serial_executor
 from bench.runner.experiment import Effort, Experiment, Progress, silent
-from bench.runner.journal import Elapsed, Journal, RunRequest
+from bench.runner.journal import Elapsed, Journal, RunRequest, sources
 
 
 def run_experiment(
@@ -57,14 +58,17 @@ def run_request(
     """Run what was asked for, keep each case in the journal, and write the record.
 
     What is timed is measured here and in one go: neither a cluster nor a journal has part in it.
-    Gives the record and its path; its seconds count what was kept from a run that was stopped.
+    Gives the record and its path; its seconds count what was kept from a run that was stopped. The
+    record notes its sources, and a probe that tells later whether others would make it otherwise.
     """
     before = journal.elapsed(request)
     kept = serial_executor if experiment.timed else journal.memoised(request, executor)
     effort = experiment.effort("quick" if request.quick else "full")
     record = run_experiment(experiment, effort, request.seed, kept, progress, request.metric)
     spent = Elapsed(record.notes["seconds"], record.notes["processor_seconds"])
-    record = replace(record, notes=record.notes | (before + spent).as_json())
+    notes = record.notes | (before + spent).as_json()
+    made_by = {NOTE: take_probe(experiment.probe), SOURCES: sources()}
+    record = replace(record, notes=notes | made_by)
     path = write_record(record, journal.folder)
     journal.finished(request, path)
     return path, record

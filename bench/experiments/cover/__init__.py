@@ -19,6 +19,7 @@ EXPERIMENT = Experiment(
     expected_seconds={"full": 1500.0, "quick": 200.0},
     **functions_of(__name__, "notes"),
     rendered=True,
+    probe="aerial",
     caveats=(
         "Windows of 280 and 400 m, pictures of 160×90 pixels; `aerial` from 60 m up, because the "
         "land that it sees from 200 m cannot be held unpruned. Far looks show a window of "

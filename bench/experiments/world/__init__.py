@@ -13,6 +13,7 @@ EXPERIMENT = Experiment(
     expected_seconds={"full": 120.0, "quick": 40.0},
     **functions_of(__name__, "notes"),
     timed=True,
+    probe="crowd",
     caveats=(
         "Worlds are endless fields seen through a window: none of their objects is stored, "
         "so that what grows with the world is what a frame examines, and nothing else.",

@@ -1,0 +1,89 @@
+"""Would a record come out otherwise today? A small frame tells, without measuring anything again.
+
+A probe is one frame of a preset: how many parts, sticks and triangles it displays, a digest of the
+scene's description, and 64×36 pixels. A record keeps the probe of the sources that made it. Where
+the sources are others now, the same frame is made again; if it is the same, editing words or moving
+files has made nothing stale.
+"""
+
+import base64
+import hashlib
+import zlib
+from dataclasses import is_dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from scenes.frame.assemble import assemble_frame
+from scenes.preset.load import load_preset
+from scenes.render.description.describe import describe_frame
+from scenes.render.mitsuba.variants import choose
+from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.pipeline.render import render_frame
+from scenes.world.world import build_world
+
+NOTE, SOURCES = "probe", "sources"
+"""The notes of a record that hold its probe, and the digest of the sources that made it."""
+
+SIZE = 64, 36
+SAME = 0.05
+"""The mean difference of two probes' pixels, of 255, up to which they are the same.
+
+Descriptions may differ in their last digits on another machine.
+"""
+
+
+@lru_cache(maxsize=8)
+def take_probe(preset_name: str) -> dict[str, Any]:
+    """Make the probe of a preset with the sources that are here, as plain data."""
+    words = (f"render.size={SIZE[0]}x{SIZE[1]}", "render.spp=4")
+    preset = load_preset(preset_name, words)
+    made = assemble_frame(build_world(preset), preset, 1, choose())
+    layers = render_frame(made)
+    digest = hashlib.sha256()
+    _hash(describe_frame(made), digest)
+    rgb = layers.rgb.astype(np.float64)
+    shown = np.rint(255 * np.clip(to_srgb(rgb, auto_exposure(rgb)), 0, 1)).astype(np.uint8)
+    parts = {each.name: len(each.cut) for each in made.displayed}
+    drawn = {k: layers.statistics[k] for k in ("sticks", "triangles")}
+    return {
+        "preset": preset_name,
+        "counts": parts | drawn,
+        "description": digest.hexdigest(),
+        "pixels": base64.b64encode(zlib.compress(shown.tobytes(), 9)).decode(),
+    }
+
+
+def has_changed(before: dict[str, Any], after: dict[str, Any]) -> bool:
+    """Tell whether two probes of one preset show different frames."""
+    if before["counts"] != after["counts"]:
+        return True
+    if before["description"] == after["description"]:
+        return False
+    one, other = (_pixels(each) for each in (before, after))
+    return bool(np.abs(one - other).mean() > SAME)
+
+
+def _pixels(probe: dict[str, Any]) -> np.ndarray:
+    data = zlib.decompress(base64.b64decode(probe["pixels"]))
+    return np.frombuffer(data, np.uint8).astype(np.float64)
+
+
+def _hash(value: object, digest: "hashlib._Hash") -> None:
+    """Feed nested dicts, dataclasses, sequences, arrays and plain values to a digest, in order."""
+    if is_dataclass(value):
+        _hash(vars(value), digest)
+    elif isinstance(value, dict):
+        for key in sorted(value, key=str):
+            digest.update(f"{key}:".encode())
+            _hash(value[key], digest)
+    elif isinstance(value, list | tuple):
+        for each in value:
+            _hash(each, digest)
+    elif isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype}{value.shape}".encode())
+        digest.update(np.ascontiguousarray(value).tobytes())
+    else:
+        plain = isinstance(value, str | int | float | bool | None)
+        digest.update(repr(value if plain else type(value)).encode())
