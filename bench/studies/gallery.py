@@ -3,6 +3,7 @@
 Frames are rendered into a scratch folder; what stays are two PNGs for each preset and a page.
 """
 
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,19 @@ from scenes.render.files.whole_file import check_ours, whole_file
 
 FRAMES = {"campfire": 30, "fly_in": 40, "playground": 48}
 """The frame of a preset that shows most; presets that are not named show frame 1."""
+
+SHEETS = {"fly_in": "1,9,17,25,33,41", "playground": "1,17,33,49,65,81"}
+"""The frames of a preset's contact sheet."""
+
+FILMS = {"fly_in": "1-48", "playground": "1-96"}
+
+FIGURE_4_FILE = "figure_4.png"
+FIGURE_4 = "joe right leg/lower leg/foot orient y 40deg"
+FOOT_VIEW = (
+    *("-D", "view.detail=1", "-D", 'camera.behaviour=""', "--say", "camera stand -1.3 -1.6 0.6"),
+    *("--say", "camera face 39 -14", "--frames", "2", "--size", "320x240", "--spp", "32"),
+)
+"""Flags that show joe's feet from near, and without the detail exaggerated."""
 
 
 def render_preset(name: str, size: str, spp: int, folder: Path) -> Path:
@@ -47,8 +61,37 @@ def save_pictures(frame: Path, name: str, folder: Path) -> None:
     preview(frame, folder / f"{name}_level.png", PictureStyle(view="level"))
 
 
-def gallery_page(presets: Sequence[tuple[str, str]]) -> str:
-    """Write the gallery as Markdown, from the names of presets and what they show."""
+def render_sheet(name: str, frames: str, folder: Path, target: Path) -> None:
+    """Render some frames of a preset, small, and keep the contact sheet of them."""
+    from scenes.render.pictures.contact_sheet import save_picture
+
+    film = folder / f"{name}_film" / f"{name}.####.exr"
+    flags = f"--frames {frames} --size 320x180 --spp 8 --denoise --overwrite".split()
+    flags += ["-o", str(film), "--preview"]
+    subprocess.run([sys.executable, "-m", "bench.cli.main", "render", name, *flags], check=True)
+    with Image.open(film.with_name(f"{name}.png")) as sheet:
+        save_picture(sheet, target, optimize=True)
+
+
+def render_figure_4(folder: Path, target: Path) -> None:
+    """Render joe as he stands and after the message of figure 4, side by side."""
+    from scenes.render.pictures.contact_sheet import save_sheet
+
+    panels = []
+    for said in ([], ["--say", FIGURE_4]):
+        out = folder / f"figure_4_{len(said)}" / "joe.####.exr"
+        words = ["render", "fly_in", *FOOT_VIEW, *said, "-o", str(out), "--preview"]
+        subprocess.run([sys.executable, "-m", "bench.cli.main", *words], check=True)
+        with Image.open(out.with_name("joe.png")) as panel:
+            panels.append(panel.convert("RGB"))
+    save_sheet(panels, ("before", "after"), 2, target)
+
+
+def gallery_page(presets: Sequence[tuple[str, str]], folder: Path) -> str:
+    """Write the gallery as Markdown, from the names of presets and what they show.
+
+    Contact sheets are shown of presets that have one in the folder, with the command of the film.
+    """
     head = (
         "# What there is to see\n\nEvery preset, and beside it the same frame by detail level"
         " (`--view level`): dark is coarse, light is fine. Made by"
@@ -59,6 +102,19 @@ def gallery_page(presets: Sequence[tuple[str, str]]) -> str:
         f"\n## {name}\n\n{about}\n\n![{name}]({name}.png) ![{name} by level]({name}_level.png)\n"
         for name, about in presets
     ]
+    for number, (name, _) in enumerate(presets):
+        if (folder / f"{name}_sheet.png").exists():
+            film = (
+                f"lodbench render {name} -o film/{name}.####.exr --frames {FILMS[name]} --preview"
+            )
+            rows[number] += f"\n```\n{film}\n```\n\n![film of {name}]({name}_sheet.png)\n"
+    if (folder / FIGURE_4_FILE).exists():
+        words = f"lodbench render fly_in {shlex.join((*FOOT_VIEW, '--say', FIGURE_4))}"
+        rows.append(
+            "\n## Figure 4\n\njoe's right foot, before and after it is told to turn by 40° about"
+            f" its y ([actors](../../docs/actors.md))\n\n```\n{words} -o joe.####.exr\n```\n\n"
+            f"![the foot turns]({FIGURE_4_FILE})\n"
+        )
     return head + "".join(rows)
 
 
@@ -77,6 +133,10 @@ def command(names: tuple[str, ...], folder: str, size: str, spp: int, overwrite:
     with tempfile.TemporaryDirectory() as scratch:
         for name in wanted:
             save_pictures(render_preset(name, size, spp, Path(scratch)), name, target)
+            if name in SHEETS:
+                render_sheet(name, SHEETS[name], Path(scratch), target / f"{name}_sheet.png")
+            if name == "fly_in":
+                render_figure_4(Path(scratch), target / FIGURE_4_FILE)
     done = [each for each in preset_names() if (target / f"{each[0]}_level.png").exists()]
     with whole_file(target / "README.md", overwrite=True) as page:
-        page.write_text(gallery_page(done), "utf-8")
+        page.write_text(gallery_page(done, target), "utf-8")

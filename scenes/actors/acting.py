@@ -44,6 +44,7 @@ class Acting:
     processes  of the actors by name, of those that have a behaviour; and of the camera
     cues       of the script, in their order
     path       where the preset has the camera in a frame
+    rules      may be replaced between two frames
     """
 
     def __init__(
@@ -58,7 +59,7 @@ class Acting:
         fps: float,
     ) -> None:
         self.stage, self._processes, self._cues = stage, processes, cues
-        self._rules, self._lens, self._path, self._fps = rules, lens, path, fps
+        self.rules, self._lens, self._path, self._fps = rules, lens, path, fps
         self._names: tuple[str, ...] = stage.names()
         self._row = {name: row for row, name in enumerate(self._names)}
         self._acts = np.array([name in processes for name in self._names], bool)
@@ -94,15 +95,15 @@ class Acting:
         stand: Standings = self._send(ask("", "standings"))
         acts = self._acts & np.isfinite(stand.places[:, X])
         urgency = self._bounds(stand)[1]
-        if self._rules.threshold == 0:
+        if self.rules.threshold == 0:
             order = np.flatnonzero(acts)
         else:
-            due: Flags = acts & (urgency > self._rules.threshold)
+            due: Flags = acts & (urgency > self.rules.threshold)
             due |= acts & (self._now - self._last >= LONGEST_COAST_S - 1e-9)
             restless = [row for row, held in stand.held.items() if self._held.get(row) != held]
             due[restless] = acts[restless]
             order = np.flatnonzero(due)[np.argsort(-urgency[due], kind="stable")]
-        return [self._names[row] for row in order[: self._rules.budget].tolist()]
+        return [self._names[row] for row in order[: self.rules.budget].tolist()]
 
     def _bounds(self, stand: Standings) -> tuple[Reals, Reals]:
         eye: Eye = self._send(ask(CAMERA, "eye"))

@@ -15,7 +15,7 @@ import numpy as np
 from scenes.models.catalogue import at_rest
 from scenes.rig.keyframes import Motion
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions
+from scenes.rig.rotations import Quaternions, rotate_vectors
 
 EIGHTHS = 8
 """Steps in which a pose goes from rest (0) to the whole walk."""
@@ -59,7 +59,25 @@ def with_share(prototype: RiggedPrototype, eighths: int) -> RiggedPrototype:
     turned = slerp(rest, motion.rotations, share)
     shift, stride = motion.shift * share, motion.stride * share
     less = replace(motion, rotations=turned, shift=shift, stride=stride)
-    return prototype.with_motion(less)
+    # Limbs half way between two poses are not half as high: feet stay on the ground, none below it.
+    down = share * lowest(prototype, motion) - lowest(prototype, less)
+    raised = shift + down[:, None] * (0.0, 0.0, 1.0)
+    return prototype.with_motion(replace(less, shift=raised))
+
+
+def lowest(prototype: RiggedPrototype, motion: Motion) -> np.ndarray:
+    """Compute the height of the lowest point of any stick at each key of a motion, (k,) [m]."""
+    origin, facing = prototype.rig.frames(motion.rotations, motion.shift)
+    low = np.full(len(motion.rotations), np.inf)
+    for table in prototype.full_detail_sticks():
+        for on, point, radius in (
+            (table.start_joint, table.start, table.start_radius),
+            (table.end_joint, table.end, table.end_radius),
+        ):
+            own = on >= 0  # what a body wears itself does not move against it
+            at = rotate_vectors(facing[:, on[own]], point[own]) + origin[:, on[own]]
+            low = np.minimum(low, (at[..., 2] - radius[own]).min(axis=1, initial=np.inf))
+    return low
 
 
 def slerp(a: Quaternions, b: Quaternions, share: float) -> np.ndarray:

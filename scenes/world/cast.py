@@ -20,7 +20,6 @@ from scenes.actors.stage import CAMERA, Stage
 from scenes.actors.urgency import Lens
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
-from scenes.preset.acting import has_acting
 from scenes.preset.actor_tables import ActorPreset
 from scenes.preset.tables import Preset
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
@@ -39,15 +38,11 @@ class Role(NamedTuple):
     table: ActorPreset
 
 
-def make_cast(
-    preset: Preset, terrain: Terrain, performance: Performance | None = None
-) -> Cast | None:
-    """Make the actors of a preset; None where it has none, nor anything that moves its camera.
+def make_cast(preset: Preset, terrain: Terrain, performance: Performance | None = None) -> Cast:
+    """Make the actors of a preset (``scenes.preset.acting`` tells whether it has any).
 
     performance  what they do, where it is known already; otherwise they act when asked for it
     """
-    if not has_acting(preset):
-        return None
     roles = tuple(preset_roles(preset))
     prototypes = role_prototypes(preset, roles)
     if performance is None:

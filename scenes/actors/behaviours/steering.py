@@ -19,7 +19,7 @@ from scenes.actors.body import Course
 BODY_M = 0.2
 """Radius of the upright cylinder round a body that no other's comes into [m]."""
 
-BERTH_M = 0.15
+BERTH_M = 0.25
 HORIZON_S, STEP_S = 2.0, 0.25
 MOST_OTHERS = 8
 """The nearest that are heeded."""

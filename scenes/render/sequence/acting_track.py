@@ -77,6 +77,4 @@ def replayed(preset: Preset, digest: str, folder: Path) -> Performance:
 
 
 def _acted(preset: Preset) -> Track:
-    cast = make_cast(preset, make_terrain(preset))
-    assert cast is not None
-    return track_of(cast.performance)
+    return track_of(make_cast(preset, make_terrain(preset)).performance)

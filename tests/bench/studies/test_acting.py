@@ -1,20 +1,42 @@
 """The study of acting, small: who may wait, how far off that is, and that nobody meets."""
 
 import numpy as np
+from click.testing import CliRunner
 
-from bench.studies.acting import nearest_m, saving, sticks_off_px, walkers
+from bench.studies.acting import study
+from bench.studies.acting.costs import KINDS, costs
+from bench.studies.acting.crowd import troupe_of, walkers
+from bench.studies.acting.waiting import Crowd, acted_on_a_copy, off_px, saving, sticks_off_px
+from bench.studies.acting.walking import feet_of_actors, feet_of_the_field, nearest_m
 from lod.pruning.pruner import prune
+from scenes.actors.acting import Rules
 from scenes.world.cast import make_cast
 from scenes.world.view import view_at
 from scenes.world.world import build_world, make_terrain
 
 
 def test_those_who_wait_are_off_by_less_than_the_threshold():
-    found = saving(24, 12, 8.0, 0)
+    found = saving(Crowd(16), 8, 8.0, 0, looks=2)
     assert 0.1 < found.updated < 0.9
-    assert len(found.off_px) > 100
-    assert 0 < found.off_px.max() < 8.0
+    assert 0 < found.at_once_px[0] <= found.at_once_px[1] < 8.0
+    assert 0 < found.in_time_px[1] < 8.0
     assert 0.99 < found.parts_ratio < 1.01
+
+
+def test_a_copy_acts_and_leaves_the_scene_as_it_was():
+    """The copy does what the scene then does with everyone updated, and is told apart from it."""
+    preset = walkers(6, 20.0, 8, 64.0, 0)
+    once, again = troupe_of(preset), troupe_of(preset)
+    for _ in range(3):
+        once.acting.act(), again.acting.act()
+    copied = acted_on_a_copy(once.acting, 4)
+    once.acting.rules = Rules()
+    meant = [once.acting.act() for _ in range(4)]
+    assert all(np.array_equal(a.places, b.places) for a, b in zip(copied, meant, strict=True))
+    waited = [again.acting.act() for _ in range(4)]
+    assert not np.array_equal(waited[-1].places, copied[-1].places)
+    view = view_at(build_world(preset), preset, 3)
+    assert off_px(troupe_of(preset).cast, copied[-1], view, 3).max() > 0.5
 
 
 def test_sticks_are_held_against_the_same_sticks():
@@ -32,4 +54,38 @@ def test_sticks_are_held_against_the_same_sticks():
 
 
 def test_people_keep_clear_of_each_other():
-    assert min(nearest_m(12, 12.0, 36, 0)) > 0.4
+    assert min(nearest_m(8, 8.0, 24, 0)) > 0.4
+
+
+def test_feet_stand_as_those_of_the_field_do():
+    actors, field = feet_of_actors(4, 6.0, 24, 0), feet_of_the_field(4, 6.0, 24, 0)
+    assert field.slide_mm[0] < actors.slide_mm[0] < 25  # those who turn slide more
+    assert actors.sink_mm < 2.5
+    assert field.sink_mm < 1.0
+
+
+def test_the_split_of_an_update_is_the_whole():
+    found = costs(6, 20.0, 8, 0)
+    assert set(found.split) == {*KINDS, "else"}
+    assert np.isclose(sum(found.split.values()), found.update_us)
+    assert found.prune_us > 0
+
+
+def test_a_run_goes_on_with_what_is_not_there(tmp_path, monkeypatch):
+    path, asked = tmp_path / "r.json", []
+    real = study.measurements
+
+    def counted(quick, seed):
+        for name, measure in real(quick, seed):
+            yield name, lambda name=name, measure=measure: asked.append(name) or measure()
+
+    monkeypatch.setattr(study, "measurements", counted)
+    for only in ("feet field", "feet f,clear", "clear"):
+        words = ["--quick", "-o", str(path), "--only", only]
+        said = CliRunner().invoke(study.command, words)
+        assert said.exit_code == 0, said.output
+    assert asked == ["feet field", "clear 1"]
+    assert "overlapping in 0 of 24 frames" in said.output
+    path.write_text("{}")
+    refused = CliRunner().invoke(study.command, ["--quick", "-o", str(path)])
+    assert "a record that this study wrote" in str(refused.exception)

@@ -19,7 +19,14 @@ def test_a_page_of_what_was_rendered(tmp_path, monkeypatch):
     said = CliRunner().invoke(gallery.command, ["zoo", "-o", str(tmp_path / "g")])
     assert said.exit_code == 0, said.output
     assert asked == ["zoo"]
-    text = (tmp_path / "g" / "README.md").read_text()
+    page = tmp_path / "g" / "README.md"
+    assert "_sheet.png" not in page.read_text() and "Figure 4" not in page.read_text()
+    for name in ("playground_sheet", "playground_level", "figure_4"):
+        Image.new("RGB", (4, 4)).save(tmp_path / "g" / f"{name}.png")
+    assert CliRunner().invoke(gallery.command, ["-o", str(tmp_path / "g"), "none"]).exit_code == 0
+    text = page.read_text()
+    assert "--frames 1-96 --preview" in text and "(playground_sheet.png)" in text
+    assert f"--say '{gallery.FIGURE_4}'" in text
     assert "(zoo.png)" in text and "(zoo_level.png)" in text and "rabbits" in text
     assert "meadow" not in text
 

@@ -1,0 +1,114 @@
+"""What actors cost, what the temporal metric saves of it, how far off who waits is, and who meets.
+
+Three parts, each written to a record as soon as it is measured, so that a run that was stopped
+goes on with the parts that are not there yet: what a threshold saves of the updates
+(``bench.studies.acting.waiting``), where the time of an update goes (``costs``), and whether people
+who walk about keep clear of each other and stand on their feet (``walking``).
+"""
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bench.cli.output import table
+from bench.records.provenance import provenance, scene_digest
+from bench.studies.acting.costs import Costs, cost_rows, costs
+from bench.studies.acting.waiting import Crowd, Saving, saving, saving_rows
+from bench.studies.acting.walking import (
+    Clearance,
+    Feet,
+    clearance,
+    feet_of_actors,
+    feet_of_the_field,
+    walking_rows,
+)
+from lod.errors import InputError
+from scenes.render.files.whole_file import whole_file
+
+Record = dict[str, dict[str, Any]]
+"""What was measured, by part."""
+
+
+def measurements(quick: bool, seed: int) -> Iterator[tuple[str, Callable[[], Any]]]:
+    """List every part with what measures it; the quick ones are too small to say much."""
+    frames, big = (12, 60) if quick else (96, 1000)
+    crowds = [Crowd(big), Crowd(big, 0.02), Crowd(big, 0.08), Crowd(big, questions=20)]
+    crowds += [Crowd(big, questions=100), Crowd(10 * big)]
+    for crowd in crowds[: 2 if quick else None]:
+        key = f"waiting {crowd.actors} {crowd.density:g} {crowd.questions}"
+        yield key, partial(saving, crowd, frames, 0.5, seed)
+    people = 20 if quick else 200
+    for side in (40.0, 200.0):
+        yield f"costs {side:g}", partial(costs, people, side, frames, seed)
+    yield "feet actors", partial(feet_of_actors, people, 40.0, frames, seed)
+    yield "feet field", partial(feet_of_the_field, people, 6.0, frames, seed)
+    for seconds in (1.0,) if quick else (60.0, 600.0):
+        yield f"clear {seconds:g}", partial(clearance, people, 40.0, seconds, seed)
+
+
+def read_record(path: Path) -> Record:
+    """Read a record; it is empty where there is none. Raises InputError for another file."""
+    if not path.exists():
+        return {}
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        parts: Record = data["parts"]
+        return parts
+    except (OSError, ValueError, KeyError, TypeError):
+        rule, cure = "a record that this study wrote", "choose another file with -o"
+        raise InputError("-o", str(path), rule, cure) from None
+
+
+def page(parts: Record) -> str:
+    """Write a record as text: two tables and some lines, of the parts that are there."""
+    waiting = [_saving(each) for key, each in parts.items() if key.startswith("waiting")]
+    spent = [Costs(**each) for key, each in parts.items() if key.startswith("costs")]
+    feet = [_feet(each) for key, each in parts.items() if key.startswith("feet")]
+    blocks = []
+    if waiting:
+        blocks.append(table(saving_rows(waiting)))
+    if spent:
+        blocks.append(table(cost_rows(spent)))
+    clear = [Clearance(**each) for key, each in parts.items() if key.startswith("clear")]
+    if lines := walking_rows(clear, feet):
+        blocks.append("\n".join(f"  {line}" for line in lines))
+    return "\n\n".join(blocks)
+
+
+def _saving(data: dict[str, Any]) -> Saving:
+    px = {name: tuple(data[name]) for name in ("at_once_px", "in_time_px")}
+    return Saving(**data | px | {"crowd": Crowd(**data["crowd"])})
+
+
+def _feet(data: dict[str, Any]) -> Feet:
+    return Feet(**data | {"slide_mm": tuple(data["slide_mm"])})
+
+
+@click.command("acting")
+@click.option("-o", "path", type=click.Path(path_type=Path), help="Record; goes on with it.")
+@click.option("--only", default="", metavar="PARTS", help="Parts whose names begin so.")
+@click.option("--quick", is_flag=True, help="Small crowds, to see that it works.")
+@click.option("--seed", type=click.IntRange(0, 2**62), default=0, show_default=True)
+def command(path: Path | None, only: str, quick: bool, seed: int) -> None:
+    """Time actors with and without the temporal metric, and see that nobody walks through another.
+
+    Two people overlap where they are less than 0.4 m apart. A full run takes 25 minutes.
+    """
+    parts = read_record(path) if path else {}
+    for name, measure in measurements(quick, seed):
+        if name in parts or not name.startswith(tuple(only.split(","))):
+            continue
+        click.echo(f"{name} …", err=True)
+        parts[name] = asdict(measure())
+        if path:
+            parts = read_record(path) | parts  # another process may measure other parts
+            origin = asdict(provenance(scene_digest([quick, seed]), seed))
+            with whole_file(path, overwrite=True) as partial:
+                text = json.dumps({"by": "lodbench", "origin": origin, "parts": parts}, indent=1)
+                partial.write_text(text + "\n", encoding="utf-8")
+    click.echo(page(parts))
