@@ -97,23 +97,30 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 Reading = tuple[str, str, Callable[[Counted], Chosen]]
 
 _USUAL: Reading = ("exponent", "where 1 < parts < all", lambda curve: curve.between)
-_OPEN: tuple[Reading, ...] = (
-    ("exponent_whole", "from where all of it is in the picture", lambda curve: curve.whole),
-    ("exponent_visible", "at all distances from without", lambda curve: curve.visible),
+_VISIBLE: Reading = (
+    "exponent_visible",
+    "at all distances at which it is visible",
+    lambda curve: curve.visible,
+)
+_WHOLE: Reading = (
+    "exponent_whole",
+    "from where all of it is in the picture",
+    lambda curve: curve.whole,
 )
 
 
 def readings(curve: Counted) -> tuple[Reading, ...]:
     """Return readings of a claim: a name, distances in words, and which counts are meant.
 
-    The person also has readings that the paper's text leaves open: its detail was exaggerated, and
-    "those distances over which the figure was visible" may include all at which nothing changes.
+    The paper claims it of its person alone, "for those distances over which the figure was
+    visible", which comes first. Others are where anything changes, and from where all of it is in
+    the picture; and its detail was exaggerated.
     """
-    all_of_them = (_USUAL, *_OPEN)
+    all_of_them = (_VISIBLE, _USUAL, _WHOLE)
     if curve.detail == EXAGGERATED_PX:
         words = f", detail exaggerated to {EXAGGERATED_PX:g} px"
         return tuple((f"{n}_exaggerated", about + words, keep) for n, about, keep in all_of_them)
-    return all_of_them if curve.kind == PERSON else all_of_them[:1]
+    return all_of_them if curve.kind == PERSON else (_USUAL,)
 
 
 def _square_root(

@@ -5,12 +5,12 @@ from bench.runner.experiment import Experiment, functions_of
 EXPERIMENT = Experiment(
     name="popping",
     order=140,
-    version=2,
+    version=3,
     about=("what comes and goes from frame to frame, how large it is, and what fading leaves"),
     question=("How many parts switch in a step, and does one see it?"),
-    full={"fields": 100, "walks": 6},
-    quick={"fields": 24, "walks": 2},
-    expected_seconds={"full": 170.0, "quick": 60.0},
+    full={"fields": 100, "walks": 12, "unseen": True},
+    quick={"fields": 24, "walks": 3, "unseen": False},
+    expected_seconds={"full": 260.0, "quick": 70.0},
     **functions_of(__name__),
     rendered=True,
     caveats=(

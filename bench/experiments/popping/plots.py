@@ -28,7 +28,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
 def point_table(record: Record) -> Table:
     """Return the heads and rows of a table: switches of every species, then the walks."""
     heads = ("what", "of", "switches a field", "predicted", "size, median (px)", "size, 95 % (px)")
-    changes = "popped a frame", "unexplained, 99 %", "99.9 %", "99.99 %", "same samples"
+    changes = "popped a frame", "unexplained, 99 %", "99.9 %", "99.99 %"
     return (*heads, *changes), [_row(point) for point in record.points]
 
 
@@ -36,7 +36,7 @@ def _row(point: Point) -> tuple[str, ...]:
     if point.case["what"] == "switches":
         sizes = np.quantile(point.values("size_mpx") / 1000, (0.5, 0.95))
         counts = f"{point.values('switches').mean():.1f}", f"{point.prediction('switches'):.1f}"
-        return "switches", point.case["species"], *counts, *(f"{v:.2f}" for v in sizes), *[""] * 5
+        return "switches", point.case["species"], *counts, *(f"{v:.2f}" for v in sizes), *[""] * 4
     changes = [np.mean(each.values) / 1e6 for each in point.samples if each.keys]
     popped = f"{point.values('popped').mean():.1f}"
     return "walk", point.case["way"], *[""] * 4, popped, *(f"{v:.4f}" for v in changes)

@@ -25,7 +25,6 @@ from PIL import Image
 
 from bench.cli.output import table
 from bench.experiments.popping.unexplained_change import Walk, walk
-from bench.studies.films.forest_walk import MOST_RATIO
 from lod.camera import Camera
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
@@ -95,6 +94,9 @@ PLANTED = (_CLIPPED, (*_CLIPPED, "view.detail=2"))
 """Parts of one to two pixels are there in every other frame alone, and others are kept until one
 must see it: from where the camera turns in one place, nothing of a clip that is just coarse would
 pop."""
+
+MOST_RATIO = 1.1
+"""Greatest ratio of what a clip leaves unexplained to what the unpruned clip leaves."""
 
 QUANTILE = 0.999
 MEASURED_SPP = 36

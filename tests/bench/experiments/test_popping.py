@@ -36,13 +36,10 @@ def planted(switches=100.0, popped=0, worst=1.0):
             columns(samples),
         )
     ]
-    for way in WAYS:
-        by = worst if way == "fading" else 1.0
-        rows = {("unexplained", q): [round(1e5 * by) + k for k in range(6)] for q in QUANTILES}
-        small = by * (0.3 if way == "fading" else 1.0)
-        rows[SWITCHED, QUANTILES[-1]] = [round(1e5 * small) + k for k in range(6)]
+    for way, share in zip(WAYS, (0.001, 0.3 * worst, 1.0), strict=True):
+        rows = {q: [round(1e6 * share) + k for k in range(6)] for q in QUANTILES}
         many = [popped, popped + 1, popped] if way == "clipped" else [popped] * 3
-        changes = (Column(name, row, {"quantile": q}) for (name, q), row in rows.items())
+        changes = (Column(SWITCHED, row, {"quantile": q}) for q, row in rows.items())
         samples = (*columns({"popped": many}), *changes)
         points.append(Point({"what": "walk", "way": way}, samples=samples))
     return tuple(points)
@@ -52,12 +49,12 @@ def test_verdicts_follow_from_counts():
     verdict = {c.name: c.verdict for c in judge(planted())}
     for name in ("blake/tree/switches", "blake/tree/size", "walk/fading/popped"):
         assert verdict[name] == "holds", name
-    assert verdict["walk/fading/residual"] == verdict["walk/fading/switched"] == "holds"
-    wrong = {c.name: c.verdict for c in judge(planted(120.0, 9, 1.3))}
-    assert {c.name: c.verdict for c in judge(planted(worst=2.0))}[
-        "walk/fading/switched"
-    ] == "refuted"
-    for name in ("blake/tree/switches", "walk/fading/popped", "walk/fading/residual"):
+    for name in ("unpruned/switched", "fading/better", "fading/switched"):
+        assert verdict[f"walk/{name}"] == "holds", name
+    little = {c.name: c.verdict for c in judge(planted(worst=2.0))}
+    assert little["walk/fading/switched"] == "refuted" and little["walk/fading/better"] == "holds"
+    wrong = {c.name: c.verdict for c in judge(planted(120.0, 9, 4.0))}
+    for name in ("blake/tree/switches", "walk/fading/popped", "walk/fading/better"):
         assert wrong[name] == "refuted", name
 
 

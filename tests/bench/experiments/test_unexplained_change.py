@@ -8,7 +8,8 @@ import pytest
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.silhouettes import LUMINANCE, silhouettes
 from bench.experiments.popping.unexplained_change import Frame, Seen, popped, walk
-from bench.studies.films.forest_walk import MOST_RATIO, walk_settings
+from bench.studies.films.clips import MOST_RATIO
+from bench.studies.films.forest_walk import walk_settings
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.pruner import prune
