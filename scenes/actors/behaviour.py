@@ -102,7 +102,7 @@ class Process:
             raise
         except Refused as refused:
             raise InputError(self.where, refused.who, f"refuses: {refused.why}") from None
-        except Exception as error:
+        except (Exception, SystemExit, GeneratorExit) as error:
             text = " ".join(str(error).split())
             raise InputError(self.where, type(error).__name__, text or "it ended so") from None
         finally:

@@ -17,7 +17,7 @@ from lod.actors.actor import CompoundActor
 from lod.actors.appearance import NO_STICKS, Appearance, ConeStick, StickBundle
 from lod.actors.dispatch import mutator, query
 from lod.actors.joint import JointLimits, RevoluteJoint
-from lod.actors.message import Route, ask, change
+from lod.actors.message import SEPARATOR, Route, ask, change
 from lod.actors.quaternion import Quaternion, vector
 from lod.actors.vectors import Components, Vector, VectorLike
 from scenes.rig.anatomy import SIDES
@@ -135,8 +135,16 @@ def build_limbs(prototype: RiggedPrototype, tree: LimbTree) -> tuple[dict[str, L
 
 
 def _name(prototype: RiggedPrototype, row: int) -> str:
-    """Name a limb, without the side that it shares with the limb that carries it."""
+    """Name a limb, without the side or the path that it shares with the limb that carries it.
+
+    Limbs of imported models have the paths of their nodes: ``mill/rotor`` of a mill is ``rotor``.
+    """
     parent = int(prototype.rig.parent[row])
+    if "/" in prototype.limbs[row]:
+        root = prototype.limbs[row].partition("/")[0]
+        path = prototype.limbs[parent] if parent >= 0 else root
+        below = prototype.limbs[row].removeprefix(f"{path}/")
+        return below.replace(SEPARATOR, " ").replace(".", " ")
     side, _, bare = prototype.limbs[row].partition(" ")
     above = prototype.limbs[parent].partition(" ")[0] if parent >= 0 else ""
     return bare if side in SIDES and side == above else prototype.limbs[row]

@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from scenes.preset.object_tables import Model
-from scenes.preset.values import Metres, SizeFactor, Table, key
+from scenes.preset.object_tables import ModelTable, StandingTable
+from scenes.preset.values import Metres, Table, key
 
 Options = Annotated[
     dict[str, bool | int | float | str], key("options that the behaviour documents")
@@ -15,26 +15,16 @@ BehaviourName = Annotated[
 ]
 
 
-class ActorPreset(Table):
+class ActorPreset(StandingTable):
     """One live actor."""
 
-    model: Model
-    position: Annotated[
-        tuple[Metres, Metres], key("where it begins: (x, y) from the plane's origin [m]")
-    ]
-    heading: Annotated[
-        float, key("what it faces, clockwise from north [degrees]", least=-360, most=360)
-    ] = 0.0
-    prototype: Annotated[int, key("which of the model's objects, from 1", least=1, most=256)] = 1
-    size: Annotated[SizeFactor, key("size factor")] = 1.0
     behaviour: BehaviourName = ""
     options: Options = Field(default_factory=dict)
 
 
-class TroupePreset(Table):
+class TroupePreset(ModelTable):
     """Several live actors of a kind, NAME_1 to NAME_n, spread over a square without overlapping."""
 
-    model: Model
     count: Annotated[int, key("how many", least=1, most=100_000)]
     centre: Annotated[
         tuple[Metres, Metres], key("middle of the square: (x, y) from the plane's origin [m]")

@@ -8,6 +8,9 @@ from scenes.model_files.names import built_in_names
 from scenes.preset.object_tables import ModelTable
 from scenes.preset.tables import Preset
 
+MODEL_TABLES = "species", "placed", "actors", "troupes"
+"""The tables of a preset whose members each name a model."""
+
 
 def with_model_digests(preset: Preset, blame: Callable[[str], str], folder: Path) -> Preset:
     """Return the preset with the hash of every imported model that it names.
@@ -26,8 +29,9 @@ def with_model_digests(preset: Preset, blame: Callable[[str], str], folder: Path
         digest = model_digest(where, table.model, folder, table.model_sha256)
         return table.model_copy(update={"model_sha256": digest})
 
-    species = {name: known("species", name, table) for name, table in preset.species.items()}
-    placed = {name: known("placed", name, table) for name, table in preset.placed.items()}
-    if species == preset.species and placed == preset.placed:
-        return preset
-    return preset.model_copy(update={"species": species, "placed": placed})
+    named = {
+        kind: {name: known(kind, name, table) for name, table in getattr(preset, kind).items()}
+        for kind in MODEL_TABLES
+    }
+    changed = {kind: tables for kind, tables in named.items() if tables != getattr(preset, kind)}
+    return preset.model_copy(update=changed) if changed else preset

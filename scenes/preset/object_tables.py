@@ -70,17 +70,22 @@ class SpeciesPreset(ModelTable):
     ] = None
 
 
-class PlacedPreset(ModelTable):
-    """One object, put where the picture wants it."""
+class StandingTable(ModelTable):
+    """What a table says of one object: what it is, where it stands, and what it faces."""
 
     position: Annotated[
-        tuple[Metres, Metres], key("where it stands: (x, y) from the plane's origin [m]")
+        tuple[Metres, Metres], key("where it stands, or begins: (x, y) from the plane's origin [m]")
     ]
     heading: Annotated[
         float, key("what it faces, clockwise from north [degrees]", least=-360, most=360)
     ] = 0.0
     prototype: Annotated[int, key("which of the model's objects, from 1", least=1, most=256)] = 1
     size: Annotated[SizeFactor, key("size factor")] = 1.0
+
+
+class PlacedPreset(StandingTable):
+    """One object, put where the picture wants it."""
+
     walks: Annotated[bool, key("whether it walks on the spot")] = False
 
 

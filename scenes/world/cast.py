@@ -122,6 +122,7 @@ def preset_roles(preset: Preset) -> Iterator[Role]:
                 f"{name}_{k + 1}",
                 ActorPreset(
                     model=troupe.model,
+                    model_sha256=troupe.model_sha256,
                     position=(troupe.centre[0] + x, troupe.centre[1] + y),
                     heading=float(rng.uniform(0, 360)),
                     prototype=k % troupe.prototypes + 1,
@@ -149,15 +150,21 @@ def _places(rng: np.random.Generator, count: int, side: float, where: str) -> np
 
 def role_prototypes(preset: Preset, roles: Sequence[Role]) -> tuple[RiggedPrototype, ...]:
     """Make the prototype of each actor; those of one model and size are made together."""
-    weather, most = Weather(preset.world.season, preset.wind.speed), dict[tuple[str, float], int]()
+    weather = Weather(preset.world.season, preset.wind.speed)
+    most: dict[tuple[str, float, str | None], int] = {}
     for _, table in roles:
-        kind = table.model, table.size
+        kind = table.model, table.size, table.model_sha256
         most[kind] = max(most.get(kind, 1), table.prototype)
     made = {
-        (model, size): [_rigged(p) for p in model_prototypes(model, n, (size,), True, weather)]
-        for (model, size), n in most.items()
+        (model, size, sha256): [
+            _rigged(each) for each in model_prototypes(model, n, (size,), True, weather, sha256)
+        ]
+        for (model, size, sha256), n in most.items()
     }
-    return tuple(made[table.model, table.size][table.prototype - 1] for _, table in roles)
+    kinds = ((table.model, table.size, table.model_sha256) for _, table in roles)
+    return tuple(
+        made[kind][each.table.prototype - 1] for kind, each in zip(kinds, roles, strict=True)
+    )
 
 
 def _rigged(prototype: Prototype | RiggedPrototype) -> RiggedPrototype:

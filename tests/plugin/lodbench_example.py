@@ -6,12 +6,14 @@ import numpy as np
 
 from bench.arms.arm import Arm, by_view
 from bench.arms.plain_arms import culled_beyond
+from lod.actors.message import change
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.parts import BlendWeights, Parts
 from lod.pruning.shapes import Sticks
 from lod.pruning.view import View
+from scenes.actors.behaviour import Acts, Me
 from scenes.plugins.representation import RepresentationPlugin
 from scenes.terrain.ground import Ground
 
@@ -111,6 +113,14 @@ NEAREST = Arm(
     (3.0, 2.0),
     by_view(culled_beyond),
 )
+
+
+def stroll(me: Me) -> Acts:
+    """Go straight ahead (option: speed)."""
+    while True:
+        yield change(me.name, "go", me.option("speed", 1.0))
+        yield None
+
 
 SLOPPY = Metric("sloppy", lambda P, R, m: P * R.max() / m, "a metric that looks at all parts")
 OFTEN_NAN = Metric("often_nan", lambda P, R, m: np.sqrt(P - 1.0), "limits that are no numbers")

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from scenes.preset.load import preset_from
+from scenes.preset.models import MODEL_TABLES
 from scenes.preset.tables import Preset
 from scenes.render.files.header import software
 
@@ -29,7 +30,7 @@ def frame_settings(preset: Preset, variant: str, track: str | None = None) -> di
     """
     settings = preset.model_dump(mode="json", exclude={"about"})
     settings["render"]["variant"] = variant
-    for table in (*settings["species"].values(), *settings["placed"].values()):
+    for table in (each for kind in MODEL_TABLES for each in settings[kind].values()):
         if table["model_sha256"] is None:  # it is one of the program's own
             del table["model_sha256"]
     acts = {} if track is None else {"track": track}

@@ -216,3 +216,33 @@ def test_a_frame_is_rendered_with_theirs(tmp_path):
 def test_a_preset_without_them_says_nothing_of_them():
     assert load_preset("meadow").representations == {}
     assert np.isfinite(METRICS["blake"].limit(np.ones(1), np.ones(1), 1.0)).all()
+
+
+STROLLERS = """
+[terrain]
+amplitude = 0
+[acting]
+frames = 25
+[actors.joe]
+model = "figure"
+position = [0, 4]
+heading = 90
+behaviour = "{name}"
+options = {{ speed = 0.1 }}
+"""
+
+
+@pytest.mark.usefixtures("package")
+def test_a_behaviour_of_another_package_moves_an_actor(capfd, tmp_path):
+    """At 0.1 m/s it is 0.1 m to the east a second later."""
+    for name in ("stroll", "no_function"):
+        (tmp_path / f"{name}.toml").write_text(STROLLERS.format(name=name))
+    words = "joe course", "--frame", "25", "--json"
+    code, out, err = said(capfd, "ask", str(tmp_path / "stroll.toml"), *words)
+    assert code == 0, err
+    assert json.loads(out)["answer"]["x"] == pytest.approx(0.1, abs=0.01)
+    code, out, err = said(capfd, "list")
+    assert "stroll" in out + err
+    code, _, err = said(capfd, "ask", str(tmp_path / "no_function.toml"), *words)
+    assert code == 2
+    assert err.count("\n") == 1 and "no_function" in err

@@ -127,6 +127,11 @@ def raises(me):
     raise RuntimeError("it breaks")
 
 
+def exits(me):
+    yield
+    raise SystemExit(0)
+
+
 def chatters(me):
     while True:
         yield ask("ann", "heading")
@@ -154,6 +159,7 @@ def plain_function(me):
     ("behaviour", "says"),
     [
         (raises, "RuntimeError"),
+        (exits, "SystemExit"),
         (chatters, "at most 2000 messages"),
         (gives_a_number, "yields messages"),
         (asks_nobody, "refuses: has no part 'nobody'"),

@@ -149,3 +149,41 @@ def test_what_is_no_model_is_refused_in_one_line(
     code, _, err = run("count", preset, "-D", setting)
     assert (code, len(err.splitlines())) == (2, 1), err
     assert rule in err and setting.partition("=")[0].partition(".")[0] in err + "species"
+
+
+ACTS = """
+[terrain]
+amplitude = 0
+[acting]
+frames = 3
+[actors.mill]
+model = "mill.usda"
+position = [0, 20]
+heading = 60
+behaviour = "face_wind"
+[render]
+size = [16, 9]
+spp = 1
+"""
+
+
+def test_an_imported_model_acts(tmp_path: Path, run: Any) -> None:
+    """It turns into the wind, answers for its parts, is drawn, and is held to its hash."""
+    mill(tmp_path / "mill.usda")
+    (tmp_path / "acts.toml").write_text(ACTS)
+    scene = str(tmp_path / "acts.toml")
+    headings, parts = [], []
+    for frame in ("1", "3"):
+        code, out, err = run("ask", scene, "mill heading", "--json", "--frame", frame)
+        assert code == 0, err
+        headings.append(json.loads(out)["answer"])
+    assert headings[0] == pytest.approx(60.0) and headings[1] != headings[0]
+    code, out, err = run("ask", scene, "mill part_names", "--json")
+    parts = json.loads(out)["answer"]
+    assert code == 0 and parts == ["rotor"]
+    target = tmp_path / "out" / "a.####.exr"
+    code, out, err = run("render", scene, "-o", str(target), "--frames", "2", "--json")
+    assert code == 0, err
+    settings = json.loads((tmp_path / "out" / "manifest.json").read_text())["settings"]
+    (kept,) = settings.values()
+    assert len(kept["actors"]["mill"]["model_sha256"]) == 64
