@@ -10,23 +10,24 @@ from scenes.world.view import view_at
 from scenes.world.world import build_world
 
 CASES = [
-    ("crowd", "view.detail=2"),
+    ("crowd", "view.detail=5"),
     ("crowd", "view.shutter=180"),
     ("zoo", "camera.pitch=-80"),
     ("zoo", "camera.pitch=60"),
     ("zoo", "view.metric=depth"),
-    ("zoo", "camera.fov=3"),
+    ("zoo", "camera.fov=3", "view.detail=6"),
     ("zoo", "camera.fov=170"),
     ("zoo", "view.look_around=true"),
     ("zoo", "world.extent=60"),
     ("zoo", 'render.size="3000x1"'),
-    ("aerial", "view.detail=2"),
+    ("aerial", "view.detail=8"),
 ]
 
 
-@pytest.mark.parametrize(("preset", "setting"), CASES)
-def test_parts_and_sticks_are_foretold_within_a_quarter(preset, setting):
-    chosen = load_preset(preset, [setting])
+@pytest.mark.parametrize("case", CASES, ids=" ".join)
+def test_parts_and_sticks_are_foretold_within_a_quarter(case):
+    preset, *settings = case
+    chosen = load_preset(preset, settings)
     world = build_world(chosen)
     view = view_at(world, chosen, 1)
     told = [forecast_field(each, view) for each in world.fields]

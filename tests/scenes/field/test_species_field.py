@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.random import Philox
 
@@ -222,7 +222,6 @@ def whole_of(field, part):
     return key, variant, int(field.species.prototypes[variant].hierarchy.parent[i])
 
 
-@settings(max_examples=120)
 @given(seed=st.integers(0, 2**32), metric=st.sampled_from(sorted(METRICS)))
 def test_the_cut_is_what_brute_force_finds(seed, metric):
     field, view = world_from(seed, metric)

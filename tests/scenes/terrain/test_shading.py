@@ -111,7 +111,7 @@ def test_what_covers_the_ground_hides_its_bumps_and_lifts_it():
     )
     bumps = {}
     for name, terrain in (("bare", bare), ("none", none), ("cloth", cloth)):
-        _, _, shading, near, mesh = shaded(terrain, detail=0.25)
+        _, _, shading, near, mesh = shaded(terrain, detail=0.5)
         bumps[name] = (mesh.normals[near] - unit_normals(shading[:, :2])).std()
     assert bumps["none"] == bumps["bare"]
     assert bumps["cloth"] < 0.1 * bumps["bare"]
