@@ -20,7 +20,7 @@ CASES = [
     ("zoo", "view.look_around=true"),
     ("zoo", "world.extent=60"),
     ("zoo", 'render.size="3000x1"'),
-    ("aerial", "view.detail=8"),
+    ("crowd", "camera.height=80", "camera.pitch=-14"),
 ]
 
 
