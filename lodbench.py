@@ -127,9 +127,8 @@ def render_sequence(
     from scenes.render.sequence.acting_track import check_acted, prepare_track
     from scenes.render.sequence.detail_budget import within_budget
     from scenes.render.sequence.sequence import open_job, owned_folder
-    from scenes.render.sequence.sequence import render_sequence as render_job
     from scenes.render.sequence.settings import frame_settings
-    from scenes.render.sequence.worker import Worker
+    from scenes.render.sequence.worker import Worker, render_foretold
 
     chosen = within_budget(_preset(preset), frames)
     variant = choose(chosen.render.variant, chosen.render.spectral)
@@ -137,7 +136,7 @@ def render_sequence(
     track = prepare_track(chosen, Path(pattern).parent)
     settings = frame_settings(chosen, variant, track)
     with owned_folder(make_folder(Path(pattern).parent), settings), Worker(threads) as worker:
-        yield from render_job(open_job(pattern, frames, settings, overwrite), worker)
+        yield from render_foretold(open_job(pattern, frames, settings, overwrite), worker)
 
 
 def read_frame(path: str | Path) -> Frame:

@@ -75,6 +75,7 @@ def test_pages_are_short() -> None:
         "actors.md": 125,
         "appearance.md": 80,
         "questions.md": 80,
+        "promises.md": 80,
     }  # to look things up in
     index = {"index.md": 80}
     assert {name: n for name, n in lines.items() if n > {**reference, **index}.get(name, 60)} == {}

@@ -32,11 +32,10 @@ def render_job(
     someone who waits may want to know.
     """
     if workers.cluster is None:
-        from scenes.render.sequence.sequence import render_sequence
-        from scenes.render.sequence.worker import Worker
+        from scenes.render.sequence.worker import Worker, render_foretold
 
         with Worker(workers.threads, watch, workers.most_bytes) as worker:
-            yield from render_sequence(job, worker)
+            yield from render_foretold(job, worker)
         return
     from scenes.render.sequence.dask_cluster import cluster
     from scenes.render.sequence.dask_frames import render_on_cluster, sweep

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -56,6 +56,19 @@ class FrameSession:
         if track is None or self._folder is None:
             return build_world(self._preset)
         return build_world(self._preset, replayed(self._preset, track, self._folder))
+
+    def foretell(
+        self, frames: Sequence[int], folder: str | Path, most_bytes: int | None = None
+    ) -> Record:
+        """Foretell the memory of frames whose files will lie in ``folder``; the record is empty.
+
+        Raises InputError for the first that is foretold to need more than ``most_bytes`` allow.
+        """
+        self._folder = Path(folder)
+        check_prototypes(self._preset, most_bytes)
+        for frame in frames:
+            self._foresight.check(frame, most_bytes)
+        return {}
 
     def render(
         self,

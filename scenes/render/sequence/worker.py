@@ -10,7 +10,7 @@ import select
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -18,11 +18,14 @@ from typing import Any
 from lod.errors import InputError
 from scenes.processes.signals import signals_held
 from scenes.render.mitsuba.variants import trusting
-from scenes.render.sequence.sequence import FrameFailed
+from scenes.render.sequence.sequence import FrameFailed, Job, render_sequence
 from scenes.render.sequence.settings import Record, Settings
 
 MOST_TRIES = 3
 """How often a frame may kill its worker."""
+
+MOST_FORETOLD = 64
+"""Frames of a sequence whose memory is foretold before the first of them is rendered."""
 
 CHILD = (sys.executable, "-P", "-m", "scenes.render.sequence.worker_child")
 _ROOT = Path(__file__).resolve().parents[3]
@@ -94,6 +97,20 @@ class Worker:
             why = self.end()
         raise FrameFailed(f"it ended its worker {MOST_TRIES} times ({why})", MOST_TRIES)
 
+    def foretell(self, settings: Settings, frames: Sequence[int], folder: Path) -> None:
+        """Raise InputError where one of these frames is foretold to need more than it may.
+
+        A process that dies of it says nothing: the frames' own turns will tell.
+        """
+        if self._process is None:
+            self._start(settings["render"]["variant"])
+        request = {"foretell": frames, "folder": str(folder), "most_bytes": self._most_bytes}
+        found = self._ask(request) if self._open_session(settings) else None
+        if found is None:
+            self.end()
+        else:
+            _record(found)
+
     def _open_session(self, settings: Settings) -> bool:
         """Send settings that the process does not have yet; gives whether it lives."""
         if self._settings == settings:
@@ -161,6 +178,25 @@ class Worker:
                 self._unread += data
                 continue
             self._watch(self._process.pid, samples, of)
+
+
+def render_foretold(job: Job, worker: Worker) -> Iterator[Record]:
+    """Render what is not done as ``render_sequence`` does, and foretell its memory before.
+
+    Of more than MOST_FORETOLD frames so many are foretold, evenly spread, the first and the last
+    among them. Raises InputError before any is rendered where one would need more than it may.
+    """
+    left = [frame for frame in job.paths if frame not in job.done]
+    if len(left) > 1:
+        worker.foretell(job.settings, evenly_spread(left, MOST_FORETOLD), job.folder)
+    yield from render_sequence(job, worker)
+
+
+def evenly_spread(frames: Sequence[int], most: int) -> list[int]:
+    """Choose at most so many of some frames, evenly spread, both ends among them."""
+    if len(frames) <= most:
+        return list(frames)
+    return [frames[round(k * (len(frames) - 1) / (most - 1))] for k in range(most)]
 
 
 def _record(found: dict[str, Any]) -> Record:

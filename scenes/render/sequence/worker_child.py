@@ -1,17 +1,17 @@
 """The process that renders frames for scenes/render/sequence/worker.py.
 
 Requests and answers are JSON objects, one a line. A request is {settings}, which opens a session
-with them, or {frame, target, most_bytes}. The answers are {ready} once; {record} of a session that
-is open, which is empty; and of each frame {samples: [taken, of]} some times, and then its {record}.
-In place of any record may come {input: [where, arrived, rule, cure]}, {disk: [errno, strerror,
-file]} or {failed: text}.
+with them, {foretell: frames, folder, most_bytes} or {frame, target, most_bytes}. The answers are
+{ready} once; an empty {record} of a session that is open, and of frames whose memory is foretold;
+and of each frame {samples: [taken, of]} some times, and then its {record}. In place of any record
+may come {input: [where, arrived, rule, cure]}, {disk: [errno, strerror, file]} or {failed: text}.
 """
 
 import json
 import os
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Protocol
 
@@ -24,6 +24,9 @@ from scenes.render.sequence.settings import Record, Settings
 
 class Session(Protocol):
     """What renders frames, as FrameSession does."""
+
+    def foretell(self, frames: Sequence[int], folder: str, most_bytes: int | None) -> Record:
+        """Foretell the memory of frames."""
 
     def render(
         self,
@@ -72,6 +75,8 @@ def serve(open_session: Callable[[Settings], Session] = FrameSession) -> None:
             return {}
         if session is None:
             raise RuntimeError("a frame before its settings")
+        if "foretell" in request:
+            return session.foretell(request["foretell"], request["folder"], request["most_bytes"])
         return session.render(watch=watch, **request)
 
     say({"ready": os.getpid()})

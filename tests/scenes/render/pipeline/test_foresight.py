@@ -7,6 +7,8 @@ from scenes.preset.load import load_preset
 from scenes.render.pipeline import foresight
 from scenes.render.pipeline.foresight import _FAR_BELOW, Foresight
 from scenes.render.pipeline.memory_limit import frame_bytes
+from scenes.render.sequence.frame_session import FrameSession
+from scenes.render.sequence.settings import frame_settings
 from scenes.world.forecast import forecast
 from scenes.world.view import view_at
 from scenes.world.world import build_world
@@ -74,3 +76,10 @@ def test_what_is_too_much_is_refused_on_any_frame():
         with pytest.raises(InputError, match="needs about"):
             sight.check(1, most)
     sight.check(1, 0)
+
+
+def test_a_session_foretells_frames_and_renders_none(tmp_path, asked):
+    preset = load_preset("zoo", [FAR, 'render.size="160x90"'])
+    session = FrameSession(frame_settings(preset, VARIANT))
+    assert session.foretell((1, 2), tmp_path, 16 * 10**9) == {}
+    assert asked == [1, 2] and list(tmp_path.iterdir()) == []

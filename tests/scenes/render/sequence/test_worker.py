@@ -3,14 +3,21 @@
 import os
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from lod.errors import InputError
 from scenes.render.sequence import worker as worker_module
-from scenes.render.sequence.sequence import FrameFailed
-from scenes.render.sequence.worker import MOST_TRIES, Worker
+from scenes.render.sequence.sequence import FrameFailed, open_job
+from scenes.render.sequence.worker import (
+    MOST_FORETOLD,
+    MOST_TRIES,
+    Worker,
+    evenly_spread,
+    render_foretold,
+)
 
 SETTINGS = {"render": {"variant": "scalar_rgb"}}
 
@@ -34,6 +41,14 @@ class Session:
             raise InputError("render.spp", 0, "1 or more", "try 16")
         self.settings = settings
         Session.opened += 1
+
+    def foretell(self, frames, folder, most_bytes):
+        (Path(folder) / "foretold").write_text(f"{frames} {most_bytes}")
+        if 105 in frames:
+            raise InputError("--max-memory", "1 GB", "frame 105 needs more", "ask for less")
+        if 107 in frames:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return {}
 
     def render(self, frame, target, watch, most_bytes):
         with Path(target).with_name("tries").open("a") as file:
@@ -132,6 +147,31 @@ def test_a_session_lasts_until_other_settings_come(tmp_path):
                 worker(wrong, 6, tmp_path / "6")
         assert worker(SETTINGS, 7 + 1, tmp_path / "8")["statistics"]["seed"] == 0
     assert len({process for _, process in tries(tmp_path)}) == 1
+
+
+def test_a_sequence_is_foretold_before_its_first_frame(tmp_path):
+    job = open_job(tmp_path / "a.####.exr", (1, 2, 105), SETTINGS)
+    with Worker(most_bytes=10**9) as worker, pytest.raises(InputError, match="frame 105"):
+        list(render_foretold(job, worker))
+    assert not (tmp_path / "tries").exists()
+    job = open_job(tmp_path / "b.####.exr", (1, 2, 3), SETTINGS)
+    with Worker(most_bytes=10**9) as worker:
+        assert [each["frame"] for each in render_foretold(job, worker)] == [1, 2, 3]
+    assert (tmp_path / "foretold").read_text() == "[1, 2, 3] 1000000000"
+
+
+def test_a_process_that_dies_of_a_forecast_fails_no_other_frame(tmp_path):
+    job = open_job(tmp_path / "a.####.exr", (1, 107), SETTINGS)
+    with Worker() as worker:
+        assert len(list(render_foretold(job, worker))) == 2
+    assert len({process for _, process in tries(tmp_path)}) == 1
+
+
+def test_of_many_frames_some_are_foretold_and_both_ends():
+    assert evenly_spread([5, 3], 64) == [5, 3]
+    some = evenly_spread(range(1, 1001), MOST_FORETOLD)
+    assert len(set(some)) == 64 and (some[0], some[-1]) == (1, 1000)
+    assert max(b - a for a, b in pairwise(some)) <= 16
 
 
 def test_an_interrupt_ends_it_at_once(tmp_path):
