@@ -129,7 +129,7 @@ def predict(each: SpeciesField, view: View) -> CountMoments | None:
 
     The closed form holds on flat ground all round; otherwise the law is integrated over the ground.
     """
-    trees = each.prototypes.part_tables.hierarchies
+    trees, view = each.prototypes.part_tables.hierarchies, each.species.seen_in(view)
     if view.metric.along_axis:
         return None
     low, high = each.ground.bounds()

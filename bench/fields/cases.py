@@ -68,6 +68,10 @@ class Case:
         return asdict(self)
 
 
+_DECADES = 2.02
+"""A little more than two decades, so that whole pixels do not fall short of two."""
+
+
 @dataclass(frozen=True)
 class Setup:
     """What is swept for one species and metric, and how finely.
@@ -75,7 +79,8 @@ class Setup:
     density   K of every sweep [1/m²]; the sweep of K has it in its middle
     coarsest  largest m [rad]; the sweeps of m go two decades down from there
     world     a side of the world [m], about twice the limit distance in the world sweep
-    steps     points in two decades
+    steps     points in that many decades
+    decades   of K, in the sweep of K
     """
 
     species: str
@@ -85,6 +90,7 @@ class Setup:
     coarsest: float
     world: float
     steps: int
+    decades: float = _DECADES
 
 
 _ALL = tuple(SWEEPS)
@@ -96,13 +102,14 @@ SETUPS = (
     Setup("tree", "blake", ("density",), 5e-5, 0.045, 8800.0, 3),
     Setup("figure", "bounded", _SOME, 2.1e-2, 0.045, 340.0, 4),
     Setup("figure", "solid_angle", _SOME, 2.1e-2, 0.045, 340.0, 4),
+    # Tufts of grass, from 10⁻⁴ to 10³ on a square metre, that are seen as far as 16 m.
+    Setup("sward", "blake", ("density",), 10**-0.5, 0.39, math.inf, 8, 7.0),
+    Setup("sward", "bounded", ("density",), 10**-0.5, 0.083, math.inf, 8, 7.0),
+    Setup("sward", "solid_angle", ("density",), 10**-0.5, 0.083, math.inf, 8, 7.0),
 )
 
 WORLD_SIDES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 3, 10, 100, 1e3, 1e4, 1e6)
 """Sides of the world in units of ``Setup.world``, from well inside the limit to far outside."""
-
-_DECADES = 2.02
-"""A little more than two decades, so that whole pixels do not fall short of two."""
 
 
 def cases() -> tuple[Case, ...]:
@@ -121,7 +128,8 @@ def metric_cases(name: str) -> tuple[Case, ...]:
 def _sweep(setup: Setup, sweep: str) -> list[Case]:
     middle = _with_m(Case(sweep, setup.species, setup.metric, setup.density), setup.coarsest / 10)
     finer = np.geomspace(1.0, 10**-_DECADES, setup.steps) * setup.coarsest
-    factors = np.geomspace(10 ** (-_DECADES / 2), 10 ** (_DECADES / 2), setup.steps)
+    spread = setup.decades if sweep == "density" else _DECADES
+    factors = np.geomspace(10 ** (-spread / 2), 10 ** (spread / 2), setup.steps)
     match sweep:
         case "density":
             return [replace(middle, density=float(setup.density * f)) for f in factors]

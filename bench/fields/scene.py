@@ -15,6 +15,7 @@ from lod.vision.blur_cascade import BlurWidths
 from lod.vision.viewer import ViewingConditions
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.people import standing_people
+from scenes.models.sward import tuft_prototypes
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
 from scenes.plugins.entry_points import metric_by_name
@@ -34,6 +35,7 @@ _STANDING = {
     "figure": lambda: standing_people(0, 4),
     "tree": lambda: tree_prototypes(0, 2, tree_species("tree")),
     "boulder": lambda: boulder_prototypes(0, 2),
+    "sward": lambda: tuft_prototypes(0, 2),
 }
 """The prototypes of each species, all equally likely; nothing moves."""
 

@@ -82,7 +82,7 @@ class AggregateCover:
         for k, each in enumerate(self.species):
             trees = [p.hierarchy for p in each.prototypes]
             outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
-            limits = _limits_at(view, trees, points, d)
+            limits = _limits_at(each.seen_in(view), trees, points, d)
             gone[:, k] = undisplayed_share(d, limits, outlines, view.fade)
         return gone
 

@@ -17,7 +17,7 @@ from jaxtyping import Float64
 from lod.arrays import ArrayData, FloatArray, Ints, Reals
 from lod.stick_table import StickTable
 from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, randoms_per_path, trace_lines
-from scenes.far_cover.stand_rays import StandField, stand_field
+from scenes.far_cover.stand_rays import StandField, stand_field, stand_layers, stick_extent
 from scenes.processes.content_key import content_key
 from scenes.processes.kept_data import kept_data
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -94,7 +94,7 @@ def _measured(
     bare: Bare, densities: list[float], light: SunAndSky, max_depth: int, lines: int
 ) -> StandAppearance:
     """Trace lines of sight from every depression, and take the means of what they meet."""
-    field, kind, colour = _field(bare, densities)
+    layers, kind, colour = _layers(bare, densities)
     rng = np.random.Generator(np.random.Philox(0x57A4D))
     shape, species = (len(DEPRESSIONS_DEG), len(AZIMUTHS_DEG)), len(bare)
     sums, met = np.zeros((2, species, *shape, 3)), np.zeros((species, *shape[:1]))
@@ -102,7 +102,7 @@ def _measured(
     heights = np.zeros(shape[:1])
     for row, depression in enumerate(DEPRESSIONS_DEG):
         randoms = rng.random((lines, randoms_per_path(max_depth)))
-        seen = trace_lines(field, colour, light, depression, randoms, row * lines)
+        seen = trace_lines(layers, colour, light, depression, randoms, row * lines)
         heights[row] = seen.height.mean()
         hit, of_kind = seen.stick != GROUND, kind[seen.stick]
         bare_seen[0, row] = (~hit).sum()
@@ -120,16 +120,17 @@ def _measured(
     )
 
 
-def _field(bare: Bare, densities: list[float]) -> tuple[StandField, Ints, np.ndarray]:
-    """The stand, and species (k,) and albedo (k, 3) of every stick of its prototypes."""
-    each = [
-        (table, density / len(prototypes), k, tints[table.tint])
-        for k, (prototypes, density) in enumerate(zip(bare, densities, strict=True))
-        for table, tints in prototypes
-    ]
-    tables, density, kinds, colours = zip(*each, strict=True)
-    kind = np.repeat(kinds, [len(table) for table in tables])
-    return stand_field(tables, np.array(density)), kind, np.concatenate(colours)
+def _layers(bare: Bare, densities: list[float]) -> tuple[tuple[StandField, ...], Ints, np.ndarray]:
+    """The stand in layers, and species (k,) and albedo (k, 3) of every stick of its prototypes."""
+    reach = np.array([max(stick_extent(table)[0] for table, _ in each) for each in bare])
+    layers, kinds, colours = [], [], []
+    for rows in stand_layers(reach, np.array(densities)):
+        each = [(table, tints, int(k)) for k in rows for table, tints in bare[k]]
+        share = [densities[k] / len(bare[k]) for _, _, k in each]
+        layers.append(stand_field([table for table, _, _ in each], np.array(share)))
+        kinds += [np.full(len(table), k) for table, _, k in each]
+        colours += [tints[table.tint] for table, tints, _ in each]
+    return tuple(layers), np.concatenate(kinds), np.concatenate(colours)
 
 
 def full_detail_sticks(prototype: Prototype | RiggedPrototype) -> tuple[StickTable, np.ndarray]:

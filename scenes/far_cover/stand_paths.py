@@ -14,7 +14,7 @@ from numba import njit
 
 from lod.arrays import Ints
 from lod.threads import map_chunks
-from scenes.far_cover.stand_rays import StandField, intersect_stand
+from scenes.far_cover.stand_rays import StandField, intersect_layers
 from scenes.sticks.appearance.sun_and_sky import SunAndSky, cosine_direction
 
 MAX_DEPTH = 4
@@ -31,9 +31,9 @@ _LINES_PER_THREAD = 64
 
 
 class LitStand(NamedTuple):
-    """A stand, the albedo (k, 3) of every stick of its prototypes, and the light on it."""
+    """A stand in layers, the albedo (k, 3) of every stick of its prototypes, and its light."""
 
-    field: StandField
+    layers: tuple[StandField, ...]
     albedo: np.ndarray
     light: SunAndSky
 
@@ -74,7 +74,7 @@ def randoms_per_path(max_depth: int) -> int:
 
 
 def trace_lines(
-    stand: StandField,
+    layers: tuple[StandField, ...],
     albedo: Float64[np.ndarray, "k 3"],
     light: SunAndSky,
     depression_deg: float,
@@ -86,13 +86,13 @@ def trace_lines(
     All of one line's light comes by the same paths for every azimuth of the sun; half of the lines
     have the sun on one side and half on the other.
 
-    albedo (k, 3)   of each stick of the prototypes
+    albedo (k, 3)   of each stick of the prototypes, layer after layer
     randoms (n, d)  numbers from 0 to 1, with d of ``randoms_per_path``
     first           number of the first line's stand; the others' follow
     """
     e = math.radians(depression_deg)
     direction = np.array((math.cos(e), 0.0, math.sin(e)))
-    lit = LitStand(stand, albedo, light)
+    lit = LitStand(layers, albedo, light)
 
     def run(begin: int, end: int) -> tuple[np.ndarray, ...]:
         found: tuple[np.ndarray, ...] = _trace(lit, direction, randoms[begin:end], first + begin)
@@ -109,9 +109,12 @@ def _trace(lit, direction, randoms, first):  # type: ignore[no-untyped-def]
     stick, height = np.full(n, GROUND), np.zeros(n)
     radiance, bounce = np.zeros((n, turns, 3)), np.zeros((n, turns, 3))
     up, white = np.array((0.0, 0.0, 1.0)), np.ones(3)
-    above = (max(lit.field.top, 0.0) + 1.0) / direction[2]
+    top = 0.0
+    for layer in lit.layers:
+        top = max(top, layer.top)
+    above = (top + 1.0) / direction[2]
     for i in range(n):
-        t, k, normal = intersect_stand(lit.field, first + i, above * direction, -direction)
+        t, k, normal = intersect_layers(lit.layers, first + i, above * direction, -direction)
         on_stick = k >= 0 and t < above
         if on_stick:
             p = (above - t) * direction
@@ -136,7 +139,7 @@ def _follow_path(lit, number, start, may_touch, randoms, radiance, bounce):  # t
         q = p + _OFFSET_M * normal
         _add_sun(lit, number, side, _PathPoint(q, normal, weight), into)
         v = cosine_direction(normal, randoms[2 * turn], randoms[2 * turn + 1])
-        t, k, met = intersect_stand(lit.field, number, q, v)
+        t, k, met = intersect_layers(lit.layers, number, q, v)
         ground = -q[2] / v[2] if v[2] < 0 else math.inf
         if k >= 0 and t < ground:
             p, normal = q + t * v, met
@@ -158,7 +161,7 @@ def _add_sun(lit, number, side, at, into):  # type: ignore[no-untyped-def]
         x, y, z = lit.light.to_sun[turn]
         to_sun = np.array((x, side * y, z))
         facing = (at.normal * to_sun).sum() / z
-        if facing > 0 and intersect_stand(lit.field, number, at.point, to_sun)[1] < 0:
+        if facing > 0 and intersect_layers(lit.layers, number, at.point, to_sun)[1] < 0:
             into[turn] += at.weight * lit.light.sun * facing
 
 

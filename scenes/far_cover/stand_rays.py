@@ -20,6 +20,9 @@ from scenes.sticks.ray_grid import NOTHING, Grids, intersect_ray, make_grids, no
 
 _SEED = np.uint64(0x57A4D)
 
+_LAYER = 2**40
+"""What the numbers of a line's stands in one layer and the next differ by."""
+
 
 class StandField(NamedTuple):
     """An endless stand of p prototypes.
@@ -58,7 +61,7 @@ def stand_field(
     Stands of one number have the same objects if their cells and densities are the same. A cell may
     not be smaller than the largest reach; by default it is that, or room for one object.
     """
-    reach, low, high = np.array([_extent(table) for table in tables]).T
+    reach, low, high = np.array([stick_extent(table) for table in tables]).T
     density, furthest = float(densities.sum()), float(reach.max())
     side = max(furthest, 1 / math.sqrt(density)) if cell is None else cell
     assert side >= furthest, "a cell holds what stands in its middle"
@@ -75,13 +78,44 @@ def stand_field(
     )
 
 
-def _extent(table: StickTable) -> tuple[float, float, float]:
-    """Radius about its axis that an object stays within, and its lowest and highest [m]."""
+def stick_extent(table: StickTable) -> tuple[float, float, float]:
+    """Find the radius about its axis that an object is within, its lowest and highest [m]."""
     radius = np.maximum(table.start_radius, table.end_radius)
     ends = ((each, radius) for each in (table.start, table.end))
     rows = [(np.hypot(p[:, 0], p[:, 1]) + r, p[:, 2] - r, p[:, 2] + r) for p, r in ends]
     away, low, high = (np.concatenate(each) for each in zip(*rows, strict=True))
     return float(away.max()), float(low.min()), float(high.max())
+
+
+CROWDED = 16.0
+"""Objects in a cell of the largest from which on smaller ones get a layer of finer cells."""
+
+
+def stand_layers(reach: Reals, densities: Reals) -> list[np.ndarray]:
+    """Share out species of these reaches [m] and densities [1/m²], (k,), to layers: rows of each.
+
+    Rays through the large cells of trees would meet thousands of tufts in each.
+    """
+    furthest = reach.max()
+    crowded = (densities * furthest**2 > CROWDED) & (reach < furthest / 2)
+    layers = np.flatnonzero(~crowded), np.flatnonzero(crowded)
+    return [each for each in layers if len(each)]
+
+
+@njit(cache=True)
+def intersect_layers(layers, number, origin, v):  # type: ignore[no-untyped-def]
+    """Find the first stick that a ray meets in stands one in another, as ``intersect_stand`` does.
+
+    Rows count the sticks of all layers; the stands of layers are independent.
+    """
+    nearest, row, normal = intersect_stand(layers[0], number, origin, v)
+    before = len(layers[0].grids.sticks)
+    for k in range(1, len(layers)):
+        t, stick, met = intersect_stand(layers[k], number + k * _LAYER, origin, v)
+        if stick >= 0 and t < nearest:
+            nearest, row, normal = t, before + stick, met
+        before += len(layers[k].grids.sticks)
+    return nearest, row, normal
 
 
 @njit(cache=True)

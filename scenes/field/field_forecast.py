@@ -54,6 +54,7 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
 
     Raises InputError where nothing bounds the search.
     """
+    view = field.species.seen_in(view)
     xy, area = _net(field, view)
     cells, lattice = field.cells, field.cells.lattice(view.camera.corner)
     reach = cell_reach(view, field.search_bounds(view), cells.side_m)

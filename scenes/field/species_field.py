@@ -68,19 +68,21 @@ class SpeciesField:
 
     def roots(self, view: View) -> Parts:
         """Find the wholes of every cell from which one could be displayed."""
+        view = self.species.seen_in(view)
         cells = cells_in_reach(self.cells, view, self.search_bounds(view))
         samples = self.sample_cells(view.camera.corner, *cells)
         return self.prototypes.wholes(self.instances_in_view(samples, view), view)
 
     def cut(self, view: View) -> Cut:
         """Find what is displayed, by compiled loops: over the objects, then over their parts."""
+        view = self.species.seen_in(view)
         samples, examined = candidates(self.cells, view, self.search_bounds(view))
         grown = self.in_habitat(view.camera.corner, samples)
         return self.prototypes.cut(self.instances_in_view(grown, view), view, examined)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """Return the parts that ``parts`` own directly."""
-        return self.prototypes.parts_of(parts, view)
+        return self.prototypes.parts_of(parts, self.species.seen_in(view))
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
         """Return the appearance of the displayed parts, as much of both as they show."""
@@ -95,6 +97,7 @@ class SpeciesField:
 
     def search_bounds(self, view: View) -> SearchBounds:
         """Find where wholes can be displayed at all, prototype by prototype."""
+        view = self.species.seen_in(view)
         tables, sway = self.prototypes.part_tables, self.prototypes.max_sway_m
         inside, outside = (limit[tables.root] for limit in tables.limits(view))
         offset = self.prototypes.max_offset_m + self.species.patrol_m

@@ -10,7 +10,7 @@ from importlib import resources
 
 from scenes.model_files.user_models import user_model_names
 
-BUILT_IN = ("figure", "boulder")
+BUILT_IN = ("figure", "boulder", "sward")
 """Models that Python code describes."""
 
 

@@ -74,6 +74,13 @@ def boulders(seed: int, count: int) -> tuple[Prototype, ...]:
     return boulder_prototypes(seed, count)
 
 
+def sward(seed: int, count: int, weather: Weather) -> tuple[Prototype | RiggedPrototype, ...]:
+    """Make tufts of grass, green or dry by season, still or moving in the wind."""
+    from scenes.models.sward import swards
+
+    return swards(seed, count, weather)
+
+
 def imported_model(name: str, sha256: str) -> Model:
     """Return the imported model of that hash, which comes in one build."""
 
@@ -93,6 +100,7 @@ MODELS: dict[str, Model] = {
     "figure": in_any_weather(people),
     **{name: tree_model(name) for name in tree_species_names()},
     "boulder": in_any_weather(boulders),
+    "sward": sward,
     **{name: in_any_weather(animal_model(name)) for name in animal_names()},
 }
 

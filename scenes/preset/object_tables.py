@@ -54,6 +54,10 @@ class SpeciesPreset(ModelTable):
         Field(min_length=1, max_length=64),
         key("size factors, 1 to 64 of them, equally likely, each from 0.001 to 1000"),
     ] = (1.0,)
+    metric: Annotated[
+        Literal["blake", "bounded", "solid_angle"] | None,
+        key("metric that decides for this species; absent: view.metric, as with full and depth"),
+    ] = None
     patrol: Annotated[
         float,
         key("radius of the round that each one walks [m]; 0 = stays at home", least=0, most=1000),

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from lod.metric.family import METRICS
 from lod.pruning.representation import Representation
 from scenes.actors.cast import Cast
 from scenes.actors.performance import Performance
@@ -155,7 +156,9 @@ def make_species(
     prototypes = model_prototypes(
         table.model, table.prototypes, table.sizes, walks, weather, table.model_sha256, seed
     )
-    return Species(name, prototypes, table.density, table.patrol, make_habitat(table, terrain))
+    metric = None if table.metric is None else METRICS[table.metric]
+    habitat = make_habitat(table, terrain)
+    return Species(name, prototypes, table.density, table.patrol, habitat, metric)
 
 
 def make_habitat(table: SpeciesPreset, terrain: Terrain) -> Habitat | None:

@@ -5,7 +5,7 @@ from bench.runner.experiment import Experiment, functions_of
 EXPERIMENT = Experiment(
     name="scaling",
     order=10,
-    version=2,
+    version=3,
     about=("objects and parts against K(P+R)²/m², prefactor and all; and where that breaks"),
     question=(
         "Does the number of things in a frame depend on what the viewer can resolve, "

@@ -79,8 +79,7 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     claims: list[Claim] = []
     for (species, metric), chosen in by_kind(points).items():
         name = f"{metric}/{species}"
-        if metric == "blake":
-            claims += _powers(name, chosen)
+        claims += _powers(name, chosen, tuple(_POWERS) if metric == "blake" else ("density",))
         claims += _prefactors(name, chosen)
         claims += _search(name, chosen)
     return (*claims, *judge_beyond(points))
@@ -101,10 +100,11 @@ def by_kind(points: Iterable[Point]) -> dict[tuple[Any, ...], list[Point]]:
     return grouped(swept_points, "species", "metric")
 
 
-def _powers(name: str, points: list[Point]) -> list[Claim]:
-    """Claim the exponents of K(P+R)²/m², and that the world's size has none."""
+def _powers(name: str, points: list[Point], sweeps: tuple[str, ...]) -> list[Claim]:
+    """Claim the exponents of K(P+R)²/m² in these sweeps, and that the world's size has none."""
     made = []
-    for sweep, (about, quantity, exponent, tolerance, keep) in _POWERS.items():
+    for sweep in sweeps:
+        about, quantity, exponent, tolerance, keep = _POWERS[sweep]
         chosen = [p for p in points if p.case["sweep"] == sweep and keep(p)]
         if len({swept(p) for p in chosen}) > 1:
             found = rows(chosen, "objects").against_sweep()

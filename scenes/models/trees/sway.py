@@ -61,8 +61,16 @@ def swaying_trees(
     return tuple(swaying(tree, wind, rng) for tree, rng in zip(trees, rngs, strict=True))
 
 
-def swaying(tree: Prototype, wind: float, rng: np.random.Generator) -> RiggedPrototype:
-    """Make the trunk and the limbs of a tree sway in a wind of that speed [m/s]."""
+def swaying(
+    tree: Prototype,
+    wind: float,
+    rng: np.random.Generator,
+    most_deg: tuple[float, float] = (TRUNK_DEG, LIMB_DEG),
+) -> RiggedPrototype:
+    """Make the trunk and the limbs of a tree sway in a wind of that speed [m/s].
+
+    most_deg  most that a joint of the trunk, and a limb, turns at GALE_M_S
+    """
     h = tree.hierarchy
     limbs = np.flatnonzero(h.level == 1)
     at = np.concatenate((_trunk_nodes(tree), h.position[limbs]))
@@ -70,7 +78,7 @@ def swaying(tree: Prototype, wind: float, rng: np.random.Generator) -> RiggedPro
     joint = _joints_of_parts(h)
     inner = _rigged(tree.inner, joint, at, bends=True)
     leaf = _rigged(tree.leaf, joint, at, bends=False)
-    most = np.where(np.arange(len(at)) < TRUNK_JOINTS, TRUNK_DEG, LIMB_DEG)
+    most = np.where(np.arange(len(at)) < TRUNK_JOINTS, *most_deg)
     rig = _rig(at, parent, most * (wind / GALE_M_S) ** 2)
     place = h.position - at[joint]
     still_there = replace(h, **_reaches(tree, rig, at))

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from lod.stick_table import StickTable
-from scenes.far_cover.stand_rays import intersect_stand, stand_field
+from scenes.far_cover.stand_rays import (
+    intersect_layers,
+    intersect_stand,
+    stand_field,
+    stand_layers,
+)
 from scenes.noise.lattice import lattice_bits
 from scenes.noise.philox import unit_float
 from scenes.sticks.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
@@ -105,6 +110,28 @@ def test_gaps_between_balls_are_as_frequent_as_poisson_has_them(elevation):
         gaps = np.exp(-density * np.pi / np.sin(e))
         sd = np.sqrt(gaps * (1 - gaps) / n)
         assert abs((row < 0).mean() - gaps) < 4 * sd
+
+
+def test_layers_are_met_as_if_they_were_one_stand():
+    """Large balls in a layer, small ones in another: gaps are a product, and the nearer is met."""
+    n, e = 4000, np.radians(30.0)
+    v = np.tile((-np.cos(e), 0.0, -np.sin(e)), (n, 1))
+    origin = -v * 5.0 / np.sin(e)
+    layers = tuple(stand_field([ball(r=r)], np.array((k,))) for r, k in ((1.0, 0.04), (0.2, 1.0)))
+    met = [intersect_layers(layers, i, origin[i], v[i]) for i in range(n)]
+    far, row = np.array([each[0] for each in met]), np.array([each[1] for each in met])
+    gaps = np.exp(-(0.04 + 1.0 * 0.2**2) * np.pi / np.sin(e))
+    assert abs((row < 0).mean() - gaps) < 4 * np.sqrt(gaps * (1 - gaps) / n)
+    alone, first, _ = lines(layers[0], np.arange(n), origin, v)
+    assert (far <= alone).all() and (far[row == 0] == alone[row == 0]).all()
+    assert set(row.tolist()) == {-1, 0, 1} and (first[row == 0] == 0).all()
+
+
+def test_what_would_crowd_large_cells_has_a_layer_of_its_own():
+    reach = np.array((6.0, 0.3, 0.5, 5.0))
+    apart = stand_layers(reach, np.array((4e-4, 15.0, 3e-3, 2.0)))
+    assert [each.tolist() for each in apart] == [[0, 2, 3], [1]]
+    assert [each.tolist() for each in stand_layers(reach[1:2], np.array((15.0,)))] == [[0]]
 
 
 def test_what_is_met_of_one_object_is_entered_there_and_nothing_before():

@@ -28,7 +28,7 @@ from scenes.particles.plume import Plume
 from scenes.terrain.terrain import Terrain
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
-TREES = ("tree", "birch", "conifer", "shrub", "dead_tree")
+SWAYING = ("tree", "birch", "conifer", "shrub", "dead_tree", "sward")
 LEGGED = ("figure", "rabbit", "giraffe", "ostrich", "insect")
 WINDY = Weather("autumn", 6.0)
 
@@ -97,7 +97,7 @@ SUBJECTS = {
     **{kind: partial(plume, kind) for kind in KINDS},
     **{model: partial(species, model, 3, False, Weather("summer", 0.0)) for model in MODELS},
     **{f"walking {model}": partial(species, model, 4, True, WINDY) for model in LEGGED},
-    **{f"swaying {model}": partial(species, model, 2, False, WINDY) for model in TREES},
+    **{f"swaying {model}": partial(species, model, 2, False, WINDY) for model in SWAYING},
     "placed boulder": lambda: with_position(boulder_prototypes(0, 1)[0]),
     "placed windmill": lambda: with_position(animal("windmill")),
     "actor": bowing,

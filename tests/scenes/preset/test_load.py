@@ -127,7 +127,7 @@ def test_a_whole_species_can_be_added() -> None:
         ("species.figure.prototypes=0", "at least 1"),
         ("species.figure.sizes=[]", "-D species.figure.sizes: (): at least 1"),
         ("species.figure.sizes=[0.0]", "-D species.figure.sizes[0]: 0.0: at least 0.001"),
-        ("species.figure.model=elf", "'elf': one of 'figure', 'boulder', 'giraffe'"),
+        ("species.figure.model=elf", "'elf': one of 'figure', 'boulder', 'sward', 'giraffe'"),
         ("species.elk={model='tree'}", "-D species.elk.density: missing: a required key"),
         ("species.9={model='tree', density=1}", "letter first; try oak_2"),
         (f"species.{'a' * 99}={{model='tree', density=1}}", "64 characters; try a shorter one"),
