@@ -3,6 +3,7 @@
 import importlib.util
 import re
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -76,14 +77,37 @@ def test_pages_are_short() -> None:
         "appearance.md": 80,
         "questions.md": 80,
         "promises.md": 80,
+        "framing.md": 80,
     }  # to look things up in
     index = {"index.md": 80}
     assert {name: n for name, n in lines.items() if n > {**reference, **index}.get(name, 60)} == {}
 
 
-def test_the_page_of_keys_says_what_the_models_say() -> None:
-    spec = importlib.util.spec_from_file_location("write_keys", ROOT / "docs" / "write_keys.py")
+def writer(name: str) -> ModuleType:
+    """A program of docs/ that writes pages."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
     assert spec and spec.loader
-    written = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(written)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_of_keys_says_what_the_models_say() -> None:
+    written = writer("write_keys")
     assert written.PAGE.read_text(encoding="utf-8") == written.page(), "run `make docs`"
+
+
+def test_pages_quote_the_figures_of_the_records() -> None:
+    figures = writer("write_figures")
+    marked = {
+        str(page.relative_to(ROOT)): page.read_text(encoding="utf-8")
+        for page in PAGES
+        if "<!-- figures: " in page.read_text(encoding="utf-8")
+    }
+    assert sorted(marked) == sorted(figures.PAGES)
+    for page, text in marked.items():
+        assert figures.filled(text) == text, f"{page}: run `make docs`"
+        assert "| --- |" in text or "Not measured yet" in text
+    framing = marked["docs/framing.md"]
+    row = next(line for line in framing.splitlines() if line.startswith("| panorama |"))
+    assert figures.filled(framing.replace(row, "| panorama | 1 |")) == framing

@@ -18,7 +18,7 @@ from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.world.world import World
 
-_RINGS = _SPOKES = 256
+_RINGS = 256
 
 
 @dataclass(frozen=True)
@@ -124,10 +124,11 @@ def count(world: World, view: View, ground: Cut | None = None) -> Counts:
     )
 
 
-def predict(each: SpeciesField, view: View) -> CountMoments | None:
+def predict(each: SpeciesField, view: View, rings: int = _RINGS) -> CountMoments | None:
     """Predict one species by the law, per unit density; None for a metric without a law.
 
-    The closed form holds on flat ground all round; otherwise the law is integrated over the ground.
+    The closed form holds on flat ground all round; otherwise the law is integrated over the ground,
+    on a net of so many rings and spokes about the eye.
     """
     trees, view = each.prototypes.part_tables.hierarchies, each.species.seen_in(view)
     if view.metric.along_axis:
@@ -138,7 +139,7 @@ def predict(each: SpeciesField, view: View) -> CountMoments | None:
     reach = max_ground_distance(trees, view)
     if each.extent is not None:
         reach = min(reach, _farthest_corner(each, view))
-    net = polar_quadrature(view.camera.eye, reach, _RINGS, _SPOKES)
+    net = polar_quadrature(view.camera.eye, reach, rings, rings)
     if each.extent is not None:
         net = type(net)(net.xy, np.where(_in_window(each, view, net.xy), net.area, 0.0), net.turn)
     if each.species.habitat is not None:

@@ -47,9 +47,10 @@ def write_study_record(path: Path, record: StudyRecord) -> None:
 
 
 def read_study_record(path: Path) -> StudyRecord:
-    """Read a record. Raises InputError for a file that is none."""
+    """Read a record. Raises FileNotFoundError without one, and InputError for anything else."""
+    text = path.read_text(encoding="utf-8")
     try:
-        return StudyRecord(**json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError) as error:
+        return StudyRecord(**json.loads(text))
+    except (ValueError, TypeError) as error:
         cure = "`lodbench study NAME --record FILE` writes one"
         raise InputError("record", str(path), f"the record of a study ({error})", cure) from None
