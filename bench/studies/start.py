@@ -105,8 +105,8 @@ def timed(words: Sequence[str], cache: Path) -> Took:
     return Took(wall, cpu, done.stdout)
 
 
-def rounds(start: Start, repeats: int, cold: int) -> dict[str, list[Turn]]:
-    """Time a command and its imports in turns, cold and warm."""
+def rounds(start: Start, repeats: int, cold: int, kept: Path) -> dict[str, list[Turn]]:
+    """Time a command and its imports in turns, cold, and warm with a folder of what is kept."""
     words, imports = ("-m", "lodbench", *start.words), ("-c", start.imports)
 
     def turn(cache: Path) -> Turn:
@@ -115,10 +115,9 @@ def rounds(start: Start, repeats: int, cold: int) -> dict[str, list[Turn]]:
 
     with tempfile.TemporaryDirectory() as scratch:
         found = {COLD: [turn(Path(scratch, f"cold{number}")) for number in range(cold)]}
-        kept = Path(scratch, "warm")
-        if repeats:
-            timed(words, kept)  # fills the cache
-        return found | {WARM: [turn(kept) for _ in range(repeats)]}
+    if repeats:
+        timed(words, kept)  # what is not there yet
+    return found | {WARM: [turn(kept) for _ in range(repeats)]}
 
 
 def figures(turns: Sequence[Turn]) -> dict[str, Any]:
@@ -159,7 +158,7 @@ def command(words: tuple[str, ...], repeats: int, cold: int, record: Path | None
         starts = [counting(words or ("count", "meadow"))]
         starts += [] if words else [first_frame(Path(folder), variant)]
         for start in starts:
-            for name, turns in rounds(start, repeats, cold).items():
+            for name, turns in rounds(start, repeats, cold, Path(folder, "kept")).items():
                 if turns:
                     found[f"{start.name}, {name}"] = figures(turns)
     click.echo(report(found))

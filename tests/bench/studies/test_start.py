@@ -31,8 +31,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Path]]:
     return asked
 
 
-def test_cold_commands_find_nothing_kept_and_warm_ones_the_same(asked) -> None:
-    found = rounds(counting(("count", "meadow")), repeats=8, cold=2)
+def test_cold_commands_find_nothing_kept_and_warm_ones_the_same(asked, tmp_path: Path) -> None:
+    found = rounds(counting(("count", "meadow")), 8, 2, tmp_path)
     assert (len(found[COLD]), len(found[WARM])) == (2, 8)
     assert [word for word, _ in asked] == ["-c", "-m"] * 2 + ["-m"] + ["-c", "-m"] * 8
     assert len({cache for word, cache in asked if word == "-m"}) == 3
@@ -41,6 +41,6 @@ def test_cold_commands_find_nothing_kept_and_warm_ones_the_same(asked) -> None:
 
 
 def test_a_first_frame_is_held_against_its_trace_and_its_imports(asked, tmp_path: Path) -> None:
-    found = figures(rounds(first_frame(tmp_path, "llvm_ad_rgb"), 0, 1)[COLD])
+    found = figures(rounds(first_frame(tmp_path, "llvm_ad_rgb"), 0, 1, tmp_path)[COLD])
     assert (found["own_s"], found["ratio"], found["low"]) == (1.5, 1.0, None)
     assert len(asked) == 2
