@@ -1,1 +1,1 @@
-"""The paper's part-whole actors, messages and quaternions (§3): its subject; no frame uses them."""
+"""The paper's part-whole actors, messages and quaternions (§3): its subject."""

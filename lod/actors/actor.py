@@ -1,6 +1,6 @@
 """Actors: objects with a place, an appearance and parts; the classes of figure 3 (§3.1.1).
 
-    ObjectWithParts ── PositionableObject ─┬─ Camera (lod/actors/camera.py)
+    ObjectWithParts ── PositionableObject ─┬─ CameraBody (scenes/actors/camera_body.py)
                                            └─ Actor ─┬─ SimpleActor    a part that has none
                                                      ├─ CompoundActor  assembled from a table
                                                      └─ the parts of a figure, a class each

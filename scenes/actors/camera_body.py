@@ -1,6 +1,6 @@
 """The camera of a scene among its actors: it goes where the preset says until messages move it."""
 
-from lod.actors.camera import CameraActor
+from lod.actors.actor import PositionableObject
 from lod.actors.dispatch import mutator, query
 from lod.actors.joint import RevoluteJoint
 from lod.actors.quaternion import EAST, UP, rotation
@@ -8,11 +8,14 @@ from lod.errors import InputError
 from scenes.actors.performance import Eye
 
 
-class CameraBody(CameraActor):
-    """A camera on the preset's path; a message may put it elsewhere, turn it, or release it."""
+class CameraBody(PositionableObject):
+    """A camera on the preset's path; a message may put it elsewhere, turn it, or release it.
 
-    def __init__(self, on_path: Eye, fov_x_deg: float, size: tuple[int, int]) -> None:
-        super().__init__(fov_x_deg=fov_x_deg, size=size, name="camera")
+    Its eye is its origin; it looks along its own y, its own z upwards.
+    """
+
+    def __init__(self, on_path: Eye) -> None:
+        super().__init__(name="camera")
         self._placed = self._faced = False
         self._stand(on_path)
 

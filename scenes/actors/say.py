@@ -14,7 +14,6 @@ import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from lod.actors.camera import CameraActor
 from lod.actors.joint import RevoluteJoint
 from lod.actors.message import Message, Refused, ask, change, parse_route
 from lod.actors.quaternion import Quaternion, components, rotation
@@ -27,7 +26,7 @@ from scenes.actors.limb import Limb
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(deg|m/s|m|s|)")
 _AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-_KINDS = (Body, Limb, CameraActor, CameraBody)
+_KINDS = (Body, Limb, CameraBody)
 _INNER = {"advance", "follow", "follow_path", "set_appearance", "guard", "frames"}
 """What is no matter of words."""
 

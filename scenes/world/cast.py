@@ -92,7 +92,7 @@ def make_acting(
         for each, prototype in zip(roles, prototypes, strict=True)
     }
     view = camera_at(preset.camera, preset.render.size, 1, terrain)
-    eye = CameraBody(path(1), preset.camera.fov_x_deg, preset.render.size)
+    eye = CameraBody(path(1))
     stage = Stage(bodies, eye, height, preset.wind.direction)
     half = float(np.arctan(np.hypot(*view.tan_half)))
     share = 1.0 if preset.view.look_around else preset.view.offscreen_detail

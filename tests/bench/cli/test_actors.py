@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from bench.cli.main import main
+from scenes.actors.acting import Acting
+from scenes.actors.performance import ActedFrame
 from scenes.preset.load import load_preset
 from scenes.render.sequence.object_keys import identities
 from scenes.world.world import build_world
@@ -114,3 +116,41 @@ def test_frames_replay_from_the_track_in_any_order(
     (tmp_path / "a" / "f.0003.exr").write_bytes(b"spoilt")
     assert run("verify", "a", "--repair") == 0
     assert run("verify", "a") == 0
+
+
+def test_a_pass_that_was_interrupted_is_acted_again_to_the_same_bytes(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    assert run("act", "tiny.toml", "-o", "whole") == 0
+    real, acted = Acting.act, []
+
+    def interrupted(self: Acting) -> ActedFrame:
+        acted.append(1)
+        if len(acted) == 3:
+            raise KeyboardInterrupt
+        return real(self)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Acting, "act", interrupted)
+        assert run("act", "tiny.toml", "-o", "cut") == 130
+    assert not list((tmp_path / "cut").iterdir())
+    assert run("act", "tiny.toml", "-o", "cut") == 0
+    (track,) = (tmp_path / "whole").glob("*.npz")
+    assert (tmp_path / "cut" / track.name).read_bytes() == track.read_bytes()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", ["1", "2", "4"])
+def test_any_number_of_workers_renders_the_same_frames(
+    workers: str, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    hashes = []
+    for folder, how in (("alone", ()), ("cluster", ("--cluster", workers))):
+        words = ("render", "tiny.toml", "-o", f"{folder}/f.####.exr", "--json", "--frames", "1-4")
+        assert run(*words, *how) == 0
+        *records, _ = map(json.loads, capfd.readouterr().out.splitlines())
+        hashes.append({each["frame"]: each["sha256"] for each in records})
+    assert len(hashes[0]) == 4
+    assert hashes[0] == hashes[1]
+    first, second = (next((tmp_path / each).glob("*.npz")) for each in ("alone", "cluster"))
+    assert first.read_bytes() == second.read_bytes()

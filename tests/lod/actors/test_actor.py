@@ -8,13 +8,11 @@ import pytest
 
 from lod.actors.actor import Actor, CompoundActor, PositionableObject, SimpleActor
 from lod.actors.appearance import ConeStick, StickBundle
-from lod.actors.camera import CameraActor
 from lod.actors.dispatch import mutator, query
 from lod.actors.joint import IDENTITY_JOINT, JointLimits, RevoluteJoint
 from lod.actors.message import Answer, Message, Refusal, Refused, ask, change
 from lod.actors.object_with_parts import ObjectWithParts
 from lod.actors.quaternion import NORTH, UP, components, rotate, rotation
-from lod.camera import camera_from_heading, split_position
 from lod.errors import InputError
 
 SHIN = ConeStick((0, 0, 0), (0, 0, -0.4), 0.05, 0.04)
@@ -54,9 +52,8 @@ def test_abstract_classes_have_no_instances(abstract):
 
 
 def test_the_classes_of_figure_3():
-    for kind in (CameraActor, SimpleActor, CompoundActor, Person):
+    for kind in (SimpleActor, CompoundActor, Person):
         assert issubclass(kind, PositionableObject)
-    assert not issubclass(CameraActor, Actor)
 
 
 def test_a_whole_learns_its_part_types_when_it_is_made():
@@ -298,42 +295,16 @@ def test_the_appearance_slot():
     assert (foot.appearance(), foot.leaf_appearance()) == (SHIN, STUMP)
 
 
-def test_a_camera_renders_other_actors():
-    joe = Person(joint=RevoluteJoint((100, 200, 3)))
-    camera = CameraActor(RevoluteJoint((101, 215, 4), rotation(UP, -30)), 50.0, (64, 36))
-    theory = camera.projection()
-    corner, x, y = split_position(101, 215)
-    expected = camera_from_heading(corner, np.array((x, y, 4.0)), 30, 0, 50, (64, 36))
-    for name in ("corner", "eye", "forward", "up", "fov_x", "width", "height"):
-        assert np.allclose(*(_plain(getattr(c, name)) for c in (theory, expected)))
-    sticks = camera.render([joe])
-    assert len(sticks) == 4
-    assert sticks.owner.tolist() == [0, 1, 2, 3]
-    assert sticks.tints.tolist() == [[0.5, 0.5, 0.5], [0.1, 0.1, 0.2]]
-    assert np.allclose(sticks.start[0] + (16 * corner.x, 16 * corner.y, 0), (100, 200.1, 3.5))
-
-
-def _plain(value):
-    return (value.x, value.y) if hasattr(value, "x") else value
-
-
 def test_below_a_part_too_small_its_whole_shows_its_leaf_look():
     joe = Person()
-    sticks = CameraActor().render([joe], lambda route, position: "foot" not in route)
-    assert np.allclose(sticks.end[:, 2], 0)  # the stumps reach to the ground
-    assert len(CameraActor().render([joe], lambda route, position: False)) == 0
-    left = CameraActor().render([joe], lambda route, position: position[1] >= 0)
-    assert len(left) == 2
 
+    def shown(test):
+        return joe.receive(ask("", "displayed_sticks", IDENTITY_JOINT, test)).value
 
-def test_a_camera_can_be_part_of_an_actor():
-    head = CompoundActor(
-        {"eye": CameraActor(RevoluteJoint((0.1, 0, 0)))}, RevoluteJoint((5, 5, 1.7))
-    )
-    frame = dict(head.frames())[()]
-    theory = head.receive(ask("eye", "projection", frame)).value
-    assert np.allclose(theory.eye, (5.1, 5, 1.7))
-    assert len(CameraActor().render([head])) == 0
+    sticks = shown(lambda route, position: "foot" not in route)
+    assert np.allclose([stick.end[2] for _, stick in sticks], 0)  # the stumps reach to the ground
+    assert shown(lambda route, position: False) is None
+    assert len(shown(lambda route, position: position[1] >= 0)) == 2
 
 
 # Sticks
