@@ -1,5 +1,7 @@
 """The study of acting, small: who may wait, how far off that is, and that nobody meets."""
 
+from pathlib import Path
+
 import numpy as np
 from click.testing import CliRunner
 
@@ -89,3 +91,10 @@ def test_a_run_goes_on_with_what_is_not_there(tmp_path, monkeypatch):
     path.write_text("{}")
     refused = CliRunner().invoke(study.command, ["--quick", "-o", str(path)])
     assert "a record that this study wrote" in str(refused.exception)
+
+
+def test_the_page_of_results_says_what_the_record_holds():
+    results = Path(__file__).parents[3] / "results"
+    said = study.page(study.read_record(results / "acting.json"))
+    assert len(said) > 500
+    assert said in (results / "acting.md").read_text(encoding="utf-8")
