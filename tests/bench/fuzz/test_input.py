@@ -2,7 +2,7 @@
 
 `LODBENCH_FUZZ=100000 python -m pytest tests/bench/fuzz -m "slow or not slow"` tries so many
 cases in process, shared out among the kinds of input, and 500 in whole programs; without it a few
-hundred are tried.
+hundred are tried. `LODBENCH_FUZZ_RECORD=FILE` writes how many of each kind were taken and refused.
 """
 
 import contextlib
@@ -10,7 +10,8 @@ import io
 import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from bench.cli.commands.render import command as render
 from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
 from bench.cli.main import main
 from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
+from bench.records.provenance import provenance
 from bench.records.records import FORMAT, FORMAT_VERSION, _hash, read_record
 from lod.errors import InputError
 from lod.metric.family import Metric
@@ -62,6 +64,25 @@ TABLES = ("camera", "species", "species.elk", "placed", "output", "representatio
 KEYS = known_keys({"species": ("elk",), "placed": ("fox",), "plumes": ("smoke",)})
 
 
+COUNTS: Counter[str] = Counter()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def record(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Write what was tried, where that is asked for and nothing failed on the way."""
+    yield
+    place = os.environ.get("LODBENCH_FUZZ_RECORD")
+    if place and not request.session.testsfailed:
+        found = {"commit": provenance("", 0).commit, "cases": dict(sorted(COUNTS.items()))}
+        Path(place).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+def note(how: str) -> None:
+    """Count a case of the test that runs now."""
+    name = os.environ["PYTEST_CURRENT_TEST"].rpartition("::test_")[2].split()[0]
+    COUNTS[f"{name}: {how}"] += 1
+
+
 def judge(work: Callable[[], Any]) -> bool:
     """Whether input is taken; what is refused must name a rule and a cure in one short line."""
     try:
@@ -70,7 +91,9 @@ def judge(work: Callable[[], Any]) -> bool:
         assert error.rule.strip() and error.cure.strip(), f"no cure: {error}"
         assert len(str(error)) < 1200 and "Traceback" not in str(error)
         str(error).encode("utf-8", "strict")
+        note("refused")
         return False
+    note("taken")
     return True
 
 
@@ -290,6 +313,7 @@ def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
         finally:
             os.chdir(before)
     assert left.value.code in (0, 1, 2)
+    note(f"exit {left.value.code}")
     assert "Traceback" not in err.getvalue() and "LODBENCH_TRACEBACK" not in err.getvalue()
     if left.value.code == 2:
         assert err.getvalue().splitlines()[-1].startswith("lodbench: error: ")
