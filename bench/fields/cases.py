@@ -102,10 +102,10 @@ SETUPS = (
     Setup("tree", "blake", ("density",), 5e-5, 0.045, 8800.0, 3),
     Setup("figure", "bounded", _SOME, 2.1e-2, 0.045, 340.0, 4),
     Setup("figure", "solid_angle", _SOME, 2.1e-2, 0.045, 340.0, 4),
-    # Tufts of grass, from 10⁻⁴ to 10³ on a square metre, that are seen as far as 16 m.
-    Setup("sward", "blake", ("density",), 10**-0.5, 0.39, math.inf, 8, 7.0),
-    Setup("sward", "bounded", ("density",), 10**-0.5, 0.083, math.inf, 8, 7.0),
-    Setup("sward", "solid_angle", ("density",), 10**-0.5, 0.083, math.inf, 8, 7.0),
+    # Tufts of grass, from 10⁻⁴ to 10³ on a square metre, that are seen as far as 10 m.
+    Setup("sward", "blake", ("density",), 10**-0.5, 0.62, math.inf, 5, 7.0),
+    Setup("sward", "bounded", ("density",), 10**-0.5, 0.13, math.inf, 5, 7.0),
+    Setup("sward", "solid_angle", ("density",), 10**-0.5, 0.13, math.inf, 5, 7.0),
 )
 
 WORLD_SIDES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 3, 10, 100, 1e3, 1e4, 1e6)

@@ -13,7 +13,7 @@ EXPERIMENT = Experiment(
     ),
     full={"target": 0.005, "least": 4, "most": 20_000},
     quick={"target": 0.01, "least": 2, "most": 4_000},
-    expected_seconds={"full": 260.0, "quick": 75.0},
+    expected_seconds={"full": 400.0, "quick": 110.0},
     **functions_of(__name__, "notes", scene_hash="count_field"),
     accepts_metric=True,
     caveats=(
