@@ -55,6 +55,38 @@ class MeshTable(ArrayData):
         """Return the part that each vertex belongs to, (v,)."""
         return np.repeat(np.arange(len(self.count)), np.diff(self.first_vertex))
 
+    @property
+    def face_colours(self) -> np.ndarray:
+        """Compute the mean albedo of each triangle over its corners, (f, 3)."""
+        colours: np.ndarray = self.colours[self.faces].mean(axis=1)
+        return colours
+
+    @property
+    def surface(self) -> tuple[np.ndarray, ...]:
+        """Return what decides how the triangles look from afar: corners, faces and colours."""
+        return self.vertices, self.faces, self.colours
+
+    def only(self, parts: np.ndarray) -> "MeshTable":
+        """Return the table with the meshes of the flagged parts (n,) alone."""
+        vertex, face = parts[self.vertex_owner], parts[self.owner]
+        row = np.cumsum(vertex) - 1
+        return MeshTable(
+            np.concatenate(([0], np.cumsum(np.diff(self.first_vertex) * parts))),
+            np.concatenate(([0], np.cumsum(self.count * parts))),
+            **{key: getattr(self, key)[vertex] for key in _PER_VERTEX},
+            faces=row[self.faces[face]],
+        )
+
+    def with_area_share(self, share: float) -> "MeshTable":
+        """Shrink the mesh of each part to a share of its area, about the middle of its corners."""
+        if share == 1.0:
+            return self
+        owner, count = self.vertex_owner, np.maximum(np.diff(self.first_vertex), 1)
+        sums = [np.bincount(owner, x, len(count)) / count for x in self.vertices.T]
+        middle = np.stack(sums, axis=1)[owner]
+        shrunk = middle + np.sqrt(share) * (self.vertices - middle)
+        return replace(self, vertices=shrunk)
+
     @staticmethod
     def of(meshes: Sequence["Mesh | None"]) -> "MeshTable":
         """Lay the meshes of parts end to end; None is a part without a mesh."""

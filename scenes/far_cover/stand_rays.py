@@ -188,7 +188,7 @@ def _intersect_cell(stand, number, cell, ray, nearest, row, normal):  # type: ig
         if stick >= 0:
             nearest, row = t, stick
             there = own[0] + t * way[0], own[1] + t * way[1], own[2] + t * way[2]
-            a, b, normal[2] = normal_at(stand.grids.sticks[stick], there)
+            a, b, normal[2] = normal_at(stand.grids.shapes[stick], there, way)
             normal[0], normal[1] = cos * a - sin * b, sin * a + cos * b
     return nearest, row
 

@@ -32,7 +32,7 @@ from lod.stick_table import StickTable
 from scenes.rig.keyframes import Motion, rest_motion
 from scenes.rig.reach_bound import reach_bound
 from scenes.rig.rig import Rig, RiggedSticks, to_object_frame
-from scenes.rig.rotations import Quaternions, from_euler
+from scenes.rig.rotations import Quaternions, Vectors, from_euler
 from scenes.sticks.contrast import part_contrast
 from scenes.sticks.outline_area import largest_area
 from scenes.sticks.prototype import Prototype
@@ -98,7 +98,18 @@ class RiggedPrototype:
         position = to_object_frame(origin, turn, self.joint, self.place)
         hierarchy = replace(self.hierarchy, position=position)
         inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
-        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.view_dependence)
+        meshes = self._posed_meshes(origin, turn)
+        looks = self.tints, self.view_dependence, meshes
+        return Prototype(self.name, hierarchy, inner, leaf, *looks)
+
+    def _posed_meshes(self, origin: Vectors, turn: Quaternions) -> MeshTable | None:
+        meshes = self.meshes
+        if meshes is None:
+            return None
+        joint = self.joint[meshes.vertex_owner]
+        at = to_object_frame(origin, turn, joint, meshes.vertices)
+        ahead = to_object_frame(np.zeros_like(origin), turn, joint, meshes.normals)
+        return replace(meshes, vertices=at, normals=ahead)
 
     def full_detail_sticks(self) -> tuple[RiggedSticks, RiggedSticks]:
         """Return what is shown while all parts are displayed: inner sticks, and leaf sticks of
@@ -152,6 +163,7 @@ def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
         motion=rest_motion(rig),
         place=prototype.hierarchy.position,
         view_dependence=prototype.view_dependence,
+        meshes=prototype.meshes,
     )
 
 

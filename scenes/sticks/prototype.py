@@ -22,8 +22,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Ints, Points, Reals, freeze
+from lod.arrays import Flags, Ints, Points, Reals, freeze
 from lod.errors import InputError
+from lod.mesh_table import MeshTable
 from lod.metric.hierarchy import Hierarchy
 from lod.metric.tied_levels import max_over_tied, representative
 from lod.stick_table import StickTable
@@ -40,6 +41,7 @@ class Prototype:
     leaf   its leaf appearance; never nothing. A part that owns none is always a leaf
     tints  (t, 3) linear Rec.709 albedo, 0 to 1
     view_dependence  tables of the sticks of ``leaf`` that look otherwise from elsewhere
+    meshes of parts that own none, which they show in place of ``leaf``; None where none has one
     """
 
     name: str
@@ -48,6 +50,7 @@ class Prototype:
     leaf: StickTable
     tints: np.ndarray
     view_dependence: ViewDependence = field(default_factory=ViewDependence)
+    meshes: MeshTable | None = None
 
     def __post_init__(self) -> None:
         freeze(self, tints=np.float64)
@@ -57,7 +60,16 @@ class Prototype:
         """Return the object made ``factor`` times as large."""
         hierarchy = self.hierarchy.scaled(factor)  # refuses a bad factor
         inner, leaf = self.inner.scaled(factor), self.leaf.scaled(factor)
-        return Prototype(self.name, hierarchy, inner, leaf, self.tints, self.view_dependence)
+        meshes = None if self.meshes is None else self.meshes.scaled(factor)
+        return replace(self, hierarchy=hierarchy, inner=inner, leaf=leaf, meshes=meshes)
+
+    @property
+    def has_mesh(self) -> Flags:
+        """Tell which parts show a mesh, (n,)."""
+        if self.meshes is None:
+            return np.zeros(len(self.hierarchy), np.bool_)
+        found: Flags = self.meshes.count > 0
+        return found
 
 
 @dataclass(frozen=True, eq=False)

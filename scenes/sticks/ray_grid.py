@@ -1,8 +1,9 @@
-"""Intersection of rays with the sticks of objects, by a grid of boxes about each object.
+"""Intersection of rays with the sticks and triangles of objects, by a grid of boxes about each.
 
-Every box of a grid lists the sticks that reach into it. A ray goes from box to box (Amanatides &
-Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics 1987) until the nearest stick
-that it has met is nearer than the next box.
+Every box of a grid lists the shapes that reach into it. A ray goes from box to box (Amanatides &
+Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics 1987) until the nearest shape
+that it has met is nearer than the next box. Triangles are met as by T. Möller & B. Trumbore,
+"Fast, minimum storage ray/triangle intersection" (Journal of Graphics Tools 2(1), 1997).
 """
 
 import math
@@ -13,27 +14,28 @@ import numpy as np
 from numba import njit
 
 from lod.stick_table import StickTable
+from scenes.sticks.shapes import Shapes
 
 BOX_M = 0.25
 """Side of a box [m]."""
 
 NOTHING = np.inf
-"""Distance of the first stick along a ray that meets none."""
+"""Distance of the first shape along a ray that meets none."""
 
 
 class Grids(NamedTuple):
-    """Grids of objects, laid end to end, each with the sticks that reach into its boxes.
+    """Grids of objects, laid end to end, each with the shapes that reach into its boxes.
 
-    sticks  (k, 9) start (3), end (3) and two radii [m], and the squared radius [m²] of the ball
-            about the whole stick
+    shapes  (k, 10) of a stick start (3), end (3) and two radii [m], the squared radius [m²] of the
+            ball about all of it, and 0; of a triangle three corners (9) [m], and 1
     low     (o, 3) lowest corner of each object's grid [m]
     boxes   (o, 3) number of its boxes along x, y and z
     number  (o,) number of its first box
-    first   (b + 1,) the sticks of box b are those at rows[first[b] : first[b + 1]]
-    rows    rows of ``sticks``
+    first   (b + 1,) the shapes of box b are those at rows[first[b] : first[b + 1]]
+    rows    rows of ``shapes``
     """
 
-    sticks: np.ndarray
+    shapes: np.ndarray
     low: np.ndarray
     boxes: np.ndarray
     number: np.ndarray
@@ -41,25 +43,22 @@ class Grids(NamedTuple):
     rows: np.ndarray
 
 
-def make_grids(tables: Sequence[StickTable]) -> Grids:
-    """Make the grids of objects, each with a table of sticks of its own."""
-    sticks, lows, boxes, firsts, rows = [], [], [], [np.zeros(1, np.int64)], []
+def make_grids(objects: Sequence[StickTable | Shapes]) -> Grids:
+    """Make the grids of objects, each with sticks, and triangles after them, of its own."""
+    shapes, lows, boxes, firsts, rows = [], [], [], [np.zeros(1, np.int64)], []
     before, listed = 0, 0
-    for table in tables:
-        radii = table.start_radius, table.end_radius
-        length = np.sqrt(((table.end - table.start) ** 2).sum(axis=1))
-        ball = (length / 2 + np.maximum(*radii)) ** 2
-        ends = np.column_stack((table.start, table.end, *radii, ball))
-        low, count, first, within = _make_grid(ends)
-        sticks.append(ends)
+    for each in objects:
+        own = _rows(each)
+        low, count, first, within = _make_grid(own)
+        shapes.append(own)
         lows.append(low)
         boxes.append(count)
         firsts.append(first[1:] + listed)
         rows.append(within + before)
-        before, listed = before + len(ends), listed + len(within)
+        before, listed = before + len(own), listed + len(within)
     counts = np.array([len(each) for each in firsts[1:]])
     return Grids(
-        np.concatenate(sticks),
+        np.concatenate(shapes),
         np.array(lows),
         np.array(boxes),
         np.cumsum(counts) - counts,
@@ -68,38 +67,49 @@ def make_grids(tables: Sequence[StickTable]) -> Grids:
     )
 
 
+def _rows(one: StickTable | Shapes) -> np.ndarray:
+    """Rows of ``Grids.shapes`` of one object."""
+    table = one if isinstance(one, StickTable) else one.sticks
+    radii = table.start_radius, table.end_radius
+    length = np.sqrt(((table.end - table.start) ** 2).sum(axis=1))
+    ball = (length / 2 + np.maximum(*radii)) ** 2
+    sticks = np.column_stack((table.start, table.end, *radii, ball, np.zeros(len(table))))
+    if isinstance(one, StickTable):
+        return sticks
+    flat = np.column_stack((one.corners.reshape(-1, 9), np.ones(len(one.corners))))
+    return np.concatenate((sticks, flat))
+
+
 @njit(cache=True)
-def _make_grid(sticks):  # type: ignore[no-untyped-def]
-    """Make a grid of sticks: lowest corner (3,), boxes (3,), first row of each box, rows."""
+def _make_grid(shapes):  # type: ignore[no-untyped-def]
+    """Make a grid of shapes: lowest corner (3,), boxes (3,), first row of each box, rows."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for s in sticks:
-        r = max(s[6], s[7])
+    bounds = np.empty((len(shapes), 2, 3))
+    for i in range(len(shapes)):
+        s = shapes[i]
+        r = 0.0 if s[9] else max(s[6], s[7])
         for c in range(3):
-            low[c] = min(low[c], s[c] - r, s[3 + c] - r)
-            high[c] = max(high[c], s[c] + r, s[3 + c] + r)
+            third = s[6 + c] if s[9] else s[c]
+            bounds[i, 0, c] = min(s[c], s[3 + c], third) - r
+            bounds[i, 1, c] = max(s[c], s[3 + c], third) + r
+            low[c], high[c] = min(low[c], bounds[i, 0, c]), max(high[c], bounds[i, 1, c])
     boxes = np.empty(3, np.int64)
     for c in range(3):
         boxes[c] = max(1, math.ceil((high[c] - low[c]) / BOX_M))
     nx, ny, nz = boxes
     first, rows = np.zeros(nx * ny * nz + 1, np.int64), np.empty(0, np.int64)
-    at, half = first, 0.5 * BOX_M * math.sqrt(3.0)
+    at = first
     for turn in range(2):
-        for i in range(len(sticks)):
-            a, b, r = sticks[i, :3], sticks[i, 3:6], max(sticks[i, 6], sticks[i, 7])
-            begin = np.minimum(((np.minimum(a, b) - r - low) / BOX_M).astype(np.int64), boxes - 1)
-            end = np.minimum(((np.maximum(a, b) + r - low) / BOX_M).astype(np.int64), boxes - 1)
-            axis = b - a
-            square = max((axis * axis).sum(), 1e-12)
+        for i in range(len(shapes)):
+            begin = np.minimum(((bounds[i, 0] - low) / BOX_M).astype(np.int64), boxes - 1)
+            end = np.minimum(((bounds[i, 1] - low) / BOX_M).astype(np.int64), boxes - 1)
             for x in range(begin[0], end[0] + 1):
                 for y in range(begin[1], end[1] + 1):
                     for z in range(begin[2], end[2] + 1):
-                        px = low[0] + (x + 0.5) * BOX_M - a[0]
-                        py = low[1] + (y + 0.5) * BOX_M - a[1]
-                        pz = low[2] + (z + 0.5) * BOX_M - a[2]
-                        t = (px * axis[0] + py * axis[1] + pz * axis[2]) / square
-                        t = min(max(t, 0.0), 1.0)
-                        dx, dy, dz = px - t * axis[0], py - t * axis[1], pz - t * axis[2]
-                        if dx * dx + dy * dy + dz * dz > (r + half) ** 2:
+                        px = low[0] + (x + 0.5) * BOX_M
+                        py = low[1] + (y + 0.5) * BOX_M
+                        pz = low[2] + (z + 0.5) * BOX_M
+                        if not _may_reach(shapes[i], px, py, pz):
                             continue
                         place = (x * ny + y) * nz + z
                         if turn == 0:
@@ -114,8 +124,24 @@ def _make_grid(sticks):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _may_reach(s, x, y, z):  # type: ignore[no-untyped-def]
+    """Whether a shape may reach into the box about a point, which the box about it touches."""
+    half = 0.5 * BOX_M * math.sqrt(3.0)
+    px, py, pz = x - s[0], y - s[1], z - s[2]
+    ax, ay, az = s[3] - s[0], s[4] - s[1], s[5] - s[2]
+    if s[9]:
+        nx, ny, nz = _across(s)
+        size = math.sqrt(nx * nx + ny * ny + nz * nz)
+        return abs(px * nx + py * ny + pz * nz) <= half * size
+    square = max(ax * ax + ay * ay + az * az, 1e-12)
+    t = min(max((px * ax + py * ay + pz * az) / square, 0.0), 1.0)
+    dx, dy, dz = px - t * ax, py - t * ay, pz - t * az
+    return dx * dx + dy * dy + dz * dz <= (max(s[6], s[7]) + half) ** 2
+
+
+@njit(cache=True)
 def intersect_ray(grids, which, origin, v, before):  # type: ignore[no-untyped-def]
-    """Compute the distance to the first stick of an object along one ray, and its row.
+    """Compute the distance to the first shape of an object along one ray, and its row.
 
     They are NOTHING and −1 if the ray meets none within the distance ``before``.
     """
@@ -134,7 +160,7 @@ def intersect_ray(grids, which, origin, v, before):  # type: ignore[no-untyped-d
         begin = min(next_x, next_y, next_z)
         place = grids.number[which] + (x * ny + y) * nz + z
         for k in range(grids.first[place], grids.first[place + 1]):
-            t = _stick_entry(grids.sticks[grids.rows[k]], ox, oy, oz, v)
+            t = _entry(grids.shapes[grids.rows[k]], ox, oy, oz, v)
             if 0.0 < t < nearest:
                 nearest, row = t, grids.rows[k]
         if nearest <= begin:
@@ -173,6 +199,38 @@ def _first_box(at, v, count, begin):  # type: ignore[no-untyped-def]
     if v == 0.0:
         return box, math.inf, math.inf
     return box, begin + ((box + (1 if v > 0 else 0)) * BOX_M - at) / v, BOX_M / abs(v)
+
+
+@njit(cache=True, inline="always")
+def _entry(s, x, y, z, v):  # type: ignore[no-untyped-def]
+    """Distance along a ray from (x, y, z) at which it meets a shape; infinite if it never does."""
+    return _triangle_entry(s, x, y, z, v) if s[9] else _stick_entry(s, x, y, z, v)
+
+
+@njit(cache=True, inline="always")
+def _across(s):  # type: ignore[no-untyped-def]
+    """Normal of a triangle, as long as twice its area."""
+    ax, ay, az = s[3] - s[0], s[4] - s[1], s[5] - s[2]
+    bx, by, bz = s[6] - s[0], s[7] - s[1], s[8] - s[2]
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@njit(cache=True)
+def _triangle_entry(s, x, y, z, v):  # type: ignore[no-untyped-def]
+    ax, ay, az = s[3] - s[0], s[4] - s[1], s[5] - s[2]
+    bx, by, bz = s[6] - s[0], s[7] - s[1], s[8] - s[2]
+    nx, ny, nz = _across(s)
+    facing = -(nx * v[0] + ny * v[1] + nz * v[2])
+    if facing == 0.0:
+        return math.inf
+    px, py, pz = x - s[0], y - s[1], z - s[2]
+    cx, cy, cz = py * v[2] - pz * v[1], pz * v[0] - px * v[2], px * v[1] - py * v[0]
+    one = (bx * cx + by * cy + bz * cz) / facing
+    two = -(ax * cx + ay * cy + az * cz) / facing
+    if one < 0.0 or two < 0.0 or one + two > 1.0:
+        return math.inf
+    t = (nx * px + ny * py + nz * pz) / facing
+    return t if t > 0.0 else math.inf
 
 
 @njit(cache=True)
@@ -229,8 +287,16 @@ def _sphere_entry(ov, oo, r):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def normal_at(s, point):  # type: ignore[no-untyped-def]
-    """Compute the outward unit normal (3,) of a stick at a point (3,) of its surface."""
+def normal_at(s, point, v):  # type: ignore[no-untyped-def]
+    """Compute the unit normal (3,) of a shape at a point (3,) that a ray along v (3) meets.
+
+    That of a stick is outward, and that of a triangle on the side from which the ray comes.
+    """
+    if s[9]:
+        nx, ny, nz = _across(s)
+        size = math.sqrt(nx * nx + ny * ny + nz * nz)
+        size = math.copysign(size, -(nx * v[0] + ny * v[1] + nz * v[2]))
+        return np.array((nx / size, ny / size, nz / size))
     px, py, pz = point[0] - s[0], point[1] - s[1], point[2] - s[2]
     ax, ay, az = s[3] - s[0], s[4] - s[1], s[5] - s[2]
     length = math.sqrt(ax * ax + ay * ay + az * az)

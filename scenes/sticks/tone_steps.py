@@ -25,8 +25,10 @@ def with_tone_steps(
         np.stack((views.table_row[dependent], tint[dependent])), axis=1, return_inverse=True
     )
     blocks = [
-        np.minimum(views.brightest[row] * tints[colour], 1.0)
-        * TONE_STEP ** np.arange(steps[row] + 1)[:, None]
+        np.minimum(
+            views.brightest[row] * tints[colour] * TONE_STEP ** np.arange(steps[row] + 1)[:, None],
+            1.0,
+        )
         for row, colour in pairs.T
     ]
     first = len(tints) + np.cumsum([0] + [len(block) for block in blocks])[:-1]

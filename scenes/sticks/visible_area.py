@@ -1,11 +1,11 @@
-"""Visible area of each stick of an object from far off, with sticks hidden behind others.
+"""Visible area of each shape of an object from far off, with shapes hidden behind others.
 
-Rays in a square grid, all in one direction, each see the stick that they meet first. A
+Rays in a square grid, all in one direction, each see the stick or triangle that they meet first. A
 stick looks like the convex hull of two discs (``outline_area``), which is the union of all discs
 between them: a point p at x along the axis from the first, in units of the disc's distance l, and
 h aside, is inside if it is inside the disc at t = clamp(x − h·tan a), sin a = (r₁ − r₀)/l, where
 the outline is tangent. Samples fall evenly, so that areas are unbiased, and their error is that of
-as many points as the stick covers.
+as many points as the shape covers.
 """
 
 import math
@@ -15,20 +15,21 @@ from jaxtyping import Float64, Int64
 from numba import njit
 
 from lod.stick_table import StickTable
+from scenes.sticks.shapes import Shapes
 from scenes.sticks.union_area import _along, _frame
 
 
 def visible_areas(
-    table: StickTable, directions: Float64[np.ndarray, "d 3"], spacing: float
+    shown: StickTable | Shapes, directions: Float64[np.ndarray, "d 3"], spacing: float
 ) -> Float64[np.ndarray, "d k"]:
-    """Compute the area of each stick that an eye far off in each direction sees, (d, k) [m²].
+    """Compute the area of each shape that an eye far off in each direction sees, (d, k) [m²].
 
     ``spacing`` of the rays [m].
     """
-    areas = np.empty((len(directions), len(table)))
+    areas = np.empty((len(directions), len(shown)))
     for row, direction in enumerate(directions):
-        seen = _first_met(*_columns(table), np.ascontiguousarray(direction), spacing, -1)
-        areas[row] = np.bincount(seen[seen >= 0], minlength=len(table)) * spacing**2
+        seen = _first_met(*_columns(shown), np.ascontiguousarray(direction), spacing, -1)
+        areas[row] = np.bincount(seen[seen >= 0], minlength=len(shown)) * spacing**2
     return areas
 
 
@@ -43,27 +44,70 @@ def first_met(
     return _first_met(*_columns(table), np.ascontiguousarray(direction), spacing, reach)
 
 
-def _columns(table: StickTable) -> tuple[np.ndarray, ...]:
-    return table.start, table.end, table.start_radius, table.end_radius
+def _columns(shown: StickTable | Shapes) -> tuple[np.ndarray, ...]:
+    if isinstance(shown, StickTable):
+        shown = Shapes.of(shown)
+    table = shown.sticks
+    return table.start, table.end, table.start_radius, table.end_radius, shown.corners
 
 
-@njit(cache=True)
-def _first_met(start, end, r0, r1, direction, spacing, reach):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _first_met(start, end, r0, r1, corners, direction, spacing, reach):  # type: ignore[no-untyped-def]
     across, up = _frame(direction)
     x0, y0, z0 = _along(start, across), _along(start, up), _along(start, direction)
     x1, y1, z1 = _along(end, across), _along(end, up), _along(end, direction)
+    flat = np.empty((len(corners), 3, 3))
+    for c in range(3):
+        points = np.ascontiguousarray(corners[:, c])
+        flat[:, c, 0], flat[:, c, 1] = _along(points, across), _along(points, up)
+        flat[:, c, 2] = _along(points, direction)
     low_x, low_y, wide, high = -reach, -reach, 2 * reach, 2 * reach
     if reach < 0:  # as far as the sticks reach
-        low_x = math.floor(min((x0 - r0).min(), (x1 - r1).min()) / spacing)
-        low_y = math.floor(min((y0 - r0).min(), (y1 - r1).min()) / spacing)
-        wide = math.ceil(max((x0 + r0).max(), (x1 + r1).max()) / spacing) - low_x
-        high = math.ceil(max((y0 + r0).max(), (y1 + r1).max()) / spacing) - low_y
+        low_x, wide = _columns_across(x0, x1, r0, r1, flat[:, :, 0], spacing)
+        low_y, high = _columns_across(y0, y1, r0, r1, flat[:, :, 1], spacing)
     nearest, seen = np.full((high, wide), -np.inf), np.full((high, wide), -1)
     for k in range(len(r0)):
         disc0 = x0[k] / spacing - low_x, y0[k] / spacing - low_y, z0[k], r0[k] / spacing
         disc1 = x1[k] / spacing - low_x, y1[k] / spacing - low_y, z1[k], r1[k] / spacing
         _draw(k, disc0, disc1, spacing, nearest, seen)
+    shift = np.array((low_x, low_y, 0.0))
+    for f in range(len(flat)):
+        scaled = flat[f] * np.array((1 / spacing, 1 / spacing, 1.0)) - shift
+        _draw_triangle(len(r0) + f, scaled, nearest, seen)
     return seen
+
+
+@njit(cache=True)
+def _columns_across(a, b, r0, r1, flat, spacing):  # type: ignore[no-untyped-def]
+    """First of the columns of rays that meet anything, along one axis, and their number."""
+    low, high = math.inf, -math.inf
+    for k in range(len(a)):
+        low, high = min(low, a[k] - r0[k], b[k] - r1[k]), max(high, a[k] + r0[k], b[k] + r1[k])
+    for f in range(len(flat)):
+        low, high = min(low, flat[f].min()), max(high, flat[f].max())
+    first = math.floor(low / spacing)
+    return first, math.ceil(high / spacing) - first
+
+
+@njit(cache=True)
+def _draw_triangle(k, corners, nearest, seen):  # type: ignore[no-untyped-def]
+    """Draw one triangle, (3, 3) in squares across and up and in metres toward the eye."""
+    a, b, c = corners
+    area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    if area == 0.0:
+        return
+    rows, columns = seen.shape
+    bottom, top = min(a[1], b[1], c[1]), max(a[1], b[1], c[1])
+    left, right = min(a[0], b[0], c[0]), max(a[0], b[0], c[0])
+    for row in range(max(math.ceil(bottom - 0.5), 0), min(math.floor(top + 0.5), rows)):
+        for column in range(max(math.ceil(left - 0.5), 0), min(math.floor(right + 0.5), columns)):
+            px, py = column + 0.5 - a[0], row + 0.5 - a[1]
+            u = (px * (c[1] - a[1]) - py * (c[0] - a[0])) / area
+            v = (py * (b[0] - a[0]) - px * (b[1] - a[1])) / area
+            if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
+                z = a[2] + u * (b[2] - a[2]) + v * (c[2] - a[2])
+                if z > nearest[row, column]:
+                    nearest[row, column], seen[row, column] = z, k
 
 
 @njit(cache=True)

@@ -1,66 +1,28 @@
-"""One tree displayed down to one level of detail, as it looks from one direction.
-
-The trees are of the kinds in ``kinds`` beside this file, to which nothing was ever fitted, and of
-the project's own species; those of two seeds that no preset uses stand beside the presets' own.
-"""
+"""One object displayed down to one level of detail, as it looks from one direction."""
 
 import math
 from dataclasses import dataclass, replace
-from importlib import resources
 
 import numpy as np
 
 from bench.fields.scene import FLAT
+from bench.studies.appearance.cases import Case, prototype_of
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.metric.family import METRICS
 from lod.pruning.parts import BlendWeights
 from lod.pruning.pruner import Cut, prune
-from lod.pruning.shapes import Sticks
+from lod.pruning.shapes import Appearance, Sticks, Triangles, batches_of
 from lod.pruning.view import View
 from lod.stick_table import StickTable
 from scenes.field.placed_object import Placed
-from scenes.model_files.names import tree_species_names
-from scenes.models.catalogue import PROTOTYPE_SEED
-from scenes.models.trees.parameters import TreeSpecies
-from scenes.models.trees.species_files import read_species, tree_species
-from scenes.models.trees.tree import tree_prototypes
 from scenes.sticks.appearance.tone import Illumination
-
-UNSEEN = ("poplar", "acacia", "pine")
-"""Kinds whose parameters were frozen before the fit that they judge."""
-
-UNSEEN_SEEDS = (71, 72)
-"""Seeds that no preset uses."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """One tree: a kind's name and the seed that it grew from."""
-
-    kind: str
-    seed: int
-
-
-def cases() -> list[Case]:
-    """Return the trees that are judged: of unseen kinds, of unseen seeds, and of presets."""
-    own = tree_species_names()
-    found = [Case(kind, UNSEEN_SEEDS[0]) for kind in UNSEEN]
-    found += [Case(kind, seed) for seed in UNSEEN_SEEDS for kind in own]
-    return found + [Case(kind, PROTOTYPE_SEED) for kind in own]
-
-
-def species_of(kind: str) -> TreeSpecies:
-    """Return the species of a kind of this study, or of the project's own of that name."""
-    if kind not in UNSEEN:
-        return tree_species(kind)
-    folder = resources.files("bench.studies.appearance") / "kinds"
-    return read_species(folder / f"{kind}.toml")
+from scenes.sticks.shapes import Shapes
 
 
 @dataclass(frozen=True, eq=False)
-class LoneTree:
-    """A tree alone on level ground, with all of its parts.
+class LoneObject:
+    """An object alone on level ground, with all of its parts.
 
     placed  the object; every: the cut that displays all of it
     """
@@ -78,13 +40,13 @@ class LoneTree:
         """Return the radius about its foot that holds all of it [m]."""
         return float(self.placed.prototypes.part_tables.bound[0])
 
-    def sticks(
+    def shown(
         self,
         level: int,
         sin_elevation: float,
         cos_azimuth: float = math.nan,
         light: Illumination | None = None,
-    ) -> Sticks:
+    ) -> Appearance:
         """Return what is displayed while parts down to a level are, seen from one direction.
 
         cos_azimuth  of the angle between the lines to the eye and to the sun on the map
@@ -101,23 +63,30 @@ class LoneTree:
             np.full(n, sin_elevation),
             np.full(n, cos_azimuth),
         )
-        return self.placed.prototypes.sticks(parts, weights, light)
+        return self.placed.prototypes.appearance(parts, weights, light)
 
 
-def lone_tree(case: Case) -> LoneTree:
-    """Grow the tree of a case in summer, and display all of it."""
-    (prototype,) = tree_prototypes(case.seed, 1, species_of(case.kind))
-    placed = Placed(case.kind, prototype, 0.0, 0.0, 90.0, FLAT)
+def lone_object(case: Case) -> LoneObject:
+    """Make the object of a case, and display all of it."""
+    placed = Placed(case.kind, prototype_of(case), 0.0, 0.0, 90.0, FLAT)
     away = np.array((0.0, -30.0, 2.0))
     camera = camera_from_heading(Corner(0, 0), away, 0.0, 0.0, 60.0, (64, 64))
     view = View(camera, METRICS["full"], look_around=True)
-    return LoneTree(placed, prune(placed, replace(view, fade=0.0)))
+    return LoneObject(placed, prune(placed, replace(view, fade=0.0)))
 
 
-def as_one_part(sticks: Sticks) -> StickTable:
-    """Return sticks as the table of a single part."""
-    columns = sticks.start, sticks.end, sticks.start_radius, sticks.end_radius, sticks.tint
-    return StickTable(np.array((0, len(sticks))), *columns)
+def shapes_of(shown: Appearance) -> Shapes:
+    """Return what is displayed as sticks of a single part, and triangles."""
+    sticks, corners, colours = [], [np.zeros((0, 3, 3))], [np.zeros((0, 3))]
+    for each in batches_of(shown):
+        if isinstance(each, Sticks):
+            columns = each.start, each.end, each.start_radius, each.end_radius, each.tint
+            sticks.append(StickTable(np.array((0, len(each))), *columns))
+        elif isinstance(each, Triangles):
+            corners.append(each.vertices[each.faces])
+            colours.append(each.colours[each.faces].mean(axis=1))
+    flat = np.concatenate(corners), np.concatenate(colours)
+    return Shapes(StickTable.as_one_part(sticks), *flat)
 
 
 def unit(azimuth_deg: Reals | float, elevation_deg: Reals | float) -> np.ndarray:

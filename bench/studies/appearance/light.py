@@ -1,7 +1,8 @@
-"""How bright is a tree, displayed down to a level, against all of it? Path traced by the renderer.
+"""How bright is an object, displayed down to a level, against all of it?
 
-The tree stands on a disc of grass in the light of sun and sky. The eye is so far off that its rays
-are nearly parallel. Of every pixel one sample is taken, and it counts where it meets the tree.
+It is path traced by the renderer. It stands on grass in the light of sun and sky. The eye is so far
+off that its rays are nearly parallel. Of every pixel one sample is taken, and it counts where it
+meets the object.
 """
 
 import math
@@ -10,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench.studies.appearance.cuts import LoneTree, unit
+from bench.studies.appearance.cuts import LoneObject, shapes_of, unit
 from lod.arrays import Reals
 from lod.atmosphere.air import CLEAR
 from lod.camera import Camera, Corner
@@ -28,62 +29,75 @@ from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.world.light import Light
 
 SUNS_DEG, EYES_DEG, AZIMUTHS = (10.0, 40.0, 70.0), (0.0, 30.0), 16
-"""Elevations of the sun and of the eye, and the number of its azimuths."""
+"""Elevations of the sun and of the eye, and the number of its azimuths from the sun."""
 
-SIZE_PX, AWAY, GROUND_M = 192, 60.0, 60.0
-"""Side of a picture, distance of the eye in radii of the tree, and half the side of the ground."""
+_SUN_STEPS = 7
+"""Steps by which the sun goes on where the eye goes on by one: pairs lie evenly (a lattice)."""
+
+SIZE_PX, AWAY, GROUND_RADII = 256, 60.0, 6.0
+"""Side of a picture; distance of the eye and half the side of the ground, in the object's radii."""
 
 
 @lru_cache(maxsize=1)
-def _whole(tree: LoneTree) -> dict[tuple[float, float], float]:
-    return _mean_radiance(tree, tree.finest)
+def _whole(one: LoneObject) -> dict[tuple[float, float], float]:
+    return _mean_radiance(one, one.finest)
 
 
-def radiance_ratios(tree: LoneTree, level: int) -> Reals:
+def radiance_ratios(one: LoneObject, level: int) -> Reals:
     """Compute the radiance of a level over that of the whole, for every sun and elevation.
 
-    Both are means over all samples that meet the tree from any azimuth.
+    Both are means over all samples that meet the object from any azimuth.
     """
-    whole, found = _whole(tree), _mean_radiance(tree, level)
+    whole, found = _whole(one), _mean_radiance(one, level)
     return np.array([found[key] / whole[key] for key in whole])
 
 
-def _mean_radiance(tree: LoneTree, level: int) -> dict[tuple[float, float], float]:
-    """Mean luminance of a tree down to a level, by elevation of the sun and of the eye."""
+def _mean_radiance(one: LoneObject, level: int) -> dict[tuple[float, float], float]:
+    """Mean luminance of an object down to a level, by elevation of the sun and of the eye."""
     return {
-        (sun, eye): float(np.concatenate(list(_samples(tree, level, sun, eye))).mean())
+        (sun, eye): float(np.concatenate(list(_samples(one, level, sun, eye))).mean())
         for sun in SUNS_DEG
         for eye in EYES_DEG
     }
 
 
-def _samples(tree: LoneTree, level: int, sun_deg: float, eye_deg: float) -> Iterator[Reals]:
-    """Yield the luminance of every sample that meets the tree, azimuth by azimuth."""
-    light = Light(90.0, sun_deg)  # the sun is over the x axis
+def _samples(one: LoneObject, level: int, sun_deg: float, eye_deg: float) -> Iterator[Reals]:
+    """Yield the luminance of every sample that meets the object, azimuth by azimuth."""
     quality, tone = Quality(choose(), 1, 0), Illumination(sun_deg)
-    for turn in (np.arange(AZIMUTHS) + 0.5) * 360.0 / AZIMUTHS:
+    step = 360.0 / AZIMUTHS
+    for number in range(AZIMUTHS):
+        # The sun goes round, too, so that no side of the object faces it more than another.
+        turn, sun_at = (number + 0.5) * step, _SUN_STEPS * number * step
+        light = Light((90.0 - sun_at) % 360.0, sun_deg)  # counter-clockwise from the x axis
         seen_from = math.sin(math.radians(eye_deg)), math.cos(math.radians(turn))
-        sticks = tree.sticks(level, *seen_from, tone)
-        shown = DisplayedRepresentation("tree", tree.every, sticks), _ground()
-        camera = _camera(tree, unit(turn, eye_deg))
-        layers = render_frame(FrameInput(camera, shown, CLEAR, light, quality), int(turn))
+        seen = one.shown(level, *seen_from, tone)
+        shown = DisplayedRepresentation("object", one.every, seen), _ground(one)
+        camera = _camera(one, unit(sun_at + turn, eye_deg))
+        layers = render_frame(FrameInput(camera, shown, CLEAR, light, quality), number)
         yield (layers.rgb.astype(np.float64) @ LUMINANCE)[layers.object == 1]
 
 
-def _camera(tree: LoneTree, toward: Reals) -> Camera:
-    """Look at the middle of a tree from afar."""
-    at = tree.every.parts.position
-    tall = float(at[:, 2].max())
-    half = 1.1 * max(float(np.hypot(at[:, 0], at[:, 1]).max()), tall / 2)
-    eye = np.array((0.0, 0.0, tall / 2)) + AWAY * tree.reach * toward
+def _camera(one: LoneObject, toward: Reals) -> Camera:
+    """Look at the middle of an object from afar."""
+    radius, middle, tall = _cylinder(one)
+    half, away = 1.1 * max(radius, tall / 2), AWAY * one.reach
+    eye = np.array((0.0, 0.0, middle)) + away * toward
     up = np.array((0.0, 0.0, 1.0)) - toward[2] * toward
-    fov = 2 * math.atan(half / (AWAY * tree.reach))
+    fov = 2 * math.atan(half / away)
     return Camera(Corner(0, 0), eye, -toward, up / np.linalg.norm(up), fov, SIZE_PX, SIZE_PX)
 
 
-def _ground() -> DisplayedRepresentation:
-    """Make a square of level grass."""
-    s = GROUND_M
+@lru_cache(maxsize=1)
+def _cylinder(one: LoneObject) -> tuple[float, float, float]:
+    """Radius, middle and height of the upright cylinder that holds all of an object [m]."""
+    points, radii = shapes_of(one.shown(one.finest, 0.0)).spheres
+    low, high = float((points[:, 2] - radii).min()), float((points[:, 2] + radii).max())
+    return float((np.hypot(*points.T[:2]) + radii).max()), (low + high) / 2, high - low
+
+
+def _ground(one: LoneObject) -> DisplayedRepresentation:
+    """Make a square of level grass about an object."""
+    s = GROUND_RADII * one.reach
     corners = np.array([(-s, -s, 0.0), (s, -s, 0.0), (s, s, 0.0), (-s, s, 0.0)])
     grass = GROUND_MATERIALS["grassy"]
     colour = (np.array(grass.moist) + np.array(grass.dry)) / 2

@@ -1,1 +1,1 @@
-"""This package makes prototypes of imported models: limits, joints and stand-ins of their parts."""
+"""This package makes prototypes of imported models: limits, joints and appearances."""

@@ -22,9 +22,9 @@ from lod.metric.hierarchy import Hierarchy
 from lod.metric.tied_levels import max_over_tied, representative
 from lod.stick_table import StickTable
 from scenes.model_files.part_tree import PartTree
+from scenes.models.imported.appearances import model_appearances
 from scenes.models.imported.joints import joints_of, motion_of
 from scenes.models.imported.projected_area import projected_areas
-from scenes.models.imported.stand_ins import stand_ins
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.contrast import part_contrast
@@ -64,7 +64,8 @@ def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
     """Make the prototype of a model."""
     areas = _areas(tree)
     mean, P = areas[:, : len(directions())].mean(axis=1), np.sqrt(areas.max(axis=1))
-    leaf, tints = stand_ins(tree.parent, tree.meshes, mean)
+    looks = model_appearances(tree, mean)
+    leaf, tints = looks.leaf, looks.tints
     rig, joint = joints_of(tree)
     position = _middles(tree)
     tied = representative(tree.parent, P)
@@ -73,7 +74,7 @@ def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
     reach = _Reach(joint, origin, rig.parent)
     lengths = _lengths(tree, reach, position, P, tied, leaf)
     contrast = part_contrast(tree.parent, leaf, tints)[tied]
-    hierarchy = Hierarchy(tree.parent, tree.level, position, *lengths, contrast)
+    hierarchy = Hierarchy(tree.parent, tree.level, position, *lengths, contrast, looks.overlap)
     local = np.concatenate((np.zeros((1, 3)), origin))
     return RiggedPrototype(
         name=name,
@@ -85,6 +86,7 @@ def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
         tints=tints,
         motion=motion_of(tree, rig),
         place=position - local[joint + 1],
+        view_dependence=looks.view_dependence,
         meshes=_on_joints(tree.meshes, joint, local),
     )
 

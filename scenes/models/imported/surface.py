@@ -1,4 +1,4 @@
-"""Pieces of a model's meshes, each as a small ball: what sticks in their place are fitted to."""
+"""Pieces of a model's meshes, each as a small ball: what is gathered into sticks in their place."""
 
 import numpy as np
 
@@ -8,6 +8,9 @@ from lod.stick_table import StickTable
 
 _PIECES = 48
 """Pieces of one mesh, about as many or more."""
+
+_MOST_BALLS = 200_000
+"""Balls of a model, about as many at most: beyond, one ball stands for several pieces in a row."""
 
 
 def surface_balls(meshes: MeshTable) -> tuple[StickTable, Points]:
@@ -32,34 +35,10 @@ def surface_balls(meshes: MeshTable) -> tuple[StickTable, Points]:
     points = (meshes.vertices[corners] * shares).sum(axis=1)
     albedo = (meshes.colours[corners] * shares).sum(axis=1)
     radius = np.sqrt(area[face] / (s * s) / (2 * np.pi))
-    none = np.zeros(len(points), np.int64)
-    balls = StickTable.of(
-        len(meshes.count), meshes.owner[face], points, points, radius, radius, none
-    )
-    return balls, albedo
-
-
-def balls_below(
-    parent: np.ndarray, balls: StickTable, rows: np.ndarray, most: int
-) -> tuple[StickTable, np.ndarray]:
-    """Gather for each of the parts ``rows`` (m,) the balls of all that hangs on it.
-
-    Where there are more than ``most`` in all, every so-manieth stands for those between. Returns
-    them as a table of m parts, and the row of each among the balls that were given.
-    """
-    at = np.full(len(parent), -1)
-    at[rows] = np.arange(len(rows))
-    ball, owner = np.arange(len(balls)), balls.owner
-    step = max(1, len(balls) // most)
-    ball, owner = ball[::step], owner[::step]
-    found, owners = [], []
-    while len(ball):
-        inside = at[owner] >= 0
-        found.append(ball[inside])
-        owners.append(at[owner[inside]])
-        above = parent[owner]
-        ball, owner = ball[above >= 0], above[above >= 0]
-    chosen, number = np.concatenate(found), np.concatenate(owners)
-    order = np.argsort(number, kind="stable")
-    columns = (column[chosen] for column in balls.columns)
-    return StickTable.of(len(rows), number, *columns), chosen[order]
+    owner = meshes.owner[face]
+    step = max(1, len(points) // _MOST_BALLS)
+    first = np.searchsorted(owner, np.arange(len(meshes.count)))
+    kept = np.flatnonzero((np.arange(len(points)) - first[owner]) % step == 0)
+    points, radius, none = points[kept], radius[kept] * np.sqrt(step), np.zeros(len(kept), np.int64)
+    columns = points, points, radius, radius, none
+    return StickTable.of(len(meshes.count), owner[kept], *columns), albedo[kept]

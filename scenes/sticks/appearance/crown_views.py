@@ -10,11 +10,12 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Points, Reals
-from lod.stick_table import StickTable
+from lod.threads import map_chunks
+from scenes.sticks.shapes import Shapes
 from scenes.sticks.view_angles import ELEVATIONS_DEG
 from scenes.sticks.visible_area import visible_areas
 
-AZIMUTHS = 4
+AZIMUTHS = 8
 """Views from each of ELEVATIONS_DEG, turned from one elevation to the next."""
 
 RAYS = 200
@@ -31,7 +32,7 @@ class CrownViews:
     weight (e,)       share of all directions that each elevation stands for
     spacing           of the rays [m]
     covers (e,)       area that the object covers from each elevation, over azimuths [m²]
-    seen (k,)         area that is seen of each of its sticks, over all directions [m²]
+    seen (k,)         area that is seen of each of its shapes, over all directions [m²]
     """
 
     toward: Float64[np.ndarray, "e a 3"]
@@ -40,36 +41,38 @@ class CrownViews:
     covers: Float64[np.ndarray, " e"]
     seen: Float64[np.ndarray, " k"]
 
-    def seen_areas(self, table: StickTable) -> Float64[np.ndarray, "e k"]:
-        """Measure the area that is seen of each stick of a table from each elevation, (e, k)."""
-        return _seen_areas(table, self.toward, self.spacing)
+    def seen_areas(self, shown: Shapes) -> Float64[np.ndarray, "e k"]:
+        """Measure the area that is seen of each shape from each elevation, (e, k)."""
+        return _seen_areas(shown, self.toward, self.spacing)
 
-    def covered(self, table: StickTable, elevation: int) -> float:
-        """Measure the area that a table covers from one elevation, over azimuths [m²]."""
-        areas = visible_areas(table, self.toward[elevation], self.spacing)
+    def covered(self, shown: Shapes, elevation: int) -> float:
+        """Measure the area that shapes cover from one elevation, over azimuths [m²]."""
+        areas = visible_areas(shown, self.toward[elevation], self.spacing)
         return float(areas.sum()) / AZIMUTHS
 
-    def mean_colour(self, table: StickTable, palette: np.ndarray) -> Reals:
+    def mean_colour(self, whole: Shapes, palette: np.ndarray) -> Reals:
         """Compute the mean albedo of what is seen of the whole object, (3,)."""
-        colour: Reals = self.seen @ palette[table.tint] / self.seen.sum()
+        colour: Reals = self.seen @ whole.albedos(palette) / self.seen.sum()
         return colour
 
 
-def look_at(whole: StickTable) -> CrownViews:
-    """Look at an object whose sticks are all of one part."""
-    ends = np.concatenate((whole.start, whole.end))
-    thickest = float(np.maximum(whole.start_radius, whole.end_radius).max())
-    spacing = max(float((ends.max(axis=0) - ends.min(axis=0)).max()), 2 * thickest) / RAYS
+def look_at(whole: Shapes) -> CrownViews:
+    """Look at an object in full detail."""
+    points, radii = whole.spheres
+    extent = float((points.max(axis=0) - points.min(axis=0)).max())
+    spacing = max(extent, 2 * float(radii.max())) / RAYS
     toward = np.array([_around(k, each) for k, each in enumerate(ELEVATIONS_DEG)])
     areas, weight = _seen_areas(whole, toward, spacing), _weights()
     return CrownViews(toward, weight, spacing, areas.sum(axis=1), weight @ areas)
 
 
 def _seen_areas(
-    table: StickTable, toward: Float64[np.ndarray, "e a 3"], spacing: float
+    shown: Shapes, toward: Float64[np.ndarray, "e a 3"], spacing: float
 ) -> Float64[np.ndarray, "e k"]:
-    each = [visible_areas(table, views, spacing).mean(axis=0) for views in toward]
-    return np.array(each)
+    def run(first: int, last: int) -> list[Reals]:
+        return [visible_areas(shown, views, spacing).mean(axis=0) for views in toward[first:last]]
+
+    return np.array([each for some in map_chunks(run, len(toward), 1) for each in some])
 
 
 def _around(number: int, elevation_deg: float) -> Points:

@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float64, Int64
 
 from lod.arrays import Flags, Ints, Points, Reals
 from lod.stick_table import StickTable
+from lod.threads import map_chunks
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key
 from scenes.sticks.appearance.crown_views import CrownViews, look_at
@@ -29,6 +30,7 @@ from scenes.sticks.appearance.simplification import (
     fitting_area,
 )
 from scenes.sticks.outline_area import mean_outline_areas
+from scenes.sticks.shapes import Shapes
 from scenes.sticks.view_angles import ELEVATIONS_DEG
 from scenes.sticks.view_dependence import ViewDependence
 from scenes.sticks.view_dependent_area import with_area_share
@@ -74,7 +76,8 @@ def fit_appearances(parts: PartSticks) -> FittedAppearances:
         return {**columns, **tables, "overlap": found.overlap}
 
     own = parts.own.first, *parts.own.columns
-    key = content_key(parts.parent, parts.level, own, parts.palette)
+    meshes = None if parts.meshes is None else (parts.meshes.first_face, *parts.meshes.surface)
+    key = content_key(parts.parent, parts.level, own, parts.palette, meshes)
     arrays = kept("appearance", key, make, CODE)
     leaf = StickTable(*(arrays[name] for name in _COLUMNS))
     views = ViewDependence.of_area(arrays["table_row"], arrays["area_share"])
@@ -82,11 +85,13 @@ def fit_appearances(parts: PartSticks) -> FittedAppearances:
 
 
 def _fit(parts: PartSticks) -> FittedAppearances:
-    n, whole = len(parts.parent), StickTable.as_one_part([parts.own])
-    full = look_at(whole)
-    outline = mean_outline_areas(parts.own)
-    seen = full.seen / np.maximum(outline, 1e-12)
-    levels = [_fit_level(parts, k, full, seen >= MOSTLY) for k in range(parts.finest)]
+    n = len(parts.parent)
+    whole = parts.shown(np.ones(n, np.bool_))
+    full, seen = look_at(whole), np.zeros(len(parts.own))
+    seen[parts.shows_sticks] = full.seen[: len(whole.sticks)]
+    mostly = seen >= MOSTLY * np.maximum(mean_outline_areas(parts.own), 1e-12)
+    goal = _Goal(full, full.mean_colour(whole, parts.palette))
+    levels = [_fit_level(parts, k, goal, mostly) for k in range(parts.finest)]
     ends = parts.own.only(~parts.owns)
     tables, rows = [ends], [np.full(len(ends), -1)]
     for k, each in enumerate(levels):
@@ -101,7 +106,15 @@ def _fit(parts: PartSticks) -> FittedAppearances:
     return FittedAppearances(leaf, ViewDependence.of_area(in_order, shares), overlap)
 
 
-def _fit_level(parts: PartSticks, level: int, full: CrownViews, seen: Flags) -> LevelAppearance:
+@dataclass(frozen=True, eq=False)
+class _Goal:
+    """What an object is to look like at every level: its views, and its mean albedo (3,)."""
+
+    views: CrownViews
+    colour: Reals
+
+
+def _fit_level(parts: PartSticks, level: int, goal: _Goal, seen: Flags) -> LevelAppearance:
     """Fit the leaf appearances of the parts of one level that own parts."""
     rows, bearer = parts.inner_rows(level), parts.bearer(level)
     m, borne = len(rows), bearer >= 0
@@ -113,12 +126,11 @@ def _fit_level(parts: PartSticks, level: int, full: CrownViews, seen: Flags) -> 
     hidden = parts.own.take(hides).with_owner(m, bearer[hides])
     blobs, blob_of_stick = cluster(hidden, blob_counts(hidden.count))
     factor = fit_radii(blobs, wood, target)
-    above = StickTable.as_one_part([parts.own.take(parts.displayed_above(level))])
-    kept = StickTable.merge([above, StickTable.as_one_part([wood])])
-    share = _fit_area_share(blobs.table(m, factor), kept, full)
+    kept = parts.shown(parts.above(level)).with_sticks(wood)
+    share = _fit_area_share(blobs.table(m, factor), kept, goal.views)
     thick = with_area_share(blobs.table(m, factor), share.max())
     own = _mean_albedos(parts.own.tint[order], hidden, blob_of_stick, len(blobs.part), parts)
-    tint = _tints(thick, own, kept, full, parts)
+    tint = _tints(thick, own, kept, goal, parts)
     shown = replace(thick, tint=tint)
     return LevelAppearance(wood, shown, share / share.max())
 
@@ -154,21 +166,22 @@ def _kept_wood(
     return StickTable.of(m, owner, *columns), stays
 
 
-def _fit_area_share(blobs: StickTable, kept: StickTable, full: CrownViews) -> Reals:
+def _fit_area_share(blobs: StickTable, kept: Shapes, full: CrownViews) -> Reals:
     """Find which share of their area blobs show from each elevation, (e,), over 1 or below.
 
     The object then covers as much as in full detail.
     """
-    one = StickTable.as_one_part([blobs])
-    shares = np.ones(len(ELEVATIONS_DEG))
-    for e, wanted in enumerate(full.covers):
-        bare, share = full.covered(kept, e) if len(kept) else 0.0, 1.0
+
+    def at(e: int) -> float:
+        bare, share, wanted = full.covered(kept, e) if len(kept) else 0.0, 1.0, full.covers[e]
         for _ in range(STEPS):
-            table = StickTable.merge([kept, with_area_share(one, share)])
-            ratio = (wanted - bare) / max(full.covered(table, e) - bare, 1e-9)
+            shown = kept.with_sticks(with_area_share(blobs, share))
+            ratio = (wanted - bare) / max(full.covered(shown, e) - bare, 1e-9)
             share = float(np.clip(share * np.clip(ratio, 0.3, 3.0) ** 1.2, 0.05, 8.0))
-        shares[e] = share
-    return shares
+        return share
+
+    found = map_chunks(lambda first, last: [at(e) for e in range(first, last)], len(full.covers), 1)
+    return np.array([share for some in found for share in some])
 
 
 def _mean_albedos(
@@ -180,18 +193,17 @@ def _mean_albedos(
     return np.stack(sums, axis=1) / np.bincount(group, area, groups)[:, None]
 
 
-def _tints(
-    blobs: StickTable, own: Points, kept: StickTable, full: CrownViews, parts: PartSticks
-) -> Ints:
+def _tints(blobs: StickTable, own: Points, kept: Shapes, goal: _Goal, parts: PartSticks) -> Ints:
     """Choose rows of the palette for blobs, about their own albedos (g, 3).
 
     All that is seen has the object's mean albedo then.
     """
-    palette = parts.palette
-    area = full.weight @ full.seen_areas(StickTable.merge([kept, StickTable.as_one_part([blobs])]))
-    of_kept, of_blobs = area[: len(kept)], area[len(kept) :]
-    colour = full.mean_colour(parts.own, palette)
-    left = area.sum() * colour - of_kept @ palette[kept.tint]
+    palette, sticks = parts.palette, len(kept.sticks)
+    area = goal.views.weight @ goal.views.seen_areas(kept.with_sticks(blobs))
+    is_blob = np.zeros(len(area), np.bool_)
+    is_blob[sticks : sticks + len(blobs)] = True
+    of_kept, of_blobs = area[~is_blob], area[is_blob]
+    left = area.sum() * goal.colour - of_kept @ kept.albedos(palette)
     shift = (left - of_blobs @ own) / max(of_blobs.sum(), 1e-9)
     wanted = np.clip(own + shift, 0, 1)
     return error_diffusion(of_blobs, wanted, palette, np.unique(parts.own.tint))

@@ -13,11 +13,11 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Flags, Points
-from lod.stick_table import StickTable
 from lod.threads import map_chunks
 from scenes.sticks.appearance.sun_and_sky import SunAndSky, cosine_direction
 from scenes.sticks.contrast import LUMINANCE
 from scenes.sticks.ray_grid import Grids, intersect_ray, make_grids, normal_at
+from scenes.sticks.shapes import Shapes
 
 _OFFSET_M = 1e-4
 """Distance from a surface at which rays leave it [m]."""
@@ -31,7 +31,7 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 class LoneObject(NamedTuple):
     """One object on level ground.
 
-    grids           of its sticks
+    grids           of its sticks and triangles
     albedo (k, 3), shape (k,)  of each; shape is 1 where it stands for hidden parts, else 0
     radius, low, high  of the upright cylinder that holds it [m]
     ground (3,)     albedo of the ground
@@ -46,15 +46,14 @@ class LoneObject(NamedTuple):
     ground: np.ndarray
 
 
-def lone_object(table: StickTable, albedo: Points, shape: Flags, ground: np.ndarray) -> LoneObject:
-    """Put the sticks of a table, all of one part, on ground of an albedo (3,)."""
-    ends = np.concatenate((table.start, table.end))
-    radii = np.concatenate((table.start_radius, table.end_radius))
-    reach = float((np.hypot(ends[:, 0], ends[:, 1]) + radii).max())
-    low, high = float((ends[:, 2] - radii).min()), float((ends[:, 2] + radii).max())
+def lone_object(shown: Shapes, albedo: Points, shape: Flags, ground: np.ndarray) -> LoneObject:
+    """Put sticks and triangles on ground of an albedo (3,)."""
+    points, radii = shown.spheres
+    reach = float((np.hypot(points[:, 0], points[:, 1]) + radii).max())
+    low, high = (float(corner[2]) for corner in shown.box)
     numbers = shape.astype(np.int64)
     return LoneObject(
-        make_grids([table]), np.ascontiguousarray(albedo), numbers, reach, low, high, ground
+        make_grids([shown]), np.ascontiguousarray(albedo), numbers, reach, low, high, ground
     )
 
 
@@ -112,16 +111,20 @@ def _trace(one, light, weights, e, randoms, first):  # type: ignore[no-untyped-d
         if k >= 0:
             p = origin - t * eye
             if p[2] > 0.0:
-                _follow(one, light, weights, (turn, first + i), p, k, randoms[i, 2:], sums)
+                met = p, k, -eye
+                _follow(one, light, weights, (turn, first + i), met, randoms[i, 2:], sums)
     return sums
 
 
 @njit(cache=True)
-def _follow(one, light, weights, line, p, k, randoms, sums):  # type: ignore[no-untyped-def]
-    """Add the luminance of one path from the point p of stick k on; ``line``: azimuth, number."""
-    turn, number = line
+def _follow(one, light, weights, line, meets, randoms, sums):  # type: ignore[no-untyped-def]
+    """Add the luminance of one path from where it meets a shape on.
+
+    ``line``: azimuth, number; ``meets``: the point, the row of the shape, and the way there
+    """
+    (turn, number), (p, k, v) = line, meets
     side = 1.0 if number % 2 else -1.0
-    normal = normal_at(one.grids.sticks[k], p)
+    normal = normal_at(one.grids.shapes[k], p, v)
     weight, met, may_touch = one.albedo[k].copy(), one.shape[k], True
     for step in range(len(randoms) // 2):
         q = p + _OFFSET_M * normal
@@ -131,7 +134,7 @@ def _follow(one, light, weights, line, p, k, randoms, sums):  # type: ignore[no-
         ground = -q[2] / v[2] if v[2] < 0 else math.inf
         if k >= 0 and t < ground:
             p = q + t * v
-            normal = normal_at(one.grids.sticks[k], p)
+            normal = normal_at(one.grids.shapes[k], p, v)
             weight = weight * one.albedo[k]
             met += one.shape[k]
         elif ground < math.inf:

@@ -13,8 +13,10 @@ import numpy as np
 
 from lod.arrays import Ints, Reals
 from lod.stick_table import StickTable
+from lod.threads import map_chunks
 from scenes.sticks.appearance.crown_views import CrownViews, look_at
 from scenes.sticks.appearance.part_sticks import PartSticks
+from scenes.sticks.shapes import Shapes
 from scenes.sticks.view_angles import ELEVATIONS_DEG
 from scenes.sticks.view_dependent_area import with_area_share
 
@@ -43,11 +45,11 @@ class LevelAppearance:
     blobs: StickTable
     area_share: Reals
 
-    def shown(self, share: float, elevation: int) -> StickTable:
-        """Return a share of all of them as one part, as they look from a row of ELEVATIONS_DEG."""
+    def shown(self, share: float, elevation: int) -> tuple[StickTable, StickTable]:
+        """Return a share of all of them, as they look from a row of ELEVATIONS_DEG."""
         wood = with_area_share(self.wood, max(share, _NOTHING))
         blobs = with_area_share(self.blobs, max(share * self.area_share[elevation], _NOTHING))
-        return StickTable.as_one_part([wood, blobs])
+        return wood, blobs
 
 
 def measure_overlap(
@@ -67,7 +69,7 @@ def measure_overlap(
     for k in range(parts.finest):
         table = leaf.of_parts((level == k) & owns)
         levels.append(LevelAppearance(table.take(np.zeros(0, np.int64)), table, always))
-    return overlaps(parts, levels, look_at(StickTable.as_one_part([own])))
+    return overlaps(parts, levels, look_at(Shapes.of(own)))
 
 
 def overlaps(parts: PartSticks, levels: Sequence[LevelAppearance], views: CrownViews) -> Reals:
@@ -84,17 +86,19 @@ def _level_overlap(
     """Find the overlap of the leaf appearances of a level and of the parts they stand for."""
     inner = _displayed(parts, level, levels, 0.5)
 
-    def mean_cover(tables: dict[int, StickTable]) -> float:
-        return float(sum(views.weight[e] * views.covered(tables[e], e) for e in SEEN_FROM))
+    def mean_cover(shown: dict[int, Shapes]) -> float:
+        def run(first: int, last: int) -> list[float]:
+            return [views.weight[e] * views.covered(shown[e], e) for e in SEEN_FROM[first:last]]
 
-    without = {
-        e: StickTable.merge([_above(parts, level), levels[level].shown(1.0, e)]) for e in SEEN_FROM
-    }
+        return sum(each for some in map_chunks(run, len(SEEN_FROM), 1) for each in some)
+
+    above = parts.shown(parts.above(level))
+    without = {e: above.with_sticks(*levels[level].shown(1.0, e)) for e in SEEN_FROM}
     wanted = (mean_cover(_displayed(parts, level, levels, 1.0)) + mean_cover(without)) / 2
 
     def missing(share: float) -> float:
-        tables = {e: [inner[e], levels[level].shown(share, e)] for e in SEEN_FROM}
-        return 1 - mean_cover({e: StickTable.merge(t) for e, t in tables.items()}) / wanted
+        shown = {e: inner[e].with_sticks(*levels[level].shown(share, e)) for e in SEEN_FROM}
+        return 1 - mean_cover(shown) / wanted
 
     low, high = 1 / (2 - LEAST), 1 / (2 - GREATEST)
     lack, excess = missing(low), missing(high)
@@ -112,22 +116,16 @@ def _level_overlap(
     return 2 - 1 / (low if abs(lack) < abs(excess) else high)
 
 
-def _above(parts: PartSticks, level: int) -> StickTable:
-    """Everything that shows whatever becomes of a level's parts, as one part."""
-    return StickTable.as_one_part([parts.own.take(parts.displayed_above(level))])
-
-
 def _displayed(
     parts: PartSticks, level: int, levels: Sequence[LevelAppearance], share: float
-) -> dict[int, StickTable]:
+) -> dict[int, Shapes]:
     """Everything that shows while the parts of a level's parts show a share of themselves.
 
-    The leaf appearances of the level are left out. There is one table for each of SEEN_FROM.
+    The leaf appearances of the level are left out. There are shapes for each of SEEN_FROM.
     """
-    of, finer = parts.own.owner, level + 1
-    inner = StickTable.as_one_part([parts.own.take((parts.level <= level)[of])])
-    ends = parts.own.take(((parts.level == finer) & ~parts.owns)[of])
-    tables = [inner, StickTable.as_one_part([with_area_share(ends, share)])]
+    finer = level + 1
+    inner = parts.shown(parts.level <= level)
+    shown = inner.merged(parts.shown((parts.level == finer) & ~parts.owns, share))
     if finer >= len(levels):
-        return {e: StickTable.merge(tables) for e in SEEN_FROM}
-    return {e: StickTable.merge([*tables, levels[finer].shown(share, e)]) for e in SEEN_FROM}
+        return dict.fromkeys(SEEN_FROM, shown)
+    return {e: shown.with_sticks(*levels[finer].shown(share, e)) for e in SEEN_FROM}

@@ -1,7 +1,8 @@
 """The sticks of a part hierarchy, and which of them each part hides.
 
 A part that owns parts has sticks of its own, which it shows as an inner node, or none; a part that
-owns none has what it always looks like.
+owns none has what it always looks like: sticks, or a mesh, which small balls stand for where parts
+are gathered into fewer and larger ones.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Flags, Ints
+from lod.mesh_table import MeshTable
 from lod.stick_table import StickTable
+from scenes.sticks.shapes import Shapes
+from scenes.sticks.view_dependent_area import with_area_share
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,14 +24,16 @@ class PartSticks:
 
     parent (n,)  row of the part that owns each part, −1 for the whole object; wholes before parts
     level (n,)   level of detail, 0 for the whole object and more for the parts of a part
-    own          sticks of each part alone
+    own          sticks of each part alone, and of a mesh the balls that stand for its surface
     palette (t, 3)  linear Rec.709 albedo of each tint
+    meshes       of parts that own none, in the same frame; None where none has one
     """
 
     parent: Ints
     level: Ints
     own: StickTable
     palette: Float64[np.ndarray, "t 3"]
+    meshes: MeshTable | None = None
 
     @cached_property
     def owns(self) -> Flags:
@@ -45,13 +51,27 @@ class PartSticks:
         """Find the parts of a level that own parts, (m,)."""
         return np.flatnonzero((self.level == level) & self.owns)
 
-    def displayed_above(self, level: int) -> Flags:
-        """Tell which sticks show whatever becomes of the parts that inner parts of a level own.
+    @cached_property
+    def shows_sticks(self) -> Flags:
+        """Tell which sticks of ``own`` are seen, for no mesh is in their place, (k,)."""
+        if self.meshes is None:
+            return np.ones(len(self.own), np.bool_)
+        found: Flags = (self.meshes.count == 0)[self.own.owner]
+        return found
 
-        They are those of parts above the level, and of those down to it that own nothing, (k,).
+    def shown(self, parts: Flags, share: float = 1.0) -> Shapes:
+        """Return what the flagged parts (n,) themselves look like, with a share of their area."""
+        sticks = self.own.take(parts[self.own.owner] & self.shows_sticks)
+        sticks = sticks if share == 1.0 else with_area_share(sticks, share)
+        meshes = None if self.meshes is None else self.meshes.only(parts).with_area_share(share)
+        return Shapes.of(sticks, meshes)
+
+    def above(self, level: int) -> Flags:
+        """Tell which parts show whatever becomes of the parts that inner parts of a level own.
+
+        They are those above the level, and those down to it that own nothing, (n,).
         """
-        shown = (self.level < level) | ((self.level == level) & ~self.owns)
-        return shown[self.own.owner]
+        return (self.level < level) | ((self.level == level) & ~self.owns)
 
     def bearer(self, level: int) -> Ints:
         """Find which of ``inner_rows`` each stick is part of, itself or by its parts, (k,).

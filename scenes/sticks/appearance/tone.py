@@ -4,7 +4,7 @@ Hidden parts shade one another, and a few smooth shapes do not. For every level 
 of the eye and azimuth between eye and sun the tone T is found with which the object, displayed down
 to that level, sends as much light as in full detail: Σ Lₛ·Tˢ = L, where Lₛ is the light of paths
 that meet s of the shapes. Light comes from sun and sky, among the object's parts and once by way of
-the ground. The object stands alone. All that is needed is the geometry and albedo of its sticks.
+the ground. The object stands alone. All that is needed is geometry and albedo.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,6 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Flags, Reals
-from lod.stick_table import StickTable
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key
 from scenes.sticks.appearance.fit import CODE
@@ -22,6 +21,7 @@ from scenes.sticks.appearance.light_paths import lone_object, outgoing_light
 from scenes.sticks.appearance.sky import sky_at
 from scenes.sticks.appearance.sun_and_sky import SunAndSky
 from scenes.sticks.prototype import Prototype
+from scenes.sticks.shapes import Shapes
 from scenes.sticks.view_angles import AZIMUTHS_DEG, ELEVATIONS_DEG
 from scenes.sticks.view_dependent_area import with_area_share
 from scenes.terrain.colour import GROUND_MATERIALS
@@ -34,6 +34,9 @@ SIZE_M = 10.0
 
 BOUNDS = 0.05, 2.5
 """Least and greatest tone."""
+
+FAINT = 0.03
+"""Share of an object's light below which shapes keep their own albedo."""
 
 _SEED = 0x70E
 _NEWTON_STEPS = 12
@@ -70,6 +73,8 @@ def _rounded(one: Prototype) -> list[np.ndarray]:
     """Round what the light of an object depends on, so that its size does not tell."""
     tables = [column for each in (one.inner, one.leaf) for column in (each.first, *each.columns)]
     views, h = one.view_dependence, one.hierarchy
+    if one.meshes is not None:
+        tables += one.meshes.surface
     return [np.round(each, 6) for each in (*tables, one.tints, views.area_share, h.level)]
 
 
@@ -89,14 +94,17 @@ def _fit(
 
 
 def _solve(parts: Float64[np.ndarray, "h s t"], wanted: Float64[np.ndarray, "h t"]) -> np.ndarray:
-    """Find T with Σ Lₛ·Tˢ = L by Newton's method, kept within BOUNDS."""
+    """Find T with Σ Lₛ·Tˢ = L by Newton's method, kept within BOUNDS.
+
+    It is 1 where the shapes send less than FAINT of the light, and no T could make up for the rest.
+    """
     powers = np.arange(parts.shape[1])[:, None]
     tone = np.ones_like(wanted)
     for _ in range(_NEWTON_STEPS):
         value = (parts * tone[:, None] ** powers).sum(axis=1) - wanted
         slope = (parts * powers * tone[:, None] ** np.maximum(powers - 1, 0)).sum(axis=1)
         tone = np.clip(tone - value / np.maximum(slope, 1e-12), *BOUNDS)
-    return tone
+    return np.where(parts[:, 1:].sum(axis=1) < FAINT * wanted, 1.0, tone)
 
 
 def _light(
@@ -116,16 +124,16 @@ def _light(
     for each in objects:
         randoms = rng.random((max(lines // len(objects), 1), 2 * surfaces + 2))
         for row in range(len(ELEVATIONS_DEG)):
-            table, shape = displayed_to(each, level, row)
-            alone = lone_object(table, each.tints[table.tint], shape, ground)
+            shown, shape = displayed_to(each, level, row)
+            alone = lone_object(shown, shown.albedos(each.tints), shape, ground)
             total[row] += outgoing_light(alone, light, ELEVATIONS_DEG[row], randoms)
     return total
 
 
-def displayed_to(one: Prototype, level: int | None, elevation: int) -> tuple[StickTable, Flags]:
-    """Collect what an object displays down to a level, as one part; None: in full detail.
+def displayed_to(one: Prototype, level: int | None, elevation: int) -> tuple[Shapes, Flags]:
+    """Collect what an object displays down to a level; None: in full detail.
 
-    Returns it as it looks from a row of ELEVATIONS_DEG, and which of its sticks (k,) stand for
+    Returns it as it looks from a row of ELEVATIONS_DEG, and which of its shapes (k,) stand for
     hidden parts.
     """
     h, views = one.hierarchy, one.view_dependence
@@ -136,7 +144,9 @@ def displayed_to(one: Prototype, level: int | None, elevation: int) -> tuple[Sti
     rows = views.rows(len(one.leaf))
     shares: Reals = np.append(views.area_share[:, elevation], 1.0)[rows]
     leaf = with_area_share(one.leaf, np.maximum(shares, 1e-6))
-    shown = ends[leaf.owner]
-    table = StickTable.as_one_part([inner, leaf.take(shown)])
-    hides = rows[shown] >= 0
-    return table, np.concatenate((np.zeros(len(inner), np.bool_), hides))
+    shown = (ends & ~one.has_mesh)[leaf.owner]
+    meshes = one.meshes.only(ends) if one.meshes is not None else None
+    found = Shapes.of(inner, meshes).with_sticks(leaf.take(shown))
+    hides = np.zeros(len(found), np.bool_)
+    hides[len(inner) : len(found.sticks)] = rows[shown] >= 0
+    return found, hides

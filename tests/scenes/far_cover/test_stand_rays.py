@@ -66,7 +66,8 @@ def objects_near(stand, number, centre, reach=5):
 def first_of_one(grids, which, origin, way):
     """Distance to the first stick of one object along a ray, its row, and the normal there."""
     t, stick = intersect_ray(grids, which, tuple(origin), tuple(way), NOTHING)
-    return t, stick, normal_at(grids.sticks[stick], origin + t * way) if stick >= 0 else 0 * way
+    at = origin + t * way if stick >= 0 else origin
+    return t, stick, normal_at(grids.shapes[stick], at, tuple(way)) if stick >= 0 else 0 * way
 
 
 def test_every_line_meets_what_is_nearest_of_all_that_stands_around():

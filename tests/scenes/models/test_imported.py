@@ -20,14 +20,17 @@ from scenes.field.species import Species
 from scenes.field.species_field import SpeciesField
 from scenes.model_files.library import read_model
 from scenes.model_files.part_tree import PartTree
+from scenes.models.imported.appearances import TINTS, few_tints
 from scenes.models.imported.projected_area import depth_first, projected_areas
 from scenes.models.imported.prototype import imported_prototype
-from scenes.models.imported.stand_ins import TINTS, few_tints
 from scenes.models.imported.surface import surface_balls
 from scenes.render.drivers.motion_vectors import carry_with_triangle
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.appearance.tone import displayed_to
 from scenes.sticks.outline_area import directions
 from scenes.sticks.union_area import areas_of_parts
+from scenes.sticks.view_angles import ELEVATIONS_DEG
+from scenes.sticks.visible_area import visible_areas
 from scenes.terrain.terrain import Terrain
 from tests.scenes.model_files.sample_models import box, lamp_tree, mill
 
@@ -113,12 +116,31 @@ def test_few_tints_keep_the_mean() -> None:
 
 
 @pytest.mark.parametrize("which", ["mill_tree", "lamp_model"])
-def test_stand_ins_cover_what_they_stand_for(which: str, request: pytest.FixtureRequest) -> None:
+def test_sticks_of_ends_cover_what_the_meshes_do(
+    which: str, request: pytest.FixtureRequest
+) -> None:
     tree = request.getfixturevalue(which)
-    leaf = imported_prototype(which, tree).posed().leaf
+    one = imported_prototype(which, tree).posed()
     meshes = projected_areas(tree.parent, tree.meshes, directions()).mean(axis=1)
-    sticks = areas_of_parts(leaf, directions()).mean(axis=1)
-    np.testing.assert_allclose(sticks, meshes, rtol=0.05)
+    sticks = areas_of_parts(one.leaf, directions()).mean(axis=1)
+    ends = one.hierarchy.part_count == 0
+    np.testing.assert_allclose(sticks[ends], meshes[ends], rtol=0.05)
+
+
+def test_down_to_every_level_it_covers_what_its_meshes_do(mill_tree: PartTree) -> None:
+    """From level 2 on, from elevations at which it was fitted and azimuths at which it was not."""
+    one = imported_prototype("mill", mill_tree).posed()
+    finest = int(one.hierarchy.level.max())
+    sides = directions(24)
+    for level in range(2, finest):
+        ratios = []
+        for row, elevation in enumerate(ELEVATIONS_DEG):
+            at = np.abs(np.degrees(np.arcsin(sides[:, 2])) - elevation) < 7.5
+            shown, whole = (displayed_to(one, k, row)[0] for k in (level, None))
+            areas = [visible_areas(each, sides[at], 0.05).sum(axis=1) for each in (shown, whole)]
+            ratios += (areas[0] / areas[1]).tolist()
+        assert np.mean(ratios) == pytest.approx(1, abs=0.02)
+        assert np.abs(np.array(ratios) - 1).max() < 0.1
 
 
 def test_limits_come_from_the_meshes(mill_tree: PartTree) -> None:

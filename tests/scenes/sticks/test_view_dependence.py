@@ -206,6 +206,16 @@ def test_all_tones_of_a_tint_follow_it():
         assert block == pytest.approx(tints[own] * TONE_STEP ** np.arange(steps + 1)[:, None])
 
 
+def test_tones_that_are_too_bright_from_one_side_are_right_from_the_others():
+    """A light tint at 2.5 times its albedo overhead, where no albedo is above 1, and at 1 level."""
+    brighter = np.linspace(1.0, 2.5, len(ELEVATIONS_DEG))
+    views = views_of([0], by_elevation=brighter)
+    tint, palette = with_tone_steps(np.array([0]), np.array([[0.7, 0.7, 0.5]]), views)
+    last = palette[tint[0] + math.ceil(math.log(1 / 2.5) / math.log(TONE_STEP))]
+    assert last == pytest.approx(np.array([0.7, 0.7, 0.5]), rel=1 - TONE_STEP)
+    assert palette.max() == 1.0
+
+
 @given(st.floats(0.05, 1.0))
 def test_thinned_sticks_cover_their_share(tree, share):
     """Of each stick's mean outline; cones a little off, as thinning leaves out a term of theirs."""

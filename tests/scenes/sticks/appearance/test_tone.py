@@ -9,9 +9,10 @@ from lod.stick_table import StickTable
 from scenes.sticks.appearance.light_paths import lone_object, outgoing_light
 from scenes.sticks.appearance.sky import sky_at
 from scenes.sticks.appearance.sun_and_sky import SunAndSky
-from scenes.sticks.appearance.tone import Illumination, _fit, fit_tone
+from scenes.sticks.appearance.tone import Illumination, _fit, _solve, fit_tone
 from scenes.sticks.contrast import LUMINANCE
 from scenes.sticks.prototype import PartPlaces, assemble_prototype
+from scenes.sticks.shapes import Shapes
 from scenes.sticks.view_angles import ELEVATIONS_DEG
 from scenes.sticks.view_dependence import ViewDependence
 
@@ -30,7 +31,7 @@ def balls(centres, radius, tint=0, parts=1, owner=None):
 def test_a_ball_before_the_sun_sends_what_lambert_says(elevation):
     """The eye in line with the sun, black sky and ground: ∫ cos θ dA = ⅔·π·r², over sin h."""
     table = balls([(0.0, 0.0, 3.0)], 0.5)
-    one = lone_object(table, np.full((1, 3), 0.6), np.zeros(1, np.bool_), BLACK)
+    one = lone_object(Shapes.of(table), np.full((1, 3), 0.6), np.zeros(1, np.bool_), BLACK)
     e = math.radians(elevation)
     to_sun = np.array([[math.cos(e), 0.0, math.sin(e)]])
     light = SunAndSky(to_sun, np.zeros(1), np.ones(3), np.zeros((8, 6, 3)))
@@ -45,12 +46,32 @@ def test_a_ball_before_the_sun_sends_what_lambert_says(elevation):
 def test_a_ball_in_an_even_sky_is_as_bright_as_the_share_of_sky_that_it_sees():
     """On black ground a point of normal n sees (1 + n_z)/2 of the sky; from overhead ⅚ in mean."""
     table = balls([(0.0, 0.0, 900.0)], 1.0)
-    one = lone_object(table, np.full((1, 3), 0.5), np.ones(1, np.bool_), BLACK)
+    one = lone_object(Shapes.of(table), np.full((1, 3), 0.5), np.ones(1, np.bool_), BLACK)
     even = SunAndSky(np.array([[0.0, 0.0, 1.0]]), np.zeros(1), np.zeros(3), np.ones((8, 6, 3)))
     randoms = np.random.default_rng(2).random((20_000, 8))
     found = outgoing_light(one, even, 90.0, randoms)
     expected = 0.5 * sum(LUMINANCE) * math.pi * 5 / 6
     assert found[1, 0] == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1)])
+def test_a_level_board_sends_the_light_of_level_ground_from_whichever_side(order):
+    corners = np.array([[(-1, -1, 3), (2, -1, 3), (-1, 1, 3)]], float)[:, order]
+    none = balls([(0.0, 0.0, -9.0)], 1e-3).take(np.zeros(0, np.int64))
+    board = Shapes(none, corners, np.full((1, 3), 0.6))
+    one = lone_object(board, board.colours, np.zeros(1, np.bool_), BLACK)
+    to_sun = np.array([[math.cos(0.7), 0.0, math.sin(0.7)]])
+    light = SunAndSky(to_sun, np.zeros(1), np.ones(3), np.zeros((8, 6, 3)))
+    for elevation in (30.0, 90.0):
+        randoms = np.random.default_rng(3).random((40_000, 8))
+        found = outgoing_light(one, light, elevation, randoms)
+        expected = 0.6 * sum(LUMINANCE) * 3.0 * math.sin(math.radians(elevation))
+        assert found[0, 0] == pytest.approx(expected, rel=0.03)
+
+
+def test_shapes_that_send_next_to_no_light_keep_their_albedo():
+    parts = np.array([[[100.0], [0.1]], [[50.0], [50.0]]])
+    assert _solve(parts, np.array([[150.0], [75.0]])).tolist() == [[1.0], [0.5]]
 
 
 def object_of(leaf_albedo, part_albedo, leaf, parts):
