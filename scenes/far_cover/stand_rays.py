@@ -109,12 +109,12 @@ def intersect_layers(layers, number, origin, v):  # type: ignore[no-untyped-def]
     Rows count the sticks of all layers; the stands of layers are independent.
     """
     nearest, row, normal = intersect_stand(layers[0], number, origin, v)
-    before = len(layers[0].grids.sticks)
+    before = len(layers[0].grids.shapes)
     for k in range(1, len(layers)):
         t, stick, met = intersect_stand(layers[k], number + k * _LAYER, origin, v)
         if stick >= 0 and t < nearest:
             nearest, row, normal = t, before + stick, met
-        before += len(layers[k].grids.sticks)
+        before += len(layers[k].grids.shapes)
     return nearest, row, normal
 
 
