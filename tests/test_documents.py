@@ -7,6 +7,7 @@ from types import ModuleType
 
 import pytest
 
+import lodbench
 from bench.cli.main import COMMANDS
 from bench.experiments.registry import EXPERIMENTS
 from bench.studies.registry import study_descriptions
@@ -112,3 +113,11 @@ def test_pages_quote_the_figures_of_the_records() -> None:
     framing = marked["docs/framing.md"]
     row = next(line for line in framing.splitlines() if line.startswith("| panorama |"))
     assert figures.filled(framing.replace(row, "| panorama | 1 |")) == framing
+
+
+def test_every_name_of_the_module_is_on_its_page() -> None:
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    listed = re.search(r":members: (.*)", page)
+    assert listed
+    assert {*listed[1].split(", "), "Preset"} == set(lodbench.__all__)
+    assert "`Preset`" in page  # whose fields are the keys, on a page of their own

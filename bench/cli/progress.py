@@ -19,9 +19,12 @@ _FRAME_FORMAT = (
 @contextmanager
 def progress_bar(unit: str) -> Iterator[Progress]:
     """Open a bar that counts units; away from a terminal it is silent."""
+    if not sys.stderr.isatty():
+        yield lambda done, total, what: None
+        return
     from tqdm import tqdm
 
-    with tqdm(unit=unit, disable=not sys.stderr.isatty(), leave=False, file=sys.stderr) as bar:
+    with tqdm(unit=unit, leave=False, file=sys.stderr) as bar:
 
         def show(done: int, total: int, what: str) -> None:
             bar.total = total

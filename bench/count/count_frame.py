@@ -5,7 +5,7 @@ No renderer is needed.
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -19,6 +19,9 @@ from scenes.field.species_field import SpeciesField
 from scenes.world.world import World
 
 _RINGS = 256
+
+Follow = Callable[[int, int, str], object]
+"""Called with the number of steps done, the number in all, and a name for what comes next."""
 
 
 @dataclass(frozen=True)
@@ -91,22 +94,33 @@ class Stopwatch:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
-def count(world: World, view: View, ground: Cut | None = None) -> Counts:
+def ignore_steps(done: int, total: int, next_step: str) -> None:
+    """Watch nothing."""
+
+
+def count(
+    world: World, view: View, ground: Cut | None = None, follow: Follow = ignore_steps
+) -> Counts:
     """Prune one frame and hold every species against its prediction.
 
     ground  the cut of the ground, where it is known already
+    follow  is called before each step
     """
     watch, by_species = Stopwatch(), {}
-    for each in world.fields:
+    steps = len(world.fields) + len(world.beside) + 1
+    for done, each in enumerate(world.fields):
+        follow(done, steps, each.name)
         with watch.stage("prune"):
             cut = prune(each, view)
         with watch.stage("predict"):
             predicted = predict(each, view)
         by_species[each.name] = _species_count(cut, predicted, each.species.density)
     others: dict[str, tuple[Tally, Tally]] = {}
-    for one in world.beside:
+    for done, one in enumerate(world.beside, len(world.fields)):
+        follow(done, steps, one.name)
         with watch.stage("prune"):
             others[one.name] = _tallies(prune(one, view))
+    follow(steps - 1, steps, "ground")
     with watch.stage("terrain"):
         ground = prune(world.terrain, view) if ground is None else ground
         triangles = world.terrain.triangle_count(ground.parts)

@@ -8,7 +8,7 @@ from bench.cli.collector import collector_paused
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.frame_flags import memory_flag, memory_limit_bytes
 from bench.cli.output import Output, output, table
-from bench.cli.progress import tell_first_run
+from bench.cli.progress import progress_bar, tell_first_run
 from bench.cli.view_flags import preset_from_flags, view_flags
 from lod.errors import InputError
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
@@ -44,14 +44,17 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
     tell_first_run()
     watch = Stopwatch()
     with output(as_json) as out:
-        with watch.stage("build"):
+        with progress_bar("step") as show, watch.stage("build"):
+            show(0, 1, "models")
             check_prototypes(chosen, most_bytes)
             chosen = within_budget(chosen, (frame,), most_bytes, out.note)
             world = build_world(chosen)
             view = view_at(world, chosen, frame)
-        with watch.stage("foretell"):
-            foretold = check_pruning(world, view, most_bytes, f"frame {frame}")
-        counts = count(world, view, foretold.ground if foretold else None)
+        with progress_bar("step") as show:
+            show(0, 1, "memory")
+            with watch.stage("foretell"):
+                foretold = check_pruning(world, view, most_bytes, f"frame {frame}")
+            counts = count(world, view, foretold.ground if foretold else None, show)
         seconds = watch.seconds | counts.seconds
         wrong = workload.mismatches(counts) if workload else []
         told = {"name": workload.name, "golden": not wrong} if workload else None

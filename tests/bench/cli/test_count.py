@@ -6,6 +6,10 @@ import math
 import pytest
 
 from bench.cli.main import main
+from bench.count.count_frame import count
+from scenes.preset.load import load_preset
+from scenes.world.view import view_at
+from scenes.world.world import build_world
 
 ADULTS = '{model="figure", density=0.01, prototypes=1}'
 CHILDREN = '{model="figure", density=0.02, prototypes=1, sizes=[0.5]}'
@@ -86,3 +90,15 @@ def test_the_words_name_what_was_counted(capfd: pytest.CaptureFixture[str]) -> N
     out = counted(capfd)
     for words in ("objects", "parts", "adult", "child", "terrain", "τ = 1 px"):
         assert words in out
+
+
+def test_steps_of_a_count_are_told_before_they_begin() -> None:
+    preset = load_preset("campfire")
+    world = build_world(preset)
+    told: list[tuple[int, int, str]] = []
+    count(world, view_at(world, preset, 1), None, lambda *step: told.append(step))
+    names = [each.name for each in (*world.fields, *world.beside)]
+    assert [name for _, _, name in told] == [*names, "ground"]
+    assert [(done, total) for done, total, _ in told] == [
+        (done, len(names) + 1) for done in range(len(names) + 1)
+    ]
