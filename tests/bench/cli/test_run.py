@@ -13,6 +13,7 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.records.claims import Claim
 from bench.records.points import Point
 from bench.records.records import read_record
+from bench.runner import run_experiment as run_module
 from bench.runner.experiment import Effort
 from scenes.render.mitsuba import variants
 
@@ -50,6 +51,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[bool, int]]:
         expected_seconds={"full": 1.0, "quick": 1.0},
     )
     monkeypatch.setitem(experiments.EXPERIMENTS, "scaling", fake)
+    monkeypatch.setattr(run_module, "take_probe", lambda preset: {"preset": preset})
     return calls
 
 
