@@ -25,7 +25,7 @@ PLAIN_DATA = {"Settings", "Description"}
 MOST_STEPS, MOST_SHAPES = 14, 16
 
 
-class InThisProcess:
+class InThisProcess(worker.Worker):
     """Stands in for the process that renders: settings come as JSON, as they do there."""
 
     def __init__(self, *arguments):

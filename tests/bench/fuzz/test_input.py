@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 
 from bench.cli.commands.render import command as render
 from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
-from bench.cli.main import main
+from bench.cli.main import main, program
 from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
 from bench.records.provenance import provenance
 from bench.records.records import FORMAT, FORMAT_VERSION, _hash, read_record
@@ -153,7 +153,8 @@ def test_flags(words: list[str | tuple[str, str]]) -> None:
 
     def parse() -> None:
         with contextlib.redirect_stdout(io.StringIO()):
-            flags = render.make_context("render", ["crowd", "-o", "a.####.exr", *flat]).params
+            line = ["crowd", "-o", "a.####.exr", *flat]
+            flags = render.make_context("render", line, **program.context_settings).params
         check_pattern(flags["pattern"])
         frame_numbers(flags["frames"])
         memory_limit_bytes(flags["max_memory"])

@@ -12,13 +12,10 @@ STRANGERS = [
     ("zoo.png", "gallery", "zoo", "-o", "."),
     ("zoo_level.png", "gallery", "zoo", "-o", "."),
     ("README.md", "gallery", "zoo", "-o", "."),
-    ("crowd.json", "full", "crowd", "--quick", "-o", "."),
-    ("crowd-ratio.svg", "full", "crowd", "--quick", "-o", "."),
     ("sheet.png", "films", "walk", "."),
     ("pan.0003.exr", "films", "clips", "-o", ".", "--clip", "pan"),
     ("pan.png", "films", "clips", "-o", ".", "--clip", "pan"),
     ("fields.csv", "tone", "."),
-    ("again.csv", "tone", ".", "--again"),
 ]
 
 
