@@ -39,7 +39,6 @@ slow: $(READY)
 docs: $(READY)
 	$(BIN)/python docs/write_keys.py
 	$(BIN)/python docs/write_figures.py
-	$(BIN)/python docs/write_promises.py
 	$(BIN)/sphinx-build --quiet --nitpicky --fail-on-warning --keep-going -c docs . $(OUT)/docs
 	@echo "manual  $(OUT)/docs/docs/index.html"
 

@@ -1,8 +1,8 @@
 """Write the figures that pages quote from records, between the marks of their blocks.
 
 A block begins with ``<!-- figures: NAME -->`` and ends with ``<!-- end of figures -->``; what
-stands between is written from a record: those of studies in results/studies, and the claims of the
-reference run that the report's first screen chooses. `make docs` fills all pages, and a test
+stands between is written from records: those of studies, soaks and the fuzzer, and the claims of
+the reference run that the report's first screen chooses. `make docs` fills all pages, and a test
 compares. A block says so where its record is not there yet.
 """
 
@@ -16,11 +16,20 @@ from bench.records.claims import Claim
 from bench.records.study_record import StudyRecord, read_study_record
 from bench.report.first_screen import CHOSEN
 from bench.report.words import MARKS, verdict_text
+from bench.studies.acting import study as acting_study
 from bench.studies.defocus import saved_share
 
 ROOT = Path(__file__).parents[1]
-REFERENCE, STUDIES = ROOT / "results" / "reference", ROOT / "results" / "studies"
-PAGES = ("README.md", "docs/depth-of-field.md", "docs/framing.md", "results/cost.md")
+RESULTS = ROOT / "results"
+REFERENCE, STUDIES = RESULTS / "reference", RESULTS / "studies"
+PAGES = (
+    "README.md",
+    "docs/depth-of-field.md",
+    "docs/framing.md",
+    "docs/promises.md",
+    "results/acting.md",
+    "results/cost.md",
+)
 _BLOCK = re.compile(r"(<!-- figures: (\w+) -->\n).*?(<!-- end of figures -->)", re.S)
 
 
@@ -103,11 +112,29 @@ def defocus() -> str:
     return f"{_table(heads, rows)}\n\n{how} {of_law} {_origin(record)}"
 
 
+def acting() -> str:
+    """Write what actors cost and who may wait, as its study prints it."""
+    parts = acting_study.read_record(RESULTS / "acting.json")
+    return f"```\n{acting_study.page(parts)}\n```"
+
+
+def tried() -> str:
+    """Write a row for each soak on record, and a sentence for each run of the fuzzer."""
+    heads = (
+        *("what", "commit", "seconds", "rounds", "commands", "signals", "workers killed"),
+        *("damages", "verdicts", "broken"),
+    )
+    table = _table(heads, [_soak(each) for each in _records("soak")])
+    return "\n\n".join((table, *(_fuzz(each) for each in _records("fuzz"))))
+
+
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "claims": claims,
     "start": start,
     "framing": framing,
     "defocus": defocus,
+    "acting": acting,
+    "tried": tried,
 }
 
 
@@ -120,6 +147,43 @@ def _figures(block: str) -> str:
 
 def _study(name: str) -> StudyRecord:
     return read_study_record(STUDIES / f"{name}.json")
+
+
+def _records(folder: str) -> list[dict[str, Any]]:
+    paths = sorted((RESULTS / folder).glob("*.json"))
+    return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+
+
+def _soak(record: dict[str, Any]) -> tuple[str, ...]:
+    tried, source = record["tried"], record["provenance"]
+
+    def total(begin: str) -> str:
+        return f"{sum(n for name, n in tried.items() if name.startswith(begin))}"
+
+    verbs = ("render", "long", "verify", "repair", "ids", "count")
+    return (
+        f"soak {source['seed']}, {source['variant']}",
+        source["commit"][:7],
+        f"{record['seconds']}",
+        f"{tried['rounds']}",
+        f"{sum(tried.get(f'commands: {verb}', 0) for verb in verbs)}",
+        total("signals"),
+        total("workers killed"),
+        total("damages"),
+        f"{tried['frames judged by verify']}",
+        f"{sum(record['broken'].values())}",
+    )
+
+
+def _fuzz(record: dict[str, Any]) -> str:
+    cases = record["cases"]
+    taken, refused = (
+        sum(n for k, n in cases.items() if k.endswith(how)) for how in ("taken", "refused")
+    )
+    return (
+        f"The fuzzer, at {record['commit'][:7]}: {taken + refused:,} inputs judged, of which "
+        f"{taken:,} were taken and {refused:,} refused with a rule and a cure; no other error came."
+    )
 
 
 def _error(each: Mapping[str, float]) -> str:

@@ -99,12 +99,6 @@ def test_the_page_of_keys_says_what_the_models_say() -> None:
     assert written.PAGE.read_text(encoding="utf-8") == written.page(), "run `make docs`"
 
 
-def test_what_was_tried_is_as_often_as_records_say() -> None:
-    written = writer("write_promises")
-    assert written.PAGE.read_text(encoding="utf-8") == written.page(), "run `make docs`"
-    assert len(list(written.RESULTS.glob("soak/*.json"))) >= 1
-
-
 def test_pages_quote_the_figures_of_the_records() -> None:
     figures = writer("write_figures")
     marked = {
@@ -115,7 +109,7 @@ def test_pages_quote_the_figures_of_the_records() -> None:
     assert sorted(marked) == sorted(figures.PAGES)
     for page, text in marked.items():
         assert figures.filled(text) == text, f"{page}: run `make docs`"
-        assert "| --- |" in text or "Not measured yet" in text
+        assert "| --- |" in text or "```" in text or "Not measured yet" in text
     framing = marked["docs/framing.md"]
     row = next(line for line in framing.splitlines() if line.startswith("| panorama |"))
     assert figures.filled(framing.replace(row, "| panorama | 1 |")) == framing
