@@ -29,6 +29,7 @@ from scenes.render.mitsuba.variants import choose
 IMPORTS = "import numpy, numba, scipy, pydantic, click"
 WARM, COLD = "warm", "cold"
 SIZE, SPP = "640x360", 16
+PRESETS = "meadow", "forest"
 
 
 class Took(NamedTuple):
@@ -73,12 +74,12 @@ def counting(words: tuple[str, ...]) -> Start:
     return Start(f"lodbench {' '.join(words)}", words, IMPORTS, lambda said: 0.0)
 
 
-def first_frame(folder: Path, variant: str) -> Start:
-    """Return the first frame of ``meadow``, from the command to the file in a folder."""
-    words = ("render", "meadow", "-o", str(folder / "a.####.exr"), "--overwrite", "--json")
+def first_frame(preset: str, folder: Path, variant: str) -> Start:
+    """Return the first frame of a preset, from the command to the file in a folder."""
+    words = ("render", preset, "-o", str(folder / "a.####.exr"), "--overwrite", "--json")
     picture = "--size", SIZE, "--spp", str(SPP), "--variant", variant
     imports = f"{IMPORTS}, drjit, OpenEXR, mitsuba; mitsuba.set_variant({variant!r})"
-    return Start(f"first frame of meadow, {SIZE}, {SPP} spp", (*words, *picture), imports, trace_s)
+    return Start(f"first frame of {preset}, {SIZE}, {SPP} spp", (*words, *picture), imports, trace_s)
 
 
 def trace_s(said: str) -> float:
@@ -152,11 +153,11 @@ def report(found: dict[str, dict[str, Any]]) -> str:
 @click.option("--cold", default=1, show_default=True, help="Turns that begin with nothing kept.")
 @click.option("--record", type=click.Path(path_type=Path), help="A file for the figures.")
 def command(words: tuple[str, ...], repeats: int, cold: int, record: Path | None) -> None:
-    """Time `lodbench WORDS` against imports; by default `count meadow` and a first frame."""
+    """Time `lodbench WORDS` against imports; by default `count meadow` and first frames."""
     variant, found = choose(), {}
     with tempfile.TemporaryDirectory() as folder:
         starts = [counting(words or ("count", "meadow"))]
-        starts += [] if words else [first_frame(Path(folder), variant)]
+        starts += [first_frame(each, Path(folder), variant) for each in PRESETS if not words]
         for start in starts:
             for name, turns in rounds(start, repeats, cold, Path(folder, "kept")).items():
                 if turns:

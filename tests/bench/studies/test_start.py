@@ -41,6 +41,6 @@ def test_cold_commands_find_nothing_kept_and_warm_ones_the_same(asked, tmp_path:
 
 
 def test_a_first_frame_is_held_against_its_trace_and_its_imports(asked, tmp_path: Path) -> None:
-    found = figures(rounds(first_frame(tmp_path, "llvm_ad_rgb"), 0, 1, tmp_path)[COLD])
+    found = figures(rounds(first_frame("meadow", tmp_path, "llvm_ad_rgb"), 0, 1, tmp_path)[COLD])
     assert (found["own_s"], found["ratio"], found["low"]) == (1.5, 1.0, None)
     assert len(asked) == 2
