@@ -79,7 +79,9 @@ def first_frame(preset: str, folder: Path, variant: str) -> Start:
     words = ("render", preset, "-o", str(folder / "a.####.exr"), "--overwrite", "--json")
     picture = "--size", SIZE, "--spp", str(SPP), "--variant", variant
     imports = f"{IMPORTS}, drjit, OpenEXR, mitsuba; mitsuba.set_variant({variant!r})"
-    return Start(f"first frame of {preset}, {SIZE}, {SPP} spp", (*words, *picture), imports, trace_s)
+    return Start(
+        f"first frame of {preset}, {SIZE}, {SPP} spp", (*words, *picture), imports, trace_s
+    )
 
 
 def trace_s(said: str) -> float:
