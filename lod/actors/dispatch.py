@@ -69,6 +69,12 @@ def rejection_reason(receiver: object, action: Action) -> str:
     return ""
 
 
+def plain_method(receiver: object, action: Action) -> Callable[..., Any]:
+    """Return the method that an action names, as written, for an object that acts already."""
+    method: Callable[..., Any] = getattr(type(receiver), action.name).__wrapped__
+    return method
+
+
 def _counts(takes: Signature) -> range:
     """List how many arguments a method takes beside the object; none of one that takes any."""
     given = list(takes.parameters.values())[1:]

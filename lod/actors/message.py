@@ -10,6 +10,7 @@ Refusal of the object that refused it.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
+from functools import lru_cache
 from typing import Any
 
 from lod.errors import InputError
@@ -94,14 +95,26 @@ def change(route: str | Sequence[str], name: str, *arguments: Any) -> Message:
 
 def parse_route(route: str | Sequence[str]) -> Route:
     """Split a route written with slashes or dots into names, or check those given one by one."""
+    try:
+        return _names(route if isinstance(route, str) else tuple(route))
+    except TypeError:  # not to be kept, as a list in it
+        raise _no_route(route) from None
+
+
+@lru_cache(maxsize=4096)
+def _names(route: str | Route) -> Route:
     if isinstance(route, str):
         names = route.replace(".", SEPARATOR).split(SEPARATOR) if route else []
     else:
         names = list(route)
     for name in names:
         if not (isinstance(name, str) and name.strip()):
-            raise InputError("route", route, "names with one / between them", 'try "leg/foot"')
+            raise _no_route(route)
     return tuple(name.strip() for name in names)
+
+
+def _no_route(route: object) -> InputError:
+    return InputError("route", route, "names with one / between them", 'try "leg/foot"')
 
 
 def format_route(route: Sequence[str]) -> str:

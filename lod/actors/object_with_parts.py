@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from types import MethodType
 from typing import Any, ClassVar, Never, TypeVar
 
-from lod.actors.dispatch import query, rejection_reason
+from lod.actors.dispatch import plain_method, query, rejection_reason
 from lod.actors.message import (
     Action,
     Answer,
@@ -173,11 +173,11 @@ class ObjectWithParts:
         """Forward the message to the part at the head of the route, or carry it out here."""
         if not message.route:
             return self.__perform(message.action, log)
+        intercepts &= type(self).intercept is not ObjectWithParts.intercept
         passed = self.__intercepted(message, log) if intercepts else message
         if isinstance(passed, Refusal) or not passed.route:
             return passed if isinstance(passed, Refusal) else self.__perform(passed.action, log)
-        part = (self.__parts or {}).get(passed.route[0])
-        if part is None:
+        if (part := (self.__parts or {}).get(passed.route[0])) is None:
             return self.refuse(self.__unknown(passed.route))
         return part.__deliver(Message(passed.route[1:], passed.action), log)
 
@@ -199,7 +199,7 @@ class ObjectWithParts:
             return self.refuse(why)
         before = self.__begin(log)
         try:
-            value = getattr(self, action.name)(*action.arguments)
+            value = plain_method(self, action)(self, *action.arguments)
         except (Refused, InputError) as refused:
             return _refusal(str(self), refused)
         finally:
@@ -292,6 +292,7 @@ def _assembled(
     return parts
 
 
+_PLAIN = frozenset((float, int, bool, str, type(None)))
 Log = list[tuple[ObjectWithParts, dict[str, Any]]]
 """Objects that have acted for a change, in order, with their attributes as they were before."""
 
@@ -311,10 +312,9 @@ def _refusal(who: str, refused: Refused | InputError) -> Refusal:
 
 def _hands_out(value: Any) -> bool:
     """Tell whether an answer is, or holds, a part that has an owner."""
+    if isinstance(value, (tuple, list, set, frozenset)):
+        return any(_hands_out(item) for item in value if type(item) not in _PLAIN)
+    value = value.__self__ if isinstance(value, MethodType) else value
     if isinstance(value, ObjectWithParts):
         return bool(value._owned_by)
-    if isinstance(value, MethodType):
-        return _hands_out(value.__self__)
-    if isinstance(value, (tuple, list, set, frozenset)):
-        return any(map(_hands_out, value))
     return isinstance(value, Mapping) and any(_hands_out(item) for item in value.items())

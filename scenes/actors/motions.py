@@ -23,6 +23,9 @@ EIGHTHS = 8
 SLOWEST = 0.3
 """Speed below which a walker's pose goes over to rest, as a share of its prototype's speed."""
 
+STRIDE_POWER = 0.6
+"""Power of the speed as which the stride goes."""
+
 LONGEST_STRIDE = 1.3
 """Longest stride, as a share of the prototype's; faster bodies take more strides."""
 
@@ -43,7 +46,7 @@ def step_at(motion: Motion, speed: float) -> Step:
     if relative < 1e-3:
         return Step(0, 1.0, 0.0)
     eighths = min(EIGHTHS, math.ceil(EIGHTHS * relative / SLOWEST))
-    factor = min(max(relative, SLOWEST) ** 0.6, LONGEST_STRIDE)
+    factor = min(max(relative, SLOWEST) ** STRIDE_POWER, LONGEST_STRIDE)
     return Step(eighths, factor, speed / (factor * motion.stride * eighths / EIGHTHS))
 
 
@@ -98,3 +101,15 @@ def pose_at(prototype: RiggedPrototype, phase: float) -> tuple[np.ndarray, np.nd
     rotations = slerp(motion.rotations[k], motion.rotations[(k + 1) % keys], along - k)
     shift = (1 - along + k) * motion.shift[k] + (along - k) * motion.shift[(k + 1) % keys]
     return rotations, shift
+
+
+def stick_ends(prototype: RiggedPrototype) -> np.ndarray:
+    """Compute both ends of every stick at each key, in the object's own frame, (k, e, 3) [m]."""
+    motion = prototype.motion
+    origin, facing = prototype.rig.frames(motion.rotations, motion.shift)
+    ends = []
+    for table in prototype.full_detail_sticks():
+        for on, point in ((table.start_joint, table.start), (table.end_joint, table.end)):
+            own = on >= 0  # what a body wears itself does not move against it
+            ends.append(rotate_vectors(facing[:, on[own]], point[own]) + origin[:, on[own]])
+    return np.concatenate(ends, axis=1)

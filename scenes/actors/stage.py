@@ -63,6 +63,7 @@ class Stage(ObjectWithParts):
         self._known = np.zeros((len(bodies), 11))
         self._held: Held = {}
         self._stale = set(bodies)
+        self._up_to_date = set[str]()
         self._names = tuple(bodies)
         self._tree: cKDTree | None = None
 
@@ -84,7 +85,7 @@ class Stage(ObjectWithParts):
     @mutator
     def begin(self, time_s: float, on_path: Eye) -> None:
         """Begin a moment: its time [s], and where the preset has the camera."""
-        self._time, self._tree = time_s, None
+        self._time, self._tree, self._up_to_date = time_s, None, set()
         self._ask_part(change((CAMERA,), "follow_path", on_path))
 
     @query
@@ -123,7 +124,7 @@ class Stage(ObjectWithParts):
     def intercept(self, message: Message) -> Message | Refusal:
         """Bring whoever is asked up to date, and answer where parts are."""
         name = message.route[0]
-        self._look_up(name)
+        self._look_up(name, kept=not message.action.changes)
         if message.action.name == "where" and not message.action.changes:
             return Message((), Action("where", (message.route,)))
         if message.action.changes and name != CAMERA:
@@ -132,9 +133,12 @@ class Stage(ObjectWithParts):
                 self._tree = None
         return message
 
-    def _look_up(self, name: str) -> None:
-        """Bring a part up to date. Raises Refused where there is none of that name."""
-        if name == CAMERA:
+    def _look_up(self, name: str, kept: bool = True) -> None:
+        """Bring a part up to date. Raises Refused where there is none of that name.
+
+        kept  whether it stays so; not for a change, which may be refused and then takes it back
+        """
+        if name == CAMERA or name in self._up_to_date:
             return
         if name not in self._rows:
             known = [*self._rows, CAMERA]
@@ -144,12 +148,15 @@ class Stage(ObjectWithParts):
         if self._known[self._rows[name], _TIME] < self._time:
             self._stale.add(name)
             self._ask_part(change((name,), "advance", self._time))
+        if kept:
+            self._up_to_date.add(name)
 
     def _coasted(self) -> Standings:
         """Ask the bodies that have changed how they stand, and let all others coast till now."""
         for name in sorted(self._stale, key=self._rows.__getitem__):
             row = self._rows[name]
-            self._ask_part(change((name,), "advance", self._time))
+            if name not in self._up_to_date:
+                self._ask_part(change((name,), "advance", self._time))
             stands: Posture | None = self._ask_part(ask((name,), "posture"))
             self._known[row] = (*(stands[:10] if stands else _GONE), self._time)
             self._held.pop(row, None)

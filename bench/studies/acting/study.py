@@ -37,11 +37,12 @@ Record = dict[str, dict[str, Any]]
 def measurements(quick: bool, seed: int) -> Iterator[tuple[str, Callable[[], Any]]]:
     """List every part with what measures it; the quick ones are too small to say much."""
     frames, big = (12, 60) if quick else (96, 1000)
-    crowds = [Crowd(big), Crowd(big, 0.02), Crowd(big, 0.08), Crowd(big, questions=20)]
+    crowds = [Crowd(big), Crowd(big, threshold=1.0), Crowd(big, threshold=2.0)]
+    crowds += [Crowd(big, 0.02), Crowd(big, 0.08), Crowd(big, questions=20)]
     crowds += [Crowd(big, questions=100), Crowd(10 * big)]
     for crowd in crowds[: 2 if quick else None]:
-        key = f"waiting {crowd.actors} {crowd.density:g} {crowd.questions}"
-        yield key, partial(saving, crowd, frames, 0.5, seed)
+        key = f"waiting {crowd.actors} {crowd.density:g} {crowd.questions} {crowd.threshold:g}"
+        yield key, partial(saving, crowd, frames, seed)
     people = 20 if quick else 200
     for side in (40.0, 200.0):
         yield f"costs {side:g}", partial(costs, people, side, frames, seed)

@@ -32,11 +32,15 @@ COPIED = round(24 * LONGEST_COAST_S)
 
 @dataclass(frozen=True)
 class Crowd:
-    """Who acts: walkers, how many of them on a square metre, and questions on top of theirs."""
+    """Who acts: walkers, how many of them on a square metre, and questions on top of theirs.
+
+    threshold  of the bound beyond which an actor is updated [px]
+    """
 
     actors: int
     density: float = 0.005
     questions: int = 0
+    threshold: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -60,10 +64,10 @@ class Saving:
     parts_ratio: float
 
 
-def saving(crowd: Crowd, frames: int, threshold: float, seed: int, looks: int = 4) -> Saving:
+def saving(crowd: Crowd, frames: int, seed: int, looks: int = 4) -> Saving:
     """Let a crowd act in both ways, and compare; errors are looked at in so many frames."""
     side = float(np.sqrt(crowd.actors / crowd.density))
-    presets = [walkers(crowd.actors, side, frames, each, seed) for each in (0.0, threshold)]
+    presets = [walkers(crowd.actors, side, frames, each, seed) for each in (0.0, crowd.threshold)]
     with dearer(crowd.questions):
         every, some = (troupe_of(each) for each in presets)
     world, spent, updates = build_world(presets[1]), np.zeros((2, frames)), 0
@@ -143,12 +147,17 @@ def _worst(off: Reals) -> tuple[float, float]:
 
 def saving_rows(found: Sequence[Saving]) -> list[tuple[str, ...]]:
     """Write savings as the rows of a table, its head first."""
-    head = ("actors", "a m²", "questions more", "s, all", "s, some", "saved", "updated")
+    head = ("actors", "a m²", "questions more", "bound px", "s, all", "s, some", "saved", "updated")
     px = "at once p99.9", "most px", "in time p99.9", "most px"
     rows: list[tuple[str, ...]] = [(*head, *px, "parts")]
     for each in found:
         crowd, ratio = each.crowd, each.seconds_all / each.seconds_some
-        who = f"{crowd.actors:,}", f"{crowd.density:g}", str(crowd.questions)
+        who = (
+            f"{crowd.actors:,}",
+            f"{crowd.density:g}",
+            str(crowd.questions),
+            f"{crowd.threshold:g}",
+        )
         seconds = f"{each.seconds_all:.1f}", f"{each.seconds_some:.1f}", f"{ratio:.2f}"
         off = (f"{px:.3f}" for px in (*each.at_once_px, *each.in_time_px))
         rows.append((*who, *seconds, f"{each.updated:.3f}", *off, f"{each.parts_ratio:.4f}"))

@@ -18,7 +18,7 @@ from scenes.world.world import build_world, make_terrain
 
 
 def test_those_who_wait_are_off_by_less_than_the_threshold():
-    found = saving(Crowd(16), 8, 8.0, 0, looks=2)
+    found = saving(Crowd(16, threshold=8.0), 8, 0, looks=2)
     assert 0.1 < found.updated < 0.9
     assert 0 < found.at_once_px[0] <= found.at_once_px[1] < 8.0
     assert 0 < found.in_time_px[1] < 8.0

@@ -41,6 +41,16 @@ def test_a_scene_is_a_whole_that_answers_where_its_parts_are():
     assert refused == Refusal("scene", "has no part 'jo'; the nearest known route is 'joe'")
 
 
+def test_a_refused_change_leaves_nobody_behind_the_time():
+    """A change brings joe up to date first; refused, it takes that back: the next does it again."""
+    stage = told(preset(script=({"to": "joe", "do": "go 1m/s"},)), 12)
+    eye, before = value(stage, ask("camera", "eye")), value(stage, ask("joe", "course"))
+    stage.receive(change("", "begin", 1.5, eye)).value  # noqa: B018
+    assert isinstance(stage.receive(change("joe/head", "bend", (0, 170, 0))), Refusal)
+    after = value(stage, ask("joe", "course"))
+    assert np.isclose(np.hypot(after.x - before.x, after.y - before.y), 1.5 - 11 / 24)
+
+
 def test_a_script_turns_a_part_in_its_time():
     """Half way through a smooth turn of 30° it is at 15°; it begins and ends at rest."""
     line = {"at": 0.25, "to": "joe head", "do": "orient z 30deg", "over": 0.5}
