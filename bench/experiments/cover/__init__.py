@@ -5,7 +5,7 @@ from bench.runner.experiment import Experiment, functions_of
 EXPERIMENT = Experiment(
     name="cover",
     order=80,
-    version=3,
+    version=4,
     about=("tone and coverage by distance to 5 km, with and without far cover, against everything"),
     question=("Does pruning keep the tone of the land from the nearest tree to the horizon?"),
     full={

@@ -25,6 +25,7 @@ from bench.experiments.cover.scene import (
     pictures,
     preset_of,
     whole,
+    window_view,
 )
 from bench.fields.judged_seeds import first_seed
 from bench.records.points import Column, Point, columns
@@ -40,7 +41,7 @@ from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.stages import build_frame, move_camera, trace
 from scenes.sticks.contrast import LUMINANCE
 from scenes.world.light import sun_and_sky
-from scenes.world.view import preset_air, view_at
+from scenes.world.view import preset_air
 from scenes.world.world import World, build_world
 
 _SPP = 1
@@ -132,7 +133,7 @@ def land_light(clear: Layers, air: Air) -> np.ndarray:
 
 def _shot(world: World, preset: Preset, visible: list[DisplayedRepresentation]) -> FrameInput:
     """Put together what the first frame displays, with one sample for each of its pixels."""
-    camera, quality = view_at(world, preset, 1).camera, frame_quality(preset, choose())
+    camera, quality = window_view(world, preset).camera, frame_quality(preset, choose())
     light = preset_air(preset), sun_and_sky(preset)
     return FrameInput(camera, tuple(visible), *light, replace(quality, spp=_SPP))
 

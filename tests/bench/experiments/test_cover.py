@@ -17,7 +17,15 @@ from bench.experiments.cover.claims import (
     tone,
 )
 from bench.experiments.cover.measure import Seen, cases, in_bands, land_light
-from bench.experiments.cover.scene import LOOKS, Case, displayed, pictures, preset_of, whole
+from bench.experiments.cover.scene import (
+    LOOKS,
+    Case,
+    displayed,
+    pictures,
+    preset_of,
+    whole,
+    window_view,
+)
 from bench.experiments.registry import EXPERIMENTS
 from bench.fields.judged_seeds import BUILDING_SEEDS
 from bench.records.points import Column, Point
@@ -105,6 +113,19 @@ def test_far_looks_show_a_window_from_one_to_five_kilometres_with_pixels_of_the_
         assert camera.pixel_angle * look.fine == pytest.approx(4 * near, rel=0.25)
         assert look.edges_m[0] > distance - 200 and look.edges_m[-1] < 1.1 * distance + 250
         assert look.details == (1.0,)
+
+
+def test_coordinates_are_about_the_window_where_leaves_shade_one_another():
+    """And not about the eye, 5 km from there; what is in view is the same."""
+    world, preset = of("far_5_km")
+    view, usual = window_view(world, preset), view_at(world, preset, 1)
+    assert view.camera.eye[:2] == pytest.approx([0.0, -5000.0])
+    field = next(each for each in world.fields if each.name == "conifer")
+    one, two = (prune(field, replace(each, detail=0.2)).parts for each in (view, usual))
+    assert len(one) > 1000 and abs(one.position).max() < 300 < abs(two.position).max()
+    assert one.position - two.position == pytest.approx(
+        np.tile(view.camera.eye - usual.camera.eye, (len(one), 1)), abs=1e-6
+    )
 
 
 def of(look):
