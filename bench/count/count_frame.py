@@ -12,13 +12,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lod.law.flat_ground import count_variance, disc_areas, expected_count, limits_seen
-from lod.law.uneven_ground import CountMoments, count_moments, max_ground_distance, polar_quadrature
+from lod.law.ground_quadrature import ground_quadrature
+from lod.law.uneven_ground import CountMoments, count_moments
 from lod.pruning.pruner import Cut, prune
 from lod.pruning.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.world.world import World
 
-_RINGS = 256
+_NODES = 2**16
+"""Nodes of the law's integral over the ground of one species: right to 0.05 % in the presets."""
 
 Follow = Callable[[int, int, str], object]
 """Called with the number of steps done, the number in all, and a name for what comes next."""
@@ -138,11 +140,10 @@ def count(
     )
 
 
-def predict(each: SpeciesField, view: View, rings: int = _RINGS) -> CountMoments | None:
+def predict(each: SpeciesField, view: View) -> CountMoments | None:
     """Predict one species by the law, per unit density; None for a metric without a law.
 
-    The closed form holds on flat ground all round; otherwise the law is integrated over the ground,
-    on a net of so many rings and spokes about the eye.
+    The closed form holds on flat ground all round; otherwise the law is integrated over the ground.
     """
     trees, view = each.prototypes.part_tables.hierarchies, each.species.seen_in(view)
     if view.metric.along_axis:
@@ -150,10 +151,8 @@ def predict(each: SpeciesField, view: View, rings: int = _RINGS) -> CountMoments
     low, high = each.ground.bounds()
     if view.look_around and low == high and each.extent is None and not each.species.habitat:
         return _flat(each, view, high)
-    reach = max_ground_distance(trees, view)
-    if each.extent is not None:
-        reach = min(reach, _farthest_corner(each, view))
-    net = polar_quadrature(view.camera.eye, reach, rings, rings)
+    farthest = math.inf if each.extent is None else _farthest_corner(each, view)
+    net = ground_quadrature(trees, view, _NODES, farthest)
     if each.extent is not None:
         net = type(net)(net.xy, np.where(_in_window(each, view, net.xy), net.area, 0.0), net.turn)
     if each.species.habitat is not None:

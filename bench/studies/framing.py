@@ -31,10 +31,6 @@ SCENE = (
 )
 """Keys of all fields: flat ground, and people enough for narrow intervals."""
 
-RINGS = 1024
-"""Rings and spokes of the law's integral: with the 256 of `lodbench count` it is uncertain by up to
-1.3 % where objects of a hundred kinds are cut off by the sides of the picture."""
-
 FRAMINGS = {
     "panorama": ("camera.projection=panorama", "view.detail=1"),
     "pair, 65 mm apart, all round": ("camera.stereo=0.065", "view.look_around=true"),
@@ -52,7 +48,7 @@ def counts_of(keys: tuple[str, ...], seed: int) -> np.ndarray:
     view = view_at(world, chosen, 1)
     found = np.zeros((2, 2))
     for each in world.fields:
-        cut, law = prune(each, view), predict(each, view, RINGS)
+        cut, law = prune(each, view), predict(each, view)
         assert law is not None  # the metrics of presets have a law
         found[0] += cut.displayed_objects, cut.displayed_parts
         found[1] += each.species.density * np.array((law.objects, law.parts))

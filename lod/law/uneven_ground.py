@@ -3,7 +3,7 @@
 The number displayed is compound Poisson whatever the ground (Campbell's theorem; Kingman, "Poisson
 Processes", 1993, §3.2): its mean is K∫n dA and its variance K∫n² dA, where n(q) is the number of
 parts displayed of an object that stands at q, averaged over its headings. The integral is taken on
-one point per cell of a polar net, with cells equal in log r, and every part of the object there is
+the nodes of a quadrature (``lod.law.ground_quadrature``), and every part of the object there is
 tested by itself: no pruner, no traversal of the tree.
 """
 
@@ -15,50 +15,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from lod.arrays import ArrayData, FloatArray
-from lod.law.flat_ground import limits_seen, whole_limit
+from lod.law.flat_ground import limits_seen
+from lod.law.ground_quadrature import GroundQuadrature
 from lod.metric.hierarchy import Hierarchy
 from lod.pruning.view import View
 from lod.threads import map_chunks
 
 _ROUNDING_M = 1e-6
 """More than distances to parts are ever rounded by [m]."""
-
-_INNER_M = 0.25
-"""Radius of the one disc about the eye that is not divided further."""
-
-
-@dataclass(frozen=True, eq=False)
-class PolarQuadrature(ArrayData):
-    """Quadrature nodes on the ground around the eye, one in each cell of a polar grid.
-
-    xy    (n, 2) position relative to the frame's corner [m]
-    area  (n,) area of the cell [m²]
-    turn  (n,) heading of the object that is tested there [rad]
-    """
-
-    xy: FloatArray
-    area: FloatArray
-    turn: FloatArray
-
-
-def polar_quadrature(eye: np.ndarray, reach_m: float, rings: int, spokes: int) -> PolarQuadrature:
-    """Build the quadrature over the disc of radius ``reach_m`` about the eye.
-
-    The node of each cell is random, with a seed that depends on ``rings`` and ``spokes`` only.
-    """
-    chance = np.random.default_rng((rings, spokes))
-    edges = np.geomspace(_INNER_M, max(reach_m, 2 * _INNER_M), rings)
-    edges = np.concatenate(([0.0], edges))
-    inner, outer = np.square(edges[:-1])[:, None], np.square(edges[1:])[:, None]
-    shape = (rings, spokes)
-    radius = np.sqrt(inner + chance.random(shape) * (outer - inner))
-    angle = 2 * np.pi * (np.arange(spokes) + chance.random(shape)) / spokes
-    xy = eye[:2] + np.stack((radius * np.cos(angle), radius * np.sin(angle)), axis=-1).reshape(
-        -1, 2
-    )
-    area = np.broadcast_to(np.pi * (outer - inner) / spokes, shape).ravel()
-    return PolarQuadrature(xy, area, 2 * np.pi * chance.random(rings * spokes))
 
 
 @dataclass(frozen=True)
@@ -74,23 +38,13 @@ class CountMoments:
     parts_by_level: tuple[float, ...]
 
 
-def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
-    """Compute the greatest horizontal distance of an object that has a part displayed [m]."""
-    return max(
-        whole_limit(h, view.metric, view.m, view.conditions)
-        + view.camera.baseline_m / 2
-        + float(np.hypot(*h.position[0, :2]))
-        for h in hierarchies
-    )
-
-
 def count_moments(
-    hierarchies: tuple[Hierarchy, ...], view: View, net: PolarQuadrature, ground: np.ndarray
+    hierarchies: tuple[Hierarchy, ...], view: View, net: GroundQuadrature, ground: np.ndarray
 ) -> CountMoments:
     """Integrate n and n² over the nodes, for equally likely kinds of objects.
 
-    ``ground`` holds the heights at the nodes, (n,) [m]. Kinds take turns
-    along each ring. The caller gives area 0 to cells outside a finite world.
+    ``ground`` holds the heights at the nodes, (n,) [m]. The caller gives area 0 to nodes outside a
+    finite world.
     """
     levels = 1 + max(int(h.level.max()) for h in hierarchies)
     frustum = _frustum(view)

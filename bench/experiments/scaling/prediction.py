@@ -8,15 +8,16 @@ from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from lod.arrays import Reals
 from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
-from lod.law.uneven_ground import count_moments, max_ground_distance, polar_quadrature
+from lod.law.ground_quadrature import ground_quadrature
+from lod.law.uneven_ground import count_moments
 from lod.metric.family import Metric
 from lod.metric.hierarchy import Hierarchy
 from lod.vision.viewer import ViewingConditions
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.prototype import Prototype
 
-_NET = 512
-"""The number of rings and of spokes of the net on hilly ground."""
+_NODES = 2**18
+"""Nodes of the integral over hilly ground."""
 
 
 @dataclass(frozen=True)
@@ -84,11 +85,11 @@ def _over_flat(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
 
 
 def _over_hills(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
-    """Return mean and variance of objects and of parts, (4,), summed over a net on the hills."""
+    """Return mean and variance of objects and of parts, (4,), integrated over the hills."""
     view, ground, means = view_of(case), ground_of(case), np.zeros(4)
     for kind in kinds:
         trees = tuple(each.hierarchy for each in kind)
-        net = polar_quadrature(view.camera.eye, max_ground_distance(trees, view), _NET, _NET)
+        net = ground_quadrature(trees, view, _NODES)
         found = count_moments(trees, view, net, ground.height(view.camera.corner, net.xy))
         K = case.density / len(kinds)
         means += K * np.array(

@@ -15,7 +15,7 @@ from bench.records.points import Column, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from bench.runner.timing import interleaved_seconds
-from lod.law.uneven_ground import max_ground_distance
+from lod.law.ground_quadrature import max_ground_distance
 from lod.pruning.pruner import prune
 from scenes.preset.load import load_preset
 

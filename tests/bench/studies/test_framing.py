@@ -39,9 +39,9 @@ def test_counts_of_another_law_are_found_out(monkeypatch: pytest.MonkeyPatch) ->
     """Held against the law of one eye, a pair 20 m apart displays too many."""
     law = framing.predict
 
-    def of_one_eye(field, view, rings):
+    def of_one_eye(field, view):
         alone = replace(view, camera=replace(view.camera, baseline_m=0.0))
-        return law(field, alone, rings)
+        return law(field, alone)
 
     monkeypatch.setattr(framing, "predict", of_one_eye)
     keys = ("camera.stereo=20", "view.look_around=true", *FEW)

@@ -1,0 +1,24 @@
+"""What a count predicts is the law's integral, whatever the sides of the picture cut off."""
+
+import pytest
+
+from bench.count import count_frame
+from bench.count.count_frame import predict
+from scenes.preset.load import load_preset
+from scenes.world.view import view_at
+from scenes.world.world import build_world
+
+
+@pytest.mark.parametrize("pitch", [0, -50, -89])
+def test_a_prediction_is_right_to_a_thousandth(monkeypatch, pitch):
+    """Of a hundred kinds of people before a camera that looks along the ground, aside and down."""
+    keys = ["species.tree.density=0", f"camera.pitch={pitch}", "camera.roll=20"]
+    preset = load_preset("crowd", keys)
+    world = build_world(preset)
+    view = view_at(world, preset, 1)
+    (people,) = [each for each in world.fields if each.name == "figure"]
+    quick = predict(people, view)
+    monkeypatch.setattr(count_frame, "_NODES", 2**20)
+    fine = predict(people, view)
+    assert quick.objects == pytest.approx(fine.objects, rel=1e-3)
+    assert quick.parts == pytest.approx(fine.parts, rel=1e-3)
