@@ -92,7 +92,7 @@ def write_failure(stream: Any) -> OSError | None:
     return raw.failure
 
 
-def carry_failure(source: TextIO, target: TextIO) -> None:
+def carry_failure(source: TextIO, target: object) -> None:
     """Let a stream that goes on answer for the failure of one that ends."""
     failure, raw = write_failure(source), getattr(getattr(target, "buffer", None), "raw", None)
     if isinstance(raw, LenientFile):

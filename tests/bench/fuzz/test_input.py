@@ -298,6 +298,7 @@ def test_plug_ins(found: Any) -> None:
     st.sampled_from(["count", "render", "show", "frames", "verify", "ids", "run", "compare"]),
     st.lists(st.one_of(WORDS, st.tuples(FLAGS, WORDS)), max_size=4),
 )
+@example("verify", [("--json", "")])
 def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
     """Each ends with 0, 1 or 2, and one line that says why; nothing is done for long."""
     flat = [each for word in words for each in ((word,) if isinstance(word, str) else word)]
