@@ -86,7 +86,8 @@ class Experiment:
     name, about, question   what `lodbench list` and the report say of the experiment
     version       a number that goes up when the cases change: runs of different versions are not
                   compared
-    full, quick   the sizes of a full and of a quick run, by name
+    full, quick   the sizes of a full and of a quick run, by name. Time is spent on fields first, on
+                  pixels second and on samples of a pixel last, for fields are the replicates
     cases         function from an Effort to the cases: plain data that another process can be sent.
                   Where ``accepts_metric`` is true, it is also given the name of the metric, or None
     measure       function from one case and the run's seed to a Point or several; points of the

@@ -9,14 +9,14 @@ EXPERIMENT = Experiment(
     about=("tone and coverage by distance to 5 km, with and without far cover, against everything"),
     question=("Does pruning keep the tone of the land from the nearest tree to the horizon?"),
     full={
-        "fields": {"aerial": 16, "forest": 40, "far_1_km": 16, "far_2.2_km": 16, "far_5_km": 16},
+        "fields": {"aerial": 16, "forest": 32, "far_1_km": 32, "far_2.2_km": 32, "far_5_km": 32},
         "unseen": True,
     },
     quick={
-        "fields": {"aerial": 2, "forest": 3, "far_1_km": 2, "far_2.2_km": 2, "far_5_km": 2},
+        "fields": {"aerial": 3, "forest": 3, "far_1_km": 4, "far_2.2_km": 4, "far_5_km": 4},
         "unseen": False,
     },
-    expected_seconds={"full": 1500.0, "quick": 200.0},
+    expected_seconds={"full": 1350.0, "quick": 200.0},
     **functions_of(__name__, "notes"),
     rendered=True,
     probe="aerial",

@@ -32,7 +32,7 @@ EXPERIMENT = Experiment(
         "unseen": False,
         "picture_spp": 9,
     },
-    expected_seconds={"full": 2400.0, "quick": 240.0},
+    expected_seconds={"full": 2200.0, "quick": 180.0},
     **functions_of(__name__, "notes", "summary", scene_hash="scene"),
     rendered=True,
     accepts_metric=True,
