@@ -21,6 +21,7 @@ from lod.actors.message import Message, Refusal, Refused
 from lod.actors.object_with_parts import ObjectWithParts
 from lod.errors import InputError
 from scenes.actors.time_limit import TimeLimitError, time_limit
+from scenes.processes.signals import came_from_outside
 
 MOST_MESSAGES = 2000
 """Messages that a behaviour may send at one update."""
@@ -102,7 +103,9 @@ class Process:
             raise
         except Refused as refused:
             raise InputError(self.where, refused.who, f"refuses: {refused.why}") from None
-        except (Exception, SystemExit, GeneratorExit) as error:
+        except BaseException as error:
+            if came_from_outside(error):
+                raise
             text = " ".join(str(error).split())
             raise InputError(self.where, type(error).__name__, text or "it ended so") from None
         finally:

@@ -44,7 +44,7 @@ from lod.actors.quaternion import UP, rotation
 from lod.actors.vectors import Components
 from lod.errors import InputError
 from scenes.actors.limb import Limb, Pose, build_limbs, limb_routes, limb_tree
-from scenes.actors.motions import pose_at, step_at, with_share
+from scenes.actors.motions import planted_phase, pose_at, step_at, with_share
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 Guard = Callable[[Message], Message | str]
@@ -177,8 +177,12 @@ class Body(Limb):
                 "go", (speed, spin_deg), f"a speed from 0 to {FASTEST:g} m/s, a finite turn"
             )
         since, self._went = self._time - self._went, self._time
+        motion, before = self._prototype.motion, self._speed
         self._speed = _towards(self._speed, float(speed), ACCELERATION * since)
         self._spin = _towards(self._spin, math.radians(spin_deg), SPIN_ACCELERATION * since)
+        if self._speed != before:
+            steps = step_at(motion, before), step_at(motion, self._speed)
+            self._phase = planted_phase(motion, self._phase, *steps)
 
     @mutator
     def leave(self) -> None:

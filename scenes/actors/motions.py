@@ -20,7 +20,7 @@ from scenes.rig.rotations import Quaternions, rotate_vectors
 EIGHTHS = 8
 """Steps in which a pose goes from rest (0) to the whole walk."""
 
-SLOWEST = 0.3
+SLOWEST = 0.1
 """Speed below which a walker's pose goes over to rest, as a share of its prototype's speed."""
 
 STRIDE_POWER = 0.6
@@ -48,6 +48,49 @@ def step_at(motion: Motion, speed: float) -> Step:
     eighths = min(EIGHTHS, math.ceil(EIGHTHS * relative / SLOWEST))
     factor = min(max(relative, SLOWEST) ** STRIDE_POWER, LONGEST_STRIDE)
     return Step(eighths, factor, speed / (factor * motion.stride * eighths / EIGHTHS))
+
+
+def planted_phase(motion: Motion, phase: float, before: Step, after: Step) -> float:
+    """Return the phase at which feet that stand keep their prints as the stride changes [cycles].
+
+    Prints scale with the stride, those ahead and those behind; so the phase goes on or back by as
+    much as leaves the mean of those that stand where it is. Who stood sets off in mid-stance, in
+    which a print lies beside the body, as at rest.
+    """
+    if after.eighths == 0 or not _stands(motion):
+        return phase
+    if before.eighths == 0:
+        return min(_mid_stances(motion), key=lambda each: abs((each - phase + 0.5) % 1.0 - 0.5))
+    kept = before.stride_factor * before.eighths / (after.stride_factor * after.eighths)
+    middle = prints_ahead(motion, phase)
+    return (phase + middle - min(max(middle * kept, -0.5), 0.5)) % 1.0
+
+
+def prints_ahead(motion: Motion, phase: float) -> float:
+    """Compute how far ahead of mid-stance the prints of those feet lie that stand [strides].
+
+    It is the mean of them, and 0 where none stands.
+    """
+    own = [((phase - strike) % 1.0, duty) for strike, duty in _stands(motion)]
+    ahead = [duty / 2 - at for at, duty in own if at <= duty]
+    return sum(ahead) / len(ahead) if ahead else 0.0
+
+
+@lru_cache(maxsize=256)
+def _stands(motion: Motion) -> tuple[tuple[float, float], ...]:
+    """List the phase at which each leg lands, and the share of the cycle that it stands."""
+    return tuple(zip(motion.feet.strike.tolist(), motion.feet.duty.tolist(), strict=True))
+
+
+@lru_cache(maxsize=256)
+def _mid_stances(motion: Motion) -> tuple[float, ...]:
+    """Find the phases of mid-stance of a leg at which all that stand are nearest to theirs."""
+    off = {}
+    for first, share in _stands(motion):
+        phase = (first + share / 2) % 1.0
+        own = [((phase - strike) % 1.0, duty) for strike, duty in _stands(motion)]
+        off[phase] = max(abs(at - duty / 2) for at, duty in own if at <= duty)
+    return tuple(phase for phase, most in off.items() if most < min(off.values()) + 1e-9)
 
 
 @lru_cache(maxsize=512)

@@ -9,14 +9,16 @@ that speed and a·t as shares of its own walk's,
     its parts, for its turning, by r·min(α·t²/2, 2),
     for its cadence by             w·c·a·t²/2, c the steepest rise of the cadence near u,
     for its stride by              1.5·l·|f − f(u)|, f the stride at u − Δ or u + Δ,
+    for feet that stay planted by  min(p·|log(f/f(u))|, 2·l),
     and where it shuffles by       l·min(1, Δ/SLOWEST + 1/8) + w·v'·t,
 
 where r is how far it reaches from the vertical through its place, w the speed of its fastest part
-against its own, l how far a part is at most from where it rests, and v' the speed whose strides are
-as quick as those of ``SLOWEST``; it may shuffle where u − Δ is below that. Seen from a distance d,
-that is (the sum)/((d − b)·θ) pixels, b its bound. It holds over level ground. What messages hold is
-not in it: whose limbs were moved by the last update is updated in every frame, and r of whom a
-message holds is b.
+against its own, p how far such a part goes in a cycle times the share of it by which the prints of
+standing feet lie ahead at most (``motions.planted_phase``), l how far a part is at most from where
+it rests, and v' the speed whose strides are as quick as those of ``SLOWEST``; it may shuffle where
+u − Δ is below that. Seen from a distance d, that is (the sum)/((d − b)·θ) pixels, b its bound. It
+holds over level ground. What messages hold is not in it: whose limbs were moved by the last update
+is updated in every frame, and r of whom a message holds is b.
 """
 
 from collections.abc import Sequence
@@ -32,6 +34,7 @@ from scenes.actors.motions import (
     LONGEST_STRIDE,
     SLOWEST,
     STRIDE_POWER,
+    prints_ahead,
     stick_ends,
 )
 from scenes.actors.performance import Eye, Held, X, Y
@@ -50,6 +53,7 @@ class Restlessness(ArrayData):
     bound   B of the whole [m]
     reach   r, from the vertical through its place [m]
     walk    w
+    planted p [m]
     travel  l [m]
     own     speed of its prototype's walk, 0 of one that does not walk [m/s]
     """
@@ -57,13 +61,14 @@ class Restlessness(ArrayData):
     bound: FloatArray
     reach: FloatArray
     walk: FloatArray
+    planted: FloatArray
     travel: FloatArray
     own: FloatArray
 
     @staticmethod
     def of(prototypes: Sequence[RiggedPrototype]) -> "Restlessness":
         """Collect them of the prototypes of bodies, one each."""
-        rows = np.array([_of_one(each) for each in prototypes]).reshape(-1, 5)
+        rows = np.array([_of_one(each) for each in prototypes]).reshape(-1, 6)
         return Restlessness(*rows.T)
 
     def with_held(self, held: Held) -> "Restlessness":
@@ -99,10 +104,14 @@ def offset_bound_m(bodies: Restlessness, speed: Reals, since_s: Reals) -> Reals:
     walked = bodies.walk * _steepest_cadence(low, high) * straight
     stride = _stride(now)
     strides = np.maximum(stride - _stride(low), _stride(high) - stride)
+    change = np.maximum(np.log(stride / _stride(low)), np.log(_stride(high) / stride))
+    most = 2.0 * bodies.travel
+    planted = np.where(low < SLOWEST, most, np.minimum(bodies.planted * change, most))
     blend = np.minimum(1.0, more / SLOWEST + 1.0 / EIGHTHS)
     shuffled = bodies.walk * own * SLOWEST ** (1.0 - STRIDE_POWER) * t
     slow = np.where(low < SLOWEST, bodies.travel * blend + shuffled, 0.0)
     stepped = walked + STRAIGHT_LEG * bodies.travel * strides + slow
+    stepped += np.where(now > 0, planted, 0.0)
     return np.where(t > 0, place + turned + np.where(bodies.own > 0, stepped, 0.0), 0.0)
 
 
@@ -139,15 +148,17 @@ def bound_px(
 
 
 @lru_cache(maxsize=256)
-def _of_one(prototype: RiggedPrototype) -> tuple[float, float, float, float, float]:
+def _of_one(prototype: RiggedPrototype) -> tuple[float, ...]:
     motion, bound = prototype.motion, float(prototype.hierarchy.B[0])
     walking, resting = stick_ends(prototype), stick_ends(at_rest(prototype))
     if walking.shape[1] == 0:
-        return bound, reach_in_plan(prototype), 0.0, 0.0, 0.0
+        return bound, reach_in_plan(prototype), 0.0, 0.0, 0.0, 0.0
     swung = float(np.hypot(walking[..., 0], walking[..., 1]).max())
     reach = max(reach_in_plan(prototype), swung)
     if motion.stride == 0:
-        return bound, reach, 0.0, 0.0, 0.0
+        return bound, reach, 0.0, 0.0, 0.0, 0.0
     step = np.linalg.norm(np.roll(walking, -1, axis=0) - walking, axis=-1).max() * len(walking)
     travel = np.linalg.norm(walking - resting, axis=-1).max()
-    return bound, reach, float(step) / motion.stride, float(travel), motion.speed
+    ahead = max(abs(prints_ahead(motion, phase)) for phase in np.linspace(0, 1, 65).tolist())
+    walk, planted = float(step) / motion.stride, float(step) * ahead
+    return bound, reach, walk, planted, float(travel), motion.speed

@@ -28,6 +28,17 @@ class Stopped(KeyboardInterrupt):
         self.number, self.exit_code = number, 128 + number
 
 
+def came_from_outside(error: BaseException) -> bool:
+    """Tell whether a signal raised this, not code that raises KeyboardInterrupt by itself.
+
+    Where Python's own handler of Ctrl-C is installed they look alike, and count as the signal.
+    """
+    if isinstance(error, Stopped):
+        return True
+    pythons = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    return isinstance(error, KeyboardInterrupt) and pythons
+
+
 def raise_when_stopped() -> dict[int, Any]:
     """Let the first signal wind the program up, and a Ctrl-C after it end it at once.
 

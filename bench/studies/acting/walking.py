@@ -63,8 +63,9 @@ def nearest_m(people: int, side: float, frames: int, seed: int) -> Iterator[floa
         yield float(cKDTree(places).query(places, 2)[0][:, 1].min())
 
 
-def feet_of_actors(people: int, side: float, frames: int, seed: int) -> Feet:
-    """Measure the feet of people who act."""
+def feet_of_actors(people: int, side: float, seconds: float, seed: int) -> Feet:
+    """Measure the feet of people who act, from when they set off."""
+    frames = round(FPS * seconds)
     cast = troupe_of(walkers(people, side, frames, 0.0, seed)).cast
     contacts = []
     for frame in range(1, frames + 1):
@@ -74,11 +75,12 @@ def feet_of_actors(people: int, side: float, frames: int, seed: int) -> Feet:
             for k, (prototype, place) in enumerate(zip(cast.prototypes, acted.places, strict=True))
         ]
         contacts.append(soles(who, acted.places))
-    return _feet("actors", np.array(contacts))
+    return _feet(f"actors in {seconds:g} s", np.array(contacts))
 
 
-def feet_of_the_field(people: int, radius: float, frames: int, seed: int) -> Feet:
+def feet_of_the_field(people: int, radius: float, seconds: float, seed: int) -> Feet:
     """Measure the feet of a field's walkers, each on a circle."""
+    frames = round(FPS * seconds)
     rng = np.random.default_rng(seed)
     found = model_prototypes("figure", 2, (1.0,), True)
     who = [each for each in found if isinstance(each, RiggedPrototype)] * (people // 2)

@@ -60,10 +60,11 @@ def test_people_keep_clear_of_each_other():
 
 
 def test_feet_stand_as_those_of_the_field_do():
-    actors, field = feet_of_actors(4, 6.0, 24, 0), feet_of_the_field(4, 6.0, 24, 0)
-    assert field.slide_mm[0] < actors.slide_mm[0] < 25  # those who turn slide more
-    assert actors.sink_mm < 2.5
-    assert field.sink_mm < 1.0
+    """In the first second all set off and turn; where feet are not planted it is 13 mm a frame."""
+    actors, field = feet_of_actors(8, 12.0, 1.0, 0), feet_of_the_field(8, 6.0, 1.0, 0)
+    assert field.slide_mm[0] < 2.5
+    assert actors.slide_mm[0] < 11.5
+    assert max(actors.sink_mm, field.sink_mm) < 1.7
 
 
 def test_the_split_of_an_update_is_the_whole():

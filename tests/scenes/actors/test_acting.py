@@ -1,6 +1,7 @@
 """Scenes that act: every change by a message, scripts, behaviours, and what goes wrong in them."""
 
 import itertools
+import signal
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scenes.actors.behaviours.registry import BEHAVIOURS
 from scenes.actors.performance import EIGHTHS, YAW, X, Y
 from scenes.actors.track import from_bytes, to_bytes, track_of
 from scenes.actors.track import performance_of as replay
+from scenes.processes.signals import Stopped, raise_when_stopped, restore
 from tests.scenes.actors.scene import ANN, JOE, acting_of, performance_of, preset
 
 WALKERS = {"joe": JOE | {"behaviour": "walk"}, "ann": ANN | {"behaviour": "walk"}}
@@ -142,6 +144,25 @@ def exits(me):
     raise SystemExit(0)
 
 
+def interrupts(me):
+    yield
+    raise KeyboardInterrupt
+
+
+def closes(me):
+    yield
+    raise GeneratorExit
+
+
+class Odd(BaseException):
+    pass
+
+
+def raises_something_odd(me):
+    yield
+    raise Odd("two\nlines")
+
+
 def chatters(me):
     while True:
         yield ask("ann", "heading")
@@ -170,6 +191,8 @@ def plain_function(me):
     [
         (raises, "RuntimeError"),
         (exits, "SystemExit"),
+        (closes, "GeneratorExit"),
+        (raises_something_odd, "Odd"),
         (chatters, "at most 2000 messages"),
         (gives_a_number, "yields messages"),
         (asks_nobody, "refuses: has no part 'nobody'"),
@@ -184,6 +207,23 @@ def test_what_a_behaviour_may_not_do_is_one_line(monkeypatch, behaviour, says):
         with_behaviour(monkeypatch, behaviour)
     assert says in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_signal_that_arrives_in_a_behaviour_ends_the_program(monkeypatch):
+    def stopped(me):
+        yield
+        raise Stopped(signal.SIGINT)
+
+    with pytest.raises(Stopped):
+        with_behaviour(monkeypatch, stopped)
+    with pytest.raises(KeyboardInterrupt):  # Python's own handler of Ctrl-C, as in a notebook
+        with_behaviour(monkeypatch, interrupts)
+    before = raise_when_stopped()
+    try:
+        with pytest.raises(InputError, match="KeyboardInterrupt"):  # in a command it is no signal
+            with_behaviour(monkeypatch, interrupts)
+    finally:
+        restore(before)
 
 
 def test_two_who_ask_each_other_both_get_answers(monkeypatch):
@@ -261,7 +301,7 @@ def test_between_frames_it_turns_the_shorter_way():
 
 def test_who_coasts_is_off_by_less_than_the_bound_and_the_threshold():
     """Against the same scene, in which everyone is updated in every frame."""
-    far = {"camera": {"position": (0.0, -120.0), "height": 1.7}}
+    far = {"camera": {"position": (0.0, -240.0), "height": 1.7}}
     every = performance_of(preset(WALKERS, **far))
     some = performance_of(preset(WALKERS, acting={"threshold": 0.5}, **far))
     updated = np.array([some.frame(k).updated for k in range(1, 25)])

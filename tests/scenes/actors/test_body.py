@@ -12,6 +12,7 @@ from lod.actors.quaternion import Quaternion, rotation
 from scenes.actors.body import Body
 from scenes.actors.cast import posed_prototype
 from scenes.actors.limb import limb_routes, limb_tree
+from scenes.actors.motions import planted_phase, prints_ahead, step_at
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import walking_people
@@ -120,6 +121,29 @@ def test_a_body_coasts_on_an_arc_however_it_is_asked():
     a, b = (np.array(each.receive(ask("", "course")).value) for each in (once, often))
     assert np.allclose(a, b, atol=1e-12)
     assert np.allclose(a[:2], 2 / np.pi, atol=1e-12)
+
+
+def test_a_foot_that_stands_keeps_its_print_while_the_pace_changes():
+    """From rest a body sets off beside its print; later the print stays where it is, in metres."""
+    motion = walking_people(people_at_rest(0, 1, 0.0), 0)[0].motion
+    pace = [step_at(motion, speed) for speed in (0.0, 1.3, 1.1)]
+    set_off = planted_phase(motion, 0.3, *pace[:2])
+    assert abs(prints_ahead(motion, set_off)) < 1e-9
+    for phase in np.linspace(0, 1, 13):
+        shifted = planted_phase(motion, phase, *pace[1:])
+        if len(standing(motion, phase)) == 1 and standing(motion, phase) == standing(
+            motion, shifted
+        ):
+            ahead = prints_ahead(motion, phase) * pace[1].stride_factor
+            assert np.isclose(prints_ahead(motion, shifted) * pace[2].stride_factor, ahead)
+            assert abs(shifted - phase) > 1e-3 * abs(ahead)
+    assert planted_phase(motion, 0.3, pace[1], pace[0]) == 0.3
+
+
+def standing(motion, phase):
+    """Legs that stand at a phase."""
+    own = (phase - motion.feet.strike) % 1.0
+    return np.flatnonzero(own <= motion.feet.duty).tolist()
 
 
 def test_names_on_the_way_may_be_left_out():
