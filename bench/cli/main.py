@@ -11,6 +11,7 @@ import click
 
 from bench.cli.collector import collector_paused
 from bench.cli.kernel_cache import use_kernel_cache
+from bench.cli.progress import making_shown
 from lod.errors import InputError
 from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped, restore
 from scenes.processes.standard_streams import is_unread, open_standard_streams, write_failure
@@ -88,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     words = list(sys.argv[1:] if arguments is None else arguments)
     code, line, before = OK, "", raise_when_stopped()
     try:
-        with program.make_context("lodbench", words) as context:
+        with program.make_context("lodbench", words) as context, making_shown():
             program.invoke(context)
     except BaseException as error:
         if os.environ.get(TRACEBACK) and not isinstance(error, click.exceptions.Exit):

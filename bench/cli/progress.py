@@ -1,12 +1,19 @@
 """How far a command is, and how long it still takes: bars on stderr, on a terminal only."""
 
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import click
 
 from bench.cli.kernel_cache import is_first_run
+from scenes.processes.progress import followed_by
+
+if TYPE_CHECKING:
+    from scenes.render.sequence.worker import Making
 
 Progress = Callable[[int, int, str], None]
 """Called with the number done, the number in all, and a name for what comes next."""
@@ -16,10 +23,42 @@ _FRAME_FORMAT = (
 )
 
 
+_MAKING_FORMAT = "{desc} {n:.0f}/{total} {bar} {elapsed}, {remaining} left"
+
+
+def bars_are_shown() -> bool:
+    """Tell whether someone looks: stderr is a terminal, and the command prints no JSON."""
+    command = click.get_current_context(silent=True)
+    return sys.stderr.isatty() and not (command and command.params.get("as_json"))
+
+
+@contextmanager
+def making_shown() -> Iterator[None]:
+    """Show a bar while something is made inside that is then kept, as fitted appearances are."""
+    bar: Any = None
+
+    def show(what: str, done: float, steps: int) -> None:
+        nonlocal bar
+        if bar is None and done < steps and bars_are_shown():
+            from tqdm import tqdm
+
+            looks = {"bar_format": _MAKING_FORMAT, "leave": False, "smoothing": 0}
+            bar = tqdm(total=steps, initial=done, desc=what, file=sys.stderr, **looks)
+        if bar is not None:
+            bar.n = done
+            bar.refresh()
+            if done >= steps:
+                bar.close()
+                bar = None
+
+    with followed_by(show):
+        yield
+
+
 @contextmanager
 def progress_bar(unit: str) -> Iterator[Progress]:
-    """Open a bar that counts units; away from a terminal it is silent."""
-    if not sys.stderr.isatty():
+    """Open a bar that counts units; it is silent away from a terminal and under --json."""
+    if not bars_are_shown():
         yield lambda done, total, what: None
         return
     from tqdm import tqdm
@@ -36,7 +75,7 @@ def progress_bar(unit: str) -> Iterator[Progress]:
 
 def tell_first_run() -> None:
     """Say on a terminal why this command is slow to begin, where nothing is compiled yet."""
-    if sys.stderr.isatty() and is_first_run():
+    if bars_are_shown() and is_first_run():
         what = (
             "the first run compiles kernels and grows models, which takes a minute; both are kept"
         )
@@ -48,6 +87,7 @@ class FrameProgress:
 
     def __init__(self, bar: Any) -> None:
         self._bar, self._done = bar, 0
+        self._making: tuple[str, float, float] = "", 0.0, 0.0
 
     def clear(self) -> None:
         """Clear the bar, so that a line can be printed in its place."""
@@ -62,17 +102,32 @@ class FrameProgress:
             self._bar.initial += 1
         self._move(self._done)
 
-    def show_samples(self, process: int, traced: int, total: int) -> None:
+    def show_samples(
+        self, process: int, traced: int, total: int, making: "Making | None" = None
+    ) -> None:
         """Show how many samples of its frame a process has traced, and the memory it holds.
 
-        ``total`` is 0 while the frame is prepared.
+        ``total`` is 0 while the frame is prepared; ``making`` is what is made for it then.
         """
         if self._bar.disable:
             return
         share = traced / total if total else 0.0
-        words = [f"{share:.0%} of {total / 1e6:.1f} M samples" if total else "preparing"]
-        self._bar.set_postfix_str(", ".join([*words, *_memory(process)]), refresh=False)
+        doing = f"{share:.0%} of {total / 1e6:.1f} M samples" if total else "preparing"
+        words = [self._making_text(*making) if making else doing, *_memory(process)]
+        self._bar.set_postfix_str(", ".join(words), refresh=False)
         self._move(self._done + share)
+
+    def _making_text(self, what: str, done: float, steps: int) -> str:
+        """Write how far something is, and how long it still takes once that is known."""
+        now = time.monotonic()
+        if self._making[0] != what:
+            self._making = what, done, now
+        _, first, began = self._making
+        text = f"{what} {done:.0f}/{steps}"
+        if done == first:
+            return text
+        left = (now - began) * (steps - done) / (done - first)
+        return f"{text}, {duration_text(left)} left"
 
     def _move(self, frames: float) -> None:
         self._bar.n = frames
@@ -81,12 +136,12 @@ class FrameProgress:
 
 @contextmanager
 def frame_progress(frames: int) -> Iterator[FrameProgress]:
-    """Open a bar for so many frames; away from a terminal it is silent."""
+    """Open a bar for so many frames; it is silent away from a terminal and under --json."""
     from tqdm import tqdm
 
     with tqdm(
         total=frames,
-        disable=not sys.stderr.isatty(),
+        disable=not bars_are_shown(),
         leave=False,
         file=sys.stderr,
         bar_format=_FRAME_FORMAT,

@@ -13,6 +13,7 @@ from scenes.frame.schedule import update_counts, with_schedule
 from scenes.frame.subframes import subframe_inputs
 from scenes.frame.window import Window
 from scenes.preset.tables import Preset
+from scenes.processes.progress import steps, work
 from scenes.world.light import Light, sun_and_sky
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import World
@@ -26,14 +27,16 @@ def assemble_frame(world: World, preset: Preset, frame: int, variant: str) -> Fr
     view, displayed = view_at(world, preset, frame), []
     after = view_at(world, preset, frame + 1) if preset.output.motion else None
     seconds = {"prune": 0.0, "appearance": 0.0}
-    for each in world.representations:
-        start = time.perf_counter()
-        cut = prune(each, view)
-        pruned = time.perf_counter()
-        one = with_schedule(world, preset, frame, display(each, cut, view))
-        displayed.append(one.at(view.time_s, after.time_s) if after else one)
-        seconds["prune"] += pruned - start
-        seconds["appearance"] += time.perf_counter() - pruned
+    with work("fitting brightness", len(world.representations)):
+        for each in world.representations:
+            start = time.perf_counter()
+            cut = prune(each, view)
+            pruned = time.perf_counter()
+            with steps(1):
+                one = with_schedule(world, preset, frame, display(each, cut, view))
+            displayed.append(one.at(view.time_s, after.time_s) if after else one)
+            seconds["prune"] += pruned - start
+            seconds["appearance"] += time.perf_counter() - pruned
     frame_input = FrameInput(
         camera=view.camera,
         displayed=tuple(displayed),

@@ -13,6 +13,7 @@ from scenes.model_files.names import animal_names, tree_species_names
 from scenes.models.trees.weather import CALM_SUMMER, Weather
 from scenes.processes.content_key import content_key
 from scenes.processes.kept_data import kept_data
+from scenes.processes.progress import steps, tell
 from scenes.rig.keyframes import rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
@@ -142,6 +143,7 @@ def model_prototypes(
     """
 
     def make() -> tuple[Prototype | RiggedPrototype, ...]:
+        tell()
         build = MODELS[model] if sha256 is None else imported_model(model, sha256)
         made = build(seed, count, weather)
         if not walks:
@@ -149,4 +151,5 @@ def model_prototypes(
         return tuple(p.scaled(size) for p in made for size in sizes)
 
     key = content_key(model, seed, count, sizes, walks, weather, sha256)
-    return kept_data("prototypes", key, make)
+    with steps(count):
+        return kept_data("prototypes", key, make)

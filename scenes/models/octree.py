@@ -7,9 +7,9 @@ cells those that the surface crosses are kept, of coarser ones also their full n
 would fall through beside slivers. Level k has cells of side 2^-k of the cube.
 
 A cell's leaf appearance is a ball about the middle of its matter, the larger the more of it there
-is; all balls of a level are enlarged alike, until together they cover what the solid does on
-average over directions. The finest are larger than their cells and sunk to the surface, so that it
-is rough and not beaded. An inner cell has no looks of its own.
+is; how thick and how bright the balls of a level are is fitted (``scenes.sticks.appearance``). The
+finest are larger than their cells and sunk to the surface, so that it is rough and not beaded. An
+inner cell has no looks of its own.
 """
 
 from dataclasses import dataclass, replace
@@ -18,13 +18,12 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from scipy.ndimage import gaussian_filter
 
-from lod.arrays import ArrayData, FlagArray, FloatArray, Ints, Points, Reals
+from lod.arrays import ArrayData, FlagArray, FloatArray, Ints
 from lod.errors import InputError
 from lod.stick_table import StickTable
-from scenes.sticks.appearance.overlap import measure_overlap
-from scenes.sticks.outline_area import directions, mean_area
+from scenes.sticks.appearance.fit import fit_appearances
+from scenes.sticks.appearance.part_sticks import PartSticks
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
-from scenes.sticks.union_area import COARSE
 
 SUNK = 1.7
 """Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""
@@ -32,9 +31,6 @@ SUNK = 1.7
 _JITTER = 0.3
 """How far the finest balls stand from their places along the surface, in sides of their cells: on
 a regular lattice they would look like beads."""
-
-_FITTING_DIRECTIONS = 32
-_MOST_ROUNDS, _CLOSE = 12, 0.004
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +82,8 @@ def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"])
     """Make the prototype of a solid, coarse cells first; a ball has the nearest of the tints."""
     levels = [_cells(solid, level) for level in range(solid.depth + 1)]
     levels[-1] = _sink_to_surface(solid, levels[-1])
-    radii = _radii(levels, SUNK * solid.side / 2**solid.depth)
+    radii = [np.cbrt(3 * cells.volume / (4 * np.pi)) for cells in levels]
+    radii[-1] = np.full(len(levels[-1].place), SUNK * solid.side / 2**solid.depth)
     count = [len(cells.place) for cells in levels]
     first = np.concatenate(([0], np.cumsum(count)))
     parent = [np.array([-1])]
@@ -95,12 +92,15 @@ def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"])
     n, centre = int(first[-1]), np.concatenate([cells.centre for cells in levels])
     albedo = np.concatenate([cells.albedo for cells in levels])
     tint = ((albedo[:, None, :] - tints) ** 2).sum(axis=2).argmin(axis=1)
-    detail = np.repeat(np.arange(len(levels)), count)
-    inner = _balls(np.empty(0, np.int64), centre[:0], np.empty(0), tint[:0], n)
-    leaf = _balls(np.arange(n), centre, np.concatenate(radii), tint, n)
-    of = np.concatenate(parent)
-    overlap = measure_overlap(of, detail, inner, leaf, tints)
-    return assemble_prototype(name, PartPlaces(of, detail, centre, overlap), inner, leaf, tints)
+    of, detail = np.concatenate(parent), np.repeat(np.arange(len(levels)), count)
+    every = np.arange(n)
+    balls = StickTable.of(n, every, centre, centre, *[np.concatenate(radii)] * 2, tint)
+    owns = np.bincount(of[1:], minlength=n) > 0
+    parts = PartSticks(of, detail, balls.only(~owns), tints, chosen=balls.only(owns))
+    fitted = fit_appearances(parts)
+    places = PartPlaces(of, detail, centre, fitted.overlap)
+    inner = balls.take(np.zeros(0, np.int64))
+    return assemble_prototype(name, places, inner, fitted.leaf, tints, fitted.view_dependence)
 
 
 def _cells(solid: Solid, level: int) -> _Cells:
@@ -161,31 +161,3 @@ def _sink_to_surface(solid: Solid, cells: _Cells) -> _Cells:
     along -= (along * out).sum(axis=1, keepdims=True) * out
     above = cells.volume / (2 * side**2) - SUNK * side
     return replace(cells, centre=cells.centre + out * above[:, None] + _JITTER * side * along)
-
-
-def _radii(levels: list[_Cells], finest: float) -> list[Reals]:
-    """Radius of every ball, level by level [m]: coarser ones together cover what the finest do."""
-    radius = np.full(len(levels[-1].place), finest)
-    target = _cover(levels[-1].centre, radius)
-    radii = [radius]
-    for cells in levels[-2::-1]:
-        radius = np.cbrt(3 * cells.volume / (4 * np.pi))
-        for _ in range(_MOST_ROUNDS):
-            ratio = target / _cover(cells.centre, radius)
-            radius = radius * ratio**0.7  # overlap makes cover grow slower than the square
-            if abs(ratio - 1) < _CLOSE:
-                break
-        radii.append(radius)
-    return radii[::-1]
-
-
-def _cover(centre: Points, radius: Reals) -> float:
-    """Mean area over directions that all balls cover together [m²]."""
-    n = len(centre)
-    table = _balls(np.zeros(n, np.int64), centre, radius, np.zeros(n, np.int64), 1)
-    return float(mean_area(table, directions(_FITTING_DIRECTIONS), COARSE)[0])
-
-
-def _balls(owner: Ints, centre: Points, radius: Reals, tint: Ints, parts: int) -> StickTable:
-    """Sticks of no length."""
-    return StickTable.of(parts, owner, centre, centre, radius, radius, tint)

@@ -23,6 +23,7 @@ from scenes.plugins.representation import GroundedRepresentation, make_represent
 from scenes.preset.acting import has_acting
 from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.preset.tables import Preset
+from scenes.processes.progress import work
 from scenes.sticks.appearance.sky import sky_at
 from scenes.sticks.appearance.tone import Illumination
 from scenes.terrain.terrain import Terrain
@@ -80,21 +81,24 @@ def build_world(
     """
     terrain = make_terrain(preset)
     weather = Weather(preset.world.season, preset.wind.speed)
-    fields = tuple(
-        SpeciesField(
-            make_species(name, table, weather, terrain, prototype_seed),
-            preset.seed,
-            terrain,
-            preset.world.extent,
-            illumination(preset),
+    growing = {name: table for name, table in preset.species.items() if table.density > 0}
+    fits = [each.prototypes for each in growing.values()]
+    fits += [each.prototype for each in preset.placed.values()]
+    with work("fitting appearances", sum(fits)):
+        fields = tuple(
+            SpeciesField(
+                make_species(name, table, weather, terrain, prototype_seed),
+                preset.seed,
+                terrain,
+                preset.world.extent,
+                illumination(preset),
+            )
+            for name, table in growing.items()
         )
-        for name, table in preset.species.items()
-        if table.density > 0
-    )
-    placed = tuple(
-        make_placed(name, table, terrain, weather, illumination(preset))
-        for name, table in preset.placed.items()
-    )
+        placed = tuple(
+            make_placed(name, table, terrain, weather, illumination(preset))
+            for name, table in preset.placed.items()
+        )
     plumes = tuple(
         make_plume(name, table, preset, terrain) for name, table in preset.plumes.items()
     )

@@ -44,8 +44,7 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
     tell_first_run()
     watch = Stopwatch()
     with output(as_json) as out:
-        with progress_bar("step") as show, watch.stage("build"):
-            show(0, 1, "models")
+        with watch.stage("build"):
             check_prototypes(chosen, most_bytes)
             chosen = within_budget(chosen, (frame,), most_bytes, out.note)
             world = build_world(chosen)

@@ -2,7 +2,7 @@
 
 The trees are of the kinds in ``kinds`` beside this file and of the project's own species; those of
 two seeds that no preset uses stand beside the presets' own. The imported models are those of the
-tests, frozen. People and boulders have leaf appearances that were chosen otherwise.
+tests, frozen. People have leaf appearances that were chosen otherwise.
 """
 
 from dataclasses import dataclass

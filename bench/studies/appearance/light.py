@@ -31,8 +31,9 @@ from scenes.world.light import Light
 SUNS_DEG, EYES_DEG, AZIMUTHS = (10.0, 40.0, 70.0), (0.0, 30.0), 16
 """Elevations of the sun and of the eye, and the number of its azimuths from the sun."""
 
-_SUN_STEPS = 7
-"""Steps by which the sun goes on where the eye goes on by one: pairs lie evenly (a lattice)."""
+_SUN_STEPS = 5
+"""Steps by which the sun goes on where its angle to the eye goes on by one: pairs lie evenly (a
+lattice), with the sun in all azimuths and the eye, which goes on by one step more, in half."""
 
 SIZE_PX, AWAY, GROUND_RADII = 256, 60.0, 6.0
 """Side of a picture; distance of the eye and half the side of the ground, in the object's radii."""
@@ -64,10 +65,7 @@ def _mean_radiance(one: LoneObject, level: int) -> dict[tuple[float, float], flo
 def _samples(one: LoneObject, level: int, sun_deg: float, eye_deg: float) -> Iterator[Reals]:
     """Yield the luminance of every sample that meets the object, azimuth by azimuth."""
     quality, tone = Quality(choose(), 1, 0), Illumination(sun_deg)
-    step = 360.0 / AZIMUTHS
-    for number in range(AZIMUTHS):
-        # The sun goes round, too, so that no side of the object faces it more than another.
-        turn, sun_at = (number + 0.5) * step, _SUN_STEPS * number * step
+    for number, (sun_at, turn) in enumerate(azimuths(AZIMUTHS)):
         light = Light((90.0 - sun_at) % 360.0, sun_deg)  # counter-clockwise from the x axis
         seen_from = math.sin(math.radians(eye_deg)), math.cos(math.radians(turn))
         seen = one.shown(level, *seen_from, tone)
@@ -75,6 +73,15 @@ def _samples(one: LoneObject, level: int, sun_deg: float, eye_deg: float) -> Ite
         camera = _camera(one, unit(sun_at + turn, eye_deg))
         layers = render_frame(FrameInput(camera, shown, CLEAR, light, quality), number)
         yield (layers.rgb.astype(np.float64) @ LUMINANCE)[layers.object == 1]
+
+
+def azimuths(count: int) -> list[tuple[float, float]]:
+    """Choose azimuths of the sun, and of the eye from the sun, so many pairs [deg].
+
+    The sun goes round, too, so that no side of the object faces it or the eye more than another.
+    """
+    step = 360.0 / count
+    return [(_SUN_STEPS * k * step % 360.0, (k + 0.5) * step) for k in range(count)]
 
 
 def _camera(one: LoneObject, toward: Reals) -> Camera:

@@ -31,9 +31,12 @@ CHILD = (sys.executable, "-P", "-m", "scenes.render.sequence.worker_child")
 _ROOT = Path(__file__).resolve().parents[3]
 _TICK_S = 0.5
 
-ProcessWatch = Callable[[int, int, int], object]
-"""Called twice a second, and whenever samples are taken, with three numbers: the process's id, the
-samples of the frame so far, and how many it will have."""
+Making = tuple[str, float, int]
+"""What is made once and then kept, the steps done of it, and their number (``Follow``)."""
+
+ProcessWatch = Callable[[int, int, int, Making | None], object]
+"""Called twice a second, and whenever samples are taken or something is made, with the process's
+id, the samples of the frame so far, how many it will have, and what is made before them."""
 
 _MALLOC = {
     "MALLOC_MMAP_THRESHOLD_": str(2**23),
@@ -60,7 +63,7 @@ class Worker:
     def __init__(
         self,
         threads: int = 0,
-        watch: ProcessWatch = lambda process, samples, of: None,
+        watch: ProcessWatch = lambda process, samples, of, making: None,
         most_bytes: int | None = None,
     ) -> None:
         self._threads, self._watch, self._most_bytes = threads, watch, most_bytes
@@ -163,21 +166,29 @@ class Worker:
         assert self._process is not None and self._process.stdout is not None
         source = self._process.stdout.fileno()
         samples, of = 0, 0
+        making: Making | None = None
         while True:
             line, end, rest = self._unread.partition(b"\n")
             if end:
                 self._unread = rest
                 found: dict[str, Any] = json.loads(line)
-                if "samples" not in found:
+                if "making" in found:
+                    making = _unfinished(*found["making"])
+                elif "samples" in found:
+                    samples, of = found["samples"]
+                else:
                     return found
-                samples, of = found["samples"]
             elif select.select([source], [], [], _TICK_S)[0]:
                 data = os.read(source, 2**16)
                 if not data:
                     return None
                 self._unread += data
                 continue
-            self._watch(self._process.pid, samples, of)
+            self._watch(self._process.pid, samples, of, making)
+
+
+def _unfinished(what: str, done: float, steps: int) -> Making | None:
+    return (what, done, steps) if done < steps else None
 
 
 def render_foretold(job: Job, worker: Worker) -> Iterator[Record]:

@@ -3,8 +3,9 @@
 Requests and answers are JSON objects, one a line. A request is {settings}, which opens a session
 with them, {foretell: frames, folder, most_bytes} or {frame, target, most_bytes}. The answers are
 {ready} once; an empty {record} of a session that is open, and of frames whose memory is foretold;
-and of each frame {samples: [taken, of]} some times, and then its {record}. In place of any record
-may come {input: [where, arrived, rule, cure]}, {disk: [errno, strerror, file]} or {failed: text}.
+and of each frame {samples: [taken, of]} some times, and then its {record}. Before any of them may
+come {making: [what, done, steps]} of what is made once and then kept. In place of any record may
+come {input: [where, arrived, rule, cure]}, {disk: [errno, strerror, file]} or {failed: text}.
 """
 
 import json
@@ -17,6 +18,7 @@ from typing import Any, Protocol
 
 from lod.errors import InputError
 from scenes.processes.child import end_with_parent, own_stdout
+from scenes.processes.progress import followed_by
 from scenes.processes.standard_streams import open_standard_streams
 from scenes.render.sequence.frame_session import FrameSession
 from scenes.render.sequence.settings import Record, Settings
@@ -84,8 +86,9 @@ def serve(open_session: Callable[[Settings], Session] = FrameSession) -> None:
         import drjit
 
         drjit.set_thread_count(threads)
-    for line in sys.stdin:
-        say(answer(partial(work, json.loads(line))))
+    with followed_by(lambda *made: say({"making": made})):
+        for line in sys.stdin:
+            say(answer(partial(work, json.loads(line))))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,8 @@ Level by level, every part that owns parts gets a few blobs (``simplification``)
 them cover on average what they hide. Of its own sticks those stay that are mostly seen, such as the
 clear trunk of a tree. Then all blobs of a level are made thicker or thinner, by one factor for each
 elevation of the eye, so that the object displayed down to that level covers from there what it does
-in full detail: neighbours overlap otherwise than what they stand for. Tints are chosen so that the
+in full detail: neighbours overlap otherwise than what they stand for. Shapes that a model has
+chosen for its parts (``PartSticks.chosen``) are fitted from there on. Tints are chosen so that the
 mean albedo of all that is seen is the object's. How brightly they shine is another fit
 (``scenes.sticks.appearance.tone``).
 """
@@ -19,6 +20,7 @@ from lod.stick_table import StickTable
 from lod.threads import map_chunks
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key
+from scenes.processes.progress import tell
 from scenes.sticks.appearance.crown_views import CrownViews, look_at
 from scenes.sticks.appearance.overlap import LevelAppearance, overlaps
 from scenes.sticks.appearance.part_sticks import PartSticks
@@ -70,6 +72,7 @@ def fit_appearances(parts: PartSticks) -> FittedAppearances:
 
     def make() -> dict[str, np.ndarray]:
         found = _fit(parts)
+        tell(1.0)
         columns = dict(zip(_COLUMNS, (found.leaf.first, *found.leaf.columns), strict=True))
         views = found.view_dependence
         tables = {"table_row": views.table_row, "area_share": views.area_share}
@@ -77,7 +80,8 @@ def fit_appearances(parts: PartSticks) -> FittedAppearances:
 
     own = parts.own.first, *parts.own.columns
     meshes = None if parts.meshes is None else (parts.meshes.first_face, *parts.meshes.surface)
-    key = content_key(parts.parent, parts.level, own, parts.palette, meshes)
+    chosen = None if parts.chosen is None else (parts.chosen.first, *parts.chosen.columns)
+    key = content_key(parts.parent, parts.level, own, parts.palette, meshes, chosen)
     arrays = kept("appearance", key, make, CODE)
     leaf = StickTable(*(arrays[name] for name in _COLUMNS))
     views = ViewDependence.of_area(arrays["table_row"], arrays["area_share"])
@@ -116,6 +120,8 @@ class _Goal:
 
 def _fit_level(parts: PartSticks, level: int, goal: _Goal, seen: Flags) -> LevelAppearance:
     """Fit the leaf appearances of the parts of one level that own parts."""
+    if parts.chosen is not None:
+        return _fit_chosen(parts, level, parts.chosen, goal)
     rows, bearer = parts.inner_rows(level), parts.bearer(level)
     m, borne = len(rows), bearer >= 0
     all_borne = parts.own.take(borne).with_owner(m, bearer[borne])
@@ -133,6 +139,17 @@ def _fit_level(parts: PartSticks, level: int, goal: _Goal, seen: Flags) -> Level
     tint = _tints(thick, own, kept, goal, parts)
     shown = replace(thick, tint=tint)
     return LevelAppearance(wood, shown, share / share.max())
+
+
+def _fit_chosen(parts: PartSticks, level: int, chosen: StickTable, goal: _Goal) -> LevelAppearance:
+    """Fit thickness and tints of the shapes that were chosen for the parts of one level."""
+    blobs = chosen.of_parts((parts.level == level) & parts.owns)
+    kept = parts.shown(parts.above(level))
+    share = _fit_area_share(blobs, kept, goal.views)
+    thick = with_area_share(blobs, share.max())
+    tint = _tints(thick, parts.palette[blobs.tint], kept, goal, parts)
+    nothing = blobs.take(np.zeros(0, np.int64))
+    return LevelAppearance(nothing, replace(thick, tint=tint), share / share.max())
 
 
 def _kept_wood(

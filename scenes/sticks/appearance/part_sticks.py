@@ -27,6 +27,8 @@ class PartSticks:
     own          sticks of each part alone, and of a mesh the balls that stand for its surface
     palette (t, 3)  linear Rec.709 albedo of each tint
     meshes       of parts that own none, in the same frame; None where none has one
+    chosen       leaf appearances of the parts that own parts, where they are chosen and only their
+                 thickness and tint are fitted; None where all is
     """
 
     parent: Ints
@@ -34,6 +36,7 @@ class PartSticks:
     own: StickTable
     palette: Float64[np.ndarray, "t 3"]
     meshes: MeshTable | None = None
+    chosen: StickTable | None = None
 
     @cached_property
     def owns(self) -> Flags:

@@ -16,6 +16,7 @@ from jaxtyping import Float64
 from lod.arrays import Flags, Reals
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key
+from scenes.processes.progress import tell
 from scenes.sticks.appearance.fit import CODE
 from scenes.sticks.appearance.light_paths import lone_object, outgoing_light
 from scenes.sticks.appearance.sky import sky_at
@@ -83,9 +84,11 @@ def _fit(
 ) -> Float64[np.ndarray, "c h t"]:
     """Fit the tones of objects whose range is SIZE_M."""
     levels = max(len(each.view_dependence.area_share) for each in objects)
+    tell()
     full = _light(objects, None, illumination, lines).sum(axis=1)
     tones = np.empty((levels, len(ELEVATIONS_DEG), len(AZIMUTHS_DEG) + 1))
     for level in range(levels):
+        tell(1 / (levels + 1))
         parts = _light(objects, level, illumination, lines)
         wanted = np.concatenate((full, (full @ _CIRCLE)[:, None]), axis=1)
         around = (parts @ _CIRCLE)[:, :, None]

@@ -1,12 +1,16 @@
-"""What there is to choose from, and a preset as a file to edit."""
+"""What there is to choose from, a preset as a file to edit, and what is kept between runs."""
 
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from bench.cli.commands.cache import command as cache
 from bench.cli.main import main
+from lod.errors import InputError
 from scenes.preset.load import load_preset
+from scenes.processes.content_cache import kept
 
 
 def run(*words: str) -> int:
@@ -47,3 +51,27 @@ def test_an_unknown_preset_is_refused(words: tuple[str, ...]) -> None:
 def test_help_has_a_short_flag(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     assert run(*words) == 0
     assert capsys.readouterr().out.startswith("Usage: lodbench")
+
+
+def test_cache_shows_and_clears_what_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path))
+    kept("tree", "a", lambda: {"a": np.zeros(1000)})
+    cache.main([], standalone_mode=False)
+    shown = capfd.readouterr().out
+    assert str(tmp_path) in shown and "tree" in shown and "0.0 MB" in shown
+    cache.main(["--json"], standalone_mode=False)
+    told = json.loads(capfd.readouterr().out)
+    assert told["kinds"]["tree"]["files"] == 1 and told["bytes"] > 8000
+    cache.main(["--clear", "--json"], standalone_mode=False)
+    assert json.loads(capfd.readouterr().out)["kinds"] == {}
+
+
+def test_cache_without_a_folder_names_the_cure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("no folder can be made below a file")
+    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path / "file"))
+    with pytest.raises(InputError, match="set LODBENCH_CACHE to a folder"):
+        cache.main([], standalone_mode=False)

@@ -53,6 +53,14 @@ def test_the_whole_tree_is_as_itself_and_thinner_shapes_cover_less():
     assert 0.5 < covers[0] / covers[1] < 0.95
 
 
+def test_sun_and_eye_go_round_the_object():
+    sun, turn = np.array(light.azimuths(16)).T
+    eye = np.round((sun + turn) % 360, 6)
+    assert len(np.unique(sun)) == 16 and len(np.unique(turn)) == 16
+    assert len(np.unique(eye)) == 8
+    np.testing.assert_allclose(np.diff(np.unique(eye)), 45)
+
+
 def test_darker_shapes_are_darker():
     tree = lone_object(TREE)
     (prototype,) = tree.placed.prototypes.prototypes

@@ -10,6 +10,7 @@ from lod.stick_table import StickTable
 from scenes.models.boulder import SIDE_M, TINTS, boulder_prototypes, boulder_solid
 from scenes.models.octree import Solid, octree_prototype
 from scenes.sticks.outline_area import directions, mean_area
+from scenes.sticks.view_dependent_area import area_shares_at, with_area_share
 
 DEPTH = 4
 
@@ -30,18 +31,25 @@ def level_table(prototype, level):
     return StickTable.of(1, zero, centre, centre, radius, radius, zero)
 
 
-def cover(table):
-    return float(mean_area(table, directions(32))[0])
+def cover(prototype, level):
+    """Mean area over directions that a level covers, as it looks from each [m²]."""
+    table, views = level_table(prototype, level), prototype.view_dependence
+    row = views.table_row[prototype.hierarchy.level[prototype.leaf.owner] == level]
+    areas = []
+    for view in directions(32):
+        seen = with_area_share(table, area_shares_at(views, row, abs(view[2])))
+        areas.append(mean_area(seen, view[None])[0])
+    return float(np.mean(areas))
 
 
 @settings(max_examples=2, deadline=None)
 @given(st.floats(0.6, 0.85))
 def test_every_level_of_a_ball_covers_its_disc(radius):
     prototype = octree_prototype("ball", ball(radius), TINTS)
-    finest = cover(level_table(prototype, DEPTH))
+    finest = cover(prototype, DEPTH)
     assert finest == pytest.approx(np.pi * radius**2, rel=0.06)  # a voxel of 1/16 m
     for level in range(DEPTH):
-        assert cover(level_table(prototype, level)) == pytest.approx(finest, rel=0.05)
+        assert cover(prototype, level) == pytest.approx(finest, rel=0.05)
 
 
 def test_only_cells_that_the_surface_crosses_are_kept():
@@ -77,7 +85,7 @@ def test_no_light_gets_through_a_boulder(k):
 def test_boulders_keep_cover_and_tone_from_level_to_level():
     prototype = boulder_prototypes(0, 1)[0]
     levels = range(int(prototype.hierarchy.level.max()) + 1)
-    covers = [cover(level_table(prototype, level)) for level in levels]
+    covers = [cover(prototype, level) for level in levels]
     assert covers == pytest.approx([covers[-1]] * len(covers), rel=0.05)
     tones = []
     for level in levels:

@@ -30,6 +30,7 @@ import time
 from pathlib import Path
 
 from lod.errors import InputError
+from scenes.processes.progress import tell, work
 from scenes.render.sequence.worker_child import serve
 
 
@@ -65,6 +66,10 @@ class Session:
         if frame == 104:
             time.sleep(1000)
         print("a library's chatter")
+        if frame == 108:
+            with work("fitting things", 2):
+                tell()
+                tell(1.5)
         watch(1, 2)
         watch(2, 2)
         Path(target).write_text(f"frame {frame}")
@@ -105,8 +110,18 @@ def test_one_process_renders_frame_after_frame(tmp_path, capfd):
             assert (tmp_path / f"{frame}").read_text() == f"frame {frame}"
     (process,) = {process for _, process in tries(tmp_path)}
     assert process != os.getpid() and gone(process)
-    assert [each for each in seen if each[2]] == [(process, 1, 2), (process, 2, 2)] * 3
+    samples = [(process, 1, 2, None), (process, 2, 2, None)]
+    assert [each for each in seen if each[2]] == samples * 3
     assert capfd.readouterr().out == ""
+
+
+def test_what_is_made_before_a_frame_is_told_until_it_is_done(tmp_path):
+    seen = []
+    with Worker(watch=lambda *each: seen.append(each)) as worker:
+        worker(SETTINGS, 108, tmp_path / "108")
+    told = [each[1:] for each in seen if each[3] or each[2]]
+    made = [(0, 0, ["fitting things", done, 2]) for done in (0.0, 1.5)]
+    assert [(a, b, list(c) if c else c) for a, b, c in told] == [*made, (1, 2, None), (2, 2, None)]
 
 
 def test_a_frame_that_kills_it_is_tried_three_times_and_costs_itself(tmp_path):

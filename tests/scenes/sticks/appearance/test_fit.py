@@ -1,9 +1,12 @@
 """Leaf appearances fitted to an object that is no tree: cover, what stays, and the cache."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lod.stick_table import StickTable
+from scenes.processes.progress import followed_by, work
 from scenes.sticks.appearance.fit import fit_appearances
 from scenes.sticks.appearance.overlap import GREATEST, measure_overlap
 from scenes.sticks.appearance.part_sticks import PartSticks
@@ -110,3 +113,37 @@ def test_the_overlap_of_what_is_the_same_place_and_of_what_is_far_away(apart, ex
     found = measure_overlap(parent, level, inner, leaf, PALETTE)
     assert found[1] == 0
     assert found[0] == pytest.approx(expected, abs=0.06)
+
+
+@pytest.fixture(scope="module")
+def chosen(bush):
+    """The bush with one ball chosen for itself and one for each twig, of half the area or so."""
+    inner = bush.owns
+    owner = np.flatnonzero(inner)
+    leaves = bush.own.only(~inner)
+    whole = np.where(leaves.owner > 0, bush.parent[leaves.owner], 0)
+    middles = [leaves.start[(whole == k) | (k == 0)].mean(axis=0) for k in owner]
+    balls = sticks(len(bush.parent), owner, middles, middles, 0.2, 1)
+    return replace(bush, chosen=balls.thickened(np.where(owner == 0, 3.0, 1.0)))
+
+
+def test_chosen_shapes_stay_where_they_are_and_cover_what_they_hide(chosen):
+    fitted = fit_appearances(chosen)
+    own = chosen.owns[fitted.leaf.owner]
+    np.testing.assert_array_equal(fitted.leaf.start[own], chosen.chosen.start)
+    assert (fitted.view_dependence.table_row[own] == chosen.level[fitted.leaf.owner[own]]).all()
+    full = StickTable.as_one_part([chosen.own])
+    views = directions(24)
+    for level in (0, 1):
+        ratios = [cover(cut(chosen, fitted, level, v[2]), v) / cover(full, v) for v in views]
+        assert np.mean(ratios) == pytest.approx(1, abs=0.06)
+
+
+def test_a_fit_is_told_of_when_it_is_made_and_not_when_it_was_kept(bush, tmp_path, monkeypatch):
+    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path))
+    told = []
+    with followed_by(lambda *each: told.append(each)), work("fits", 2):
+        fit_appearances(bush)
+        assert told == [("fits", 1.0, 2)]
+        fit_appearances(bush)
+        assert told == [("fits", 1.0, 2)]

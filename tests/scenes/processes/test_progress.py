@@ -1,0 +1,48 @@
+"""Work that is done once and then kept: what is told of it, and that kept work is silent."""
+
+import pytest
+
+from scenes.processes.progress import followed_by, steps, tell, work
+
+
+@pytest.fixture
+def told():
+    """What is told inside a test."""
+    found = []
+    with followed_by(lambda *each: found.append(each)):
+        yield found
+
+
+def test_steps_are_told_and_those_that_were_kept_are_counted(told):
+    with work("fits", 6):
+        with steps(3):
+            pass  # kept
+        with steps(2):
+            tell()
+            tell(1.0)
+            tell(1.0)
+    assert told == [("fits", 3.0, 6), ("fits", 4.0, 6), ("fits", 5.0, 6), ("fits", 6, 6)]
+
+
+def test_work_that_was_all_kept_is_silent(told):
+    with work("fits", 2), steps(2):
+        pass
+    tell(1.0)  # part of no work
+    assert told == []
+
+
+def test_work_in_work_is_told_by_its_own_name(told):
+    with work("outer", 2):
+        tell(1.0)
+        with work("inner", 1):
+            tell(1.0)
+        tell(1.0)
+    inner = ("inner", 1.0, 1), ("inner", 1, 1)
+    assert told == [("outer", 1.0, 2), *inner, ("outer", 2.0, 2), ("outer", 2, 2)]
+
+
+def test_work_that_fails_is_not_told_to_be_done(told):
+    with pytest.raises(ZeroDivisionError), work("fits", 2):
+        tell()
+        raise ZeroDivisionError
+    assert told == [("fits", 0.0, 2)]
