@@ -2,10 +2,10 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int, str], None]
 """Called with the number done, the number in all, and a name for what comes next."""
+
+_Item = TypeVar("_Item")
 
 _FRAME_FORMAT = (
     "{percentage:3.0f} % {bar} {n:.1f}/{total} frames, {elapsed}, {remaining} left{postfix}"
@@ -67,10 +69,23 @@ def progress_bar(unit: str) -> Iterator[Progress]:
 
         def show(done: int, total: int, what: str) -> None:
             bar.total = total
-            bar.set_description(what, refresh=False)
-            bar.update(done - bar.n)
+            if bar.desc == f"{what}: ":
+                bar.update(done - bar.n)
+            else:  # at once: what comes next may take long
+                bar.n = done
+                bar.set_description(what)
 
         yield show
+
+
+def counted(
+    items: Sequence[_Item], unit: str, name: Callable[[_Item], object] = str
+) -> Iterator[_Item]:
+    """Yield items, while a bar shows how many are done, the time left, and which comes next."""
+    with progress_bar(unit) as show:
+        for done, each in enumerate(items):
+            show(done, len(items), str(name(each)))
+            yield each
 
 
 def tell_first_run() -> None:

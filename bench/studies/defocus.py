@@ -21,6 +21,7 @@ import click
 import numpy as np
 
 from bench.cli.output import table
+from bench.cli.progress import counted
 from bench.fields.part_sizes import (
     COARSE_M,
     camera,
@@ -112,7 +113,8 @@ def law_ratio(diameter_m: float, focus_m: float, fields: int) -> Estimate:
     things = prototypes_with("figure", None), 4 * density_of("figure", COARSE_M)
     expected = float(predicted_sizes(*things, view).sum())
     seeds = [seed_of("defocus", 0, index) for index in range(fields)]
-    found = [sum(count_sizes(*things, view, seed).by_size) for seed in seeds]
+    shown = counted(seeds, "field", lambda seed: "fields against the law")
+    found = [sum(count_sizes(*things, view, seed).by_size) for seed in shown]
     return two_sided_mean(np.array(found) / expected)
 
 
@@ -128,7 +130,8 @@ def pictures(
     scene = build_frame(
         FrameInput(view.camera, displayed, preset_air(preset), frame_light(world, preset), quality)
     )
-    layers = [trace(scene, replace(quality, seed=seed)) for seed in seeds]
+    shown = counted(seeds, "picture", lambda seed: f"{spp} samples a pixel")
+    layers = [trace(scene, replace(quality, seed=seed)) for seed in shown]
     light = [each.rgb.astype(np.float64) for each in layers]
     exposure = auto_exposure(light[0]) if exposure is None else exposure
     return Pictures(

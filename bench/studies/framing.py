@@ -5,6 +5,8 @@ panorama, and for two eyes, all round and in their field of view, near each othe
 and so far apart that the baseline is much of D. Each is held against the law.
 """
 
+from itertools import product
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ import click
 import numpy as np
 
 from bench.cli.output import table
-from bench.cli.progress import progress_bar
+from bench.cli.progress import counted
 from bench.count.count_frame import predict
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_mean
@@ -55,9 +57,9 @@ def counts_of(keys: tuple[str, ...], seed: int) -> np.ndarray:
     return found
 
 
-def ratios(keys: tuple[str, ...], fields: int) -> dict[str, Any]:
-    """Estimate displayed ÷ predicted objects and parts over so many fields, with 95 % intervals."""
-    counts = np.array([counts_of(keys, seed) for seed in range(fields)])
+def ratios(fields: list[np.ndarray]) -> dict[str, Any]:
+    """Estimate displayed ÷ predicted objects and parts, with 95 % intervals, of fields' counts."""
+    counts = np.array(fields)
     found: dict[str, Any] = {"objects_a_field": float(counts[:, 0, 0].mean())}
     for k, name in enumerate(("objects", "parts")):
         each = two_sided_mean(counts[:, 0, k] / counts[:, 1, k])
@@ -82,11 +84,10 @@ def report(found: dict[str, dict[str, Any]]) -> str:
 @click.option("--record", type=click.Path(path_type=Path), help="A file for the figures.")
 def command(fields: int, record: Path | None) -> None:
     """Prune fields of people in every framing, and print displayed over predicted."""
-    found = {}
-    with progress_bar("framing") as show:
-        for done, (framing, keys) in enumerate(FRAMINGS.items()):
-            show(done, len(FRAMINGS), framing)
-            found[framing] = ratios(keys, fields)
+    counts: dict[str, list[np.ndarray]] = {framing: [] for framing in FRAMINGS}
+    for framing, seed in counted([*product(FRAMINGS, range(fields))], "field", itemgetter(0)):
+        counts[framing].append(counts_of(FRAMINGS[framing], seed))
+    found = {framing: ratios(each) for framing, each in counts.items()}
     click.echo(report(found))
     if record:
         settings = {"preset": PRESET, "fields": fields, "keys": list(SCENE), "framings": FRAMINGS}

@@ -18,6 +18,7 @@ import click
 import numpy as np
 
 from bench.cli.output import table
+from bench.cli.progress import counted
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.quality import Quality
@@ -78,7 +79,7 @@ def tried(name: str, size: str, spp: int, pairs: int) -> list[tuple[Any, ...]]:
         traced(*scene, 2**20)  # compiles
     pictures: list[list[np.ndarray]] = [[] for _ in all_settings]
     spent: list[list[float]] = [[] for _ in all_settings]
-    for seed in range(2 * pairs):
+    for seed in counted(range(2 * pairs), "seed", lambda seed: name):
         for scene, held, times in zip(scenes, pictures, spent, strict=True):
             picture, seconds = traced(*scene, seed)
             held.append(picture)

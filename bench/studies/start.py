@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
@@ -21,6 +21,7 @@ import click
 import numpy as np
 
 from bench.cli.output import table
+from bench.cli.progress import counted
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
 from scenes.processes.cache_folder import VARIABLE
@@ -116,11 +117,14 @@ def rounds(start: Start, repeats: int, cold: int, kept: Path) -> dict[str, list[
         first, then = timed(imports, cache), timed(words, cache)
         return Turn(first, then, start.own_s(then.said))
 
+    def numbers(turns: int, name: str) -> Iterator[int]:
+        return counted(range(turns), "turn", lambda number: f"{start.name}, {name}")
+
     with tempfile.TemporaryDirectory() as scratch:
-        found = {COLD: [turn(Path(scratch, f"cold{number}")) for number in range(cold)]}
+        found = {COLD: [turn(Path(scratch, f"cold{k}")) for k in numbers(cold, COLD)]}
     if repeats:
         timed(words, kept)  # what is not there yet
-    return found | {WARM: [turn(kept) for _ in range(repeats)]}
+    return found | {WARM: [turn(kept) for _ in numbers(repeats, WARM)]}
 
 
 def figures(turns: Sequence[Turn]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ The air is clear: haze would leave some of it out.
 import math
 import time
 from dataclasses import replace
+from itertools import product
 
 import click
 import numba
@@ -16,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from bench.cli.output import table
+from bench.cli.progress import counted
 from lod.camera import Camera
 from lod.metric.family import METRICS
 from lod.pruning.crossfade import blend_weights
@@ -122,5 +124,6 @@ def command(presets: tuple[str, ...], quick: bool) -> None:
     numba.set_num_threads(1)
     names = ("preset", "size", "tiles", "triangles", "took", "within 1 px", "most", "at τ = ¼")
     sizes = SIZES[:1] if quick else SIZES
-    rows = [table_row(name, size) for name in presets or PRESETS for size in sizes]
+    cases = counted([*product(presets or PRESETS, sizes)], "picture", ", ".join)
+    rows = [table_row(name, size) for name, size in cases]
     click.echo(table([names, *rows]))

@@ -18,6 +18,7 @@ from pathlib import Path
 import click
 
 from bench.cli.output import table
+from bench.cli.progress import progress_bar
 from bench.experiments.cover.claims import judge
 from bench.experiments.cover.measure import field
 from bench.experiments.cover.scene import AIRS, LOOKS, Case
@@ -144,10 +145,12 @@ def command(folder: Path, fields: int | None, air: str, processes: int) -> None:
     # Both looks grow together, so that a run that is stopped has some of each.
     wanted.sort(key=lambda key: (key[2] - FIRST_SEED) / shares[key[0]])
     missing = [key for key in wanted if key not in found]
-    with click.progressbar(_measure_fields(missing, processes), len(missing), "fields") as arriving:
-        for key, bands in arriving:
+    with progress_bar("field") as show:
+        show(0, len(missing), "fields")
+        for done, (key, bands) in enumerate(_measure_fields(missing, processes), 1):
             found[key] = bands
             write_fields(path, found)
+            show(done, len(missing), "fields")
     rows: list[tuple[object, ...]] = [("band", "pruned ÷ whole", "within 2 %")]
     for each in judge_fields(found):
         interval = f"{each.measured:.3f} ({each.low:.3f} to {each.high:.3f})"

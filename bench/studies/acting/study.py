@@ -10,13 +10,14 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import click
 
 from bench.cli.output import table
-from bench.cli.progress import progress_bar
+from bench.cli.progress import counted
 from bench.records.provenance import provenance, scene_digest
 from bench.studies.acting.costs import Costs, cost_rows, costs
 from bench.studies.acting.waiting import Crowd, Saving, saving, saving_rows
@@ -107,12 +108,10 @@ def command(path: Path | None, only: str, quick: bool, seed: int) -> None:
         each for each in measurements(quick, seed) if each[0].startswith(tuple(only.split(",")))
     ]
     missing = [each for each in asked if each[0] not in parts]
-    with progress_bar("part") as show:
-        for done, (name, measure) in enumerate(missing):
-            show(done, len(missing), name)
-            parts[name] = asdict(measure())
-            if path:
-                parts = _kept(path, parts, asdict(provenance(scene_digest([quick, seed]), seed)))
+    for name, measure in counted(missing, "part", itemgetter(0)):
+        parts[name] = asdict(measure())
+        if path:
+            parts = _kept(path, parts, asdict(provenance(scene_digest([quick, seed]), seed)))
     click.echo(page(parts))
 
 

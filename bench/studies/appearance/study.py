@@ -12,6 +12,7 @@ from pathlib import Path
 import click
 
 from bench.cli.output import table
+from bench.cli.progress import counted
 from bench.studies.appearance.cases import Case, cases
 from bench.studies.appearance.cuts import lone_object
 from bench.studies.appearance.light import radiance_ratios
@@ -71,11 +72,10 @@ def command(
     have = {(each.kind, each.seed) for each in found}
     chosen = [each for each in cases() if not kinds or each.kind in kinds]
     missing = [each for each in chosen if (each.kind, each.seed) not in have]
-    with click.progressbar(missing, label="objects") as arriving:
-        for case in arriving:
-            found += judged(case, 0 if all_levels else COARSEST, not cover_only)
-            if path is not None:
-                write_findings(path, _in_order(found), choose())
+    for case in counted(missing, "object", lambda case: f"{case.kind}, seed {case.seed}"):
+        found += judged(case, 0 if all_levels else COARSEST, not cover_only)
+        if path is not None:
+            write_findings(path, _in_order(found), choose())
     if page is not None:
         text = with_table(page.read_text(encoding="utf-8"), _in_order(found))
         page.write_text(text, encoding="utf-8")

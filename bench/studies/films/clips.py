@@ -24,6 +24,7 @@ from jaxtyping import Bool
 from PIL import Image
 
 from bench.cli.output import table
+from bench.cli.progress import counted
 from bench.experiments.popping.unexplained_change import Walk, walk
 from lod.camera import Camera
 from scenes.frame.assemble import assemble_frame
@@ -127,7 +128,8 @@ def write_film(name: str, settings: tuple[str, ...], count: int, folder: Path) -
     ]
     world = build_world(presets[0])
     both = [frames_of(preset, world, count, variant) for preset in presets]
-    for number, (path, one, other) in enumerate(zip(paths, *both, strict=True), 1):
+    shown = counted(paths, "frame", lambda path: name)
+    for number, (path, one, other) in enumerate(zip(shown, *both, strict=True), 1):
         view = view_at(world, presets[0], number)
         fps = presets[0].camera.fps
         header = frame_header(view.camera, fps, {"clip": name}, number)

@@ -10,6 +10,8 @@ same samples, so that there is no noise in it.
 
 import zipfile
 from functools import lru_cache
+from itertools import product
+from operator import itemgetter
 from pathlib import Path
 
 import click
@@ -17,6 +19,7 @@ import numpy as np
 from PIL import Image
 
 from bench.cli.output import table
+from bench.cli.progress import counted
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.unexplained_change import Walk, walk
 from lod.errors import InputError
@@ -107,9 +110,8 @@ def command(
     """Measure a walk through a forest into DIR, three ways, and print what pops."""
     make_folder(folder)
     check_ours([folder / "sheet.png"], overwrite, "DIR")
-    for first in range(1, frames, every):
-        for way in WAYS:
-            measure_pair(folder, way, first, walk_settings(way, size, spp, detail))
+    for first, way in counted([*product(range(1, frames, every), WAYS)], "pair", itemgetter(1)):
+        measure_pair(folder, way, first, walk_settings(way, size, spp, detail))
     walks = {way: load_walk(folder, way) for way in WAYS}
     click.echo(table(table_rows(walks)))
     save_picture(stills(walks), folder / "sheet.png")

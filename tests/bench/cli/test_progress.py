@@ -6,7 +6,13 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from bench.cli.progress import bars_are_shown, frame_progress, making_shown, progress_bar
+from bench.cli.progress import (
+    bars_are_shown,
+    counted,
+    frame_progress,
+    making_shown,
+    progress_bar,
+)
 from scenes.processes.progress import tell, work
 
 
@@ -28,6 +34,15 @@ def test_what_is_made_is_shown_with_the_time_left_and_cleared(monkeypatch, capsy
 def test_away_from_a_terminal_nothing_is_shown(capsys):
     make_something()
     assert capsys.readouterr().err == ""
+
+
+def test_items_are_counted_and_the_next_is_named_before_it_begins(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    said = []
+    for _ in counted(["one", "two"], "thing"):
+        said.append(capsys.readouterr().err)
+    assert "one:" in said[0] and " 0/2 " in said[0]
+    assert "two:" in said[1] and " 1/2 " in said[1] and "<" in said[1]
 
 
 @pytest.mark.parametrize(("flags", "shown"), [([], True), (["--json"], False)])
