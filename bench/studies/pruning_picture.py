@@ -69,7 +69,9 @@ def command(
     """Render the picture, and say how many parts each half of it displays."""
     target = make_folder(Path(path).parent) / Path(path).name
     check_ours([target], overwrite)
+    grass = [name for name, each in load_preset(preset).species.items() if each.model == "sward"]
     wanted = {
+        **{f"species.{name}.density": 0.0 for name in grass},  # unpruned, it would be millions
         "world.extent": extent,
         "view.detail": detail,
         "render.size": size,

@@ -4,10 +4,10 @@ The one rule by which priority P, range R, bound B and separation follow from th
 rigid object (one that is only placed, turned about the vertical and scaled):
 
     separation  distance from a part's origin to its whole's origin, as it stands
-    extent      farthest that a part's own sticks, of either appearance and radius included, are
-        from a point
+    extent      farthest that a part's own sticks, of either appearance and radius included, and
+        the corners of its mesh are from a point
     P           √ of the largest area over directions that the leaf appearance covers, as it looks
-        from each (``union_area``, ``view_dependent_area``)
+        from each (``union_area``, ``view_dependent_area``), or the part's mesh (``flat_area``)
     R           the greater of the extent of the part and the extents of its direct parts, from its
         origin
     B           the greater of the extent of the part and, over its parts, separation + B of the
@@ -29,6 +29,7 @@ from lod.metric.hierarchy import Hierarchy
 from lod.metric.tied_levels import max_over_tied, representative
 from lod.stick_table import StickTable
 from scenes.sticks.contrast import part_contrast
+from scenes.sticks.flat_area import largest_flat_areas
 from scenes.sticks.view_dependence import ViewDependence
 from scenes.sticks.view_dependent_area import largest_area_in_view
 
@@ -98,24 +99,32 @@ def assemble_prototype(
     leaf: StickTable,
     tints: Float64[np.ndarray, "t 3"],
     view_dependence: ViewDependence | None = None,
+    meshes: MeshTable | None = None,
 ) -> Prototype:
-    """Make a prototype from the places and the sticks of its parts, by the rule above."""
+    """Make a prototype from the places, sticks and meshes of its parts, by the rule above."""
     sizes = {"inner": len(inner.count), "leaf": len(leaf.count), "origin": len(places.origin)}
     for key, size in sizes.items():
         if size != len(places):
             raise InputError(f"{name}.{key}", size, f"one entry for each of {len(places)} parts")
     view_dependence = view_dependence or ViewDependence()
-    P = np.sqrt(largest_area_in_view(leaf, view_dependence))
+    area = largest_area_in_view(leaf, view_dependence)
+    if meshes is not None:
+        area = np.maximum(area, largest_flat_areas(meshes))
+    P = np.sqrt(area)
     tied = representative(places.parent, P)
-    hierarchy = _hierarchy(places, tied, P, inner, leaf)
+    hierarchy = _hierarchy(places, tied, P, (inner, leaf), meshes)
     # Prototype refuses what is bad.
-    prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence)
+    prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence, meshes)
     contrast = part_contrast(places.parent, leaf, tints)[tied]
     return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
 
 
 def _hierarchy(
-    places: PartPlaces, tied: Ints, P: Reals, inner: StickTable, leaf: StickTable
+    places: PartPlaces,
+    tied: Ints,
+    P: Reals,
+    tables: tuple[StickTable, ...],
+    meshes: MeshTable | None,
 ) -> Hierarchy:
     """The hierarchy of parts with these P, tied (n,) to their representatives: R, B and separation
     by the rule above."""
@@ -124,9 +133,9 @@ def _hierarchy(
     owner = parent[part]
     separation = np.zeros(len(parent))
     separation[part] = _distance(origin[part], origin[owner])
-    own = _extent(inner, leaf, np.arange(len(parent)), origin)
+    own = _extent(tables, meshes, np.arange(len(parent)), origin)
     R = own.copy()
-    np.maximum.at(R, owner, _extent(inner, leaf, part, origin[owner]))
+    np.maximum.at(R, owner, _extent(tables, meshes, part, origin[owner]))
     B = own.copy()
     for row in part[::-1]:
         B[parent[row]] = max(B[parent[row]], separation[row] + B[row])
@@ -137,24 +146,28 @@ def _hierarchy(
     return replace(hierarchy, overlap=places.overlap)
 
 
-def _extent(inner: StickTable, leaf: StickTable, rows: Ints, centre: Points) -> Reals:
-    """Farthest that the sticks of each part in ``rows`` are from its point in ``centre``, (n,) [m].
+def _extent(
+    tables: tuple[StickTable, ...], meshes: MeshTable | None, rows: Ints, centre: Points
+) -> Reals:
+    """Farthest that the sticks and the mesh of each part in ``rows`` are from its point in
+    ``centre``, (n,) [m].
 
     The farthest point of a convex hull of two spheres lies on one of the spheres.
     """
-    extent = np.zeros(len(rows))
-    for table in (inner, leaf):
-        seen_from = np.full((len(table.first) - 1, 3), np.nan)
-        seen_from[rows] = centre
+    n = len(tables[0].count)
+    seen_from, farthest = np.full((n, 3), np.nan), np.zeros(n)
+    seen_from[rows] = centre
+    for table in tables:
         owner = table.owner
         reach = np.maximum(
             _distance(table.start, seen_from[owner]) + table.start_radius,
             _distance(table.end, seen_from[owner]) + table.end_radius,
         )
-        farthest = np.zeros(len(seen_from))
         np.fmax.at(farthest, owner, reach)
-        extent = np.maximum(extent, farthest[rows])
-    return extent
+    if meshes is not None:
+        owner = meshes.vertex_owner
+        np.fmax.at(farthest, owner, _distance(meshes.vertices, seen_from[owner]))
+    return farthest[rows]
 
 
 def _distance(a: Points, b: Points) -> Reals:
@@ -186,10 +199,11 @@ def _check(prototype: Prototype) -> None:
             f"{name}.leaf", f"nothing for part {empty[0]}", "a leaf appearance is never empty"
         )
     h = prototype.hierarchy
-    extent = _extent(prototype.inner, prototype.leaf, np.arange(n), h.position)
+    tables = prototype.inner, prototype.leaf
+    extent = _extent(tables, prototype.meshes, np.arange(n), h.position)
     outside = np.flatnonzero(extent > h.R * (1 + 1e-9))
     if len(outside):
         row = int(outside[0])
         raise InputError(
-            f"{name}.R[{row}]", float(h.R[row]), f"its sticks reach {extent[row]:.6g} m"
+            f"{name}.R[{row}]", float(h.R[row]), f"what it looks like reaches {extent[row]:.6g} m"
         )

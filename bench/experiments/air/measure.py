@@ -31,6 +31,7 @@ from scenes.world.world import build_world
 VISIBILITIES_M = (1e3, 5e3, 20e3)
 MEADOW = (
     *("air.visibility=5km", "render.size=96x54", "render.max_depth=16"),
+    "species.sward.density=0",
     "render.haze=scattered",  # so that the light knows the canopy
 )
 _SPP = {"analytic": 32, "scattered": 32, "medium": 384, "spectral": 64}

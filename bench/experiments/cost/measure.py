@@ -19,7 +19,7 @@ from bench.runner.experiment import Effort
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose, trusting
 
-SETTINGS = ("render.size=320x180", "render.spp=8")
+SETTINGS = ("render.size=320x180", "render.spp=8", "species.sward.density=0")
 _FRAMES = 4
 _LONGEST_S = 600
 _ROOT = Path(__file__).resolve().parents[3]

@@ -21,7 +21,7 @@ from scenes.render.pipeline.stages import build_frame, trace
 from scenes.world.world import build_world
 
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "meadow": ("meadow", ()),
+    "meadow": ("meadow", ("species.sward.density=0",)),
     "crowd": ("crowd", ("species.tree.density=0",)),
 }
 """For each kind of world its preset and what is changed in it: nothing moves in ``meadow``."""

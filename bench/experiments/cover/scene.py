@@ -116,7 +116,9 @@ LOOKS = {
         _edges(120.0, 350.0),
         ("camera.height=60", "camera.pitch=-22"),
     ),
-    "forest": Outlook("forest", 280.0, (-0.2, -0.48), _edges(7.0, 120.0)),
+    "forest": Outlook(
+        "forest", 280.0, (-0.2, -0.48), _edges(7.0, 120.0), ("species.sward.density=0",)
+    ),
     **{f"far_{distance:g}_km": _far(1000 * distance) for distance in (1, 2.2, 5)},
 }
 AIRS = ("preset", "clear")

@@ -57,7 +57,12 @@ ALONE_EVERY = 3
 EDGES_M = (0.0, 20.0, 60.0, 150.0, 400.0, 1000.0, 2000.0, 5000.0, float(SKY_Z))
 """Edges of the bands of distance [m]; the last band is not judged."""
 
-_WORLD = ("world.extent=20000", "terrain.reach=10000", "render.max_depth=3")
+_WORLD = (
+    "world.extent=20000",
+    "terrain.reach=10000",
+    "render.max_depth=3",
+    "species.sward.density=0",
+)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,9 @@ from scenes.world.world import World, build_world
 
 FRAME = 5
 
+BARE = "species.sward.density=0"
+"""Without grass, of which a whole field has too much to count."""
+
 WORLD = "world.extent=400"
 """The setting of the finite world, in which everything can be counted."""
 
@@ -81,12 +84,12 @@ def count_field(seed: int) -> list[Point]:
 
 def world_of(seed: int, settings: tuple[str, ...]) -> World:
     """Build a field of `meadow`, which depends neither on the camera nor on the cut."""
-    return build_world(load_preset("meadow", (f"seed={seed}", *settings)))
+    return build_world(load_preset("meadow", (BARE, f"seed={seed}", *settings)))
 
 
 def parts(world: World, move: Move, seed: int, settings: tuple[str, ...]) -> int:
     """Count the parts of all species that a field displays."""
-    preset = load_preset("meadow", (f"seed={seed}", *move.settings, *settings))
+    preset = load_preset("meadow", (BARE, f"seed={seed}", *move.settings, *settings))
     view = view_at(world, preset, FRAME)
     return sum(prune(field, view).displayed_parts for field in world.fields)
 
@@ -98,7 +101,7 @@ def _samples(move: Move, spp: int) -> int:
 
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of the preset and of every case."""
-    preset = load_preset("meadow").model_dump(mode="json")
+    preset = load_preset("meadow", (BARE,)).model_dump(mode="json")
     moves = [asdict(move) for move in MOVES]
     pictures = [
         motion_picture.preset_of(FAST, cut, 0.0, 1).model_dump(mode="json")

@@ -48,6 +48,7 @@ def preset_of(move: Move, cut: str, heading: float, spp: int) -> Preset:
     """Load the preset of a window that looks along a heading in the middle of the frame's time."""
     tangent = math.tan(math.radians(WHOLE_DEG / 2)) * SIZE[0] / WHOLE_PX
     window = (
+        "species.sward.density=0",
         f"render.size={SIZE[0]}x{SIZE[1]}",
         f"render.spp={spp}",
         f"render.subframes={SUBFRAMES}",
@@ -94,7 +95,7 @@ def measure(case: Pictures, seed: int) -> list[Point]:
 @cache
 def _world() -> World:
     """Build the field of every picture, which depends neither on camera, cut nor samples."""
-    return build_world(load_preset("meadow"))
+    return build_world(load_preset("meadow", ("species.sward.density=0",)))
 
 
 def _picture(made: FrameInput, seed: int) -> np.ndarray:

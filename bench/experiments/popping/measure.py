@@ -50,6 +50,7 @@ WALK = (
     "render.spp=36",
     "world.extent=120.0",
     "species.tree.density=0.002",
+    "species.sward.density=0",
     "species.figure.density=0.003",
     "species.tree.prototypes=2",
     "species.figure.prototypes=2",

@@ -13,9 +13,15 @@ from scenes.render.mitsuba.variants import choose
 
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "crowd": ("crowd", ("species.tree.density=0",)),
-    "meadow": ("meadow", ()),
-    "swaying": ("meadow", ("wind.speed=6",)),
-    "forest": ("forest", ()),
+    "meadow": ("meadow", ("species.sward.density=0",)),
+    "swaying": (
+        "meadow",
+        (
+            "species.sward.density=0",
+            "wind.speed=6",
+        ),
+    ),
+    "forest": ("forest", ("species.sward.density=0",)),
 }
 """For each kind of world its preset and what is changed in it."""
 

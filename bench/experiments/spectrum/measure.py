@@ -42,6 +42,7 @@ SCENE = (
     "species.figure.density=0.006",
     "species.figure.prototypes=4",
     "species.tree.density=0.001",
+    "species.sward.density=0",
     "species.tree.prototypes=2",
     "air.visibility=clear",
     "camera.pitch=0",

@@ -47,6 +47,7 @@ WORLD = (
     "render.subframes=8",
     "world.extent=120.0",
     "species.tree.density=0.002",
+    "species.sward.density=0",
     "species.tree.prototypes=2",
     "species.tree.sizes=[0.6]",
     "species.figure.density=0.004",

@@ -31,7 +31,12 @@ from scenes.render.mitsuba.variants import choose
 from scenes.render.pictures.contact_sheet import save_picture
 from scenes.world.world import World, build_world
 
-WOOD = ("world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false")
+WOOD = (
+    "species.sward.density=0",
+    "world.extent=60.0",
+    "terrain.reach=300.0",
+    "view.haze_aware=false",
+)
 QUANTILES = (0.99, 0.999, 0.9999)
 _STILLS = 5
 

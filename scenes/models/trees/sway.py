@@ -20,6 +20,7 @@ from functools import lru_cache
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals
+from lod.mesh_table import MeshTable
 from lod.metric.hierarchy import Hierarchy
 from lod.stick_table import StickTable
 from scenes.models.trees.parameters import TreeSpecies
@@ -66,14 +67,16 @@ def swaying(
     wind: float,
     rng: np.random.Generator,
     most_deg: tuple[float, float] = (TRUNK_DEG, LIMB_DEG),
+    feet: Points | None = None,
 ) -> RiggedPrototype:
     """Make the trunk and the limbs of a tree sway in a wind of that speed [m/s].
 
     most_deg  most that a joint of the trunk, and a limb, turns at GALE_M_S
+    feet      points (l, 3) about which the limbs turn; by default their origins [m]
     """
     h = tree.hierarchy
     limbs = np.flatnonzero(h.level == 1)
-    at = np.concatenate((_trunk_nodes(tree), h.position[limbs]))
+    at = np.concatenate((_trunk_nodes(tree), h.position[limbs] if feet is None else feet))
     parent = _parents(at)
     joint = _joints_of_parts(h)
     inner = _rigged(tree.inner, joint, at, bends=True)
@@ -94,6 +97,7 @@ def swaying(
         motion,
         place,
         tree.view_dependence,
+        meshes=None if tree.meshes is None else _on_joints(tree.meshes, at[joint]),
     )
 
 
@@ -137,6 +141,11 @@ def _rigged(table: StickTable, joint: np.ndarray, at: np.ndarray, bends: bool) -
     return RiggedSticks(table.first, start, end, *radii, table.tint, start_joint, end_joint)
 
 
+def _on_joints(meshes: MeshTable, joint_of_part: Points) -> MeshTable:
+    """Measure meshes from the joints (n, 3) that their parts ride on."""
+    return replace(meshes, vertices=meshes.vertices - joint_of_part[meshes.vertex_owner])
+
+
 def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
     """Make the rig of joints at points (j, 3); each turns by ``most_deg`` (j,) about x and y."""
     offset = at - np.where((parent >= 0)[:, None], at[parent], 0.0)
@@ -164,6 +173,11 @@ def _reaches(tree: Prototype, rig: Rig, at: Points) -> dict[str, np.ndarray]:
             on = np.where(table.owner[rows] == 0, TRUNK_JOINTS - 1, joint[table.owner[rows]])
             far = _farthest(points[rows], on, rig.parent, at, moves) + radii[rows]
             reach = max(reach, float(far.max()))
+    if tree.meshes is not None:
+        owner = tree.meshes.vertex_owner
+        rows = np.flatnonzero(direct[owner])
+        far = _farthest(tree.meshes.vertices[rows], joint[owner[rows]], rig.parent, at, moves)
+        reach = max(reach, float(far.max(initial=0.0)))
     separation, R, B = h.separation.copy(), h.R.copy(), h.B.copy()
     separation[limbs] = _farthest(h.position[limbs], joint[limbs], rig.parent, at, moves)
     R[0] = max(R[0], reach)

@@ -12,7 +12,7 @@ from lod.pruning.view import View
 from scenes.field.species import Species
 from scenes.field.species_field import SpeciesField
 from scenes.models.catalogue import model_prototypes
-from scenes.models.sward import BLADES, ROOT_M, SHOOTS, swards, tuft_prototypes
+from scenes.models.sward import BLADES, ROOT_M, swards, tuft_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
@@ -23,58 +23,66 @@ FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0
 SIZES = (0.8, 1.0, 1.25)
 
 
-def stalk_lengths(tuft: Prototype, size: float) -> np.ndarray:
-    """Length of each blade above the ground along its two sticks, (BLADES,) [m]."""
-    first = 1 + SHOOTS
-    rows = tuft.leaf.first[first : first + BLADES]
-    lower, upper = rows, rows + 1
-    sticks = tuft.leaf.end - tuft.leaf.start
-    length = np.linalg.norm(sticks, axis=1)
-    return length[lower] - ROOT_M * size + length[upper]
+def blades(tuft: Prototype) -> np.ndarray:
+    """Corners of each blade: two at its root, two half-way up and its tip, (BLADES, 5, 3) [m]."""
+    corners = tuft.meshes.vertices.reshape(-1, 5, 3)
+    assert np.array_equal(tuft.meshes.vertex_owner[::5], np.arange(1, 1 + BLADES))
+    return corners
 
 
-def test_a_tuft_owns_shoots_and_shoots_own_blades():
+def blade_lengths(tuft: Prototype, size: float) -> np.ndarray:
+    """Length of each blade above the ground along its two halves, (BLADES,) [m]."""
+    corners = blades(tuft)
+    root, half, tip = corners[:, :2].mean(axis=1), corners[:, 2:4].mean(axis=1), corners[:, 4]
+    lower, upper = np.linalg.norm(half - root, axis=1), np.linalg.norm(tip - half, axis=1)
+    return lower - ROOT_M * size + upper
+
+
+def test_a_tuft_owns_blades_and_stems():
     for tuft in tuft_prototypes(0, 4):
         h = tuft.hierarchy
-        counts = np.bincount(h.level)
-        assert counts[0] == 1 and counts[1] == SHOOTS and counts[2] >= BLADES
-        assert (h.part_count[h.level == 1] >= BLADES // SHOOTS).all()
-        assert (h.part_count[h.level == 2] == 0).all()
+        assert h.level.tolist() == [0] + [1] * (len(h) - 1)
+        assert len(h) >= 1 + BLADES and (h.parent[1:] == 0).all()
 
 
 def test_blades_are_as_long_as_they_should_be():
     """In sizes from 0.8 to 1.25 they are 3 to 60 cm long, and most longer than 12."""
     tufts = model_prototypes("sward", 4, SIZES, False)
-    lengths = np.concatenate([stalk_lengths(t, SIZES[k % 3]) for k, t in enumerate(tufts)])
+    lengths = np.concatenate([blade_lengths(t, SIZES[k % 3]) for k, t in enumerate(tufts)])
     assert np.median(lengths) >= 0.12
     assert lengths.min() >= 0.03 - 1e-9 and lengths.max() <= 0.60 + 1e-9
 
 
-def test_p_and_r_are_those_of_the_sticks():
-    """A blade's two thin sticks cover at most their side view: 2·r·length, ends included."""
+def test_p_and_r_are_those_of_the_blades():
+    """P² is the largest area of three triangles over many directions; R reaches every corner."""
+    toward = np.random.default_rng(0).normal(size=(20000, 3))
+    toward /= np.linalg.norm(toward, axis=1)[:, None]
     for tuft in tuft_prototypes(0, 2):
         h, leaf = tuft.hierarchy, tuft.leaf
-        for row in np.flatnonzero(h.part_count == 0)[:BLADES]:
+        for row, corners in enumerate(blades(tuft), start=1):
+            a, b, c = corners[[[0, 0, 3], [1, 2, 2], [2, 3, 4]]]
+            covered = np.abs(toward @ np.cross(b - a, c - a).T / 2).sum(axis=1)
+            assert covered.max() * (1 - 1e-9) <= h.P[row] ** 2 <= 1.01 * covered.max()
             mine = slice(leaf.first[row], leaf.first[row + 1])
-            a, b, r, s = (
-                leaf.start[mine],
-                leaf.end[mine],
-                leaf.start_radius[mine],
-                leaf.end_radius[mine],
-            )
-            length = np.linalg.norm(b - a, axis=1)
-            most = ((r + s) * length + np.pi / 2 * (r**2 + s**2)).sum()
-            assert 0.75 * most < h.P[row] ** 2 < 1.02 * most
-            far = [np.linalg.norm(e - h.position[row], axis=1) + t for e, t in ((a, r), (b, s))]
-            assert h.R[row] == pytest.approx(np.max(far))
-            assert h.R[row] < 0.75 * length.sum()
+            points = np.concatenate((corners, leaf.start[mine], leaf.end[mine]))
+            thick = np.r_[np.zeros(5), leaf.start_radius[mine], leaf.end_radius[mine]]
+            far = np.linalg.norm(points - h.position[row], axis=1) + thick
+            assert h.R[row] == pytest.approx(far.max())
+            assert h.R[0] >= np.linalg.norm(corners, axis=1).max()
+
+
+def test_a_round_stick_covers_what_its_blade_covers_on_average():
+    """Over turns about its length: what stands for a blade in larger shapes has its area."""
+    (tuft,) = tuft_prototypes(0, 1)
+    for row, corners in enumerate(blades(tuft), start=1):
+        width = np.linalg.norm(corners[1] - corners[0], axis=0) * 2 / np.pi
+        assert 2 * tuft.leaf.start_radius[tuft.leaf.first[row]] == pytest.approx(width)
 
 
 def test_nothing_hangs_in_the_air_on_a_slope():
     """Everything is rooted deeper than a slope falls from the foot to where it stands."""
     for tuft in tuft_prototypes(0, 4):
-        first, end = tuft.leaf.first[1 + SHOOTS], tuft.leaf.first[1 + SHOOTS + BLADES]
-        root = tuft.leaf.start[first:end:2]
+        root = blades(tuft)[:, :2].mean(axis=1)
         away = np.hypot(root[:, 0], root[:, 1])
         assert (root[:, 2] < 0).all()
         assert np.mean(root[:, 2] < -0.25 * away) > 0.95
@@ -120,6 +128,7 @@ def test_it_moves_in_the_wind_within_its_limits():
     (still,), (moving,) = swards(0, 1), swards(0, 1, Weather("summer", 8.0))
     assert isinstance(still, Prototype) and isinstance(moving, RiggedPrototype)
     h, rest = moving.hierarchy, moving.posed().hierarchy.position
+    assert np.allclose(moving.posed().meshes.vertices, still.meshes.vertices)
     moved = []
     for turns in poses(moving, 3):
         p = moving.posed(turns)
@@ -129,6 +138,8 @@ def test_it_moves_in_the_wind_within_its_limits():
         for ends, r in ((p.leaf.start, p.leaf.start_radius), (p.leaf.end, p.leaf.end_radius)):
             far = np.linalg.norm(ends - at[p.leaf.owner], axis=1) + r
             assert (far <= h.R[p.leaf.owner] * (1 + 1e-9)).all()
+        bent = np.linalg.norm(p.meshes.vertices - at[p.meshes.vertex_owner], axis=1)
+        assert (bent <= h.R[p.meshes.vertex_owner] * (1 + 1e-9)).all()
         moved.append(np.linalg.norm(at - rest, axis=1).max())
     assert 0.02 < max(moved) < 0.3
 

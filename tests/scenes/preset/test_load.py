@@ -18,7 +18,7 @@ def refusal(name: str, *overrides: str) -> str:
 
 def test_the_default_preset_has_all_three_subjects() -> None:
     meadow = load_preset("meadow")
-    assert {each.model for each in meadow.species.values()} == {"figure", "tree"}
+    assert {each.model for each in meadow.species.values()} == {"figure", "tree", "sward"}
     assert meadow.terrain.amplitude > 0
     assert meadow.air.visibility is not None
     assert meadow.render.size == (640, 360)

@@ -14,7 +14,12 @@ from scenes.preset.load import load_preset, preset_names
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import build_world
 
-FEW = ("species.tree.density=0", "species.figure.prototypes=2", "render.size=320x180")
+FEW = (
+    "species.sward.density=0",
+    "species.tree.density=0",
+    "species.figure.prototypes=2",
+    "render.size=320x180",
+)
 
 
 def sight(*settings, frame=1):

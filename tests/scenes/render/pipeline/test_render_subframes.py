@@ -156,7 +156,8 @@ def test_where_nothing_moves_there_are_no_sub_frames():
 
 
 def test_walkers_are_posed_anew_in_each_sub_frame_and_the_ground_is_not():
-    walking = ("camera.turn=0", "camera.speed=0", "species.figure.patrol=5")
+    still = ("camera.turn=0", "camera.speed=0", "species.sward.density=0")
+    walking = (*still, "species.figure.patrol=5")
     first, last = (shot(*walking).subframes[k]() for k in (0, -1))
     names = [each.name for each in first.displayed]
     for name, a, b in zip(names, first.displayed, last.displayed, strict=True):
