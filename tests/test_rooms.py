@@ -32,6 +32,13 @@ DISTRIBUTION = {
     "pydantic_core": "pydantic",
 }
 
+# Programs that run in environments of their own, with pinned requirements beside them.
+OUTSIDE = "bench/outside"
+ELSEWHERE = {
+    f"{OUTSIDE}/cycles_child.py": {"bpy", "mathutils"},
+    f"{OUTSIDE}/video_child.py": {"pycvvdp", "torch"},
+}
+
 FILES = {"fileinput", "glob", "io", "mmap", "os", "pathlib", "shutil", "sqlite3", "tempfile"}
 CLOCK = {"datetime", "time", "timeit"}
 OPENS = {
@@ -156,7 +163,8 @@ def normalised(name: str) -> str:
 
 def misplaced(source: Source, distributions: set[str]) -> Iterator[str]:
     """What one file imports and should not."""
-    for top in sorted(source.tops - MAY_IMPORT[source.room] - sys.stdlib_module_names):
+    known = MAY_IMPORT[source.room] | sys.stdlib_module_names
+    for top in sorted(source.tops - known - ELSEWHERE.get(source.path, set())):
         if top in MAY_IMPORT:
             yield f"{source.room} imports {top}: imports run bench → scenes → lod"
         elif normalised(DISTRIBUTION.get(top, top)) not in distributions:

@@ -31,6 +31,9 @@ class Arm:
     settings      the settings that are tried, from the finest to the coarsest
     prepare       function from a world, its preset and a setting to an ``Updater``, called once.
                   The preset is unpruned (its metric is ``full``) and its world has an edge
+    widest        function from the whole world's view and a setting to a view that displays at
+                  least what the arm does, from which its memory is foretold. None: small parts far
+                  away are always left out, and nothing is foretold
     """
 
     name: str
@@ -39,6 +42,7 @@ class Arm:
     knob: str
     settings: tuple[float, ...]
     prepare: Callable[[World, Preset, float], Updater]
+    widest: Callable[[View, float], View] | None = None
 
 
 def frame_of(

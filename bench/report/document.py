@@ -87,6 +87,7 @@ class Section:
 
     claims      judged from the record's samples when the report is written
     point_table, summary   heads and rows: every point, and the record in a few rows
+    tables      titled tables that follow the plots
     caveats     what the record does not say
     stale       a sentence that says that the record is of older code; empty where it is not
     """
@@ -99,6 +100,7 @@ class Section:
     caveats: tuple[str, ...] = ()
     pictures: tuple[Pictures, ...] = ()
     summary: Table = ((), [])
+    tables: tuple[tuple[str, Table], ...] = ()
     stale: str = ""
 
     @property
@@ -140,6 +142,7 @@ class Section:
         groups = [ClaimsBlock(title, CLAIM_HEADS, c) for title, c in measured]
         yield from groups[:1]
         yield PlotsBlock(self.plots)
+        yield from (TableBlock(title, *table) for title, table in self.tables)
         yield from (PicturesBlock(each) for each in self.pictures)
         yield from groups[1:]
         if checks := self.of_kind("verification"):

@@ -105,6 +105,7 @@ def _section(record: Record) -> Section:
         experiment.caveats,
         pictures_of(record),
         experiment.summary(judged) if experiment.summary and record.points else ((), []),
+        experiment.tables(judged) if experiment.tables and record.points else (),
     )
 
 

@@ -51,7 +51,7 @@ class Lazy:
 _MODULES = {
     **dict.fromkeys(("cases", "measure", "scene_hash", "notes"), "measure"),
     "judge": "claims",
-    **dict.fromkeys(("plots", "point_table", "summary"), "plots"),
+    **dict.fromkeys(("plots", "point_table", "summary", "tables"), "plots"),
 }
 """The module of an experiment's package in which each of its functions stands by convention."""
 
@@ -64,11 +64,11 @@ def functions_of(package: str, *more: str, **elsewhere: str) -> dict[str, Any]:
 
     package    name of the experiment's package
     more       names of the functions that it has beside those: ``notes``, in ``measure``, and
-               ``summary``, in ``plots``
+               ``summary`` and ``tables``, in ``plots``
     elsewhere  names of functions that stand in another module, with that module: one of the
                package, or with a dot in its name one from anywhere
     """
-    optional = {"notes", "summary"}.difference(more)
+    optional = {"notes", "summary", "tables"}.difference(more)
     modules = {name: at for name, at in _MODULES.items() if name not in optional} | elsewhere
     return {
         name: Lazy(module if "." in module else f"{package}.{module}", name)
@@ -98,6 +98,7 @@ class Experiment:
     scene_hash    function from all points to the SHA-256 of everything that was looked at
     notes         function from effort, seed and points to what else the record notes; None = sizes
     summary       function from a record to heads and rows that the report shows first; None = none
+    tables        function from a record to titled tables that follow its plots; None = none
     caveats       sentences that say what the record does not show
     expected_seconds   how long a full and a quick run take on two cores; only for estimates of time
     rendered      whether pictures are rendered; the record then names the renderer's variant
@@ -106,6 +107,8 @@ class Experiment:
     accepts_metric   whether it can measure an installed metric beside the built-in ones
     probe         preset of the frame by which its records tell whether newer sources change them
     apart         whether it runs only where it is named: ``all`` leaves it out for its length
+    whole_cases   whether times are compared within a case alone, so that cases which are timed may
+                  be kept from a run that was stopped
     order         place in lists and reports: smaller numbers come first
     """
 
@@ -123,6 +126,7 @@ class Experiment:
     scene_hash: Callable[[tuple["Point", ...]], str]
     notes: Callable[[Effort, int, tuple["Point", ...]], dict[str, Any]] | None = None
     summary: Callable[["Record"], Table] | None = None
+    tables: Callable[["Record"], tuple[tuple[str, Table], ...]] | None = None
     caveats: tuple[str, ...] = ()
     expected_seconds: Mapping[EffortName, float]
     rendered: bool = False
@@ -131,6 +135,7 @@ class Experiment:
     accepts_metric: bool = False
     probe: str = "meadow"
     apart: bool = False
+    whole_cases: bool = False
     order: int = 1000
 
     def effort(self, name: EffortName) -> Effort:

@@ -57,12 +57,15 @@ def run_request(
 ) -> tuple[Path, Record]:
     """Run what was asked for, keep each case in the journal, and write the record.
 
-    What is timed is measured here and in one go: neither a cluster nor a journal has part in it.
-    Gives the record and its path; its seconds count what was kept from a run that was stopped. The
-    record notes its sources, and a probe that tells later whether others would make it otherwise.
+    What is timed is measured here and in one go: neither a cluster nor a journal has part in it;
+    but where times are compared within a case alone (``whole_cases``) cases are kept. Gives the
+    record and its path; its seconds count what was kept from a run that was stopped. The record
+    notes its sources, and a probe that tells later whether others would make it otherwise.
     """
     before = journal.elapsed(request)
-    kept = serial_executor if experiment.timed else journal.memoised(request, executor)
+    each = serial_executor if experiment.timed else executor
+    in_one_go = experiment.timed and not experiment.whole_cases
+    kept = each if in_one_go else journal.memoised(request, each)
     effort = experiment.effort("quick" if request.quick else "full")
     record = run_experiment(experiment, effort, request.seed, kept, progress, request.metric)
     spent = Elapsed(record.notes["seconds"], record.notes["processor_seconds"])

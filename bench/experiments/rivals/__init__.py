@@ -1,40 +1,72 @@
 """What does the experiment `rivals` ask, which functions answer it, and what is shown?"""
 
+from typing import Any
+
 from bench.runner.experiment import Experiment, functions_of
+
+_KINDS = "crowd", "meadow", "swaying", "forest"
+_FEW = "blake", "full", "in_view", "discrete"
+
+
+def _worlds(
+    kinds: tuple[str, ...], sizes: tuple[float, ...], few: tuple[str, ...] = ()
+) -> list[list[Any]]:
+    """List kinds and sizes of worlds, and the arms that are tried there; none = all."""
+    return [[kind, objects, list(few)] for kind in kinds for objects in sizes]
+
+
+_ABOVE = ["from above", 1e5, []]
 
 EXPERIMENT = Experiment(
     name="rivals",
     order=130,
-    version=1,
+    version=2,
     about="the same frames by other methods of simplification, at equal error",
     question="What do a frame's time and memory come to by other methods, at the same error?",
     full={
-        "kinds": ["crowd", "meadow", "swaying", "forest"],
-        "objects": [1e4, 1e5],
+        "worlds": [*_worlds(_KINDS, (1e4, 1e5)), *_worlds(_KINDS, (1e3, 1e6), _FEW), _ABOVE],
+        "walk": ["crowd", 1e4, "320x180", 48],
+        "cycles": [["crowd", 1e4], ["meadow", 1e4]],
         "fields": 4,
         "size": "640x360",
         "spp": 16,
         "pairs": 2,
         "repeats": 4,
+        "weighed": 3,
     },
     quick={
-        "kinds": ["crowd", "meadow"],
-        "objects": [1e3],
+        "worlds": [
+            *_worlds(("crowd", "meadow"), (1e3,)),
+            *_worlds(("swaying", "forest"), (300.0,)),
+        ],
+        "walk": ["crowd", 300.0, "160x90", 8],
+        "cycles": [["crowd", 1e3], ["meadow", 1e3]],
         "fields": 2,
         "size": "160x90",
         "spp": 16,
         "pairs": 2,
         "repeats": 2,
+        "weighed": 1,
     },
-    expected_seconds={"full": 18_000.0, "quick": 420.0},
-    **functions_of(__name__, "summary", scene_hash="windows", cases="windows"),
+    expected_seconds={"full": 18_000.0, "quick": 600.0},
+    **functions_of(
+        __name__,
+        "summary",
+        "tables",
+        scene_hash="windows",
+        cases="windows",
+        summary="tables",
+        tables="tables",
+    ),
     rendered=True,
     timed=True,
     all_cores=True,
     apart=True,
+    whole_cases=True,
     caveats=(
-        "Level ground, own models, one sun, one renderer. A renderer that instances would hold a "
-        "still world of few prototypes in far less memory than `full` does here.",
+        "Level ground without grass, as trees and people are compared; own models, one sun, one "
+        "renderer but for Cycles. A renderer that instances would hold a still world of few "
+        "prototypes in far less memory than `full` does here.",
         "`full` is built once where nothing moves: its seconds there are those of a later frame.",
         "A ray-tracing level of detail (Yoon et al. 2006) stops at a node of the acceleration "
         "structure; Mitsuba's, from Embree and OptiX, cannot be stopped, and one of our own would "

@@ -1,8 +1,6 @@
 """What the rivals experiment claims, judged from its raw errors, times and bytes alone."""
 
-import numpy as np
-
-from bench.experiments.rivals.equal_error import AtEqualError, at_equal_error, best_rival
+from bench.experiments.rivals.equal_error import AtEqualError, at_equal_error, beside_best_rival
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped
 from bench.statistics.estimates import two_sided_factor
@@ -23,15 +21,12 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 def _cheaper(where: str, found: dict[str, list[AtEqualError]], quantity: str) -> list[Claim]:
     """Compare the metric with the rival that needs least; fields are the replicates."""
-    rival, mine = best_rival(found, quantity), found["blake"]
-    if rival is None or not all(each.reached for each in mine) or len(mine) < 2:
+    compared = beside_best_rival(found, quantity)
+    if compared is None or len(compared[1]) < 2:
         return []
-    ratios = [
-        getattr(ours, quantity) / getattr(theirs, quantity)
-        for ours, theirs in zip(mine, found[rival], strict=True)
-    ]
+    rival, ratios = compared
     word = _WORDS[quantity]
     about = f"At equal error a frame takes no more {word} than by the best rival, {where}."
     words = about, f"{word}, blake ÷ {rival}, at excess FLIP 0.01", _SOURCE
     name = f"{where}/{word}"
-    return [claim(name, words, 1.0, 0.0, two_sided_factor(np.array(ratios)), "at most")]
+    return [claim(name, words, 1.0, 0.0, two_sided_factor(ratios), "at most")]

@@ -1,21 +1,31 @@
 """What does a frame of each arm take at the setting of equal error?
 
-Between two settings, time is read along the straight line of logarithms against the excess FLIP. An
-arm without a setting, or one whose coarsest setting is within the error, is taken as it is.
+Between two settings, time and memory are read along the straight line of logarithms against the
+excess FLIP. An arm without a setting, or one whose coarsest setting is within the error, is taken
+as it is. An arm that leaves out what little the eye would miss on the average, but nearly all that
+stands far away, is not within the error: of the pixels that things cover in each band of distances
+it must cover at least ``LEAST_COVERED``.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR, excesses
+from bench.experiments.fidelity.image_errors import BANDS
 from bench.records.points import Point, grouped
 from lod.errors import InputError
 
 READINGS = "blake", "bounded", "solid_angle", "depth"
 """The arms that are readings of the metric; all others are its rivals."""
+
+LEAST_COVERED = 0.5
+"""The least share of what covers a band of distances that an arm may draw."""
+
+WORTH_COUNTING = 0.002
+"""Bands are judged in which things cover at least this share of the picture."""
 
 STAGES = "update", "describe", "build", "trace"
 """The stages of a frame that are timed: pruned and posed, described, built, traced."""
@@ -26,7 +36,7 @@ class AtEqualError:
     """One arm in one field at equal error.
 
     seconds   of a frame by the clock, all stages; NaN where no setting is within the error
-    megabytes the most that a process held at the setting nearest to equal error
+    megabytes the most that a process held, at the nearest setting where it is known of one alone
     """
 
     seconds: float
@@ -41,7 +51,8 @@ class AtEqualError:
 def at_equal_error(points: Sequence[Point]) -> dict[str, list[AtEqualError]]:
     """Find every arm of one window at equal error, in each of its fields, by the arm's name."""
     found: dict[str, list[AtEqualError]] = {}
-    for (arm, _), row in grouped(points, "arm", "field").items():
+    measured = [point for point in points if is_measured(point)]
+    for (arm, _), row in grouped(measured, "arm", "field").items():
         found.setdefault(arm, []).append(_of_field(row))
     return found
 
@@ -51,12 +62,27 @@ def best_rival(found: dict[str, list[AtEqualError]], quantity: str) -> str | Non
 
     ``quantity`` is ``seconds`` or ``megabytes``. None where there is no such rival.
     """
+    fields = max(map(len, found.values()), default=0)
     able = {
         arm: float(np.mean([getattr(each, quantity) for each in row]))
         for arm, row in found.items()
-        if arm not in READINGS and all(each.reached for each in row)
+        if arm not in READINGS and len(row) == fields and all(each.reached for each in row)
     }
     return min(able, key=able.__getitem__) if able else None
+
+
+def beside_best_rival(
+    found: dict[str, list[AtEqualError]], quantity: str
+) -> tuple[str, np.ndarray] | None:
+    """Return the best rival by a quantity, and the metric's quantity ÷ the rival's by field.
+
+    None where there is no such rival, or where the metric is not within the error everywhere.
+    """
+    rival, mine = best_rival(found, quantity), found.get("blake", [])
+    if rival is None or not mine or not all(each.reached for each in mine):
+        return None
+    ours, theirs = ([getattr(each, quantity) for each in row] for row in (mine, found[rival]))
+    return rival, np.array(ours) / np.array(theirs)
 
 
 def frame_seconds(point: Point) -> float:
@@ -66,6 +92,30 @@ def frame_seconds(point: Point) -> float:
     except InputError:
         return math.nan
     return float(np.median(np.sum(stages, axis=0))) / 1e6
+
+
+def is_measured(point: Point) -> bool:
+    """Tell whether a point has errors: one of a window that has a whole picture, and fits."""
+    return "part" not in point.case and any(each.quantity == "flip" for each in point.samples)
+
+
+def least_covered(point: Point) -> float:
+    """Return the least share of what covers a band that is still covered; 1 where nothing is."""
+    shares = [1.0]
+    pixels = sum(point.values("pixels", band=band)[0] for band in BANDS)
+    for band in BANDS[:-1]:
+        tested, whole = (
+            float(point.values("covered", picture=picture, band=band).mean())
+            for picture in ("tested", "reference")
+        )
+        if whole >= WORTH_COUNTING * pixels:
+            shares.append(tested / whole)
+    return min(shares)
+
+
+def judged_error(point: Point) -> float:
+    """Return the mean excess FLIP; infinite where a band is covered by less than it must be."""
+    return excess(point) if least_covered(point) >= LEAST_COVERED else math.inf
 
 
 def excess(point: Point) -> float:
@@ -82,17 +132,21 @@ def megabytes(point: Point) -> float:
 
 
 def _of_field(row: Sequence[Point]) -> AtEqualError:
-    """Read time between the last setting within the error and the first beyond it."""
+    """Read time and memory between the last setting within the error and the first beyond it."""
     held = next((m for m in map(megabytes, row) if math.isfinite(m)), math.nan)
-    within = [k for k, point in enumerate(row) if excess(point) <= EQUAL_ERROR]
-    if not within or 0 not in within:
+    beyond = next((k for k, p in enumerate(row) if judged_error(p) > EQUAL_ERROR), len(row))
+    if beyond == 0:
         return AtEqualError(math.nan, held)
-    last = next((k for k in range(len(row)) if k not in within), len(row)) - 1
-    seconds = frame_seconds(row[last])
-    if last + 1 < len(row):
-        nearer, farther = excess(row[last]), excess(row[last + 1])
-        low, high = math.log(max(nearer, 1e-6)), math.log(farther)
-        share = (math.log(EQUAL_ERROR) - low) / (high - low)
-        beyond = frame_seconds(row[last + 1])
-        seconds = math.exp((1 - share) * math.log(seconds) + share * math.log(beyond))
-    return AtEqualError(seconds, held)
+    two = row[beyond - 1 : beyond + 1]
+    between = _at(two, frame_seconds), _at(two, megabytes)
+    return AtEqualError(between[0], between[1] if math.isfinite(between[1]) else held)
+
+
+def _at(two: Sequence[Point], quantity: Callable[[Point], float]) -> float:
+    """Read a quantity at equal error, between a setting within it and one beyond, if there is."""
+    value = quantity(two[0])
+    if len(two) == 1 or excess(two[1]) <= EQUAL_ERROR:
+        return value
+    low, high = (math.log(max(excess(each), 1e-6)) for each in two)
+    share = (math.log(EQUAL_ERROR) - low) / (high - low)
+    return math.exp((1 - share) * math.log(value) + share * math.log(quantity(two[1])))

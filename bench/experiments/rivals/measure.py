@@ -2,8 +2,12 @@
 
 Errors are those of ``fidelity``: excess FLIP over pairs of sampler seeds. The settings next to the
 one of equal error are timed, all arms taking turns, frame by frame: each stage by the clock, and
-all of a frame by the processor. Memory is the most that a fresh process holds that makes one frame
-(``child``), at the setting nearest to equal error.
+all of a frame by the processor. While one arm is timed no scene of another exists: its shapes would
+be in the code that is compiled, and garbage would be looked for. Memory is the most that a fresh
+process holds that makes one frame (``child``).
+
+A whole world that is foretold to need more memory than there is has no picture, and so its window
+has no errors; the other arms are timed as they are.
 """
 
 import json
@@ -11,150 +15,138 @@ import math
 import os
 import subprocess
 import sys
-import time
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from bench.arms.arm import Arm, Updater
+from bench.arms.arm import Arm
 from bench.arms.registry import arms
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR
 from bench.experiments.fidelity.image_errors import Reference, picture_errors, reference_of
-from bench.experiments.rivals.equal_error import STAGES
-from bench.experiments.rivals.windows import Window
-from bench.records.points import Column, Point, columns
-from scenes.frame.frame_input import FrameInput
+from bench.experiments.rivals.coverage import covered
+from bench.experiments.rivals.cycles import measure_cycles
+from bench.experiments.rivals.equal_error import judged_error
+from bench.experiments.rivals.noise import noise
+from bench.experiments.rivals.turns import Runner, prepared_runner
+from bench.experiments.rivals.walk import measure_walk
+from bench.experiments.rivals.windows import Case, OtherRenderer, Walk, Window
+from bench.records.points import Column, Point
 from scenes.frame.layers import Layers
+from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import trusting
-from scenes.render.pipeline.stages import BuiltFrame, build_frame, move_camera, trace
-from scenes.world.world import build_world
+from scenes.render.pipeline.memory_limit import frame_bytes, memory_limit
+from scenes.world.forecast import forecast
+from scenes.world.view import view_at
+from scenes.world.world import World, build_world
 
 TIMED = 3
 """Settings of each arm that are timed: those next to equal error."""
+
+MOST_BYTES = 18_000_000_000
+"""What an arm may need at most, on a machine that has as much."""
 
 _LONGEST_S = 900
 _ROOT = Path(__file__).resolve().parents[3]
 
 
-@dataclass
-class Runner:
-    """One arm at one setting: its updater, what it built last, and what was measured."""
-
-    arm: Arm
-    setting: float
-    updater: Updater
-    made: FrameInput | None = None
-    built: BuiltFrame | None = None
-    excess: float = 0.0
-    columns: list[Column] = field(default_factory=list)
-    statistics: dict[str, int] = field(default_factory=dict)
-    times: dict[str, list[int]] = field(default_factory=dict)
-
-    def frame(self, number: int, variant: str) -> dict[str, float]:
-        """Make a frame ready to trace; give the seconds of each stage so far."""
-        start = time.perf_counter()
-        made = self.updater(number, variant)
-        spent = {"update": time.perf_counter() - start}
-        if self.made is not None and self.built is not None:
-            if made.displayed is self.made.displayed:
-                self.built = move_camera(self.built, made.camera, made.air)
-                self.made = made
-                return {**spent, **self.built.seconds}
-        self.made, self.built = made, build_frame(made)
-        return {**spent, **self.built.seconds}
-
-    def ready(self) -> tuple[FrameInput, BuiltFrame]:
-        """Return the frame that was made last. Raises RuntimeError where there is none."""
-        if self.made is None or self.built is None:
-            raise RuntimeError(f"{self.arm.name}: no frame was made")
-        return self.made, self.built
-
-    def timed_frame(self, number: int, variant: str) -> None:
-        """Make and trace a frame, and note what each stage took."""
-        before = time.process_time()
-        spent = self.frame(number, variant)
-        made, built = self.ready()
-        layers = trace(built, made.quality)
-        spent["trace"] = layers.seconds["trace"]
-        for stage in STAGES:
-            self.times.setdefault(stage, []).append(round(1e6 * spent[stage]))
-        self.times.setdefault("cpu", []).append(round(1e6 * (time.process_time() - before)))
-
-    def forget(self) -> None:
-        """Free what was built, unless it will be used again."""
-        if self.arm.name != "full":
-            self.made = self.built = None
+def measure(case: Case, seed: int) -> list[Point]:
+    """Measure a window, a walk, or a window in Cycles."""
+    if isinstance(case, Walk):
+        return measure_walk(case, seed)
+    if isinstance(case, OtherRenderer):
+        return measure_cycles(case.window, seed)
+    return measure_window(case, seed)
 
 
-def measure(case: Window, seed: int) -> list[Point]:
+def measure_window(case: Window, seed: int) -> list[Point]:
     """Measure every arm in one window: errors, then times in turns, then memory."""
     preset = case.preset(seed)
     world = build_world(preset)
-    tried = {
-        arm.name: [Runner(arm, s, arm.prepare(world, preset, s)) for s in arm.settings]
-        for arm in arms().values()
-    }
-    whole = _reference(tried["full"][0], case)
-    for runner in (each for row in tried.values() for each in row):
-        _measure_error(runner, whole, case)
-    timed = [each for row in tried.values() for each in next_to_equal_error(row)]
+    where = {"kind": case.kind, "objects": case.objects, "field": case.field}
+    tried, too_large = _that_fit(case, world, preset, where)
+    if "full" in tried:
+        whole, pictures = _reference(tried["full"][0], case)
+        for runner in (each for row in tried.values() for each in row):
+            _measure_error(runner, whole, pictures, case)
+    timed = {name: next_to_equal_error(row) for name, row in tried.items() if row}
     for frame in range(2, case.repeats + 2):
-        for runner in timed:
+        for runner in (each for row in timed.values() for each in row):
             runner.timed_frame(frame, case.variant)
             runner.forget()
-    for row in tried.values():
-        nearest = next_to_equal_error(row)[0]
-        nearest.columns.append(Column("peak_bytes", [_peak_bytes(nearest, case, seed)]))
-    return [_point(each, case) for row in tried.values() for each in row]
+    for runner in (each for row in timed.values() for each in row[: case.weighed]):
+        runner.columns.append(Column("peak_bytes", [_peak_bytes(runner, case, seed)]))
+    measured = [each.point(**where) for row in tried.values() for each in row]
+    return measured + too_large
 
 
 def next_to_equal_error(row: Sequence[Runner]) -> list[Runner]:
-    """Return the settings of an arm whose excess is next to equal error, the nearest first."""
+    """Return the settings of an arm whose error is next to equal error.
+
+    The last setting within the error and the first beyond it come first, because time at equal
+    error is read between them. Without errors, those in the middle come first.
+    """
 
     def away(runner: Runner) -> float:
-        return abs(math.log(max(runner.excess, 1e-6) / EQUAL_ERROR))
+        if math.isnan(runner.error):
+            return abs(row.index(runner) - (len(row) - 1) / 2)
+        return abs(math.log(max(runner.error, 1e-6) / EQUAL_ERROR))
 
-    return sorted(row, key=away)[:TIMED]
+    beyond = next((k for k, each in enumerate(row) if not each.error <= EQUAL_ERROR), len(row))
+    between = [row[k] for k in (beyond - 1, beyond) if 0 <= k < len(row)]
+    first = [] if math.isnan(row[0].error) else between
+    others = sorted((each for each in row if each not in first), key=away)
+    return [*first, *others][:TIMED]
 
 
-def _reference(full: Runner, case: Window) -> Reference:
+def _that_fit(
+    case: Window, world: World, preset: Preset, where: dict[str, Any]
+) -> tuple[dict[str, list[Runner]], list[Point]]:
+    """Prepare every arm at every setting; apart are the points of those foretold not to fit."""
+    fit: dict[str, list[Runner]] = {}
+    too_large = []
+    most = min(MOST_BYTES, memory_limit().bytes or MOST_BYTES)
+    for name, arm in arms().items():
+        if case.arms and name not in case.arms:
+            continue
+        for setting in arm.settings:
+            needed = _foretold(arm, setting, world, preset, case.variant)
+            if needed <= most:
+                fit.setdefault(name, []).append(prepared_runner(arm, setting, world, preset))
+            else:
+                named = {**where, "arm": name, "setting": setting}
+                too_large.append(Point(named, samples=(Column("foretold_bytes", [needed]),)))
+    return fit, too_large
+
+
+def _foretold(arm: Arm, setting: float, world: World, preset: Preset, variant: str) -> int:
+    """Foretell the memory of the first frame of an arm [bytes]; 0 where it is never much."""
+    if arm.widest is None:
+        return 0
+    view = arm.widest(view_at(world, preset, 1), setting)
+    return frame_bytes(forecast(world, view), preset, variant)
+
+
+def _reference(full: Runner, case: Window) -> tuple[Reference, list[Layers]]:
     """Render the whole window with every seed of every pair."""
     full.frame(1, case.variant)
-    pictures = _pictures(full, range(2 * case.pairs))
-    full.statistics = dict(pictures[0].statistics)
-    return reference_of(pictures[0::2], pictures[1::2])
+    pictures = [full.picture(seed) for seed in range(2 * case.pairs)]
+    return reference_of(pictures[0::2], pictures[1::2]), pictures[0::2]
 
 
-def _measure_error(runner: Runner, whole: Reference, case: Window) -> None:
+def _measure_error(runner: Runner, whole: Reference, same: list[Layers], case: Window) -> None:
     """Render the first frame with one seed of every pair, and compare it with the whole one."""
     if runner.built is None:
         runner.frame(1, case.variant)
-    tested = _pictures(runner, range(0, 2 * case.pairs, 2))
-    runner.statistics = dict(tested[0].statistics)
-    runner.columns += picture_errors([each.rgb.astype(np.float64) for each in tested], whole)
-    flip, floor = (
-        np.mean(each.values)
-        for name in ("flip", "flip_floor")
-        for each in runner.columns
-        if each.quantity == name
-    )
-    runner.excess = float(flip - floor) / 1e6
+    layers = [runner.picture(seed) for seed in range(0, 2 * case.pairs, 2)]
+    tested = [each.rgb.astype(np.float64) for each in layers]
+    runner.columns += picture_errors(tested, whole)
+    runner.columns += covered(layers, same)
+    runner.columns.append(Column("noise", noise(tested, case.picture.spp)))
+    runner.error = judged_error(runner.point())
     runner.forget()
-
-
-def _pictures(runner: Runner, seeds: Iterable[int]) -> list[Layers]:
-    made, built = runner.ready()
-    return [trace(built, replace(made.quality, seed=each)) for each in seeds]
-
-
-def _point(runner: Runner, case: Window) -> Point:
-    where = {"kind": case.kind, "objects": case.objects, "field": case.field}
-    named = {"arm": runner.arm.name, "setting": runner.setting}
-    drawn = columns({name: [count] for name, count in runner.statistics.items()})
-    times = (Column("us", row, {"stage": stage}) for stage, row in runner.times.items())
-    return Point(where | named, samples=(*runner.columns, *drawn, *times))
 
 
 def _peak_bytes(runner: Runner, case: Window, seed: int) -> int:

@@ -1,17 +1,16 @@
-"""What the rivals experiment shows: error against time for every arm, and who wins where."""
+"""What the rivals experiment shows: error against time and memory for every arm."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from bench.experiments.rivals.equal_error import (
     STAGES,
-    at_equal_error,
-    best_rival,
     excess,
     frame_seconds,
+    is_measured,
     megabytes,
 )
 from bench.plots.plot import Curve, Plot, curves
@@ -23,56 +22,46 @@ from lod.errors import InputError
 _LEAST = 1e-4
 """Excesses below this are drawn as this: noise makes some of them negative."""
 
+_COSTS: dict[str, tuple[Callable[[Point], float], str]] = {
+    "time": (frame_seconds, "seconds of a frame, all stages"),
+    "memory": (megabytes, "most that a process holds (MB)"),
+}
+
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Draw, for each kind and size of world, the error against the time of a frame, by arm."""
-    windows = grouped(record.points, "kind", "objects")
-    return tuple(_plot(points, *key) for key, points in windows.items())
-
-
-def summary(record: Record) -> Table:
-    """Return a table: at equal error, each arm's seconds and megabytes in every world."""
-    heads = "world", "arm", "seconds at equal error", "MB", "least"
-    rows = [row for key, w in _windows(record) for row in _summary_rows(key, w)]
-    return heads, rows
+    """Draw, for each kind and size of world, the error against time and memory, by arm."""
+    windows = grouped(filter(is_measured, record.points), "kind", "objects")
+    return tuple(
+        plot
+        for key, points in windows.items()
+        for cost in _COSTS
+        for plot in _plot(points, cost, *key)
+    )
 
 
 def point_table(record: Record) -> Table:
     """Return the heads and rows of a table of every field, arm and setting."""
     heads = ("world", "field", "arm", "setting", "excess FLIP", "SSIM", "sticks", "MB")
-    return (*heads, *(f"{stage} s" for stage in STAGES)), [_row(p) for p in record.points]
+    measured = [_row(point) for point in record.points if is_measured(point)]
+    return (*heads, *(f"{stage} s" for stage in STAGES)), measured
 
 
-def _windows(record: Record) -> list[tuple[str, list[Point]]]:
-    windows = grouped(record.points, "kind", "objects")
-    return [(f"{kind}, {objects:g}", points) for (kind, objects), points in windows.items()]
-
-
-def _summary_rows(where: str, points: Sequence[Point]) -> list[tuple[str, ...]]:
-    found = at_equal_error(points)
-    least = {best_rival(found, "seconds"): "time", best_rival(found, "megabytes"): "memory"}
-    rows: list[tuple[str, ...]] = []
-    for arm, row in found.items():
-        reached = all(each.reached for each in row)
-        seconds = f"{np.mean([e.seconds for e in row]):.2f}" if reached else "never reached"
-        held = f"{np.mean([each.megabytes for each in row]):.0f}"
-        rows.append((where, arm, seconds, held, f"rivals' {least[arm]}" if arm in least else ""))
-    return rows
-
-
-def _plot(points: list[Point], kind: str, objects: float) -> Plot:
+def _plot(points: Sequence[Point], cost: str, kind: str, objects: float) -> Iterator[Plot]:
+    of_point, axis = _COSTS[cost]
     drawn = []
     for (arm,), mine in grouped(points, "arm").items():
         settings = grouped(mine, "setting").values()
-        timed = [each for each in settings if all(math.isfinite(frame_seconds(p)) for p in each)]
-        x = [float(np.mean([frame_seconds(p) for p in each])) for each in timed]
-        y = [max(float(np.mean([excess(p) for p in each])), _LEAST) for each in timed]
+        known = [each for each in settings if all(math.isfinite(of_point(p)) for p in each)]
+        x = [float(np.mean([of_point(p) for p in each])) for each in known]
+        y = [max(float(np.mean([excess(p) for p in each])), _LEAST) for each in known]
         if x:
             drawn.append(Curve(arm, x, y))
+    if not drawn:
+        return
     caption = "Means over fields, settings next to equal error. Nearer to the lower left is better."
-    title = f"{kind}, {objects:g} objects: error against time"
-    axis = "seconds of a frame, all stages", "excess FLIP over the whole picture"
-    return curves(f"rivals-{kind}-{objects:g}", title, caption, axis, drawn)
+    title = f"{kind}, {objects:g} objects: error against {cost}"
+    name = f"rivals-{kind.replace(' ', '-')}-{objects:g}-{cost}"
+    yield curves(name, title, caption, (axis, "excess FLIP over the whole picture"), drawn)
 
 
 def _row(point: Point) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from bench.arms.registry import arms
 from bench.fields.windows import Picture, window_preset
+from bench.outside.environments import CYCLES
 from bench.records.points import Point
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
@@ -11,19 +12,20 @@ from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 
+_BARE = "species.sward.density=0"
+"""Trees and people are compared; blades of grass would be nearly all parts there are."""
+
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "crowd": ("crowd", ("species.tree.density=0",)),
-    "meadow": ("meadow", ("species.sward.density=0",)),
-    "swaying": (
-        "meadow",
-        (
-            "species.sward.density=0",
-            "wind.speed=6",
-        ),
-    ),
-    "forest": ("forest", ("species.sward.density=0",)),
+    "meadow": ("meadow", (_BARE,)),
+    "swaying": ("meadow", (_BARE, "wind.speed=6")),
+    "forest": ("forest", (_BARE,)),
+    "from above": ("meadow", (_BARE, "camera.height=60", "camera.pitch=-20")),
 }
 """For each kind of world its preset and what is changed in it."""
+
+JUDGED = "blake", "clipped", "discrete", "stochastic"
+"""The arms whose sequences ColorVideoVDP judges."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,8 @@ class Window:
     pairs     pairs of sampler seeds by which errors are measured
     repeats   timed frames of each arm and setting
     variant   of the renderer
+    arms      names of those that are tried; none = all
+    weighed   settings of each arm whose memory is measured, of those that are timed
     """
 
     kind: str
@@ -45,28 +49,64 @@ class Window:
     pairs: int
     repeats: int
     variant: str
+    arms: tuple[str, ...] = ()
+    weighed: int = 1
 
     @property
     def label(self) -> str:
         """The name of the case, in short."""
         return f"{self.kind}, {self.objects:g} objects, field {self.field + 1}"
 
-    def preset(self, seed: int) -> Preset:
-        """Make the preset of the whole window, unpruned."""
+    def preset(self, seed: int, *more: str) -> Preset:
+        """Make the preset of the whole window, unpruned; ``more`` are other settings."""
         name, settings = KINDS[self.kind]
-        words = (*settings, f"seed={seed + self.field}")
+        words = (*settings, *more, f"seed={seed + self.field}")
         return window_preset(name, words, self.objects, self.picture, None)
 
 
-def cases(effort: Effort) -> list[Window]:
-    """Return every field of every kind and size of world."""
-    picture, variant = Picture(effort["size"], effort["spp"]), choose()
-    return [
-        Window(kind, objects, field, picture, effort["pairs"], effort["repeats"], variant)
-        for kind in effort["kinds"]
-        for objects in effort["objects"]
+@dataclass(frozen=True)
+class Walk:
+    """A sequence of ``frames`` frames through a window, in which motion is looked at."""
+
+    window: Window
+    frames: int
+
+    @property
+    def label(self) -> str:
+        """The name of the case, in short."""
+        return f"{self.frames} frames of {self.window.label}"
+
+
+@dataclass(frozen=True)
+class OtherRenderer:
+    """A window that Cycles renders, too: whole, and cut by the metric."""
+
+    window: Window
+
+    @property
+    def label(self) -> str:
+        """The name of the case, in short."""
+        return f"Cycles, {self.window.label}"
+
+
+Case = Window | Walk | OtherRenderer
+
+
+def cases(effort: Effort) -> list[Case]:
+    """Return every field of every world, the walk, and what Cycles renders if it is here."""
+    variant = choose()
+    common = {name: effort[name] for name in ("pairs", "repeats", "weighed")}
+    picture = Picture(effort["size"], effort["spp"])
+    windows = [
+        Window(kind, objects, field, picture, variant=variant, arms=tuple(few), **common)
+        for kind, objects, few in effort["worlds"]
         for field in range(effort["fields"])
     ]
+    kind, objects, size, frames = effort["walk"]
+    small = Window(kind, objects, 0, Picture(size, effort["spp"]), 2, 1, variant)
+    walk = Walk(small, frames)
+    others = [OtherRenderer(w) for w in windows if [w.kind, w.objects] in effort["cycles"]]
+    return [*windows, walk, *(others if CYCLES.python() else [])]
 
 
 def scene_hash(points: tuple[Point, ...]) -> str:

@@ -1,35 +1,57 @@
 """Rivals are compared at equal error: cheats never get there, and a copy ties."""
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from bench.arms.arm import Arm, by_view
+from bench.arms.plain_arms import culled_beyond
 from bench.arms.registry import arms
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR
+from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.rivals.claims import judge
-from bench.experiments.rivals.equal_error import STAGES, at_equal_error, best_rival
-from bench.experiments.rivals.measure import measure
-from bench.experiments.rivals.plots import plots, point_table, summary
+from bench.experiments.rivals.equal_error import (
+    STAGES,
+    at_equal_error,
+    beside_best_rival,
+    best_rival,
+    judged_error,
+)
+from bench.experiments.rivals.measure import _peak_bytes, measure
+from bench.experiments.rivals.plots import plots, point_table
+from bench.experiments.rivals.tables import summary, tables
 from bench.experiments.rivals.windows import Window
 from bench.fields.windows import Picture
-from bench.records.points import Column, Point
+from bench.records.points import Column, Point, where
+from bench.statistics.estimates import two_sided_factor
 from scenes.plugins import entry_points
 
 PLUGIN = Path(__file__).parents[2] / "plugin"
 
 
-def point(arm, setting, excess, seconds, field=0, megabytes=100.0):
-    """A point of one arm, with times of its stages that sum to ``seconds``."""
+def point(arm, setting, excess, seconds, field=0, megabytes=100.0, cover=1.0):
+    """A point of one arm, with times of its stages that sum to ``seconds``.
+
+    It covers a share of what things cover in the farthest band that has any.
+    """
     flip = Column("flip", [round(1e6 * (0.005 + excess))] * 2)
     floor, ssim = Column("flip_floor", [5000] * 2), Column("ssim", [900_000] * 2)
     share = round(1e6 * seconds / len(STAGES))
     times = [Column("us", [share] * 3, {"stage": stage}) for stage in STAGES]
     held = Column("peak_bytes", [round(1e6 * megabytes)])
     case = {"kind": "crowd", "objects": 1e3, "field": field, "arm": arm, "setting": setting}
-    return Point(case, samples=(flip, floor, ssim, *times, held, Column("sticks", [7])))
+    shown = [*_shown("reference", 1.0), *_shown("tested", cover)]
+    pixels = [Column("pixels", [1000], {"band": band}) for band in BANDS]
+    samples = (flip, floor, ssim, *times, held, *pixels, *shown, Column("sticks", [7]))
+    return Point(case, samples=samples)
+
+
+def _shown(picture, cover):
+    shares = [1.0] * (len(BANDS) - 2) + [cover, 1.0]
+    for band, share in zip(BANDS, shares, strict=True):
+        yield Column("covered", [round(500 * share)], {"picture": picture, "band": band})
 
 
 def rows(arm, times, field=0):
@@ -51,6 +73,23 @@ def test_a_cheat_never_reaches_equal_error():
     found = at_equal_error([*rows("blake", (8.0, 4.0, 2.0)), *cheat])
     assert not found["distance"][0].reached and best_rival(found, "seconds") is None
     assert judge((*rows("blake", (8.0, 4.0, 2.0)), *cheat)) == ()
+
+
+def test_who_leaves_out_what_is_far_is_not_within_the_error():
+    """FLIP over the picture forgives that hardly any of the far is drawn; the cover does not."""
+    few = [point("distance", 400.0, 0.0, 4.0), point("distance", 50.0, 0.001, 1.0, cover=0.3)]
+    assert at_equal_error(few)["distance"][0].seconds == pytest.approx(4.0)
+    assert not at_equal_error(few[1:])["distance"][0].reached
+
+
+def test_a_rival_that_fits_in_some_fields_alone_does_not_count():
+    both = [each for field in (0, 1) for each in rows("blake", (8.0, 4.0, 2.0), field)]
+    assert best_rival(at_equal_error([*both, *rows("full", (2.0, 2.0, 2.0))]), "seconds") is None
+
+
+def test_a_world_without_a_whole_picture_has_no_claim():
+    timed = [Point(each.case, samples=each.samples[3:]) for each in rows("blake", (8, 4, 2))]
+    assert judge(tuple(timed)) == ()
 
 
 def test_a_copy_ties_and_the_better_of_two_rivals_counts():
@@ -77,39 +116,75 @@ def test_a_slower_metric_is_refuted():
     assert time.verdict == "refuted" and time.measured == pytest.approx(2.05, abs=0.01)
 
 
-@pytest.fixture
-def plugin(monkeypatch):
-    """The example package is installed, here and in processes that are started."""
-    monkeypatch.syspath_prepend(str(PLUGIN))
-    monkeypatch.setenv("PYTHONPATH", str(PLUGIN))
+CHEAT = Arm(
+    "cheat",
+    "nothing beyond 50 m",
+    "planted",
+    "none",
+    (50.0,),
+    by_view(culled_beyond),
+    culled_beyond,
+)
+
+
+@pytest.fixture(scope="module")
+def planted():
+    """Points of two small fields: with a cheat, a copy of the metric, and an outside package's arm.
+
+    The example package is installed, here and in processes that are started.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(PLUGIN))
+        patch.setenv("PYTHONPATH", str(PLUGIN))
+        entry_points.installed.cache_clear()
+        some = {name: arms()[name] for name in ("blake", "full", "nearest")}
+        blake = replace(some["blake"], settings=(2.0, 4.0))
+        tried = {**some, "blake": blake, "copy": replace(blake, name="copy"), "cheat": CHEAT}
+        patch.setattr("bench.experiments.rivals.measure.arms", lambda: tried)
+        patch.setattr("bench.experiments.rivals.measure._peak_bytes", _peak_of(blake))
+        window = Window("crowd", 1000.0, 0, Picture("64x36", 16), 2, 4, "scalar_rgb")
+        yield tuple(p for field in (0, 1) for p in measure(replace(window, field=field), 0))
     entry_points.installed.cache_clear()
-    yield
-    entry_points.installed.cache_clear()
+
+
+def _peak_of(blake):
+    """Memory is measured in processes that know no planted arm: a copy is asked for as blake."""
+
+    def peak(runner, case, seed):
+        known = {"copy": blake, "cheat": arms()["distance"]}.get(runner.arm.name, runner.arm)
+        return _peak_bytes(replace(runner, arm=known), case, seed)
+
+    return peak
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plugin")
-def test_a_window_is_measured_whole(monkeypatch, record):
-    """Every arm at every setting has errors; those next to equal error have times and memory.
+def test_a_planted_cheat_never_comes_up_to_the_error(planted):
+    found = at_equal_error(planted)
+    assert not any(each.reached for arm in ("cheat", "nearest") for each in found[arm])
+    assert all(each.reached for arm in ("blake", "full") for each in found[arm])
 
-    The arm of another package enters, and does not come up to the error.
-    """
-    some = {name: arms()[name] for name in ("blake", "full", "stochastic", "nearest")}
-    few = {name: replace(arm, settings=arm.settings[:2]) for name, arm in some.items()}
-    monkeypatch.setattr("bench.experiments.rivals.measure.arms", lambda: few)
-    case = Window("crowd", 400.0, 0, Picture("32x18", 4), 1, 1, "scalar_rgb")
-    points = measure(case, 0)
-    assert {each.case["arm"] for each in points} == set(few)
-    for each in points:
-        assert each.column("flip") and each.column("sticks")[0] >= 0
-    found = at_equal_error(points)
-    assert found["full"][0].reached and found["full"][0].megabytes > 50
-    whole = next(each for each in points if each.case["arm"] == "full")
-    assert not found["nearest"][0].reached
-    assert np.abs(whole.values("flip") - whole.values("flip_floor")).max() == 0
-    made = replace(record, experiment="rivals", points=tuple(points))
-    heads, told = point_table(made)
-    assert len(told) == len(points) and {len(row) for row in told} == {len(heads)}
-    heads, told = summary(made)
-    assert len(told) == len(few) and {len(row) for row in told} == {len(heads)}
-    assert math.isfinite(found["blake"][0].megabytes) and len(plots(made)) == 1
+
+@pytest.mark.slow
+def test_a_planted_copy_ties(planted):
+    """Its errors are the very same; its time and memory are within what repeats differ by."""
+    mine, copied = (where(planted, arm=arm) for arm in ("blake", "copy"))
+    assert [judged_error(p) for p in mine] == [judged_error(p) for p in copied]
+    found = at_equal_error(planted)
+    both = {"blake": found["blake"], "copy": found["copy"]}
+    _, ratios = beside_best_rival(both, "seconds")
+    assert two_sided_factor(ratios).low < 1.0 < two_sided_factor(ratios).high
+    _, ratios = beside_best_rival(both, "megabytes")
+    assert ratios == pytest.approx(np.ones(2), rel=0.02)
+
+
+@pytest.mark.slow
+def test_every_arm_stands_in_the_report(planted, record):
+    """That of another package does, too; the whole frame has no error beside its own noise."""
+    whole = where(planted, arm="full")
+    assert all((p.values("flip") == p.values("flip_floor")).all() for p in whole)
+    made = replace(record, experiment="rivals", points=planted)
+    for heads, told in (point_table(made), summary(made), *(t for _, t in tables(made))):
+        assert {len(row) for row in told} <= {len(heads)}
+    assert len(point_table(made)[1]) == len(planted)
+    assert {row[1] for row in summary(made)[1]} == {"blake", "full", "nearest", "copy", "cheat"}
+    assert len(plots(made)) == 2
