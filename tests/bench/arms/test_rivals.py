@@ -138,11 +138,11 @@ def planted():
         patch.setenv("PYTHONPATH", str(PLUGIN))
         entry_points.installed.cache_clear()
         some = {name: arms()[name] for name in ("blake", "full", "nearest")}
-        blake = replace(some["blake"], settings=(2.0, 4.0))
+        blake = replace(some["blake"], settings=(0.5, 2.0))
         tried = {**some, "blake": blake, "copy": replace(blake, name="copy"), "cheat": CHEAT}
         patch.setattr("bench.experiments.rivals.measure.arms", lambda: tried)
         patch.setattr("bench.experiments.rivals.measure._peak_bytes", _peak_of(blake))
-        window = Window("crowd", 1000.0, 0, Picture("64x36", 16), 2, 4, "scalar_rgb")
+        window = Window("crowd", 1000.0, 0, Picture("64x36", 16), 2, 3, "scalar_rgb")
         yield tuple(p for field in (0, 1) for p in measure(replace(window, field=field), 0))
     entry_points.installed.cache_clear()
 
