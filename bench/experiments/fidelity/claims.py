@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR, Reached, equal_error
-from bench.experiments.fidelity.scene import EDGES_M, EVERYTHING, GROUND, NOTHING, SPECIES
+from bench.experiments.fidelity.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
+from bench.experiments.fidelity.scene import EDGES_M, EVERYTHING, GRASS, GROUND, NOTHING, SPECIES
 from bench.experiments.fidelity.shipped.claims import CONTROL, errors
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped, where
@@ -48,7 +48,12 @@ def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
 
 def swept(points: Sequence[Point]) -> dict[str, Reached]:
     """Find equal error for every metric of one view's sweep."""
-    return equal_error(points, errors)
+    return equal_error(points, errors, compared_at(points[0].case["view"]))
+
+
+def compared_at(view: str) -> float:
+    """Return the error at which metrics are compared in a view."""
+    return GRASS_ERROR if view == GRASS else EQUAL_ERROR
 
 
 def band_name(band: int) -> str:
@@ -143,7 +148,9 @@ def _rivals(view: str, points: Sequence[Point]) -> list[Claim]:
     for rival in found.values():
         if rival is not ours and ours.found and rival.found:
             about = f"At equal error blake needs no more parts than {rival.metric}, {view}."
-            quantity = f"parts by blake ÷ parts by {rival.metric} at an error of {EQUAL_ERROR}"
+            quantity = (
+                f"parts by blake ÷ parts by {rival.metric} at an error of {compared_at(view)}"
+            )
             words = about, f"{quantity}, over fields", _SOURCE
             which = f"{rival.metric}/{name}/parts"
             made.append(claim(which, words, 1.0, 0, ours.parts_over(rival), "at most"))

@@ -19,6 +19,9 @@ from lod.arrays import Reals, freeze
 EQUAL_ERROR = 0.01
 """The error at which ways to prune are compared."""
 
+GRASS_ERROR = 0.05
+"""The error at which metrics are compared over nothing but grass: less takes nearly every blade."""
+
 
 @dataclass(frozen=True, eq=False)
 class Reached:
@@ -54,8 +57,10 @@ class Reached:
         return two_sided_factor(self.parts)
 
 
-def equal_error(points: Sequence[Point], errors: Callable[[Point], Reals]) -> dict[str, Reached]:
-    """Find equal error for every metric of these points, in the order they come.
+def equal_error(
+    points: Sequence[Point], errors: Callable[[Point], Reals], error: float = EQUAL_ERROR
+) -> dict[str, Reached]:
+    """Find where every metric of these points comes up to an error, in the order they come.
 
     ``errors`` gives the errors of a point's replicates, (n,).
     """
@@ -65,7 +70,7 @@ def equal_error(points: Sequence[Point], errors: Callable[[Point], Reals]) -> di
         found = np.array([errors(p) for p in row])
         parts = [np.broadcast_to(p.values("parts"), found.shape[1:]) for p in row]
         details = np.array([p.case["detail"] for p in row], np.float64)
-        crossed = crossings(details, found, np.array(parts))
+        crossed = crossings(details, found, np.array(parts), error)
         made[metric] = Reached(metric, crossed[:, 0], crossed[:, 1])
     return made
 

@@ -17,6 +17,8 @@ from bench.experiments.fidelity.pictures import pictures_of
 from bench.experiments.fidelity.scene import (
     ALONE_EVERY,
     EVERYTHING,
+    GRASS,
+    GRASS_METRICS,
     GROUND,
     METRICS_TRIED,
     NOTHING,
@@ -78,15 +80,21 @@ def cases(effort: Effort, metric: str | None = None) -> list[Compared]:
     variant = choose()
     looks = Looks(tuple(effort["samples"]), effort["light_passes"])
     made = [Compared("headline", f, _ways(f), looks, variant) for f in fields(effort)]
-    tried = (*METRICS_TRIED, *([metric] if metric else []))
-    swept = tuple((SPECIES, name, d) for name in tried for d in effort["details"])
     looks = Looks(tuple(effort["sweep_samples"]), 0)
-    return made + [Compared("sweep", f, swept, looks, variant) for f in swept_fields(effort)]
+    swept = swept_fields(effort)
+    return made + [Compared("sweep", f, _sweep(f, effort, metric), looks, variant) for f in swept]
 
 
 def _ways(field: Field) -> tuple[Way, ...]:
     alone = () if field.number % ALONE_EVERY else (NOTHING, SPECIES, GROUND)
     return tuple((pruned, "blake", 1.0) for pruned in (EVERYTHING, *alone))
+
+
+def _sweep(field: Field, effort: Effort, metric: str | None) -> tuple[Way, ...]:
+    grass = field.view == GRASS
+    tried = (*(GRASS_METRICS if grass else METRICS_TRIED), *([metric] if metric else []))
+    details = effort["grass_details" if grass else "details"]
+    return tuple((SPECIES, name, detail) for name in tried for detail in details)
 
 
 def notes(effort: Effort, seed: int, points: tuple[Point, ...]) -> dict[str, Any]:

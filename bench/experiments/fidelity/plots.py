@@ -6,13 +6,14 @@ import numpy as np
 
 from bench.experiments.fidelity.claims import (
     band_name,
+    compared_at,
     coverage,
     judged_bands,
     same_place,
     swept,
     tone,
 )
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR, Reached
+from bench.experiments.fidelity.equal_error import Reached
 from bench.experiments.fidelity.scene import EDGES_M, EVERYTHING
 from bench.experiments.fidelity.shipped.claims import errors, flip_columns
 from bench.plots.numbers import four_decimals
@@ -171,8 +172,8 @@ def _sweep(view: str, points: Sequence[Point], axis: str, x: Callable[[Point], f
         for each in swept(points).values()
     )
     caption = (
-        f"Mean FLIP without noise of the {view} view, people and trees pruned over whole ground, "
-        f"over fields with one-sided 95 % bounds. It comes up to {EQUAL_ERROR} at {said}."
+        f"Mean FLIP without noise of the {view} view, all but the ground pruned, "
+        f"over fields with one-sided 95 % bounds. It comes up to {compared_at(view)} at {said}."
     )
     against = "parts" if "parts" in axis else "detail"
     name = f"fidelity-{view.replace(' ', '-')}-{against}"

@@ -8,6 +8,7 @@ fitted to (``bench.fields.judged_seeds``).
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from lod.pruning.view import View
 from scenes.frame.layers import SKY_Z
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins.entry_points import metric_by_name
-from scenes.preset.load import load_preset
+from scenes.preset.load import load_preset, preset_from
 from scenes.preset.tables import Preset
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
@@ -31,10 +32,14 @@ VIEWS = {
     "aerial": ("camera.height=40", "camera.pitch=-15"),
     "hazy": ("air.visibility=2km",),
 }
-SWEPT = ("eye level", "aerial")
+GRASS = "grass"
+"""A view of nothing but grass, whose blades are far longer than they are wide."""
+
+SWEPT = ("eye level", "aerial", GRASS)
 """The views in which metrics are compared."""
 
 METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
+GRASS_METRICS = ("blake", "bounded", "solid_angle")
 
 SPECIES, GROUND, EVERYTHING, NOTHING = "species", "ground", "everything", "nothing"
 """What is pruned, while the rest is the reference's.
@@ -63,6 +68,7 @@ _WORLD = (
     "render.max_depth=3",
     "species.sward.density=0",
 )
+_GRASS = (*("world.extent=80", "terrain.reach=80", "render.max_depth=3", "camera.pitch=-6"),)
 
 
 @dataclass(frozen=True)
@@ -88,6 +94,8 @@ class Field:
             f"light.sun_elevation={sun:g}",
             f"camera.heading={(20 + self.number * TURN_DEG) % 360:g}",
         )
+        if self.view == GRASS:
+            return preset_from(_grass_alone(), (*_GRASS, *settings), "meadow")
         return load_preset("meadow", (*_WORLD, *VIEWS[self.view], *settings))
 
     @property
@@ -96,6 +104,12 @@ class Field:
         if not self.unseen:
             return PROTOTYPE_SEED
         return first_seed(True, 1) + self.number % PROTOTYPE_SETS
+
+
+def _grass_alone() -> dict[str, Any]:
+    """Return `meadow` with its grass alone, by the metric of the view."""
+    meadow = load_preset("meadow").model_dump(mode="json")
+    return meadow | {"species": {"sward": meadow["species"]["sward"] | {"metric": None}}}
 
 
 def fields(effort: Effort) -> list[Field]:
@@ -167,6 +181,6 @@ def edges() -> np.ndarray:
 
 def scene_hash(points: tuple[Point, ...]) -> str:
     """Return the SHA-256 of every view and every case."""
-    presets = [Field(v, 0, False, "1x1").preset(0).model_dump(mode="json") for v in VIEWS]
+    presets = [Field(v, 0, False, "1x1").preset(0).model_dump(mode="json") for v in (*VIEWS, GRASS)]
     constants = [SPECIES_DETAIL, GROUND_DETAIL, SUN_ELEVATIONS_DEG, TURN_DEG, EDGES_M]
     return scene_digest([presets, [p.case for p in points], constants])

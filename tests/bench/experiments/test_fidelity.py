@@ -16,6 +16,7 @@ from bench.experiments.fidelity.scene import (
     ALONE_EVERY,
     EDGES_M,
     EVERYTHING,
+    GRASS,
     GROUND,
     METRICS_TRIED,
     NOTHING,
@@ -158,6 +159,14 @@ def test_where_the_error_comes_up_to_one_is_read_between_details():
     assert np.isnan(never).all()
 
 
+def test_grass_is_compared_at_a_coarser_error_and_by_the_metric_of_the_view():
+    points = [sweep("blake", d, 0.025 * d, round(1e5 / d**2), GRASS) for d in DETAILS]
+    assert swept(points)["blake"].detail.value == pytest.approx(2.0, rel=0.02)
+    grass, other = (Field(view, 0, False, "9x9").preset(0).species for view in (GRASS, "aerial"))
+    assert grass["sward"].metric is None and grass["sward"].density > 10 and len(grass) == 1
+    assert other["sward"].density == 0 and len(other) == 3
+
+
 def test_verdicts_follow_from_samples():
     claims = {c.name: c for c in judge(planted(rival=2.0))}
     verdict = {name: each.verdict for name, each in claims.items()}
@@ -193,7 +202,7 @@ def test_at_equal_error_every_metric_is_summed_up_with_its_interval():
     assert fidelity_plots.standing(found) == dict.fromkeys(METRICS_TRIED, "more") | {
         "blake": "the fewest"
     }
-    made = Record("fidelity", 4, True, "", provenance("", 0), points, judge(points), {})
+    made = Record("fidelity", 5, True, "", provenance("", 0), points, judge(points), {})
     for table in (fidelity_plots.summary, fidelity_plots.point_table):
         heads, rows = table(made)
         assert rows and all(len(row) == len(heads) for row in rows)
@@ -206,7 +215,7 @@ def test_at_equal_error_every_metric_is_summed_up_with_its_interval():
 
 def test_the_report_draws_every_view():
     points = planted()
-    made = Record("fidelity", 4, True, "", provenance("", 0), points, judge(points), {})
+    made = Record("fidelity", 5, True, "", provenance("", 0), points, judge(points), {})
     shown = {plot.name: plot for plot in fidelity_plots.plots(made)}
     by_distance = [f"fidelity-{k}" for k in ("tone", "coverage", "same-place")]
     assert list(shown) == [*by_distance, "fidelity-aerial-detail", "fidelity-aerial-parts"]
