@@ -39,6 +39,7 @@ slow: $(READY)
 docs: $(READY)
 	$(BIN)/python docs/write_keys.py
 	$(BIN)/python docs/write_figures.py
+	$(BIN)/python docs/write_notebook.py
 	$(BIN)/sphinx-build --quiet --nitpicky --fail-on-warning --keep-going -c docs . $(OUT)/docs
 	@echo "manual  $(OUT)/docs/docs/index.html"
 

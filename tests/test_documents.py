@@ -1,7 +1,10 @@
 """What the pages tell a reader to type or to open exists, and no page is too long."""
 
+import ast
 import importlib.util
 import re
+import subprocess
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
@@ -113,6 +116,28 @@ def test_pages_quote_the_figures_of_the_records() -> None:
     framing = marked["docs/framing.md"]
     row = next(line for line in framing.splitlines() if line.startswith("| panorama |"))
     assert figures.filled(framing.replace(row, "| panorama | 1 |")) == framing
+
+
+def test_the_notebook_is_the_page_of_python() -> None:
+    written = writer("write_notebook")
+    assert written.NOTEBOOK.read_text(encoding="utf-8") == written.notebook(), "run `make docs`"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_blocks_of_code_have_no_error_of_syntax(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    blocks = re.findall(r"^```(\S*)\n(.*?)^```$", text, re.S | re.M)
+    for language, block in blocks:
+        if language in ("sh", "bash"):
+            done = subprocess.run(["bash", "-n"], input=block, capture_output=True, text=True)
+            assert done.returncode == 0, done.stderr
+        elif language == "python":
+            ast.parse(block, page.name)
+        elif language == "toml":
+            tomllib.loads(block)
+        else:  # a drawing, what a program prints, a doctest; no command hides there
+            assert language in ("", "mermaid", "{toctree}", "{eval-rst}"), language
+            assert not re.search(r"^(lodbench|make|pip) ", block, re.M), block
 
 
 def test_every_name_of_the_module_is_on_its_page() -> None:
