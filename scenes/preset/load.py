@@ -178,7 +178,8 @@ def _lay(tables: dict[str, Any], each: Setting) -> None:
     opened = {key.rpartition(".")[0] for key in known} - {""} | NAMED.keys()
     *path, name = each.key.split(".")
     if len(path) == 2 and path[0] in NAMED and path[1] not in names.get(path[0], ()):
-        cure = nearest_name(path[1], names.get(path[0], ()))
+        new = f"a new one is a table [{path[0]}.{path[1]}] in a file, as `lodbench show` writes one"
+        cure = f"{new}; {nearest_name(path[1], names.get(path[0], ()))}"
         raise InputError(each.source, each.value, f"no {path[0]} {path[1]} in this preset", cure)
     if each.key not in known and each.key not in opened and path not in ([k] for k in NAMED):
         raise InputError(each.source, each.value, "no such key", nearest_key(each.key, known))

@@ -112,7 +112,10 @@ def test_a_whole_species_can_be_added() -> None:
         ("display.pixels_per_degree=0", "-D display.pixels_per_degree: 0: at least 1"),
         ("eye.efficiency=2", "-D eye.efficiency: 2: above 0 and at most 1"),
         ("eye=3", "a table of keys"),
-        ("species.figur.density=1", "no species figur in this preset; did you mean figure?"),
+        (
+            "species.figur.density=1",
+            "table [species.figur] in a file, as `lodbench show` writes one; did you mean figure?",
+        ),
         ("species.zzz.density=1", "one of: figure, tree"),
         ("camera.height=0", "-D camera.height: 0: above 0"),
         ("camera.height=nan", "nan: a finite number"),
