@@ -180,9 +180,16 @@ def _fuzz(record: dict[str, Any]) -> str:
     taken, refused = (
         sum(n for k, n in cases.items() if k.endswith(how)) for how in ("taken", "refused")
     )
+    ended = _listed(
+        f"{n:,} with {name.rpartition(' ')[2]}"
+        for name, n in cases.items()
+        if name.startswith("whole_programs")
+    )
+    programs = f" Whole programs: {ended} as exit code." if ended else ""
     return (
         f"The fuzzer, at {record['commit'][:7]}: {taken + refused:,} inputs judged, of which "
         f"{taken:,} were taken and {refused:,} refused with a rule and a cure; no other error came."
+        f"{programs}"
     )
 
 
