@@ -26,13 +26,14 @@ class Forecast:
     ground: Cut
 
 
-def forecast(world: World, view: View) -> Forecast:
-    """Foretell what a view displays of the fields and of the ground.
+def forecast(world: World, view: View, of_fields: View | None = None) -> Forecast:
+    """Foretell what a view displays of the ground and of the fields.
 
+    ``of_fields`` is the view of the fields where they are pruned by another rule than the ground.
     What is placed one by one, plumes, dust and what plug-ins make is left out. Raises InputError
     where the ground would have more tiles than it may.
     """
-    fields = [forecast_field(each, view) for each in world.fields]
+    fields = [forecast_field(each, of_fields or view) for each in world.fields]
     ground = prune(world.terrain, view)
     # A tile draws those of its quarters that no tile covers: 4 a tile, less one for each that does.
     patches = 3 * ground.displayed_parts + ground.displayed_objects

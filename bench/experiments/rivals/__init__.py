@@ -27,12 +27,12 @@ EXPERIMENT = Experiment(
         "worlds": [*_worlds(_KINDS, (1e4, 1e5)), *_worlds(_KINDS, (1e3, 1e6), _FEW), _ABOVE],
         "walk": ["crowd", 1e4, "320x180", 48],
         "cycles": [["crowd", 1e4], ["meadow", 1e4]],
-        "fields": 4,
-        "size": "640x360",
+        "fields": 2,
+        "size": "320x180",
         "spp": 16,
         "pairs": 2,
         "repeats": 4,
-        "weighed": 3,
+        "weighed": 2,
     },
     quick={
         "worlds": [

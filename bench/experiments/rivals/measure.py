@@ -125,8 +125,8 @@ def _foretold(arm: Arm, setting: float, world: World, preset: Preset, variant: s
     """Foretell the memory of the first frame of an arm [bytes]; 0 where it is never much."""
     if arm.widest is None:
         return 0
-    view = arm.widest(view_at(world, preset, 1), setting)
-    return frame_bytes(forecast(world, view), preset, variant)
+    view = view_at(world, preset, 1)
+    return frame_bytes(forecast(world, view, arm.widest(view, setting)), preset, variant)
 
 
 def _reference(full: Runner, case: Window) -> tuple[Reference, list[Layers]]:

@@ -19,7 +19,7 @@ from bench.experiments.rivals.equal_error import (
     best_rival,
     judged_error,
 )
-from bench.experiments.rivals.measure import _peak_bytes, measure
+from bench.experiments.rivals.measure import _foretold, _peak_bytes, measure
 from bench.experiments.rivals.plots import plots, point_table
 from bench.experiments.rivals.tables import summary, tables
 from bench.experiments.rivals.windows import Window
@@ -27,6 +27,7 @@ from bench.fields.windows import Picture
 from bench.records.points import Column, Point, where
 from bench.statistics.estimates import two_sided_factor
 from scenes.plugins import entry_points
+from scenes.world.world import build_world
 
 PLUGIN = Path(__file__).parents[2] / "plugin"
 
@@ -114,6 +115,35 @@ def test_a_slower_metric_is_refuted():
     ]
     time, _ = judge(tuple(both))
     assert time.verdict == "refuted" and time.measured == pytest.approx(2.05, abs=0.01)
+
+
+@pytest.mark.slow
+def test_an_arm_that_is_foretold_not_to_fit_is_entered_with_what_it_needs(monkeypatch, record):
+    """Without a whole picture there are no errors; the arms that fit are timed as they are."""
+    some = {name: arms()[name] for name in ("blake", "full", "distance")}
+    few = {name: replace(arm, settings=arm.settings[-1:]) for name, arm in some.items()}
+    monkeypatch.setattr("bench.experiments.rivals.measure.arms", lambda: few)
+    window = Window("crowd", 60.0, 0, Picture("32x18", 1), 1, 1, "scalar_rgb", weighed=0)
+    monkeypatch.setattr("bench.experiments.rivals.measure.MOST_BYTES", 1)
+    points = measure(window, 0)
+    needed = {p.case["arm"]: p.column("foretold_bytes")[0] for p in points if len(p.samples) == 1}
+    assert set(needed) == {"full", "distance"} and min(needed.values()) > 1e6
+    assert judge(tuple(points)) == () and at_equal_error(points) == {}
+    told = {row[1]: row[2] for row in summary(replace(record, points=tuple(points)))[1]}
+    assert told["full"] == told["distance"] == "does not fit"
+    assert told["blake"].startswith("no whole picture; ") and told["blake"].endswith(" at 8")
+
+
+def test_culling_is_foretold_to_need_no_more_than_everything():
+    """The ground of a culling arm is the whole view's, and is not refined by the arm's metric."""
+    window = Window("crowd", 1000.0, 0, Picture("320x180", 16), 1, 1, "scalar_rgb")
+    preset = window.preset(0)
+    world = build_world(preset)
+    full, far, near = (
+        _foretold(arms()[name], setting, world, preset, "scalar_rgb")
+        for name, setting in (("full", 0.0), ("distance", 800.0), ("distance", 50.0))
+    )
+    assert full == far > near > 0.3 * full
 
 
 CHEAT = Arm(
