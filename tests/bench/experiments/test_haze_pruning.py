@@ -21,6 +21,7 @@ from scenes.world.world import build_world
 
 OPEN_FIELD = (
     "species.figure.density=0",
+    "species.sward.density=0",
     "species.tree.density=0.0006",
     "species.tree.prototypes=2",
     "terrain.amplitude=0",

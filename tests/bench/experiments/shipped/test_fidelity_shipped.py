@@ -209,7 +209,8 @@ def test_as_shipped_is_what_a_user_renders_and_details_apart_are_of_the_ground_a
 @pytest.mark.slow
 def test_a_place_gives_a_point_of_every_way_and_places_are_merged():
     looks = Looks((4, 16), 4)
-    place = Place("meadow", 0, ("render.size=48x27", "seed=101", "view.detail=8"))
+    coarse = "render.size=48x27", "seed=101", "view.detail=8"
+    place = Place("meadow", 0, (*coarse, "species.sward.density=0"))
     case = Sight(place, True, looks, choose(), 10**9)
     made = measure(case, 0)
     ways = [(p.case["pruned"], p.case["step"]) for p in made]
