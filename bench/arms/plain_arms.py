@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.arms.arm import Arm, Updater, by_view, engine_view
+from bench.arms.arm import Arm, Updater, by_view, engine_view, frame_of
 from lod.metric.family import METRICS, Metric, full
 from lod.pruning.view import View
+from lod.pruning.view_geometry import in_view
+from scenes.field.cell_search import candidates
+from scenes.field.species_field import SpeciesField
 from scenes.frame.assemble import assemble_frame
+from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.frame_input import FrameInput
 from scenes.preset.tables import Preset
 from scenes.world.view import camera_between
@@ -66,9 +70,33 @@ def culled_beyond(view: View, distance_m: float) -> View:
 
 
 def culled_out_of_view(view: View, setting: float) -> View:
-    """Return a view in which everything in the pyramid of view is displayed and nothing else."""
+    """Return a view in which all parts that reach into the pyramid of view are displayed.
+
+    It finds the objects that ``IN_VIEW`` keeps, and foretells their memory, but for parts that lie
+    outside though their object reaches in: few in a world much larger than its objects.
+    """
     metric = Metric("in view", full, "culled by view", along_axis=True, finite=False)
     return replace(engine_view(view), metric=metric)
+
+
+def display_in_view(field: SpeciesField, view: View) -> DisplayedRepresentation:
+    """Display every part of the objects whose spheres reach into the pyramid of view.
+
+    Objects are kept or dropped whole: for parts dropped one by one, leaf appearances of what owns
+    them would stand in the picture, right before an eye that stands among trees.
+    """
+    pyramid, whole = culled_out_of_view(view, 0.0), engine_view(view)
+    samples, examined = candidates(field.cells, pyramid, field.search_bounds(pyramid))
+    grown = field.in_habitat(view.camera.corner, samples)
+    roots = field.prototypes.wholes(field.instances_in_view(grown, whole), whole)
+    kept = grown.take(in_view(pyramid, roots.centre, roots.bound))
+    cut = field.prototypes.cut(field.instances_in_view(kept, whole), whole, examined)
+    return display(field, cut, whole)
+
+
+def prepare_in_view(world: World, preset: Preset, setting: float) -> Updater:
+    """Cull the objects of every frame by its view."""
+    return lambda frame, variant: frame_of(world, preset, frame, variant, display_in_view)
 
 
 EVERYTHING = Arm(
@@ -91,10 +119,10 @@ DISTANCE = Arm(
 )
 IN_VIEW = Arm(
     "in_view",
-    "whole detail in the pyramid of view, nothing outside it",
+    "whole objects that reach into the pyramid of view, no others",
     "view culling",
     "none",
     (0.0,),
-    by_view(culled_out_of_view),
+    prepare_in_view,
     culled_out_of_view,
 )

@@ -21,13 +21,13 @@ from bench.arms.discrete_levels import (
     version_limits,
     versions_at,
 )
-from bench.arms.plain_arms import culled_beyond, culled_out_of_view
+from bench.arms.plain_arms import culled_beyond
 from bench.arms.registry import OURS, arms
 from bench.arms.stochastic import CONTRASTS, drawn_shares, elements_of, outline_areas, toward_mean
 from bench.fields.windows import Picture, window_preset
 from lod.errors import InputError
 from lod.pruning.pruner import prune
-from lod.pruning.view_geometry import distance
+from lod.pruning.view_geometry import distance, in_view
 from scenes.plugins import entry_points
 from scenes.world.view import view_at
 from scenes.world.world import build_world
@@ -83,14 +83,18 @@ def test_culling_by_distance_keeps_the_near_whole_and_nothing_far(crowd):
 
 
 def test_culling_by_view_drops_what_is_out_of_it_and_nothing_else(crowd):
+    """Whole objects, of which some part is in view: nobody's leaf appearance stands for parts."""
     preset, world = crowd
     view = view_at(world, preset, 1)
-    kept = prune(world.fields[0], culled_out_of_view(view, 0.0)).parts
-    all_round = prune(world.fields[0], engine_view(view)).parts
-    ahead = (all_round.position - view.camera.eye) @ view.camera.forward
-    assert 0 < len(kept) < len(all_round)
-    assert ((kept.position - view.camera.eye) @ view.camera.forward > -3.0).all()
-    assert len(kept) < np.count_nonzero(ahead > -3.0)
+    shown = people(frame(crowd, "in_view", 0.0)).cut
+    kept, everybody = shown.parts, prune(world.fields[0], engine_view(view)).parts
+    tree = world.fields[0].prototypes.part_tables.hierarchies[0]
+    assert shown.displayed_parts == shown.displayed_objects * len(tree)
+    roots = everybody.position[everybody.parent < 0]
+    reach = float(world.fields[0].prototypes.part_tables.bound[0])
+    inside = in_view(view, roots, np.full(len(roots), reach))
+    assert 0 < shown.displayed_objects == np.count_nonzero(inside) < len(roots)
+    assert np.array_equal(kept.position[kept.parent < 0], roots[inside])
 
 
 # Discrete levels
