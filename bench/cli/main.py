@@ -5,6 +5,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NoReturn
 
 import click
@@ -90,6 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     code, line, before = OK, "", raise_when_stopped()
     try:
         with program.make_context("lodbench", words) as context, making_shown():
+            _require_current_folder()
             program.invoke(context)
     except BaseException as error:
         if os.environ.get(TRACEBACK) and not isinstance(error, click.exceptions.Exit):
@@ -108,6 +110,15 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     # While the interpreter ends there is no handler any more: a signal would kill it.
     atexit.register(ignore_signals)
     sys.exit(code)
+
+
+def _require_current_folder() -> None:
+    """Raise InputError where the current folder was removed: Mitsuba aborts the process there."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        rule = "a folder that is there, which relative paths begin from"
+        raise InputError("current folder", "removed", rule, "change to another") from None
 
 
 def _complete(asked: str) -> NoReturn:

@@ -121,7 +121,8 @@ def _find(name_or_path: str) -> tuple[str, str]:
 def _read(path: str) -> str:
     try:
         if not Path(path).is_file():
-            raise InputError("PRESET", path, "the path of a TOML file", "no such file")
+            what = "it is a folder" if Path(path).is_dir() else "no such file"
+            raise InputError("PRESET", path, "the path of a TOML file", what)
         if Path(path).stat().st_size > _LONGEST_FILE:
             rule = f"a preset of at most {_LONGEST_FILE} bytes"
             raise InputError("PRESET", path, rule, "shorten it")

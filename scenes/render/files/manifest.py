@@ -18,6 +18,7 @@ NAME = "manifest.json"
 VERSION = 3
 DONE, PENDING, FAILED = "done", "pending", "failed"
 _CURE = "`lodbench verify --repair` rebuilds it from its frames' headers"
+_CURE_FOLDER = "move that folder elsewhere; then `lodbench verify --repair` writes it anew"
 
 
 @dataclass(eq=False)
@@ -114,7 +115,8 @@ def load_manifest(folder: Path) -> Manifest:
     except UnicodeDecodeError as error:
         raise InputError(str(path), f"byte {error.start}", "UTF-8 text", _CURE) from None
     except OSError as error:
-        raise InputError(str(path), str(error.strerror), "a file to be read", _CURE) from None
+        cure = _CURE_FOLDER if path.is_dir() else _CURE
+        raise InputError(str(path), str(error.strerror), "a file to be read", cure) from None
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:

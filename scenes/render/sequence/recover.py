@@ -56,6 +56,8 @@ def rebuild_manifest(folder: Path) -> tuple[str, ...]:
     found = _whole_frames(manifest)
     taken = tuple(name for name, entry in found.entries.items() if _differs(manifest, name, entry))
     if broken is not None:
+        if (folder / NAME).is_dir():
+            raise broken
         if not taken:
             raise InputError(broken.where, broken.arrived, *NOTHING_WHOLE) from None
         (folder / NAME).unlink()

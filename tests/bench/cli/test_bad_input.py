@@ -48,7 +48,7 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     (("render", "medow", "-o", "out/a.####.exr"), ("'medow'", "did you mean meadow?")),
     (("count", ""), ("PRESET", "''")),
     (("count", "none.toml"), ("PRESET", "'none.toml'", "no such file")),
-    (("count", "/"), ("PRESET", "'/'")),
+    (("count", "/"), ("PRESET", "'/'", "it is a folder")),
     (("count", "broken.toml"), ("broken.toml", "'height ='", "line 2, column 10")),
     (("count", "nan.toml"), ("nan.toml: species.elk.density", "nan", "finite")),
     (("count", "misspelt.toml"), ("misspelt.toml: camera.hieght", "did you mean camera.height?")),
@@ -182,6 +182,17 @@ def litter(tmp_path: Path) -> None:
     (tmp_path / "latin.toml").write_bytes(b"about = '\xe9'")
     (tmp_path / "spoilt").mkdir()
     (tmp_path / "spoilt" / "scaling-0123456789abcdef.json").write_text('{"format": ')
+
+
+def test_a_current_folder_that_was_removed_is_bad_input(run: Run, tmp_path: Path) -> None:
+    """Mitsuba aborts the process there, before a word could be said."""
+    (tmp_path / "gone").mkdir()
+    os.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    code, _, err = run("render", "meadow", "-o", str(tmp_path / "out" / "a.####.exr"))
+    assert (code, err.count("\n")) == (2, 1)
+    assert "current folder: 'removed'" in err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.usefixtures("litter")

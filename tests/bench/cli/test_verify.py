@@ -115,6 +115,37 @@ def test_people_read_what_is_wrong(
     assert out == "out/a.0001.exr: there is no such file\n2 frames: 1 right, 1 wrong\n"
 
 
+def test_a_folder_in_the_manifests_place_is_to_be_moved(lodbench: Lodbench, tmp_path: Path) -> None:
+    render(lodbench, "1-2")
+    manifest = tmp_path / "out" / "manifest.json"
+    manifest.unlink()
+    manifest.mkdir()
+    for again in (("verify", "out", "--repair"), ("render", "meadow", "-o", "out/a.####.exr")):
+        code, _, err = lodbench(*again)
+        assert (code, err.count("\n")) == (2, 1)
+        assert "move that folder elsewhere" in err
+    manifest.rmdir()
+    assert lodbench("verify", "out", "--repair")[0] == 0
+    assert lodbench("verify", "out") == (0, [{"frames": 2, "wrong": 0, "repaired": 0}], "")
+
+
+def test_one_folder_by_two_names_keeps_its_frames(lodbench: Lodbench, tmp_path: Path) -> None:
+    render(lodbench, "1-2")
+    (tmp_path / "other").symlink_to("out")
+    flags = "--frames", "1", "--size", "8x4", "--variant", "scalar_rgb", "--seed", "5"
+    code, _, err = lodbench("render", "meadow", "-o", "other/a.####.exr", *flags)
+    assert code == 2 and "on record with other settings" in err
+    assert lodbench("verify", "out") == (0, [{"frames": 2, "wrong": 0, "repaired": 0}], "")
+
+
+def test_a_frame_that_became_a_device_is_wrong(lodbench: Lodbench, tmp_path: Path) -> None:
+    render(lodbench, "1-2")
+    (tmp_path / "out" / "a.0001.exr").unlink()
+    (tmp_path / "out" / "a.0001.exr").symlink_to("/dev/zero")
+    code, (found, _), _ = lodbench("verify", "out")
+    assert (code, found["frame"]) == (1, 1)
+
+
 @pytest.mark.parametrize("manifest", [None, "", '{"version": 1}', "[]"])
 def test_where_no_frame_is_whole_advice_is_to_render(
     lodbench: Lodbench, tmp_path: Path, manifest: str | None

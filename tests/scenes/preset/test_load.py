@@ -196,7 +196,7 @@ def test_a_bad_file_is_refused_by_file_and_key(tmp_path: Path, toml: str, says: 
 def test_names_and_paths_that_lead_nowhere(tmp_path: Path) -> None:
     assert "did you mean meadow?" in refusal("medow")
     assert "no such file" in refusal(str(tmp_path / "none.toml"))
-    assert "no such file" in refusal(str(tmp_path) + "/")
+    assert "it is a folder" in refusal(str(tmp_path) + "/")
     latin = tmp_path / "latin.toml"
     latin.write_bytes(b"about = '\xe9'")
     assert "UTF-8" in refusal(str(latin))
