@@ -1,8 +1,9 @@
 """How far are the frames of every arm from the whole ones, and what do they cost?
 
 Errors are those of ``fidelity``: excess FLIP over pairs of sampler seeds. The settings next to the
-one of equal error are timed, all arms taking turns, frame by frame: each stage by the clock, and
-all of a frame by the processor. While one arm is timed no scene of another exists: its shapes would
+one of equal error are timed, all arms taking turns, frame by frame, in an order drawn anew for each
+frame, since who follows a large scene finds other memory: each stage by the clock, and all of a
+frame by the processor. While one arm is timed no scene of another exists: its shapes would
 be in the code that is compiled, and garbage would be looked for. Memory is the most that a fresh
 process holds that makes one frame (``child``).
 
@@ -72,10 +73,11 @@ def measure_window(case: Window, seed: int) -> list[Point]:
         for runner in (each for row in tried.values() for each in row):
             _measure_error(runner, whole, pictures, case)
     timed = {name: next_to_equal_error(row) for name, row in tried.items() if row}
+    turns = [each for row in timed.values() for each in row]
     for frame in range(2, case.repeats + 2):
-        for runner in (each for row in timed.values() for each in row):
-            runner.timed_frame(frame, case.variant)
-            runner.forget()
+        for k in np.random.default_rng((case.field, frame)).permutation(len(turns)):
+            turns[k].timed_frame(frame, case.variant)
+            turns[k].forget()
     for runner in (each for row in timed.values() for each in row[: case.weighed]):
         runner.columns.append(Column("peak_bytes", [_peak_bytes(runner, case, seed)]))
     measured = [each.point(**where) for row in tried.values() for each in row]
