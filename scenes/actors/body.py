@@ -7,6 +7,7 @@ follow its walk until a message turns one; what a message turned is *held* until
 Its place counts from the plane's origin, x east and y north, and from the ground below it. Limbs
 answer for level ground; on slopes the pruner plants the feet (``scenes.rig.foot_placement``).
 
+>>> from lod.actors.message import change
 >>> from lod.actors.quaternion import NORTH
 >>> from scenes.models.people.people import people_at_rest
 >>> joe = Body("joe", people_at_rest(0, 1)[0])
@@ -36,7 +37,6 @@ from lod.actors.message import (
     Refused,
     Route,
     ask,
-    change,
     format_route,
     nearest_route,
 )
@@ -55,6 +55,14 @@ FASTEST = 40.0
 
 ACCELERATION, SPIN_ACCELERATION = 4.0, 12.0
 """How fast a body's speed [m/s²] and rate of turning [rad/s²] may change."""
+
+_OF_ONE_LIMB = frozenset(
+    ("joint", "position", "orientation", "held", "place", "orient", "turn", "bend", "release")
+)
+"""What limbs are asked for that does not depend on how those below them follow the walk."""
+
+_Walk = tuple[float, int]
+"""Phase of a walk, and eighths of it: what the pose of limbs that follow it depends on."""
 
 
 class Posture(NamedTuple):
@@ -114,8 +122,9 @@ class Body(Limb):
         self._reach = reach_in_plan(prototype)
         self._time, self._phase, self._speed, self._spin = 0.0, 0.0, 0.0, 0.0
         self._went = -1.0
-        self._settled: tuple[float, float, float] | None = None
-        self._touched = False
+        self._settled: _Walk | None = None
+        self._pose: tuple[_Walk, Pose] | None = None
+        self._touched = frozenset[Route]()
         self._guard: Guard | None = None
         self._present = True
 
@@ -139,9 +148,11 @@ class Body(Limb):
         step = step_at(self._prototype.motion, self._speed)
         held: tuple[tuple[int, Components], ...] = ()
         if self._touched:
-            below = ((n, self._ask_part(ask((n,), "held"))) for n in self.part_names())
+            touched = ((row, r) for r, row in self._rows.items() if r in self._touched)
             held = tuple(
-                (self._rows[name, *route], turn) for name, own in below for route, turn in own
+                (row, turn)
+                for row, route in touched
+                for _, turn in self._ask_part(ask(route, "held", False))
             )
         x, y, _ = self._joint.position
         walk = self._phase, step.stride_factor, step.eighths
@@ -185,6 +196,12 @@ class Body(Limb):
             self._phase = planted_phase(motion, self._phase, *steps)
 
     @mutator
+    def release(self) -> None:
+        """Follow the walk again with every limb."""
+        super().release()
+        self._touched, self._settled = frozenset(), None
+
+    @mutator
     def leave(self) -> None:
         """Leave the scene, for good: nothing of it is displayed from now on."""
         self._present = False
@@ -202,16 +219,16 @@ class Body(Limb):
         passed = whole if self._guard is None else self._guard(whole)
         if isinstance(passed, str):
             return self.refuse(passed)
-        self._settle()
+        self._settle(passed.route if passed.action.name in _OF_ONE_LIMB else None)
         if passed.action.changes:
-            self._touched, self._settled = True, None
+            self._touched, self._settled = self._held_after(passed), None
         return passed
 
     @query
     def where(self, route: Route = ()) -> tuple[float, float, float]:
         """Return the origin of the limb at a route, in the scene, above the ground [m]."""
         full = self._completed(route)
-        self._settle()
+        self._settle(full)
         return super().where(full)
 
     def _set_joint(self, joint: RevoluteJoint) -> None:
@@ -244,21 +261,33 @@ class Body(Limb):
             why = f"has no part {asked!r}; the nearest known route is {nearest!r}"
         raise Refused(str(self), why)
 
-    def _settle(self) -> None:
-        """Have every limb follow the walk up to now, where no message holds it."""
+    def _held_after(self, change: Message) -> frozenset[Route]:
+        """List the limbs that messages may hold after a change of one of them."""
+        route = change.route
+        if change.action.name == "release":
+            return frozenset(each for each in self._touched if each[: len(route)] != route)
+        return self._touched | {route} if route in self._rows else self._touched
+
+    def _settle(self, along: Route | None = None) -> None:
+        """Have limbs follow the walk up to now, where no message holds them.
+
+        along  route of those that are looked at; None = every limb
+        """
         step = step_at(self._prototype.motion, self._speed)
-        now = self._phase, float(step.eighths), 0.0
+        now = self._phase, step.eighths
         if now == self._settled:
             return
-        self._settled = now
+        if self._pose is None or self._pose[0] != now:
+            self._pose = now, self._pose_now(step.eighths)
+        if along is None:
+            self._settled = now
+        self._follow_below(self._tree, self._pose[1], along)
+
+    def _pose_now(self, eighths: int) -> Pose:
         rig = self._prototype.rig
-        rotations, shift = pose_at(with_share(self._prototype, step.eighths), self._phase)
+        rotations, shift = pose_at(with_share(self._prototype, eighths), self._phase)
         offset = rig.offset + shift * (rig.parent < 0)[:, None]
-        pose: Pose = tuple(
-            zip(map(tuple, offset.tolist()), map(tuple, rotations.tolist()), strict=True)
-        )
-        for name, below in self._tree.limbs:
-            self._ask_part(change((name,), "follow", below, pose))
+        return tuple(zip(map(tuple, offset.tolist()), map(tuple, rotations.tolist()), strict=True))
 
 
 @lru_cache(maxsize=256)

@@ -80,21 +80,33 @@ class Limb(CompoundActor):
             self._ask_part(change((name,), "release"))
 
     @mutator
-    def follow(self, tree: LimbTree, pose: Pose) -> None:
-        """Take the pose of the body's motion, from here down, where no message holds a limb."""
+    def follow(self, tree: LimbTree, pose: Pose, along: Route | None = None) -> None:
+        """Take the pose of the body's motion, from here down, where no message holds a limb.
+
+        along  the route on which limbs below do so; None = all of them
+        """
         if tree.row >= 0 and not self._held:
             position, turn = pose[tree.row]
             self._joint = RevoluteJoint(position, turn, self._joint.limits)
+        self._follow_below(tree, pose, along)
+
+    def _follow_below(self, tree: LimbTree, pose: Pose, along: Route | None) -> None:
         for name, below in tree.limbs:
-            self._ask_part(change((name,), "follow", below, pose))
+            if along is None:
+                self._ask_part(change((name,), "follow", below, pose))
+            elif along[:1] == (name,):
+                self._ask_part(change((name,), "follow", below, pose, along[1:]))
 
     @query
-    def held(self) -> tuple[tuple[Route, Components], ...]:
-        """Return the orientations of the limbs that messages hold, from here down, with routes."""
+    def held(self, below: bool = True) -> tuple[tuple[Route, Components], ...]:
+        """Return the orientations of the limbs that messages hold, with routes from here.
+
+        below  whether those that it carries are asked, too
+        """
         found = [((), self._joint.turn)] if self._held else []
-        for name in self.part_names():
-            below = self._ask_part(ask((name,), "held"))
-            found += [((name, *route), turn) for route, turn in below]
+        for name in self.part_names() if below else ():
+            carried = self._ask_part(ask((name,), "held"))
+            found += [((name, *route), turn) for route, turn in carried]
         return tuple(found)
 
 

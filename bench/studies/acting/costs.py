@@ -9,12 +9,12 @@ import math
 import signal
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
-from bench.studies.acting.crowd import Troupe, troupe_of, walkers
+from bench.studies.acting.crowd import Troupe, by_behaviour, troupe_of, walkers
 from lod.pruning.crossfade import blend_weights
 from lod.pruning.pruner import prune
 from scenes.preset.tables import Preset
@@ -33,11 +33,15 @@ KINDS: dict[str, tuple[str, ...]] = {
 """What the modules of each name are; the first that fits counts."""
 
 
+WITHOUT_WAVING = "walk without waving"
+
+
 @dataclass(frozen=True)
 class Costs:
     """Microseconds of an update of an actor, and of the pruner a frame for each actor.
 
     split  the update's, by kind
+    who    what they do
     """
 
     actors: int
@@ -45,20 +49,46 @@ class Costs:
     update_us: float
     split: dict[str, float]
     prune_us: float
+    who: str = WITHOUT_WAVING
+
+
+@dataclass(frozen=True)
+class ByBehaviour:
+    """What an update costs by what an actor does, measured in turns."""
+
+    found: list[Costs]
 
 
 def costs(count: int, side: float, frames: int, seed: int) -> Costs:
     """Measure a crowd in a square, all updated in every frame."""
     preset = walkers(count, side, 3 * frames, 0.0, seed)
-    troupe = troupe_of(preset)
-    _act(troupe, 1, frames)  # compiling
-    seconds = _act(troupe, frames + 1, 2 * frames)
-    with sampled() as notes:
-        _act(troupe, 2 * frames + 1, 3 * frames)
-    updates, total = count * frames, max(sum(notes.values()), 1)
-    whole = 1e6 * seconds / updates
-    split = {kind: whole * notes[kind] / total for kind in (*KINDS, "else")}
-    return Costs(count, side, whole, split, 1e6 * _prune_s(troupe, preset) / count)
+    return _in_turns({WITHOUT_WAVING: preset}, side, frames)[0]
+
+
+def costs_by_behaviour(count: int, side: float, frames: int, seed: int) -> ByBehaviour:
+    """Measure actors of every shipped behaviour of bodies, which take turns frame by frame."""
+    return ByBehaviour(_in_turns(by_behaviour(count, side, 3 * frames, seed), side, frames))
+
+
+def _in_turns(presets: Mapping[str, Preset], side: float, frames: int) -> list[Costs]:
+    """Time and then sample troupes, each all updated in every frame."""
+    troupes = {who: troupe_of(preset) for who, preset in presets.items()}
+    seconds, notes = dict.fromkeys(troupes, 0.0), {}
+    for frame in range(1, 2 * frames + 1):
+        for who, troupe in troupes.items():
+            spent = _act(troupe, frame, frame)
+            seconds[who] += spent if frame > frames else 0.0  # compiling falls into the first
+    for who, troupe in troupes.items():
+        with sampled() as notes[who]:
+            _act(troupe, 2 * frames + 1, 3 * frames)
+    found = []
+    for who, troupe in troupes.items():
+        count, total = len(troupe.cast.prototypes), max(sum(notes[who].values()), 1)
+        whole = 1e6 * seconds[who] / (count * frames)
+        split = {kind: whole * notes[who][kind] / total for kind in (*KINDS, "else")}
+        prune_us = 1e6 * _prune_s(troupe, presets[who]) / count
+        found.append(Costs(count, side, whole, split, prune_us, who))
+    return found
 
 
 def _act(troupe: Troupe, first: int, last: int) -> float:
@@ -110,9 +140,10 @@ def kind_of(frame: FrameType | None) -> str:
 
 def cost_rows(found: list[Costs]) -> list[tuple[str, ...]]:
     """Write costs as the rows of a table, its head first [µs]."""
-    rows = [("people", "in a square of", "an update", *KINDS, "else", "pruner, a frame")]
+    head = "who", "actors", "in a square of", "an update", *KINDS, "else", "pruner, a frame"
+    rows: list[tuple[str, ...]] = [head]
     for each in found:
         split = (f"{us:.0f}" for us in each.split.values())
-        who = str(each.actors), f"{each.side_m:.0f} m"
+        who = each.who, str(each.actors), f"{each.side_m:.0f} m"
         rows.append((*who, f"{each.update_us:.0f}", *split, f"{each.prune_us:.1f}"))
     return rows

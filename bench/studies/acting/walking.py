@@ -6,7 +6,8 @@ walkers always have a foot on it. How far does it go over the ground from one fr
 it is the lowest in both, and how far is any below the ground?
 """
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,11 +21,14 @@ from scenes.field.posed_species import species_prototypes
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import PatrolOrbit
 from scenes.models.catalogue import model_prototypes
+from scenes.preset.load import load_preset
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.world.cast import preset_roles
 
 FPS = 24
+_SOUGHT_M = 3.0
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,48 @@ def nearest_m(people: int, side: float, frames: int, seed: int) -> Iterator[floa
     for _ in range(frames):
         places = acting.act().places[:, (X, Y)]
         yield float(cKDTree(places).query(places, 2)[0][:, 1].min())
+
+
+@dataclass(frozen=True)
+class Meetings:
+    """How near actors of a preset come to each other, by the models of the two.
+
+    updated      share of the actors with a behaviour that is updated in a frame
+    threshold    of the preset [px]
+    nearest_m    by pairs of models, of those within ``_SOUGHT_M`` of each other
+    overlapping  frames in which two overlapped
+    """
+
+    preset: str
+    actors: int
+    frames: int
+    threshold: float
+    updated: float
+    nearest_m: dict[str, float]
+    overlapping: int
+
+
+def meetings(name: str, frames: int) -> Meetings:
+    """Let the actors of a shipped preset act at its own threshold."""
+    preset = load_preset(name, (f"acting.frames={frames}",))
+    roles = tuple(preset_roles(preset))
+    performance = troupe_of(preset).cast.performance
+    nearest: dict[str, float] = {}
+    updates = overlapping = 0
+    for frame in range(1, frames + 1):
+        acted = performance.frame(frame)
+        updates += int(acted.updated.sum())
+        places, least = acted.places[:, (X, Y)], math.inf
+        for a, b in cKDTree(places).query_pairs(_SOUGHT_M):
+            apart = float(np.hypot(*(places[a] - places[b])))
+            pair = " and ".join(sorted((roles[a].table.model, roles[b].table.model)))
+            nearest[pair], least = min(apart, nearest.get(pair, apart)), min(apart, least)
+        overlapping += least < 2 * BODY_M
+    acting = sum(1 for each in roles if each.table.behaviour)
+    share = updates / (acting * frames)
+    threshold = preset.acting.threshold
+    found = dict(sorted(nearest.items()))
+    return Meetings(name, len(roles), frames, threshold, share, found, overlapping)
 
 
 def feet_of_actors(people: int, side: float, seconds: float, seed: int) -> Feet:
@@ -136,7 +182,7 @@ def _feet(whose: str, contacts: np.ndarray) -> Feet:
     return Feet(whose, slide, float(-contacts[..., 2].min()) * 1e3)
 
 
-def walking_rows(clear: list[Clearance], feet: list[Feet]) -> list[str]:
+def walking_rows(clear: list[Clearance], met: Sequence[Meetings], feet: list[Feet]) -> list[str]:
     """Write what was found as lines."""
     lines = [
         f"{each.people} people in {each.side_m:g} × {each.side_m:g} m for {each.frames / FPS:g} s:"
@@ -144,6 +190,14 @@ def walking_rows(clear: list[Clearance], feet: list[Feet]) -> list[str]:
         f" {each.frames:,} frames"
         for each in clear
     ]
+    for meeting in met:
+        near = ", ".join(f"{pair} {m:.3f} m" for pair, m in meeting.nearest_m.items())
+        lines += [
+            f"{meeting.preset}, {meeting.actors} actors for {meeting.frames / FPS:g} s:"
+            f" {100 * meeting.updated:.1f} % updated in a frame, by a bound of"
+            f" {meeting.threshold:g} px;",
+            f"  nearest {near}; overlapping in {meeting.overlapping} of {meeting.frames:,} frames",
+        ]
     for each in feet:
         slides = f"{each.slide_mm[0]:.1f} mm a frame, {each.slide_mm[1]:.1f} mm in the worst 1 %"
         lines.append(f"feet of {each.whose}: slide {slides}; sink {each.sink_mm:.1f} mm at most")

@@ -1,17 +1,33 @@
 """The study of acting, small: who may wait, how far off that is, and that nobody meets."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 from click.testing import CliRunner
 
 from bench.studies.acting import study
-from bench.studies.acting.costs import KINDS, costs
+from bench.studies.acting.costs import KINDS, costs, costs_by_behaviour
 from bench.studies.acting.crowd import troupe_of, walkers
-from bench.studies.acting.waiting import Crowd, acted_on_a_copy, off_px, saving, sticks_off_px
-from bench.studies.acting.walking import feet_of_actors, feet_of_the_field, nearest_m
+from bench.studies.acting.waiting import (
+    Crowd,
+    Saving,
+    acted_on_a_copy,
+    off_px,
+    saving,
+    sticks_off_px,
+    verdict_rows,
+)
+from bench.studies.acting.walking import (
+    feet_of_actors,
+    feet_of_the_field,
+    meetings,
+    nearest_m,
+    walking_rows,
+)
 from lod.pruning.pruner import prune
 from scenes.actors.acting import Rules
+from scenes.actors.behaviours.registry import BEHAVIOURS
 from scenes.world.cast import make_cast
 from scenes.world.view import view_at
 from scenes.world.world import build_world, make_terrain
@@ -74,6 +90,45 @@ def test_the_split_of_an_update_is_the_whole():
     assert found.prune_us > 0
 
 
+def test_every_shipped_behaviour_of_bodies_is_measured():
+    found = costs_by_behaviour(4, 12.0, 2, 0).found
+    shipped = {"walk", "follow", "flee", "herd", "face_wind"}
+    assert {each.who for each in found} == shipped | {"walk without waving"}
+    assert shipped == set(BEHAVIOURS) - {"watch", "chase"}
+    assert all(each.actors == 4 and each.update_us > 0 for each in found)
+
+
+def test_waving_walkers_wave():
+    """Some of ten who meet hold an arm up, unless they are told not to."""
+    for waving in (False, True):
+        acting = troupe_of(walkers(10, 10.0, 24, 0.0, 1, waving)).acting
+        assert bool([k for _ in range(24) for k in acting.act().held]) is waving
+
+
+def test_the_verdict_is_of_the_bound_that_saves_most_within_the_error():
+    def found(bound, times, at_once, in_time):
+        crowd = Crowd(1000, threshold=bound)
+        return Saving(crowd, times, 1.0, 0.5, (at_once, 0.7), (in_time, 2.0), 1.0)
+
+    several = verdict_rows([found(0.5, 2.0, 0.1, 0.4), found(2.0, 4.0, 0.3, 0.9)])
+    assert (
+        several[2] == "  at once: reached: 4.00 times at a bound of 2 px (0.300 px off, most 0.700)"
+    )
+    assert "in time: not reached at any bound tried (0.5, 2 px): 2.00 times" in several[3]
+    assert (
+        "not reached at the bound tried (8 px): 0.600 px"
+        in verdict_rows([found(8.0, 9.0, 0.6, 0.7)])[2]
+    )
+
+
+def test_who_meets_in_a_preset_is_told_by_kinds():
+    met = meetings("playground", 2)
+    assert met.updated == 1.0  # in the first frames everyone sets off
+    assert met.overlapping == 0
+    assert met.nearest_m["figure and figure"] > 0.4
+    assert "overlapping in 0 of 2 frames" in "\n".join(walking_rows([], [met], []))
+
+
 def test_a_run_goes_on_with_what_is_not_there(tmp_path, monkeypatch):
     path, asked = tmp_path / "r.json", []
     real = study.measurements
@@ -89,6 +144,15 @@ def test_a_run_goes_on_with_what_is_not_there(tmp_path, monkeypatch):
         assert said.exit_code == 0, said.output
     assert asked == ["feet field", "clear 1"]
     assert "overlapping in 0 of 24 frames" in said.output
+    data = json.loads(path.read_text())
+    assert data["origins"] == {}
+    data["origin"]["seed"] = 7
+    path.write_text(json.dumps(data))
+    words = ["--quick", "-o", str(path), "--only", "feet a"]
+    assert CliRunner().invoke(study.command, words).exit_code == 0
+    data = json.loads(path.read_text())
+    assert data["origin"]["seed"] == 7
+    assert {name: each["seed"] for name, each in data["origins"].items()} == {"feet actors 1": 0}
     path.write_text("{}")
     refused = CliRunner().invoke(study.command, ["--quick", "-o", str(path)])
     assert "a record that this study wrote" in str(refused.exception)

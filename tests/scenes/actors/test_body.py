@@ -177,6 +177,47 @@ def test_a_guard_may_watch_modify_and_reject():
     assert seen == ["bend", "orientation", "turn"]
 
 
+@pytest.mark.parametrize("first", ["", "torso/right leg/lower leg", "torso/abdomen/chest/head"])
+def test_a_limb_that_is_asked_alone_is_where_all_limbs_say_it_is(first):
+    """Only limbs on the way to who is asked follow the walk; it shows in no answer."""
+    who = walking_people(people_at_rest(0, 1, 0.0), 0)[0]
+    one, all_of_them = (Body("joe", who) for _ in range(2))
+    for time_s in (0.0, 0.3, 0.7):
+        for body in (one, all_of_them):
+            body.receive(change("", "go", 1.3)).value  # noqa: B018
+            body.receive(change("", "advance", time_s)).value  # noqa: B018
+            if time_s == 0.3:
+                body.receive(change("right arm", "bend", (-90.0, 0.0, 0.0))).value  # noqa: B018
+                if first:
+                    body.receive(change(first, "turn", (1, 0, 0), 0.0)).value  # noqa: B018
+            if time_s == 0.7 and first:
+                body.receive(change(first, "release")).value  # noqa: B018
+        all_of_them.receive(ask("torso", "frames")).value  # noqa: B018
+        for route in limb_routes(limb_tree(who)):
+            asked = [
+                body.receive(ask(route, name)).value.turn
+                if name == "joint"
+                else body.receive(ask("", name, route)).value
+                for body in (one, all_of_them)
+                for name in ("where", "joint")
+            ]
+            assert asked[:2] == asked[2:]
+        posed = [each.receive(ask("", "posture")).value.held for each in (one, all_of_them)]
+        assert posed[0] == posed[1]
+        below = all_of_them.receive(ask("torso", "held")).value
+        assert sorted(turn for _, turn in posed[0]) == sorted(turn for _, turn in below)
+
+
+def test_a_body_that_is_released_while_it_stands_stands_as_before():
+    joe = Body("joe", someone("person"))
+    before = joe.receive(ask("head", "joint")).value.turn
+    joe.receive(change("head", "bend", (0, 10, 0))).value  # noqa: B018
+    assert joe.receive(ask("head", "joint")).value.turn != before
+    joe.receive(change("", "release")).value  # noqa: B018
+    assert joe.receive(ask("head", "joint")).value.turn == before
+    assert joe.receive(ask("", "posture")).value.held == ()
+
+
 def test_who_has_left_answers_nothing_of_its_limbs():
     joe = Body("joe", someone("person"))
     joe.receive(change("", "leave")).value  # noqa: B018
