@@ -37,6 +37,7 @@ NEEDS = (
     Rule("fit", "max_memory", "it fills a budget"),
     Rule("cluster", "repair", "workers only repair; looking is done here"),
     Rule("threads", "repair", "threads only repair; looking is done by one"),
+    Rule("max_memory", "repair", "only what is rendered again needs memory"),
 )
 """A rule is for the commands that have both flags."""
 

@@ -1,6 +1,7 @@
 """Which command was asked for, and how does it end: one line and an exit code if it goes wrong."""
 
 import atexit
+import errno
 import importlib
 import os
 import sys
@@ -24,6 +25,23 @@ COMMANDS = (
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"
 COMPLETION = "_LODBENCH_COMPLETE"
+CURES = {
+    errno.ENOSPC: "make room",
+    errno.EDQUOT: "make room",
+    errno.EROFS: "choose a place on a disk that may be written to",
+    errno.EACCES: "change its permissions, or choose another place",
+    errno.EPERM: "change its permissions, or choose another place",
+    errno.ENOENT: "see that it stays where it is",
+    errno.ENOTDIR: "move away the file that is in a folder's place",
+    errno.EISDIR: "move away the folder that is in a file's place",
+    errno.EEXIST: "move away what is there",
+    errno.EMFILE: "allow more open files, as by `ulimit -n 4096`",
+    errno.ENFILE: "close other programs",
+    errno.ENAMETOOLONG: "choose a shorter name",
+    errno.ESTALE: "mount its disk again",
+    errno.EIO: "look after the disk",
+}
+"""What helps against errors of the operating system."""
 
 
 class Commands(click.Group):
@@ -146,9 +164,24 @@ def _verdict(error: BaseException) -> tuple[int, str]:
         case MemoryError():
             return FAILED, "error: out of memory: ask for less detail, density or size"
         case OSError():
-            return FAILED, f"error: {_one_line(str(error))}"
+            return _refused_by_system(error)
     name = type(error).__name__
     return FAILED, f"error: {name}: {_one_line(str(error))} ({TRACEBACK}=1 shows where)"
+
+
+def _refused_by_system(error: OSError) -> tuple[int, str]:
+    """Say which file it was, and what helps; a current folder that has gone is bad input."""
+    from scenes.render.files.disk import DiskError
+
+    try:
+        _require_current_folder()
+    except InputError as gone:
+        return _verdict(gone)
+    if isinstance(error, DiskError):  # it says what helps
+        return FAILED, f"error: {_one_line(str(error))}"
+    cure = CURES.get(error.errno or 0, "put that right")
+    what = _one_line(str(error) or type(error).__name__)
+    return FAILED, f"error: {what}; {cure}, then give the same command again"
 
 
 def _one_line(text: str, longest: int = 600) -> str:

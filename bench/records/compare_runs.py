@@ -83,7 +83,8 @@ def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
     Raises InputError for a record and a folder, and for folders that share no experiment.
     """
     if before.is_dir() != after.is_dir():
-        raise InputError("A B", f"{before} {after}", "two records or two folders")
+        cure = "give a folder and a folder, or a file and a file"
+        raise InputError("A B", f"{before} {after}", "two records or two folders", cure)
     if not before.is_dir():
         return (compare(read_record(before), read_record(after)),)
     first, second = _newest(before), _newest(after)

@@ -80,7 +80,10 @@ def write_record(record: Record, folder: Path) -> Path:
         _replace(path, text)
     except OSError as error:
         raise InputError(
-            "-o", str(folder), f"a folder that can be written ({error.strerror})"
+            "-o",
+            str(folder),
+            f"a folder that can be written ({error.strerror})",
+            "choose another, or make room",
         ) from None
     if read_record(path) != record:
         raise InputError(

@@ -24,10 +24,12 @@ def read_model(path: Path) -> PartTree:
     """Read a scene file and the table beside it; raises InputError for all that is wrong."""
     where = str(path)
     if not is_model_file(where):
-        raise InputError(where, path.suffix, f"a file that ends in {', '.join(SUFFIXES)}")
+        rule = f"a file that ends in {', '.join(SUFFIXES)}"
+        raise InputError(where, path.suffix, rule, "export the scene as one of these")
     try:
         if not path.is_file():
-            raise InputError(where, path.name, "the path of a file that is there")
+            rule = "the path of a file that is there"
+            raise InputError(where, path.name, rule, "see how it is spelt")
         if path.stat().st_size == 0:
             raise InputError(where, "0 bytes", "a scene file", "it is empty: export it again")
         sidecar = read_sidecar(path)

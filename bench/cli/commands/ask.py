@@ -5,25 +5,31 @@ from typing import Any
 import click
 
 from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import LAST_FRAME
+from bench.cli.frame_flags import LAST_FRAME, memory_flag, memory_limit_bytes
 from bench.cli.output import output
 from bench.cli.view_flags import preset_from_flags, view_flags
 
 
 @click.command("ask", cls=StrictCommand)
 @view_flags
+@memory_flag
 @click.argument("words", metavar='"WHO [PART] QUESTION"')
 @click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str, words: str, frame: int, as_json: bool, **flags: Any) -> None:
+def command(
+    preset: str, words: str, frame: int, max_memory: str | None, as_json: bool, **flags: Any
+) -> None:
     """Ask as of a frame, as in: lodbench ask playground "joe right arm/hand where" --frame 12.
 
     position and orientation are in the frame of the part's whole; where is in the scene.
     """
     from scenes.actors.say import plain
+    from scenes.render.pipeline.memory_limit import check_acting
     from scenes.world.cast import answer_at
 
+    most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
+    check_acting(chosen, most_bytes)
     found = plain(answer_at(chosen, words, frame))
     with output(as_json) as out:
         out.record({"asked": words, "frame": frame, "answer": found})

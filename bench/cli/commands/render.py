@@ -93,7 +93,7 @@ def command(
     check_targets([frame_path(pattern, number) for number in numbers])
     check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
     chosen = within_budget(chosen, numbers, most_bytes, partial(click.echo, err=True))
-    check_acted(chosen, numbers)
+    check_acted(chosen, numbers, most_bytes)
     variant = choose(chosen.render.variant, chosen.render.spectral)
     folder = make_folder(Path(pattern).parent)
     settings = frame_settings(chosen, variant, prepare_track(chosen, folder))

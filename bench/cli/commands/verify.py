@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.cli.flag_rules import StrictCommand
+from bench.cli.frame_flags import memory_flag, memory_limit_bytes
 from bench.cli.output import Output, output
 from bench.cli.progress import frame_progress, progress_bar
 from bench.cli.rendering import Workers, render_job
@@ -28,16 +29,25 @@ if TYPE_CHECKING:
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers that repair: as many here, or Dask's."
 )
+@memory_flag
 @click.option("--json", "as_json", is_flag=True, help="A JSON object for each wrong file.")
-def command(folder: str, repair: bool, threads: int, cluster: str | None, as_json: bool) -> None:
+def command(
+    folder: str,
+    repair: bool,
+    threads: int,
+    cluster: str | None,
+    max_memory: str | None,
+    as_json: bool,
+) -> None:
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
     from scenes.render.sequence.verify import open_manifest
 
+    most_bytes = memory_limit_bytes(max_memory)
     with output(as_json) as out:
         taken = _rebuild(out, Path(folder)) if repair else ()
         manifest = open_manifest(Path(folder), repair)
         wrong = _look(out, manifest)
-        workers = Workers(threads, None, cluster)
+        workers = Workers(threads, most_bytes, cluster)
         repairs = repair and wrong and not taken
         left = _repair(out, manifest, wrong, workers) if repairs else wrong
         counts = {"frames": len(manifest.frames), "wrong": len(wrong)}

@@ -26,7 +26,8 @@ _APERTURE_MM = 36.0
 def check_usd(path: str | Path, overwrite: bool = False) -> None:
     """Raise InputError where USD is not installed, or the file's name is none of its, or taken."""
     if Path(path).suffix not in SUFFIXES:
-        raise InputError("-o", str(path), f"a file that ends in {', '.join(SUFFIXES)}")
+        rule = f"a file that ends in {', '.join(SUFFIXES)}"
+        raise InputError("-o", str(path), rule, "write NAME.usda")
     check_name(path)
     try:
         import pxr  # noqa: F401

@@ -55,9 +55,9 @@ class PictureStyle:
 
     def __post_init__(self) -> None:
         if self.view not in VIEWS:
-            raise InputError("--view", self.view, f"one of {', '.join(VIEWS)}")
+            raise InputError("--view", self.view, f"one of {', '.join(VIEWS)}", "try colour")
         if self.tone not in TONE_CURVES:
-            raise InputError("--tone", self.tone, f"one of {', '.join(TONE_CURVES)}")
+            raise InputError("--tone", self.tone, f"one of {', '.join(TONE_CURVES)}", "try filmic")
         if not -20 <= self.stops <= 20:
             raise InputError("--exposure", self.stops, "from -20 to 20 stops", "try 0")
 

@@ -11,6 +11,7 @@ from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
+from scenes.preset.acting import has_acting
 from scenes.preset.tables import Preset
 from scenes.render.pipeline.free_memory import free_bytes
 from scenes.render.pipeline.memory_model import (
@@ -20,6 +21,7 @@ from scenes.render.pipeline.memory_model import (
     predict_bytes,
     predicted_bytes,
 )
+from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.world.forecast import Forecast, forecast
 from scenes.world.view import view_at
 from scenes.world.world import World
@@ -35,6 +37,14 @@ _FEW_PROTOTYPES = 64
 _BUILT_PART, _KEPT_PART = 4100.0, 2900.0
 """Bytes for each part of a prototype: while prototypes are built, and in the tables of each size
 (``meadow`` with 60 trees took 1.2 GB more than with one, and with 4 in 64 sizes 2.2 GB)."""
+
+_POSABLE_PART, _RIGID_PART = 4000.0, 1000.0
+"""Bytes that a live actor takes for each part of its model, with joints and without (measured: 2.4
+to 2.9 kB for figures and animals, 0.75 kB for trees)."""
+
+_ACTED_FRAME, _ACTED_ACTOR = 2000.0, 500.0
+"""Bytes of a frame that is acted, and of each actor in it, while a track is made and packed
+(measured: 1.2 kB, and 0.15 kB to 0.4 kB by how many joints messages hold)."""
 
 
 @dataclass(frozen=True)
@@ -115,8 +125,10 @@ def check_memory(frame_input: FrameInput, most: int | None, what: str) -> None:
 def check_prototypes(preset: Preset, most: int | None) -> None:
     """Raise InputError where the tables of all prototypes are foretold to need more than they may.
 
-    It is asked before they are made, of species with many: the first of each is made and counted.
+    It is asked before they are made, of species with many: the first of each is made and counted;
+    and of live actors, whose bodies are made with them.
     """
+    check_acting(preset, most)
     limit, needed = memory_limit(most), 0.0
     weather = Weather(preset.world.season, preset.wind.speed)
     for name, table in preset.species.items():
@@ -128,6 +140,44 @@ def check_prototypes(preset: Preset, most: int | None) -> None:
         if needed > limit.bytes:
             rule = f"{kept} prototypes of {name} need about {size_text(needed)}"
             raise InputError("--max-memory", limit.told, rule, "ask for fewer prototypes or sizes")
+
+
+def check_acting(preset: Preset, most: int | None, frames: int = 0) -> None:
+    """Raise InputError where live actors are foretold to need more memory than they may.
+
+    frames  how many of those that they act are kept
+    """
+    limit = memory_limit(most)
+    if limit.bytes is None or not has_acting(preset):
+        return
+    actors, needed = _actors_bytes(preset)
+    needed += frames * (_ACTED_FRAME + _ACTED_ACTOR * actors)
+    if needed > limit.bytes:
+        kept = f" in {frames:,} frames" if frames else ""
+        rule = f"{actors:,} actors{kept} need about {size_text(needed)}"
+        fewer = "fewer actors or a smaller acting.frames" if frames else "fewer actors"
+        cure = f"ask for {fewer}, or --max-memory 0 to try it all the same"
+        raise InputError("--max-memory", limit.told, rule, cure)
+
+
+def _actors_bytes(preset: Preset) -> tuple[int, float]:
+    """Count the live actors of a preset, and foretell the bytes of them and of their prototypes."""
+    weather = Weather(preset.world.season, preset.wind.speed)
+    actors, needed = 0, 0.0
+    kinds: dict[tuple[str, str | None, float], int] = {}
+    alone = ((each, 1, each.size, each.prototype) for each in preset.actors.values())
+    in_troupes = ((each, each.count, 1.0, each.prototypes) for each in preset.troupes.values())
+    for table, count, size, prototypes in (*alone, *in_troupes):
+        model = table.model, table.model_sha256
+        (first,) = model_prototypes(model[0], 1, (1.0,), True, weather, model[1])
+        parts = len(first.hierarchy)
+        part = _POSABLE_PART if isinstance(first, RiggedPrototype) else _RIGID_PART
+        actors += count
+        needed += count * parts * part
+        made = kinds.get((*model, size), 0)
+        kinds[(*model, size)] = max(made, prototypes)
+        needed += max(prototypes - made, 0) * parts * (_BUILT_PART + _KEPT_PART)
+    return actors, needed
 
 
 def _check(limit: MemoryLimit, needed: int, found: Forecast, what: str) -> None:

@@ -13,6 +13,7 @@ from scenes.render.files.frame_paths import make_folder
 from scenes.render.files.header import software
 from scenes.render.files.manifest import settings_hash
 from scenes.render.files.whole_file import whole_file
+from scenes.render.pipeline.memory_limit import check_acting
 from scenes.world.cast import make_cast
 from scenes.world.world import make_terrain
 
@@ -37,12 +38,24 @@ def prepare_track(preset: Preset, folder: str | Path) -> str | None:
     return track.digest
 
 
-def check_acted(preset: Preset, frames: Sequence[int]) -> None:
-    """Raise InputError for a frame in which the actors of a preset do not act."""
+def check_acted(preset: Preset, frames: Sequence[int], most_bytes: int | None = None) -> None:
+    """Raise InputError for a frame in which the actors of a preset do not act.
+
+    And where their track is foretold to need more memory than it may (``check_track``).
+    """
     most = preset.acting.frames
     if has_acting(preset) and max(frames) > most:
         rule = f"the actors act in frames 1 to {most}"
         raise InputError("--frames", max(frames), rule, f"add -D acting.frames={max(frames)}")
+    check_track(preset, most_bytes)
+
+
+def check_track(preset: Preset, most_bytes: int | None = None) -> None:
+    """Raise InputError where all that actors do is foretold to need more than it may.
+
+    It is asked before they act, or a track is read (``check_acting``).
+    """
+    check_acting(preset, most_bytes, preset.acting.frames + 1)
 
 
 def track_path(preset: Preset, folder: Path) -> Path:

@@ -85,7 +85,7 @@ def _local(where: str, variant: str) -> Iterator[Any]:
     from distributed import LocalCluster
 
     if not 1 <= int(where) <= MOST_WORKERS:
-        raise InputError("--cluster", where, f"from 1 to {MOST_WORKERS} workers")
+        raise InputError("--cluster", where, f"from 1 to {MOST_WORKERS} workers", "try 2")
     # Whoever counts the tries of a frame is told of every worker that it ended.
     settings = {"distributed.scheduler.allowed-failures": 0}
     with contextlib.ExitStack() as stack:

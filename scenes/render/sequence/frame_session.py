@@ -21,7 +21,7 @@ from scenes.render.pipeline.memory_limit import (
 )
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
-from scenes.render.sequence.acting_track import replayed
+from scenes.render.sequence.acting_track import check_track, replayed
 from scenes.render.sequence.object_keys import identities_in
 from scenes.render.sequence.settings import Record, Settings, preset_from_settings
 from scenes.world.view import view_at
@@ -66,6 +66,7 @@ class FrameSession:
         """
         self._folder = Path(folder)
         check_prototypes(self._preset, most_bytes)
+        check_track(self._preset, most_bytes)
         for frame in frames:
             self._foresight.check(frame, most_bytes)
         return {}
@@ -107,6 +108,7 @@ class FrameSession:
         """
         preset, start = self._preset, time.perf_counter()
         check_prototypes(preset, most_bytes)
+        check_track(preset, most_bytes)
         world = self._world
         seconds = {"world": time.perf_counter() - start}
         self._foresight.check(frame, most_bytes)

@@ -1,12 +1,16 @@
 """Whatever a user gets wrong: one line on stderr that names it, exit code 2, nothing written."""
 
+import errno
+import json
 import os
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from bench.cli.commands import count
 from bench.cli.main import main
+from scenes.render.files.disk import DiskError
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -125,6 +129,7 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
         ("--detail --fit", "'both'"),
     ),
     (("verify", "here", "--threads", "2"), ("--threads", "'alone'", "add --repair")),
+    (("verify", "here", "--max-memory", "4GB"), ("--max-memory", "'alone'", "add --repair")),
     (("run", "all", "nosuch", "-o", "out"), ("EXPERIMENT", "'nosuch'", "one of")),
     (("run", "all", "scalling", "-o", "out"), ("'scalling'", "did you mean scaling?")),
     # what used to mislead
@@ -195,6 +200,47 @@ def test_a_current_folder_that_was_removed_is_bad_input(run: Run, tmp_path: Path
     assert not (tmp_path / "out").exists()
 
 
+def test_a_current_folder_that_goes_while_a_command_starts_is_bad_input(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: object, **__: object) -> None:
+        (tmp_path / "gone").rmdir()
+        Path.cwd()
+
+    (tmp_path / "gone").mkdir()
+    os.chdir(tmp_path / "gone")
+    monkeypatch.setattr(count, "preset_from_flags", gone)
+    code, _, err = run("count", "meadow")
+    assert (code, err.count("\n")) == (2, 1)
+    assert err == "lodbench: error: current folder: 'removed': " + err.split("'removed': ")[1]
+    assert err.endswith("; change to another\n")
+
+
+@pytest.mark.parametrize(
+    ("error", "says"),
+    [
+        (OSError(errno.EMFILE, "Too many open files", "a.json"), ("'a.json'", "ulimit -n")),
+        (FileNotFoundError(errno.ENOENT, "No such file", "a.toml"), ("'a.toml'", "stays")),
+        (PermissionError(errno.EACCES, "Not allowed", "/x"), ("'/x'", "permissions")),
+        (OSError("a reader of pictures gave up"), ("gave up", "put that right")),
+        (ConnectionResetError(), ("ConnectionResetError", "put that right")),
+        (DiskError(OSError(errno.ENOSPC, "No space"), Path("a.exr")), ("a.exr", "make room")),
+    ],
+    ids=lambda part: type(part).__name__,
+)
+def test_an_error_of_the_system_says_which_file_and_what_helps(
+    run: Run, monkeypatch: pytest.MonkeyPatch, error: OSError, says: tuple[str, ...]
+) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(count, "preset_from_flags", refused)
+    code, _, err = run("count", "meadow")
+    assert (code, err.count("\n")) == (1, 1)
+    assert all(words in err for words in says)
+    assert err.count("then give the same command again") == 1
+
+
 @pytest.mark.usefixtures("litter")
 @pytest.mark.parametrize(("arguments", "says"), CASES, ids=lambda part: " ".join(part)[:60])
 def test_bad_input_is_one_clear_line(
@@ -211,6 +257,15 @@ def test_bad_input_is_one_clear_line(
     for words in says:
         assert words in err
     assert everything(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    "least", ["light.sun_elevation=1e-9", "species.tree.density=1e-320"], ids=str
+)
+def test_the_least_that_is_allowed_is_counted(run: Run, least: str) -> None:
+    """A sun on the horizon, and a density of which the reciprocal is no number."""
+    code, out, _ = run(*COUNT, "--size", "32x18", "--visibility", "200m", "-D", least, "--json")
+    assert code == 0 and json.loads(out)["parts"]["displayed"] > 0
 
 
 def test_there_are_enough_cases() -> None:

@@ -9,8 +9,9 @@ import psutil
 import pytest
 
 from bench.cli.main import main
+from lod.errors import InputError
 from scenes.render.pipeline import memory_limit, stages
-from scenes.world import world
+from scenes.world import cast, world
 
 GB = 10**9
 Run = Callable[..., tuple[int, str, str]]
@@ -82,6 +83,92 @@ def test_a_budget_of_parts_that_memory_cannot_hold_is_refused(run: Run, budget: 
     assert code == 2
     assert err.startswith(f"lodbench: error: --max-parts: {budget}: so many parts need about")
     assert "try --max-parts" in err
+
+
+THRONG = """
+[troupes.walker]
+model = "figure"
+count = 2
+side = 1000
+[actors.oak]
+model = "tree"
+position = [0, 9]
+"""
+OVER = {
+    "actors": ("-D", "troupes.walker.count=100000"),
+    "trees": ("-D", "troupes.walker.model=tree", "-D", "troupes.walker.count=1000"),
+    "prototypes": ("-D", "actors.oak.prototype=256"),
+    "frames": ("-D", "acting.frames=1000000", "-D", "troupes.walker.count=20"),
+}
+ACTING = {
+    "act": ("-o", "out"),
+    "ask": ("walker_1 heading",),
+    "count": (),
+    "render": ("-o", "out/a.####.exr"),
+}
+
+
+KEEP_FRAMES = ("act", "render")
+"""Commands that hold all the frames that are acted, not one after the other."""
+
+
+@pytest.mark.parametrize(
+    ("command", "much"),
+    [(c, much) for c in ACTING for much in OVER if much != "frames" or c in KEEP_FRAMES],
+)
+def test_actors_are_foretold_before_they_act(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, much: str
+) -> None:
+    (tmp_path / "throng.toml").write_text(THRONG)
+    monkeypatch.setattr(cast, "preset_roles", began)
+    code, out, err = run(command, "throng.toml", *ACTING[command], *OVER[much])
+    assert (code, out) == (2, "")
+    assert err.startswith("lodbench: error: --max-memory: ") and len(err.splitlines()) == 1
+    assert "80% of what is free" in err and " actors" in err and "need about" in err
+    assert "ask for fewer actors" in err and "--max-memory 0" in err
+    assert ("acting.frames" in err) == (command in KEEP_FRAMES)
+    assert [each.name for each in tmp_path.iterdir()] == ["throng.toml"]
+
+
+@pytest.mark.parametrize("command", ACTING)
+def test_no_limit_lets_any_actors_begin(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    (tmp_path / "throng.toml").write_text(THRONG)
+    monkeypatch.setattr(cast, "preset_roles", began)
+    many = ("--max-memory", "0", *OVER["actors"])
+    code, _, err = run(command, "throng.toml", *ACTING[command], *many)
+    assert code == 1 and "it began" in err
+
+
+def test_a_repair_foretells_the_actors_of_its_frames(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the process that renders, by the settings on record."""
+    from scenes.preset.load import load_preset
+    from scenes.render.sequence import frame_session
+    from scenes.render.sequence.settings import frame_settings
+
+    (tmp_path / "throng.toml").write_text(THRONG)
+    monkeypatch.setattr(frame_session, "build_world", began)
+    monkeypatch.setattr(frame_session, "replayed", began)
+    chosen = load_preset("throng.toml", [OVER["frames"][1], OVER["frames"][3]])
+    session = frame_session.FrameSession(frame_settings(chosen, "scalar_rgb", "0" * 64))
+    with pytest.raises(InputError, match="21 actors in 1,000,001 frames need about"):
+        session.foretell([1], tmp_path)
+    with pytest.raises(InputError, match="21 actors in 1,000,001 frames need about"):
+        session.render(1, tmp_path / "a.0001.exr")
+
+
+def test_usual_casts_fit(run: Run) -> None:
+    from scenes.preset.load import load_preset
+    from scenes.render.sequence.acting_track import check_track
+
+    check_track(load_preset("playground"), GB // 5)
+    check_track(load_preset("fly_in"), GB // 500)
+    code, _, err = run("ask", "fly_in", "joe heading", "--max-memory", "0.2MB")
+    assert (code, "--max-memory: '0.2 MB': " in err) == (2, True)
+    assert run("ask", "fly_in", "joe heading", "--json")[0] == 0
 
 
 @pytest.mark.parametrize(

@@ -115,6 +115,24 @@ def test_people_read_what_is_wrong(
     assert out == "out/a.0001.exr: there is no such file\n2 frames: 1 right, 1 wrong\n"
 
 
+def test_what_is_wrong_still_beside_the_frames_is_said_with_what_was_repaired(
+    lodbench: Lodbench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """All frames were repaired, and a stranger stays: both lines say so, and agree."""
+    render(lodbench, "1-3")
+    for number in (1, 2, 3):
+        (tmp_path / "out" / f"a.000{number}.exr").write_text("spoilt")
+    (tmp_path / "out" / "a.0009.exr").write_text("of nobody")
+    with pytest.raises(SystemExit) as left:
+        main(["verify", "out", "--repair"])
+    out, err = capfd.readouterr()
+    assert left.value.code == 1
+    assert out.splitlines()[-1] == (
+        "3 frames: 3 right, 0 wrong, 1 file beside them wrong, 3 repaired"
+    )
+    assert err.startswith("lodbench: error: 1 file is wrong, first out/a.0009.exr: ")
+
+
 def test_a_folder_in_the_manifests_place_is_to_be_moved(lodbench: Lodbench, tmp_path: Path) -> None:
     render(lodbench, "1-2")
     manifest = tmp_path / "out" / "manifest.json"

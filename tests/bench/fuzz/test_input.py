@@ -9,18 +9,22 @@ import contextlib
 import io
 import json
 import os
+import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import click
 import pytest
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
 
+from bench.cli import main as cli
 from bench.cli.commands.render import command as render
 from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
+from bench.cli.main import _verdict as main_verdict
 from bench.cli.main import main, program
 from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
 from bench.records.provenance import provenance
@@ -161,8 +165,6 @@ def test_flags(words: list[str | tuple[str, str]]) -> None:
         told = {name: value for name, value in flags.items() if name in FLAG_KEYS}
         preset_from_flags(flags["preset"], flags["settings"], flags["density"], **told)
 
-    import click
-
     with contextlib.suppress(click.UsageError, click.exceptions.Exit):
         judge(parse)
 
@@ -299,12 +301,25 @@ def test_plug_ins(found: Any) -> None:
     st.lists(st.one_of(WORDS, st.tuples(FLAGS, WORDS)), max_size=4),
 )
 @example("verify", [("--json", "")])
+@example("ids", [])
+@example("compare", ["0"])
+@example("run", ["0"])
 def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
     """Each ends with 0, 1 or 2, and one line that says why; nothing is done for long."""
     flat = [each for word in words for each in ((word,) if isinstance(word, str) else word)]
     err = io.StringIO()
-    before = Path.cwd()
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stderr(err):
+    before, judged = Path.cwd(), []
+
+    def verdict(error: BaseException) -> tuple[int, str]:
+        judged.append(error)
+        return main_verdict(error)
+
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        contextlib.redirect_stderr(err),
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        patch.setattr(cli, "_verdict", verdict)
         os.chdir(folder)
         small = ["-D", 'render.size="4x4"', "-D", "terrain.reach=100"]
         preset = {"run": [], "compare": [], "verify": [], "ids": []}.get(name, ["zoo", *small])
@@ -317,5 +332,21 @@ def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
     assert left.value.code in (0, 1, 2)
     note(f"exit {left.value.code}")
     assert "Traceback" not in err.getvalue() and "LODBENCH_TRACEBACK" not in err.getvalue()
-    if left.value.code == 2:
-        assert err.getvalue().splitlines()[-1].startswith("lodbench: error: ")
+    if left.value.code:
+        last = err.getvalue().splitlines()[-1]
+        assert last.startswith("lodbench: error: ")
+        assert has_cure(judged[-1], last), f"no cure: {last}"
+
+
+def has_cure(error: BaseException, line: str) -> bool:
+    """Whether the line that a command ended with says what would do instead.
+
+    One of the rules does, after the rule; the parser of words leads to the command's help; and
+    what went wrong on the way says it after a semicolon.
+    """
+    if isinstance(error, InputError):
+        rule, cure = " ".join(error.rule.split()), " ".join(error.cure.split())
+        return bool(rule and cure) and line.endswith(f": {rule}; {cure}")
+    if isinstance(error, click.UsageError):
+        return re.search(r" \(see `lodbench( \w+)? --help`\)$", line) is not None
+    return "; " in line
