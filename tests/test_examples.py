@@ -3,8 +3,10 @@
 The commands of a page run in their order, in a folder of their own, made smaller by one rule:
 pictures have 32x18 pixels and a sample, sequences their first two frames, clusters two workers,
 experiments their quick sizes, `run all` is `run haze`, and an hour is six seconds. Shell blocks
-marked ``bash`` are not run, each for a reason that is given here. tests/test_documents.py checks
-the syntax of all blocks, those for other programs among them.
+marked ``bash`` are not run, each for a reason that is given here. Blocks of Python
+are run, each page's by a test of its own, but for those whose first line says that they run in
+another program or on other machines. tests/test_documents.py checks the syntax of all blocks,
+those for other programs among them.
 """
 
 import importlib
@@ -16,7 +18,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from scenes.frame.layers import SKY_Z, Layers
+from scenes.render.files.exr import write_exr
 
 ROOT = Path(__file__).parents[1]
 PAGES = ["README.md", *sorted(f"docs/{each.name}" for each in (ROOT / "docs").glob("*.md"))]
@@ -28,6 +34,19 @@ NOT_RUN = {
     "docs/add-a-tree-species.md": "copies into the package; test_species_files.py makes a willow",
     "docs/add-an-animal.md": "needs an animal of the reader's own; test_animal_file.py writes some",
     "docs/submit.md": "takes hours; test_compare_runs.py compares smaller runs",
+    "docs/exr.md": "oiiotool, which a test of its own runs",
+}
+PYTHON_RUN = {  # how many blocks of Python a page has that its test runs
+    "docs/actors.md": 1,
+    "docs/add-an-experiment.md": 2,
+    "docs/exr.md": 1,
+    "docs/plugins.md": 1,
+    "docs/python.md": 4,  # as a notebook
+}
+ELSEWHERE = re.compile(r"# runs (in|on) (.+?)[:\n]")
+PYTHON_NOT_RUN = {
+    "docs/clusters.md": {"SLURM", "Kubernetes"},  # the page says which of them was tried
+    "docs/exr.md": {"Blender's Python"},  # in an environment of its own; the page says of 5.0
 }
 
 OAK = """#usda 1.0
@@ -51,6 +70,11 @@ pytestmark = pytest.mark.slow
 def blocks(page: str, language: str) -> list[str]:
     text = (ROOT / page).read_text(encoding="utf-8")
     return re.findall(rf"```{language}\n(.*?)```", text, re.S)
+
+
+def own_python(page: str) -> list[str]:
+    """The blocks of Python that run where lodbench does."""
+    return [block for block in blocks(page, "python") if not ELSEWHERE.match(block)]
 
 
 def smaller(line: str) -> tuple[list[str], str | None]:
@@ -97,6 +121,71 @@ def test_blocks_that_are_not_run_have_a_reason() -> None:
     assert {page for page in PAGES if blocks(page, "bash")} == set(NOT_RUN)
 
 
+def test_blocks_of_python_are_run_or_say_where_they_run() -> None:
+    assert {page: len(own) for page in PAGES if (own := own_python(page))} == PYTHON_RUN
+    named = {
+        page: {found[2] for block in blocks(page, "python") if (found := ELSEWHERE.match(block))}
+        for page in PAGES
+    }
+    assert {page: programs for page, programs in named.items() if programs} == PYTHON_NOT_RUN
+
+
+@pytest.fixture
+def frame(tmp_path: Path) -> Path:
+    """The frame that the page of files names, half of it sky, in a folder of its own."""
+    size = (18, 32)
+    ground = np.broadcast_to(np.arange(18)[:, None] >= 9, size)
+    colour = np.full((*size, 3), 0.5)
+    layers = Layers(
+        rgb=colour,
+        Z=np.where(ground, 20.0, SKY_Z),
+        N=colour,
+        albedo=colour,
+        object=np.where(ground, 7, 0),
+        part=np.where(ground, 3, 0),
+        level=np.where(ground, 1, 0),
+    )
+    write_exr(tmp_path / "a.0001.exr", layers, {})
+    return tmp_path / "a.0001.exr"
+
+
+def test_readers_of_the_page_open_a_frame(frame: Path) -> None:
+    """Each expression of the block gives pixels; in a process of its own, which OpenCV needs."""
+    (block,) = own_python("docs/exr.md")
+    first = "import OpenEXR, mitsuba, OpenImageIO, cv2, imageio.v3, ast\n"
+    first += "mitsuba.set_variant('scalar_rgb')\n"
+    each = "for each in ast.parse(TEXT).body: print(eval(ast.unparse(each)) is not None)"
+    done = subprocess.run(
+        [sys.executable, "-c", f"{first}TEXT = {block!r}\n{each}"],
+        cwd=frame.parent,
+        env={**os.environ, "OPENCV_IO_ENABLE_OPENEXR": "1"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["True"] * 5
+
+
+def test_oiiotool_makes_the_pictures_of_the_page(frame: Path) -> None:
+    import OpenImageIO as oiio
+
+    (block,) = blocks("docs/exr.md", "bash")
+    for line in block.splitlines():
+        _, *words = shlex.split(line)
+        tool = Path(sys.executable).with_name("oiiotool")
+        subprocess.run([tool, *words], cwd=frame.parent, check=True)
+    colour, distance = (
+        oiio.ImageBuf(str(frame.with_name(name))) for name in ("colour.png", "distance.png")
+    )
+    assert colour.spec().nchannels == 3 and colour.get_pixels(oiio.FLOAT).mean() > 0.05
+    assert distance.get_pixels(oiio.FLOAT).max() == 1.0  # the sky
+    assert distance.get_pixels(oiio.FLOAT).min() == pytest.approx(20 / 500, abs=1e-4)
+    ids = oiio.ImageBuf(str(frame))
+    place = ids.spec().channelindex("id.object")
+    assert ids.get_pixels(oiio.UINT)[..., place].max() == 7
+    assert ids.get_pixels(oiio.FLOAT)[..., place].max() == pytest.approx(7 / 2**32)  # a share
+
+
 RUN_CELLS = """
 import json, sys
 names = {"__name__": "__main__"}
@@ -123,7 +212,7 @@ def test_the_experiment_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.Mon
     """Its blocks are a package; `# measure.py` and the like say which file begins there."""
     from bench.runner.run_experiment import run_experiment
 
-    first, others = blocks("docs/add-an-experiment.md", "python")
+    first, others = own_python("docs/add-an-experiment.md")
     package = tmp_path / "tiny_of_the_page"
     package.mkdir()
     (package / "__init__.py").write_text(first, encoding="utf-8")
@@ -138,7 +227,7 @@ def test_the_experiment_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_the_plug_ins_of_the_page_are_what_they_say() -> None:
-    (block,) = blocks("docs/plugins.md", "python")
+    (block,) = own_python("docs/plugins.md")
     whole = Path(__file__).parent / "plugin" / "lodbench_example.py"
     fence = runpy.run_path(str(whole))["FENCE"]
     names = {"make": fence.make, "camera": fence.camera, "detail": fence.detail}
@@ -152,7 +241,7 @@ def test_the_behaviour_of_the_page_goes_on_by_answers() -> None:
     from lod.actors.message import ask, change
 
     names = {"ask": ask, "change": change}
-    (block,) = blocks("docs/actors.md", "python")
+    (block,) = own_python("docs/actors.md")
     exec(block, names)
     greeting = names["greet"](SimpleNamespace(name="joe"))
     said = next(greeting), greeting.send(0.0), greeting.send(None)

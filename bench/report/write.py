@@ -2,11 +2,12 @@
 
 import base64
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TypeVar
 
 from bench.experiments.registry import EXPERIMENTS
 from bench.records.claims import Claim
@@ -17,12 +18,16 @@ from bench.report.html import to_html
 from bench.report.markdown import picture_path, plot_path, to_markdown
 from bench.report.stale import stale
 from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
-from bench.runner.experiment import Experiment
+from bench.runner.experiment import Experiment, Progress, silent
 from lod.errors import InputError
 from scenes.render.files.whole_file import check_free, made_by_lodbench, whole_file
 
+_Result = TypeVar("_Result")
 
-def write_report(folder: Path, overwrite: bool = False) -> tuple[Path, Path]:
+
+def write_report(
+    folder: Path, overwrite: bool = False, progress: Progress = silent
+) -> tuple[Path, Path]:
     """Write report.html, report.md and the plots beside it; give the paths of the two.
 
     An earlier report is replaced. Raises InputError for a folder without records, for one that
@@ -37,7 +42,8 @@ def write_report(folder: Path, overwrite: bool = False) -> tuple[Path, Path]:
     replaces = overwrite or made_by_lodbench(html)
     for path in (html, markdown):  # before the work of judging
         check_free(path, replaces, "DIR")
-    sections = _sections(sorted(records, key=_place))
+    sections = _sections(sorted(records, key=_place), progress)
+    progress(2 * len(records), 2 * len(records) + 1, "pages")
     report = Document(sections)
     files: dict[Path, str | bytes] = {html: to_html(report), markdown: to_markdown(report)}
     files |= {folder / name: text for name, text in _beside(sections).items()}
@@ -73,20 +79,28 @@ def _place(record: Record) -> int:
     return names.index(record.experiment) if record.experiment in names else len(names)
 
 
-def _sections(records: Sequence[Record]) -> list[Section]:
+def _sections(records: Sequence[Record], progress: Progress) -> list[Section]:
     """Make the section of every record, as many at once as there are processors.
 
     Drawing is what takes the time. Processes are forked where the system can, so that nothing is
     imported twice.
     """
+
+    def told(results: Iterable[_Result], doing: str, before: int = 0) -> Iterator[_Result]:
+        coming = iter(results)
+        for number, record in enumerate(records, before):
+            progress(number, 2 * len(records) + 1, f"{doing} {record.experiment}")
+            yield next(coming)
+
     workers = min(len(records), os.cpu_count() or 1)
     if workers == 1 or not hasattr(os, "fork"):
-        made = [_section(record) for record in records]
+        made = list(told(map(_section, records), "drawing"))
     else:
         with ProcessPoolExecutor(workers, get_context("fork")) as pool:
-            made = list(pool.map(_section, records))
+            made = list(told(pool.map(_section, records), "drawing"))
     # Here, and after: what renders must not be forked.
-    return [replace(each, stale=stale(each.record)) for each in made]
+    marks = told(map(stale, records), "probe of", len(records))
+    return [replace(each, stale=mark) for each, mark in zip(made, marks, strict=True)]
 
 
 def _section(record: Record) -> Section:

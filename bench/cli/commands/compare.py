@@ -7,6 +7,7 @@ import click
 
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import Output, output, table
+from bench.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim
@@ -22,7 +23,10 @@ def command(before: str, after: str, as_json: bool) -> None:
     from bench.records.compare_runs import compare_paths
 
     with output(as_json) as out:
-        for each in compare_paths(Path(before), Path(after)):
+        with progress_bar("step") as show:
+            show(0, 1, "reading records")
+            found = compare_paths(Path(before), Path(after))
+        for each in found:
             out.record(each.as_json())
             _say(out, each)
 

@@ -10,6 +10,7 @@ import click
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.frame_flags import memory_flag, memory_limit_bytes
 from bench.cli.output import output, table
+from bench.cli.progress import Progress, progress_bar, tell_first_run
 from lod.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,9 +25,11 @@ if TYPE_CHECKING:
 def command(path: str, objects: tuple[int, ...], max_memory: str | None, as_json: bool) -> None:
     """Species, cell, number and 128-bit key of a frame's objects, worked out from its manifest."""
     most_bytes = memory_limit_bytes(max_memory)
-    found = list(_identities(Path(path), most_bytes))
+    with progress_bar("step") as show:
+        found = list(_identities(Path(path), most_bytes, show))
     if strangers := sorted(set(objects) - {each.object for each in found}):
-        raise InputError("--object", strangers[0], f"an id.object that {path} displays")
+        rule = f"an id.object that {path} displays"
+        raise InputError("--object", strangers[0], rule, "leave it out to list them")
     chosen = [each for each in found if not objects or each.object in objects]
     with output(as_json) as out:
         for each in chosen:
@@ -39,7 +42,7 @@ def _cell(each: "Identity") -> str:
     return "–" if each.cell is None else f"{each.cell[0]},{each.cell[1]}"
 
 
-def _identities(path: Path, most_bytes: int | None) -> Iterable["Identity"]:
+def _identities(path: Path, most_bytes: int | None, show: Progress) -> Iterable["Identity"]:
     from scenes.render.files.manifest import load_manifest
     from scenes.render.pipeline.memory_limit import check_pruning
     from scenes.render.sequence.object_keys import identities
@@ -53,6 +56,9 @@ def _identities(path: Path, most_bytes: int | None) -> Iterable["Identity"]:
         rule = "a frame that the manifest of its folder knows"
         raise InputError("FRAME", str(path), rule, "see `lodbench verify`")
     preset = preset_from_settings(manifest.settings[entry["settings"]])
+    tell_first_run()
+    show(0, 2, "memory")
     world, frame = build_world(preset), entry["frame"]
     check_pruning(world, view_at(world, preset, frame), most_bytes, f"frame {frame}")
+    show(1, 2, "objects")
     return identities(world, preset, frame)

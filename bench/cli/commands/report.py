@@ -6,6 +6,7 @@ import click
 
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import output
+from bench.cli.progress import progress_bar
 
 
 @click.command("report", cls=StrictCommand)
@@ -17,7 +18,8 @@ def command(folder: str, overwrite: bool, as_json: bool) -> None:
     from bench.report.write import write_report
 
     with output(as_json) as out:
-        written = write_report(Path(folder), overwrite)
+        with progress_bar("step") as show:
+            written = write_report(Path(folder), overwrite, show)
         out.record({"written": written})
         for path in written:
             out.say(str(path))

@@ -9,6 +9,7 @@ import click
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.frame_flags import LAST_FRAME, memory_flag, memory_limit_bytes
 from bench.cli.output import output
+from bench.cli.progress import progress_bar, tell_first_run
 from bench.cli.view_flags import preset_from_flags, view_flags
 from scenes.render.files.frame_paths import make_folder
 
@@ -38,17 +39,22 @@ def command(
     from scenes.world.world import build_world
 
     check_usd(path, overwrite)
+    tell_first_run()
     most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
     check_prototypes(chosen, most_bytes)
     chosen = within_budget(chosen, (frame,), most_bytes, partial(click.echo, err=True))
     make_folder(Path(path).parent)
     with output(as_json) as out:
-        world = build_world(chosen)
-        check_frame_forecast(world, chosen, frame, SCALAR_VARIANT, most_bytes)
-        made = assemble_frame(world, chosen, frame, SCALAR_VARIANT)
-        notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
-        notes["lod:air"] = chosen.air.model_dump_json()
-        counts = write_usd(path, made, notes, overwrite)
+        with progress_bar("step") as show:
+            show(0, 3, "memory")
+            world = build_world(chosen)
+            check_frame_forecast(world, chosen, frame, SCALAR_VARIANT, most_bytes)
+            show(1, 3, "cut")
+            made = assemble_frame(world, chosen, frame, SCALAR_VARIANT)
+            notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
+            notes["lod:air"] = chosen.air.model_dump_json()
+            show(2, 3, "file")
+            counts = write_usd(path, made, notes, overwrite)
         out.record({"frame": frame, "path": path, **counts})
         out.say(f"{path}  {counts['sticks']:,} sticks, {counts['triangles']:,} triangles")

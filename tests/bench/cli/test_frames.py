@@ -2,6 +2,7 @@
 
 import json
 import shlex
+import sys
 from pathlib import Path
 
 import pytest
@@ -84,10 +85,14 @@ def test_usd_counts_what_it_wrote(run):
     assert code == 2 and "usda" in err
 
 
-def test_ids_say_who_is_who_in_a_frame(run):
+def rendered_frame():
     settings = frame_settings(load_preset("tiny.toml"), "scalar_rgb")
     session, job = FrameSession(settings), open_job("o/a.####.exr", [2], settings)
     list(render_sequence(job, lambda _, frame, path: session.render(frame, path)))
+
+
+def test_ids_say_who_is_who_in_a_frame(run):
+    rendered_frame()
     code, out, err = run("ids", "o/a.0002.exr", "--json")
     assert code == 0, err
     found = [json.loads(line) for line in out.splitlines()]
@@ -98,3 +103,24 @@ def test_ids_say_who_is_who_in_a_frame(run):
     assert json.loads(out) == figures[-1]
     assert run("ids", "o/a.0002.exr", "--object", "0")[0] == 2
     assert run("ids", "o/a.0001.exr")[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "steps"),
+    [
+        (("ids", "o/a.0002.exr"), ("memory:", "objects:")),
+        (("usd", "tiny.toml", "-o", "a.usdc", "--overwrite"), ("memory:", "cut:", "file:")),
+    ],
+    ids=["ids", "usd"],
+)
+def test_a_bar_names_each_step_on_a_terminal_alone_and_not_beside_json(
+    run, monkeypatch, words, steps
+):
+    pytest.importorskip("pxr")
+    rendered_frame()
+    plain = run(*words)
+    assert plain[0] == 0 and not any(step in plain[2] for step in steps)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    code, out, err = run(*words)
+    assert (code, out) == plain[:2] and all(step in err for step in steps)
+    assert not any(step in run(*words, "--json")[2] for step in steps)

@@ -6,6 +6,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from bench.cli.main import program
 from bench.cli.progress import (
     bars_are_shown,
     counted,
@@ -60,6 +61,35 @@ def test_no_bar_stands_beside_json(flags, shown, monkeypatch):
     result = CliRunner().invoke(command, flags)
     assert result.exit_code == 0, result.output
     assert bool(result.stderr) is shown
+
+
+@pytest.mark.parametrize(
+    ("words", "does_the_work"),
+    [
+        (["report", "records"], "bench.report.write.write_report"),
+        (["compare", "a", "b"], "bench.records.compare_runs.compare_paths"),
+    ],
+    ids=["report", "compare"],
+)
+def test_commands_that_read_records_show_a_bar_on_a_terminal_alone(
+    words, does_the_work, monkeypatch
+):
+    def work_on(*arguments):
+        if callable(arguments[-1]):
+            arguments[-1](0, 3, "reading records")
+        return []
+
+    monkeypatch.setattr(does_the_work, work_on)
+    assert invoked(words).stderr == ""
+    monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda self: True)
+    assert "reading records" in invoked(words).stderr
+    assert invoked([*words, "--json"]).stderr == ""
+
+
+def invoked(words):
+    result = CliRunner().invoke(program, words)
+    assert result.exit_code == 0, result.output
+    return result
 
 
 def test_a_frame_tells_what_is_made_for_it_and_how_long_that_takes(monkeypatch, capsys):

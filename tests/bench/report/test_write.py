@@ -391,6 +391,19 @@ def test_one_processor_or_several_make_the_same_report(record, bare, tmp_path, m
     assert made[0] == made[1]
 
 
+@pytest.mark.parametrize("processors", [1, 2])
+def test_each_record_is_named_before_it_is_drawn_and_before_its_probe(
+    record, bare, tmp_path, monkeypatch, processors
+):
+    for each in (record, bare):
+        write_record(each, tmp_path)
+    monkeypatch.setattr(os, "cpu_count", lambda: processors)
+    said = []
+    write_report(tmp_path, progress=lambda *step: said.append(step))
+    names = ["drawing scaling", "drawing other", "probe of scaling", "probe of other", "pages"]
+    assert said == [(number, 5, name) for number, name in enumerate(names)]
+
+
 def test_a_refusal_in_another_process_arrives_whole():
     refused = InputError("DIR", 3, "a folder", "make one")
     again = pickle.loads(pickle.dumps(refused))
@@ -415,6 +428,6 @@ def test_what_is_over_its_line_is_drawn_about_one(y, reach):
 def test_a_strangers_file_is_refused_before_the_work(record, tmp_path, monkeypatch):
     write_record(record, tmp_path)
     (tmp_path / "report.md").write_text("mine")
-    monkeypatch.setattr("bench.report.write._sections", lambda _: 1 / 0)
+    monkeypatch.setattr("bench.report.write._sections", lambda *_: 1 / 0)
     with pytest.raises(InputError, match=r"report\.md"):
         write_report(tmp_path)

@@ -1,0 +1,89 @@
+"""A release is one thing: every file names its version, and what is built installs and renders."""
+
+import os
+import re
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import venv
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+RELEASES = r"^## \[(\d[^\]]*)\] - \d{4}-\d{2}-\d{2}$"  # of the changelog, the newest first
+
+
+def first_in(name: str, pattern: str) -> str:
+    found = re.search(pattern, (ROOT / name).read_text(encoding="utf-8"), re.M)
+    assert found, f"{name}: nothing reads {pattern}"
+    return found[1]
+
+
+def test_every_file_names_the_version_of_pyproject() -> None:
+    named = {
+        "CITATION.cff": first_in("CITATION.cff", r"^version: (\S+)$"),
+        "CHANGELOG.md": first_in("CHANGELOG.md", RELEASES),
+        "what is installed": version("lodbench"),  # which headers, records and --version name
+    }
+    assert named == dict.fromkeys(named, PROJECT["version"])
+
+
+def done(*words: str | Path, cwd: Path, **more: str) -> str:
+    """Run a program as a user would, without what the tests set for their own imports."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    ended = subprocess.run(
+        [*map(str, words)], cwd=cwd, env=kept | more, capture_output=True, text=True
+    )
+    assert ended.returncode == 0, f"{words}: {ended.stderr}"
+    return ended.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The wheel and the sdist of the working tree, by the backend that the lock brings."""
+    folder = tmp_path_factory.mktemp("built")
+    done(sys.executable, "-m", "hatchling", "build", "-d", folder, cwd=ROOT)
+    name = f"lodbench-{PROJECT['version']}"
+    return {"wheel": folder / f"{name}-py3-none-any.whl", "sdist": folder / f"{name}.tar.gz"}
+
+
+def fresh_environment(folder: Path) -> Path:
+    """A new environment that finds the dependencies where the tests have them; gives its Python.
+
+    What the tests have installed of lodbench itself comes last there, and is editable: its path
+    stands in a file of site-packages that no other environment reads.
+    """
+    venv.create(folder, with_pip=False, symlinks=True)
+    (site,) = folder.glob("lib/python*/site-packages")
+    others = {sysconfig.get_path(name) for name in ("purelib", "platlib")}
+    (site / "dependencies.pth").write_text("\n".join(sorted(others)) + "\n", encoding="utf-8")
+    return folder / "bin" / "python"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["wheel", "sdist"])
+def test_what_is_built_installs_and_renders_without_the_sources(
+    kind: str, built: dict[str, Path], tmp_path: Path
+) -> None:
+    python = fresh_environment(tmp_path / "environment")
+    pip = (sys.executable, "-m", "pip", "--isolated", "--python", python, "install", "--quiet")
+    alone = ("--no-deps", "--no-index", "--no-build-isolation", "--ignore-installed")
+    done(*pip, *alone, built[kind], cwd=tmp_path)
+    where = "import lodbench, bench, scenes, lod; print(lodbench.__file__, *bench.__path__)"
+    for path in done(python, "-c", where, cwd=tmp_path).split():
+        assert Path(path).is_relative_to(tmp_path), path
+
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    program = python.parent / "lodbench"
+    said = done(program, "--version", cwd=elsewhere)
+    assert said == f"lodbench, version {PROJECT['version']}\n"
+    small = ("--size", "32x18", "--spp", "1", "--variant", "scalar_rgb")
+    cache = {"LODBENCH_CACHE": str(tmp_path / "cache")}
+    done(program, "render", "fly_in", "-o", "out/a.####.exr", *small, cwd=elsewhere, **cache)
+    assert (elsewhere / "out/a.0001.exr").stat().st_size > 32 * 18
+    done(program, "verify", "out", cwd=elsewhere)
