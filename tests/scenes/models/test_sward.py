@@ -14,6 +14,7 @@ from scenes.field.species_field import SpeciesField
 from scenes.models.catalogue import model_prototypes
 from scenes.models.sward import BLADES, ROOT_M, swards, tuft_prototypes
 from scenes.models.trees.weather import Weather
+from scenes.preset.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 from scenes.terrain.terrain import Terrain
@@ -51,6 +52,16 @@ def test_blades_are_as_long_as_they_should_be():
     lengths = np.concatenate([blade_lengths(t, SIZES[k % 3]) for k, t in enumerate(tufts)])
     assert np.median(lengths) >= 0.12
     assert lengths.min() >= 0.03 - 1e-9 and lengths.max() <= 0.60 + 1e-9
+
+
+@pytest.mark.parametrize("preset", ["meadow", "forest", "zoo"])
+def test_presets_have_300_blades_to_the_square_metre_half_of_them_over_12_cm(preset):
+    """Every prototype in every size of the preset is equally likely."""
+    (sward,) = (e for e in load_preset(preset).species.values() if e.model == "sward")
+    tufts = model_prototypes("sward", sward.prototypes, sward.sizes, False)
+    each = [blade_lengths(t, sward.sizes[k % len(sward.sizes)]) for k, t in enumerate(tufts)]
+    assert sward.density * np.mean([len(lengths) for lengths in each]) >= 300
+    assert np.median(np.concatenate(each)) >= 0.12
 
 
 def test_p_and_r_are_those_of_the_blades():
