@@ -10,6 +10,7 @@ it must cover at least ``LEAST_COVERED``.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -51,9 +52,25 @@ class AtEqualError:
 def at_equal_error(points: Sequence[Point]) -> dict[str, list[AtEqualError]]:
     """Find every arm of one window at equal error, in each of its fields, by the arm's name."""
     found: dict[str, list[AtEqualError]] = {}
-    measured = [point for point in points if is_measured(point)]
-    for (arm, _), row in grouped(measured, "arm", "field").items():
+    for (arm, _), row in _rows(points).items():
         found.setdefault(arm, []).append(_of_field(row))
+    return found
+
+
+def at_equal_time(points: Sequence[Point]) -> dict[str, list[float]]:
+    """Find every arm's excess FLIP in the time that the metric takes at equal error, by field.
+
+    It is NaN where the metric itself is never within the error, and where every timed setting of
+    the arm takes longer. Where every one takes less time it is that of the slowest.
+    """
+    ours = {
+        field: _of_field(row).seconds
+        for (arm, field), row in _rows(points).items()
+        if arm == "blake"
+    }
+    found: dict[str, list[float]] = {}
+    for (arm, field), row in _rows(points).items():
+        found.setdefault(arm, []).append(_excess_within(row, ours.get(field, math.nan)))
     return found
 
 
@@ -129,6 +146,24 @@ def megabytes(point: Point) -> float:
         return point.column("peak_bytes")[0] / 1e6
     except InputError:
         return math.nan
+
+
+def _rows(points: Sequence[Point]) -> dict[tuple[Any, ...], list[Point]]:
+    return grouped([point for point in points if is_measured(point)], "arm", "field")
+
+
+def _excess_within(row: Sequence[Point], seconds: float) -> float:
+    """Read the excess at a time along the straight line of logarithms between two settings."""
+    timed = sorted((t, excess(p)) for p in row if math.isfinite(t := frame_seconds(p)))
+    if not timed or not timed[0][0] <= seconds:
+        return math.nan
+    slower = next((k for k, (t, _) in enumerate(timed) if t > seconds), len(timed))
+    if slower == len(timed):
+        return timed[-1][1]
+    (before, worse), (after, better) = timed[slower - 1 : slower + 1]
+    share = math.log(seconds / before) / math.log(after / before)
+    low, high = (math.log(max(each, 1e-6)) for each in (worse, better))
+    return math.exp((1 - share) * low + share * high)
 
 
 def _of_field(row: Sequence[Point]) -> AtEqualError:

@@ -10,6 +10,7 @@ from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.rivals.equal_error import (
     STAGES,
     at_equal_error,
+    at_equal_time,
     beside_best_rival,
     excess,
     frame_seconds,
@@ -39,8 +40,9 @@ def summary(record: Record) -> Table:
 
 
 def tables(record: Record) -> tuple[tuple[str, Table], ...]:
-    """Return titled tables: stages, faithfulness, the walk, and Cycles."""
+    """Return titled tables: equal time, stages, faithfulness, the walk, and Cycles."""
     return (
+        ("Error in the time that blake takes at equal error", _time_table(record)),
         ("What pruning helps, and what it does not", _stage_table(record)),
         ("Tone, cover and noise at the last setting within equal error", _tone_table(record)),
         ("A walk: what moves that does not move in the whole", _walk_table(record)),
@@ -89,6 +91,16 @@ def _without_errors(row: Sequence[Point]) -> tuple[str, str]:
     )
     held = [megabytes(p) for p in timed if math.isfinite(megabytes(p))]
     return f"no whole picture; {told}", f"{np.mean(held):.0f}" if held else ""
+
+
+def _time_table(record: Record) -> Table:
+    heads = "world", "arm", "excess FLIP in each field"
+    rows: list[tuple[str, ...]] = []
+    for world, points in _worlds(record):
+        for arm, fields in at_equal_time(points).items():
+            told = (f"{each:.4f}" if math.isfinite(each) else "takes longer" for each in fields)
+            rows.append((world, arm, ", ".join(told)))
+    return heads, rows
 
 
 def _stage_table(record: Record) -> Table:

@@ -20,6 +20,7 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "meadow": ("meadow", (_BARE,)),
     "swaying": ("meadow", (_BARE, "wind.speed=6")),
     "forest": ("forest", (_BARE,)),
+    "swaying forest": ("forest", (_BARE, "wind.speed=6")),
     "from above": ("meadow", (_BARE, "camera.height=60", "camera.pitch=-20")),
 }
 """For each kind of world its preset and what is changed in it."""

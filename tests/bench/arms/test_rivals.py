@@ -1,9 +1,9 @@
 """Rivals are compared at equal error: cheats never get there, and a copy ties."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from bench.arms.arm import Arm, by_view
@@ -15,7 +15,7 @@ from bench.experiments.rivals.claims import judge
 from bench.experiments.rivals.equal_error import (
     STAGES,
     at_equal_error,
-    beside_best_rival,
+    at_equal_time,
     best_rival,
     judged_error,
 )
@@ -66,6 +66,17 @@ def test_time_at_equal_error_is_read_between_settings():
     half = [point("blake", 1.0, EQUAL_ERROR / 4, 8.0), point("blake", 2.0, 4 * EQUAL_ERROR, 2.0)]
     assert at_equal_error(half)["blake"][0].seconds == pytest.approx(4.0)
     assert at_equal_error(rows("blake", (8.0, 4.0, 2.0)))["blake"][0].seconds == pytest.approx(4.0)
+
+
+def test_error_at_equal_time_is_read_between_settings():
+    """The metric takes 4 s at equal error; a rival is slower, faster, or between two settings."""
+    ours = rows("blake", (8.0, 4.0, 2.0))
+    between = [point("rival", 1.0, 0.001, 16.0), point("rival", 2.0, 0.004, 1.0)]
+    slower, faster = point("slower", 1.0, 0.001, 5.0), point("faster", 1.0, 0.03, 0.5)
+    found = at_equal_time([*ours, *between, slower, faster])
+    assert found["blake"] == [pytest.approx(EQUAL_ERROR)]
+    assert found["rival"] == [pytest.approx(0.002)]
+    assert math.isnan(found["slower"][0]) and found["faster"] == [pytest.approx(0.03)]
 
 
 def test_a_cheat_never_reaches_equal_error():
