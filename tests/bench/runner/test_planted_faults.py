@@ -5,14 +5,17 @@ experiment measures and judges as it always does, in those of its quick cases th
 """
 
 from dataclasses import replace
+from functools import lru_cache
 
 import pytest
 
+from bench.experiments.cover import measure as cover
 from bench.experiments.popping import unexplained_change
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import count_field
 from bench.runner.run_experiment import run_experiment
 from lod.atmosphere.air import CLEAR
+from scenes.field import lit_prototypes, posed_species
 from scenes.render.haze import haze
 from scenes.world import world
 
@@ -95,4 +98,29 @@ def test_far_cover_that_is_off_is_found_by_cover(monkeypatch):
     monkeypatch.setattr(world, "aggregate_cover", lambda *of: None)
     after = verdicts("cover", cases)
     name = "far_5_km/preset/tau_1/band_1"
+    assert (before[name], after[name]) == ("holds", "refuted")
+
+
+def test_a_species_that_is_too_bright_is_found_by_cover(monkeypatch):
+    """What stands for hidden parts of broadleaf trees shines 1.05 times as bright as they do.
+
+    The whole picture displays every leaf, so that the pruned one alone has the fault.
+    """
+    cases = [each for each in quick_cases("cover") if each.look == "aerial"]
+    wanted = [
+        each
+        for each in cover.pictures()
+        if (each.air, each.detail, each.cover) == ("preset", 1.0, True)
+    ]
+    monkeypatch.setattr(cover, "pictures", lambda: wanted)
+    before, fit = verdicts("cover", cases), lit_prototypes.fit_tone
+    tables_of = lit_prototypes.lit_part_tables.__wrapped__
+    monkeypatch.setattr(posed_species, "lit_part_tables", lru_cache(tables_of))
+    monkeypatch.setattr(
+        lit_prototypes,
+        "fit_tone",
+        lambda trees, *of: fit(trees, *of) * (1.05 if trees[0].name.startswith("tree ") else 1.0),
+    )
+    after = verdicts("cover", cases)
+    name = "aerial/preset/tau_1/band_7/land"
     assert (before[name], after[name]) == ("holds", "refuted")
