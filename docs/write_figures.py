@@ -1,9 +1,10 @@
 """Write the figures that pages quote from records, between the marks of their blocks.
 
-A block begins with ``<!-- figures: NAME -->`` and ends with ``<!-- end of figures -->``; what
-stands between is written from records: those of studies, soaks and the fuzzer, and the claims of
-the reference run that the report's first screen chooses. `make docs` fills all pages, and a test
-compares. A block says so where its record is not there yet.
+A block begins with ``<!-- figures: NAME -->``, or with a name and words that its function takes
+(``<!-- figures: claims_of figure blake/person/* -->``), and ends with ``<!-- end of figures -->``.
+What stands between is written from records: those of studies, soaks and the fuzzer, and the
+claims of the reference run. `make docs` fills all pages, and a test compares. A block says so
+where its record is not there yet.
 """
 
 import json
@@ -12,12 +13,18 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.records.claims import Claim
 from bench.records.study_record import StudyRecord, read_study_record
-from bench.report.first_screen import CHOSEN
-from bench.report.words import MARKS, verdict_text
+from bench.report.reference_tables import (
+    changed_table,
+    chosen_table,
+    experiment_table,
+    judged_claims,
+    markdown_table,
+    short_commits,
+)
 from bench.studies.acting import study as acting_study
 from bench.studies.defocus import saved_share
+from bench.studies.grass.study import edges_of
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "results"
@@ -26,11 +33,18 @@ PAGES = (
     "README.md",
     "docs/depth-of-field.md",
     "docs/framing.md",
+    "docs/presets.md",
     "docs/promises.md",
+    "results/README.md",
     "results/acting.md",
+    "results/changed.md",
     "results/cost.md",
+    "results/haze.md",
+    "results/law.md",
+    "results/motion.md",
+    "results/pictures.md",
 )
-_BLOCK = re.compile(r"(<!-- figures: (\w+) -->\n).*?(<!-- end of figures -->)", re.S)
+_BLOCK = re.compile(r"(<!-- figures: ([^>]+) -->\n).*?(<!-- end of figures -->)", re.S)
 
 
 def filled(text: str) -> str:
@@ -39,19 +53,18 @@ def filled(text: str) -> str:
 
 
 def claims() -> str:
-    """Write the chosen claims of the reference run, a row each, and the commits they are of."""
-    runs = json.loads((REFERENCE / "claims.json").read_text(encoding="utf-8"))
-    found = {(run["experiment"], one["name"]): (run, one) for run in runs for one in run["claims"]}
-    rows, commits = [], set()
-    for run, one in (found[each] for each in CHOSEN if each in found):
-        claim = Claim(**{key: value for key, value in one.items() if key != "verdict"})
-        verdict = f"{MARKS[claim.verdict]} {verdict_text(claim)}"
-        numbers = claim.claimed_text, claim.measured_text
-        rows.append((claim.about, claim.quantity, *numbers, verdict, f"`run {run['experiment']}`"))
-        commits.add(_commit(run))
-    heads = "claim", "quantity", "claimed", "measured (95 %)", "verdict", "measured by"
-    text = _table(heads, rows)
-    return f"{text}\n\nMeasured at {_commits(commits)}; a row is missing where its claim is newer."
+    """Write the claims of the reference run that the report's first screen chooses."""
+    return chosen_table(judged_claims(REFERENCE))
+
+
+def claims_of(experiment: str, *patterns: str) -> str:
+    """Write claims of an experiment of the reference run: what it measured, or those named."""
+    return experiment_table(judged_claims(REFERENCE), experiment, *patterns)
+
+
+def changed() -> str:
+    """Write which verdicts of the reference run differ from those of the one before it."""
+    return changed_table(RESULTS / "before" / "claims.csv", judged_claims(REFERENCE))
 
 
 def start() -> str:
@@ -63,7 +76,7 @@ def start() -> str:
         seconds = (f"{each[key]:.2f}" for key in ("imports_s", "own_s", "command_s"))
         rows.append((name, *seconds, f"{each['ratio']:.2f}{interval}"))
     heads = "command", "imports [s]", "trace [s]", "command [s]", "command ÷ (imports + trace)"
-    return f"{_table(heads, rows)}\n\n{_origin(record)}"
+    return f"{markdown_table(heads, rows)}\n\n{_origin(record)}"
 
 
 def framing() -> str:
@@ -79,9 +92,8 @@ def framing() -> str:
         for name, each in record.figures.items()
     ]
     heads = "framing", "objects a field", "objects ÷ law's (95 %)", "parts ÷ law's (95 %)"
-    return (
-        f"{_table(heads, rows)}\n\n{record.settings['fields']} fields of people. {_origin(record)}"
-    )
+    how = f"{record.settings['fields']} fields of people. {_origin(record)}"
+    return f"{markdown_table(heads, rows)}\n\n{how}"
 
 
 def defocus() -> str:
@@ -109,7 +121,57 @@ def defocus() -> str:
         f"samples a pixel to pictures without noise, over {said['pairs']} pairs of seeds."
     )
     of_law = f"Over {said['fields']} fields all round the parts are {law} of those predicted."
-    return f"{_table(heads, rows)}\n\n{how} {of_law} {_origin(record)}"
+    return f"{markdown_table(heads, rows)}\n\n{how} {of_law} {_origin(record)}"
+
+
+def grass() -> str:
+    """Write what grass costs a frame and by its density, and how bright it is across its limit."""
+    record = _study("grass")
+    said, figures = record.settings, record.figures
+    frames = []
+    for name, each in figures["frames"].items():
+        spreads = (_spread(each[key]) for key in ("cpu_s", "wall_s", "peak_gb"))
+        shapes = (f"{each[key]:,}" if key in each else "-" for key in ("sticks", "triangles"))
+        frames.append((name, *spreads, *shapes))
+    counts = []
+    for each in figures["counts"]:
+        cost: tuple[str, ...] = "foretold not to fit", "-", "-", "-"
+        if "refused" not in each:
+            posed = "-" if each["pose_s"] is None else f"{each['pose_s']:.2f}"
+            held = f"{each['peak_bytes'] / 1e9:.2f}"
+            cost = f"{each['parts']:,}", f"{each['prune_s']:.2f}", posed, held
+        counts.append((f"{each['density']:g}", each["metric"], *cost))
+    suns = list(figures["edge"])
+    starts, ends = edges_of(said["width"])
+    bands = [
+        (f"{low:g} to {high:g} m", *(_band(figures["edge"][sun][k]) for sun in suns))
+        for k, (low, high) in enumerate(zip(starts, ends, strict=True))
+    ]
+    of_frames = "`meadow`", "processor [s]", "clock [s]", "memory [GB]", "sticks", "triangles"
+    of_counts = "tufts/m²", "metric", "parts", "prune [s]", "pose [s]", "memory of `count` [GB]"
+    texts = (
+        markdown_table(of_frames, frames),
+        f"Medians of {said['turns']} turns, least to greatest; {said['size']}, {said['spp']} "
+        "samples a pixel, each frame in a process of its own, from its start to its end.",
+        markdown_table(of_counts, counts),
+        f"Grass alone, in a view of {said['count_size']}; processor seconds.",
+        markdown_table(("distance", *(f"the sun {each}" for each in suns)), bands),
+        f"Luminance at one pixel over that at a quarter (95 %), and rays that meet the band over "
+        f"rays; grass alone on nearly level ground, {said['width']} pixels wide, {said['fields']} "
+        f"worlds. {_origin(record)}",
+    )
+    return "\n\n".join(texts)
+
+
+def _spread(each: Mapping[str, float]) -> str:
+    return f"{each['median']:.2f} ({each['least']:.2f} to {each['greatest']:.2f})"
+
+
+def _band(each: Mapping[str, float | None]) -> str:
+    if each["luminance"] is None:
+        return "-"
+    interval = "" if each["low"] is None else f" ({each['low']:.3f} to {each['high']:.3f})"
+    return f"{each['luminance']:.3f}{interval}; {each['rays']:.2f}"
 
 
 def acting() -> str:
@@ -124,15 +186,19 @@ def tried() -> str:
         *("what", "commit", "seconds", "rounds", "commands", "signals", "workers killed"),
         *("damages", "verdicts", "broken"),
     )
-    table = _table(heads, [_soak(each) for each in _records("soak")])
-    return "\n\n".join((table, *(_fuzz(each) for each in _records("fuzz"))))
+    table = markdown_table(heads, [_soak(each) for each in _records("soak")])
+    fuzzed = (_fuzz(each) for each in _records("fuzz"))
+    return "\n\n".join((table, _longest(_records("soak")), *fuzzed))
 
 
-BLOCKS: Mapping[str, Callable[[], str]] = {
+BLOCKS: Mapping[str, Callable[..., str]] = {
     "claims": claims,
+    "claims_of": claims_of,
+    "changed": changed,
     "start": start,
     "framing": framing,
     "defocus": defocus,
+    "grass": grass,
     "acting": acting,
     "tried": tried,
 }
@@ -140,7 +206,8 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
 
 def _figures(block: str) -> str:
     try:
-        return BLOCKS[block]()
+        name, *words = block.split()
+        return BLOCKS[name](*words)
     except FileNotFoundError as missing:
         return f"Not measured yet: there is no {Path(str(missing.filename)).relative_to(ROOT)}."
 
@@ -175,6 +242,15 @@ def _soak(record: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
+def _longest(soaks: Sequence[Mapping[str, Any]]) -> str:
+    """Write how long the longest soak on record took, and whether one of an hour is there."""
+    if not soaks:
+        return "No soak is on record."
+    minutes = max(each["seconds"] for each in soaks) / 60
+    whole = "" if minutes >= 60 else "; none of an hour is on record"
+    return f"The longest soak on record took {minutes:.0f} minutes{whole}."
+
+
 def _fuzz(record: dict[str, Any]) -> str:
     cases = record["cases"]
     taken, refused = (
@@ -207,31 +283,13 @@ def _origin(record: StudyRecord) -> str:
     where = f"results/studies/{record.study}.json"
     return (
         f"`lodbench study {record.study} --record {where}`, {machine}, "
-        f"{_commits({made_by['commit']})}."
+        f"{short_commits({made_by['commit']})}."
     )
-
-
-def _commit(run: Mapping[str, Any]) -> str:
-    path = REFERENCE / f"{run['experiment']}-{run['record_sha256'][:16]}.json"
-    content = json.loads(path.read_text(encoding="utf-8"))["content"]
-    return str(content["provenance"]["commit"])
-
-
-def _commits(commits: set[str]) -> str:
-    names = sorted(f"{each[:7]}{' with changes' if '+' in each else ''}" for each in commits)
-    return f"commit{'s' if len(names) > 1 else ''} {_listed(names)}"
 
 
 def _listed(values: Any) -> str:
     words = [str(each) for each in values]
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
-
-
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join(
-        "| " + " | ".join(each.replace("|", "\\|") for each in line) + " |" for line in lines
-    )
 
 
 if __name__ == "__main__":
