@@ -10,11 +10,13 @@ where its record is not there yet.
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from bench.records.study_record import StudyRecord, read_study_record
 from bench.report.reference_tables import (
+    JudgedClaim,
     changed_table,
     chosen_table,
     experiment_table,
@@ -54,17 +56,17 @@ def filled(text: str) -> str:
 
 def claims() -> str:
     """Write the claims of the reference run that the report's first screen chooses."""
-    return chosen_table(judged_claims(REFERENCE))
+    return chosen_table(_reference())
 
 
 def claims_of(experiment: str, *patterns: str) -> str:
     """Write claims of an experiment of the reference run: what it measured, or those named."""
-    return experiment_table(judged_claims(REFERENCE), experiment, *patterns)
+    return experiment_table(_reference(), experiment, *patterns)
 
 
 def changed() -> str:
     """Write which verdicts of the reference run differ from those of the one before it."""
-    return changed_table(RESULTS / "before" / "claims.csv", judged_claims(REFERENCE))
+    return changed_table(RESULTS / "before" / "claims.csv", _reference())
 
 
 def start() -> str:
@@ -210,6 +212,11 @@ def _figures(block: str) -> str:
         return BLOCKS[name](*words)
     except FileNotFoundError as missing:
         return f"Not measured yet: there is no {Path(str(missing.filename)).relative_to(ROOT)}."
+
+
+@cache
+def _reference() -> list[JudgedClaim]:
+    return judged_claims(REFERENCE)
 
 
 def _study(name: str) -> StudyRecord:

@@ -30,8 +30,8 @@ def judged_claims(folder: Path) -> list[JudgedClaim]:
     """Read all claims of a folder with a report. Raises FileNotFoundError where there is none."""
     runs = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
     return [
-        JudgedClaim(run["experiment"], claim_from(one), _commit(folder, run))
-        for run in runs
+        JudgedClaim(run["experiment"], claim_from(one), commit)
+        for run, commit in ((run, _commit(folder, run)) for run in runs)
         for one in run["claims"]
     ]
 
