@@ -20,8 +20,20 @@ from scenes.model_files.user_models import (
 _GLTF = (".gltf", ".glb")
 
 
+_CURE = "mend it in the program that made the scene, and export it again"
+
+
 def read_model(path: Path) -> PartTree:
     """Read a scene file and the table beside it; raises InputError for all that is wrong."""
+    try:
+        return _read_model(path)
+    except InputError as error:
+        if error.cure:
+            raise
+        raise InputError(error.where, error.arrived, error.rule, _CURE) from None
+
+
+def _read_model(path: Path) -> PartTree:
     where = str(path)
     if not is_model_file(where):
         rule = f"a file that ends in {', '.join(SUFFIXES)}"

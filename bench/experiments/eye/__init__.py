@@ -10,7 +10,7 @@ EXPERIMENT = Experiment(
     question=("How much detail is lost on the eye, by blur and by contrast?"),
     full={"fields": 60},
     quick={"fields": 10},
-    expected_seconds={"full": 300.0, "quick": 30.0},
+    expected_seconds={"full": 40.0, "quick": 30.0},
     **functions_of(__name__, scene_hash="bench.fields.part_sizes"),
     caveats=(
         "Clear air, flat ground, a picture that stays 640 pixels wide.",

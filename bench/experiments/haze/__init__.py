@@ -10,7 +10,7 @@ EXPERIMENT = Experiment(
     question=("Which parts does haze hide, and does the law know how many?"),
     full={"fields": 80},
     quick={"fields": 12},
-    expected_seconds={"full": 150.0, "quick": 60.0},
+    expected_seconds={"full": 80.0, "quick": 60.0},
     **functions_of(__name__, scene_hash="bench.fields.part_sizes"),
     caveats=(
         "Flat ground and an eye 1.6 m up that looks all round; nothing hides anything.",

@@ -5,17 +5,16 @@ from typing import Any
 from bench.runner.experiment import Experiment, functions_of
 
 _KINDS = "crowd", "meadow", "swaying", "forest", "swaying forest"
+_RIVALS = "blake", "full", "distance", "in_view", "discrete", "stochastic"
 _FEW = "blake", "full", "in_view", "discrete"
 
 
 def _worlds(
-    kinds: tuple[str, ...], sizes: tuple[float, ...], few: tuple[str, ...] = ()
+    kinds: tuple[str, ...], sizes: tuple[float, ...], fields: int, few: tuple[str, ...] = ()
 ) -> list[list[Any]]:
-    """List kinds and sizes of worlds, and the arms that are tried there; none = all."""
-    return [[kind, objects, list(few)] for kind in kinds for objects in sizes]
+    """List kinds and sizes of worlds, the number of fields, and the arms; none = all."""
+    return [[kind, objects, fields, list(few)] for objects in sizes for kind in kinds]
 
-
-_ABOVE = ["from above", 1e5, []]
 
 EXPERIMENT = Experiment(
     name="rivals",
@@ -24,10 +23,16 @@ EXPERIMENT = Experiment(
     about="the same frames by other methods of simplification, at equal error",
     question="What do a frame's time and memory come to by other methods, at the same error?",
     full={
-        "worlds": [*_worlds(_KINDS, (1e4, 1e5)), *_worlds(_KINDS, (1e3, 1e6), _FEW), _ABOVE],
+        "worlds": [
+            *_worlds(("crowd",), (1e5,), 4, _RIVALS),
+            *_worlds(("forest", "swaying forest"), (1e4,), 4, _RIVALS),
+            *_worlds(_KINDS[:3], (1e4,), 2),
+            *_worlds(_KINDS[1:], (1e5,), 2, _RIVALS),
+            *_worlds(("from above",), (1e5,), 2, _RIVALS),
+            *_worlds(_KINDS, (1e3, 1e6), 2, _FEW),
+        ],
         "walk": ["crowd", 1e4, "320x180", 48],
         "cycles": [["crowd", 1e4], ["meadow", 1e4]],
-        "fields": 2,
         "size": "320x180",
         "spp": 16,
         "pairs": 2,
@@ -36,19 +41,18 @@ EXPERIMENT = Experiment(
     },
     quick={
         "worlds": [
-            *_worlds(("crowd", "meadow"), (1e3,)),
-            *_worlds(("swaying", "forest", "swaying forest"), (300.0,)),
+            *_worlds(("crowd", "meadow"), (1e3,), 2),
+            *_worlds(("swaying", "forest", "swaying forest"), (300.0,), 2),
         ],
         "walk": ["crowd", 300.0, "160x90", 8],
         "cycles": [["crowd", 1e3], ["meadow", 1e3]],
-        "fields": 2,
         "size": "160x90",
         "spp": 16,
         "pairs": 2,
         "repeats": 2,
         "weighed": 1,
     },
-    expected_seconds={"full": 21_000.0, "quick": 700.0},
+    expected_seconds={"full": 15_000.0, "quick": 700.0},
     **functions_of(
         __name__,
         "summary",

@@ -100,8 +100,8 @@ def cases(effort: Effort) -> list[Case]:
     picture = Picture(effort["size"], effort["spp"])
     windows = [
         Window(kind, objects, field, picture, variant=variant, arms=tuple(few), **common)
-        for kind, objects, few in effort["worlds"]
-        for field in range(effort["fields"])
+        for kind, objects, fields, few in effort["worlds"]
+        for field in range(fields)
     ]
     kind, objects, size, frames = effort["walk"]
     small = Window(kind, objects, 0, Picture(size, effort["spp"]), 2, 1, variant)

@@ -314,6 +314,7 @@ def test_a_broken_model_is_refused_in_one_line(
     assert out == ""
     assert len(err.splitlines()) == 1, err
     assert where in err and rule in err, err
+    assert "; " in err, f"names no cure: {err}"
     assert not (tmp_path / "data/lodbench/models/broken.npz").exists()
 
 
