@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from bench.records.study_record import StudyRecord, write_study_record
 from bench.studies.grass import frames, study
-from bench.studies.grass.counts import grass_alone, measure, measure_apart
+from bench.studies.grass.counts import DENSITIES, grass_alone, measure, measure_apart
 from bench.studies.grass.edge import EDGES_M, Outlook, edge_figures
 from bench.studies.grass.frames import WARM, WITH, WITHOUT, frame_figures, turns_of_frames
 from scenes.render.mitsuba.variants import choose
@@ -52,6 +52,11 @@ def test_grass_alone_is_as_dense_and_in_the_metric_that_is_asked() -> None:
     (grass,) = grass_alone(0.5, "solid_angle").species.values()
     assert (grass.model, grass.density, grass.metric) == ("sward", 0.5, "solid_angle")
     assert grass_alone(0.5, None).species["sward"].metric == "bounded", "as in the preset"
+
+
+@pytest.mark.parametrize("density", DENSITIES)
+def test_every_density_of_the_study_is_one_that_a_preset_may_have(density: float) -> None:
+    assert grass_alone(density, "blake").species["sward"].density == density
 
 
 def test_ten_times_the_tufts_are_ten_times_the_parts_and_blake_keeps_most() -> None:
