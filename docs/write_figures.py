@@ -35,7 +35,6 @@ PAGES = (
     "README.md",
     "docs/depth-of-field.md",
     "docs/framing.md",
-    "docs/presets.md",
     "docs/promises.md",
     "results/README.md",
     "results/acting.md",
