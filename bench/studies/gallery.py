@@ -1,6 +1,8 @@
 """A picture of every preset, and the same frame by detail level, as a gallery page.
 
-Frames are rendered into a scratch folder; what stays are two PNGs for each preset and a page.
+Frames are rendered into a scratch folder; what stays are two PNGs for each preset and a page. With
+``--references`` some presets have a third: the middle of a larger picture as shipped, beside the
+same at half the detail threshold.
 """
 
 import shlex
@@ -25,6 +27,15 @@ SHEETS = {"fly_in": "1,9,17,25,33,41", "playground": "1,17,33,49,65,81"}
 
 FILMS = {"fly_in": "1-48", "playground": "1-96"}
 
+BESIDE = {
+    **dict.fromkeys(("badlands", "meadow", "mountain"), "1280x720"),
+    "aerial": "640x360",
+}
+"""Presets that are shown beside a reference, and the sizes that memory allows for it."""
+
+REFERENCE_PX, BESIDE_SPP, SHOWN_PX = 0.5, 64, 640
+"""Detail of a reference [px], samples of both pictures, and the most columns that are shown."""
+
 FIGURE_4_FILE = "figure_4.png"
 FIGURE_4 = "joe right leg/lower leg/foot orient y 40deg"
 FOOT_VIEW = (
@@ -44,6 +55,26 @@ def render_preset(name: str, size: str, spp: int, folder: Path) -> Path:
         check=True,
     )
     return target.with_name(f"{name}.{frame:04d}.exr")
+
+
+def render_beside(name: str, folder: Path, target: Path) -> None:
+    """Keep the middle of a preset's frame as shipped beside that of its reference, not denoised."""
+    from scenes.render.files.exr import read_exr
+    from scenes.render.pictures.contact_sheet import save_sheet
+    from scenes.render.pictures.tone_map import DEFAULT_STYLE, to_srgb_8bit
+
+    exposure, panels = None, []
+    for label, detail in (("shipped", []), ("reference", ["--detail", str(REFERENCE_PX)])):
+        out, frame = folder / f"{name}_{label}.####.exr", FRAMES.get(name, 1)
+        words = ["render", name, "-o", str(out), "--size", BESIDE[name], *detail]
+        words += ["--frames", str(frame), "--spp", str(BESIDE_SPP), "--overwrite"]
+        subprocess.run([sys.executable, "-m", "bench.cli.main", *words], check=True)
+        light = read_exr(out.with_name(f"{name}_{label}.{frame:04d}.exr"))[0].rgb
+        exposure = exposure or DEFAULT_STYLE.exposure_of(light)
+        first = max(light.shape[1] - SHOWN_PX, 0) // 2
+        shown = light[:, first : first + SHOWN_PX]
+        panels.append(Image.fromarray(to_srgb_8bit(shown, exposure, DEFAULT_STYLE.tone)))
+    save_sheet(panels, ("as shipped, 1 px", f"reference, {REFERENCE_PX} px"), 2, target)
 
 
 def save_pictures(frame: Path, name: str, folder: Path) -> None:
@@ -103,6 +134,11 @@ def gallery_page(presets: Sequence[tuple[str, str]], folder: Path) -> str:
         for name, about in presets
     ]
     for number, (name, _) in enumerate(presets):
+        if (folder / f"{name}_beside.png").exists():
+            rows[number] += (
+                f"\nAt {BESIDE[name]}, {BESIDE_SPP} samples, not denoised; as shipped, and at"
+                f" {REFERENCE_PX} px:\n\n![{name} beside its reference]({name}_beside.png)\n"
+            )
         if (folder / f"{name}_sheet.png").exists():
             film = (
                 f"lodbench render {name} -o film/{name}.####.exr --frames {FILMS[name]} --preview"
@@ -123,18 +159,25 @@ def gallery_page(presets: Sequence[tuple[str, str]], folder: Path) -> str:
 @click.option("-o", "folder", default="results/gallery", metavar="DIR", show_default=True)
 @click.option("--size", default="640x360", metavar="WxH", show_default=True)
 @click.option("--spp", default=16, show_default=True)
+@click.option("--references", is_flag=True, help="Show some beside references: 10 GB, minutes.")
 @click.option("--overwrite", is_flag=True, help="Replace files that lodbench did not make.")
-def command(names: tuple[str, ...], folder: str, size: str, spp: int, overwrite: bool) -> None:
+def command(
+    names: tuple[str, ...], folder: str, size: str, spp: int, references: bool, overwrite: bool
+) -> None:
     """Render the presets of these NAMES, or all, and write the page of all that have pictures."""
     target = make_folder(folder)
     wanted = [name for name, _ in preset_names() if name in names or not names]
     pictures = [f"{name}{kind}.png" for name in wanted for kind in ("", "_level")]
+    beside = [name for name in wanted if references and name in BESIDE]
+    pictures += [f"{name}_beside.png" for name in beside]
     check_ours([target / each for each in (*pictures, "README.md")], overwrite)
     with tempfile.TemporaryDirectory() as scratch:
         for name in wanted:
             save_pictures(render_preset(name, size, spp, Path(scratch)), name, target)
             if name in SHEETS:
                 render_sheet(name, SHEETS[name], Path(scratch), target / f"{name}_sheet.png")
+            if name in beside:
+                render_beside(name, Path(scratch), target / f"{name}_beside.png")
             if name == "fly_in":
                 render_figure_4(Path(scratch), target / FIGURE_4_FILE)
     done = [each for each in preset_names() if (target / f"{each[0]}_level.png").exists()]

@@ -34,3 +34,17 @@ def test_a_page_of_what_was_rendered(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", gallery.FRAMES)
 def test_frames_are_of_presets_that_exist(name):
     assert name in dict(gallery.preset_names())
+
+
+@pytest.mark.slow
+def test_a_reference_is_shown_where_it_was_asked_for(tmp_path, monkeypatch):
+    """It is the middle of both pictures, in the exposure of the one as shipped."""
+    monkeypatch.setattr(gallery, "BESIDE", {"crowd": "24x16"})
+    monkeypatch.setattr(gallery, "SHOWN_PX", 8)
+    monkeypatch.setattr(gallery, "BESIDE_SPP", 1)
+    target = tmp_path / "crowd_beside.png"
+    gallery.render_beside("crowd", tmp_path, target)
+    with Image.open(target) as sheet:
+        assert 16 < sheet.width < 2 * 24 and sheet.height > 16
+    page = gallery.gallery_page([("crowd", "many"), ("zoo", "few")], tmp_path)
+    assert page.count("_beside.png") == 1 and "At 24x16, 1 samples" in page
