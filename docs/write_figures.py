@@ -3,10 +3,11 @@
 A block begins with ``<!-- figures: NAME -->``, or with a name and words that its function takes
 (``<!-- figures: claims_of figure blake/person/* -->``), and ends with ``<!-- end of figures -->``.
 What stands between is written from records: those of studies, soaks and the fuzzer, and the
-claims of the reference run. `make docs` fills all pages, and a test compares. A block says so
-where its record is not there yet.
+claims and tables of the reference run. `make docs` fills all pages, and a test compares. A block
+says so where its record is not there yet.
 """
 
+import errno
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -14,6 +15,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from bench.experiments.registry import EXPERIMENTS
+from bench.records.records import read_record
 from bench.records.study_record import StudyRecord, read_study_record
 from bench.report.reference_tables import (
     JudgedClaim,
@@ -44,6 +47,7 @@ PAGES = (
     "results/law.md",
     "results/motion.md",
     "results/pictures.md",
+    "results/rivals.md",
 )
 _BLOCK = re.compile(r"(<!-- figures: ([^>]+) -->\n).*?(<!-- end of figures -->)", re.S)
 
@@ -61,6 +65,18 @@ def claims() -> str:
 def claims_of(experiment: str, *patterns: str) -> str:
     """Write claims of an experiment of the reference run: what it measured, or those named."""
     return experiment_table(_reference(), experiment, *patterns)
+
+
+def table_of(experiment: str, number: str = "0") -> str:
+    """Write a table of an experiment's record: 0 is its summary, those after it its other ones."""
+    paths = sorted(REFERENCE.glob(f"{experiment}-*.json"))
+    if not paths:
+        raise FileNotFoundError(errno.ENOENT, "no record", str(REFERENCE / f"{experiment}-….json"))
+    record, shown = read_record(paths[0]), EXPERIMENTS[experiment]
+    others = shown.tables(record) if shown.tables else ()
+    titled = (("", shown.summary(record)), *others)
+    heads, rows = titled[int(number)][1]
+    return markdown_table(heads, rows)
 
 
 def changed() -> str:
@@ -195,6 +211,7 @@ def tried() -> str:
 BLOCKS: Mapping[str, Callable[..., str]] = {
     "claims": claims,
     "claims_of": claims_of,
+    "table_of": table_of,
     "changed": changed,
     "start": start,
     "framing": framing,
