@@ -152,7 +152,7 @@ def grass() -> str:
         frames.append((name, *spreads, *shapes))
     counts = []
     for each in figures["counts"]:
-        cost: tuple[str, ...] = "foretold not to fit", "-", "-", "-"
+        cost: tuple[str, ...] = "does not fit", "-", "-", "-"
         if "refused" not in each:
             posed = "-" if each["pose_s"] is None else f"{each['pose_s']:.2f}"
             held = f"{each['peak_bytes'] / 1e9:.2f}"

@@ -45,10 +45,10 @@ FOOT_VIEW = (
 """Flags that show joe's feet from near, and without the detail exaggerated."""
 
 
-def render_preset(name: str, size: str, spp: int, folder: Path) -> Path:
-    """Render one frame of a preset as EXR, and give its path."""
+def render_preset(name: str, size: str, spp: int, folder: Path, *more: str) -> Path:
+    """Render one frame of a preset as EXR, with ``more`` flags, and give its path."""
     frame = FRAMES.get(name, 1)
-    flags = f"--frames {frame} --size {size} --spp {spp} --denoise --overwrite".split()
+    flags = [*f"--frames {frame} --size {size} --spp {spp} --overwrite".split(), *more]
     target = folder / name / f"{name}.####.exr"
     subprocess.run(
         [sys.executable, "-m", "bench.cli.main", "render", name, "-o", str(target), *flags],
@@ -65,11 +65,8 @@ def render_beside(name: str, folder: Path, target: Path) -> None:
 
     exposure, panels = None, []
     for label, detail in (("shipped", []), ("reference", ["--detail", str(REFERENCE_PX)])):
-        out, frame = folder / f"{name}_{label}.####.exr", FRAMES.get(name, 1)
-        words = ["render", name, "-o", str(out), "--size", BESIDE[name], *detail]
-        words += ["--frames", str(frame), "--spp", str(BESIDE_SPP), "--overwrite"]
-        subprocess.run([sys.executable, "-m", "bench.cli.main", *words], check=True)
-        light = read_exr(out.with_name(f"{name}_{label}.{frame:04d}.exr"))[0].rgb
+        frame = render_preset(name, BESIDE[name], BESIDE_SPP, folder / label, *detail)
+        light = read_exr(frame)[0].rgb
         exposure = exposure or DEFAULT_STYLE.exposure_of(light)
         first = max(light.shape[1] - SHOWN_PX, 0) // 2
         shown = light[:, first : first + SHOWN_PX]
@@ -173,7 +170,8 @@ def command(
     check_ours([target / each for each in (*pictures, "README.md")], overwrite)
     with tempfile.TemporaryDirectory() as scratch:
         for name in wanted:
-            save_pictures(render_preset(name, size, spp, Path(scratch)), name, target)
+            frame = render_preset(name, size, spp, Path(scratch), "--denoise")
+            save_pictures(frame, name, target)
             if name in SHEETS:
                 render_sheet(name, SHEETS[name], Path(scratch), target / f"{name}_sheet.png")
             if name in beside:

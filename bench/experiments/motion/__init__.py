@@ -10,7 +10,7 @@ EXPERIMENT = Experiment(
     question=("How much does velocity gain over size and distance?"),
     full={"fields": 12, "samples_per_pixel": 576, "pictured": 5},
     quick={"fields": 4, "samples_per_pixel": 32, "pictured": 1},
-    expected_seconds={"full": 270.0, "quick": 100.0},
+    expected_seconds={"full": 270.0, "quick": 180.0},
     **functions_of(__name__),
     rendered=True,
     caveats=(

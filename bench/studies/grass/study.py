@@ -74,7 +74,7 @@ def report(figures: dict[str, Any], settings: dict[str, Any]) -> str:
         ("tufts/m²", "metric", "parts", "prune [s]", "pose [s]", "count's peak [MB]")
     ]
     for each in figures["counts"]:
-        cost = ("-", "-", "-", "foretold not to fit")
+        cost = ("-", "-", "-", "does not fit")
         if "refused" not in each:
             pose = "-" if each["pose_s"] is None else each["pose_s"]
             cost = each["parts"], each["prune_s"], pose, each["peak_bytes"] / 1e6

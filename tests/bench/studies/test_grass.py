@@ -2,6 +2,8 @@
 
 import importlib.util
 import json
+import signal
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -79,6 +81,12 @@ def test_what_does_not_fit_is_not_tried(monkeypatch: pytest.MonkeyPatch) -> None
     assert found["parts"] > 1000 and found["pose_s"] is None
 
 
+def test_a_count_that_is_killed_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    killed = subprocess.CompletedProcess([], -signal.SIGKILL, "")
+    monkeypatch.setattr(subprocess, "run", lambda *words, **more: killed)
+    assert "killed" in measure_apart({})["refused"]
+
+
 def test_luminance_is_compared_ray_by_ray_and_empty_bands_have_none() -> None:
     """Two fields of two bands: half as many rays, each 10 % brighter; nothing in the second."""
     fine = np.array([[[20.0, 5.0], [10.0, 5.0]], [[60.0, 5.0], [20.0, 5.0]]])
@@ -122,7 +130,7 @@ def test_the_page_has_tables_of_the_record(tmp_path: Path, monkeypatch: pytest.M
     rows = [line for line in text.splitlines() if line.startswith("| ")]
     assert any("2.50 (2.50 to 2.50)" in row and "3.00" in row for row in rows), "ratios"
     assert any("24,000,000" in row and "| - |" in row for row in rows)
-    assert "| 125 | blake | foretold not to fit | - | - | - |" in rows
+    assert "| 125 | blake | does not fit | - | - | - |" in rows
     assert any("1.250 (1.200 to 1.300)" in row and "0.75" in row for row in rows)
 
 
