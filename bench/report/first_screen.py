@@ -10,6 +10,7 @@ CHOSEN = (
     ("world", "full/over_pruned"),
     ("fidelity", "blake/eye_level/error_everything"),
     ("fidelity", "blake/aerial/error_everything"),
+    ("fidelity_shipped", "meadow/everything/error"),
     ("cost", "prune_share"),
     ("rivals", "crowd/100000/time"),
     ("rivals", "forest/10000/time"),
