@@ -28,7 +28,8 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     from scenes.render.mitsuba.variants import choose
     from scenes.render.sequence.detail_budget import within_budget
 
-    flags = render.make_context("lodbench render", list(words)).params
+    names = click.get_current_context().help_option_names  # a command keeps those it first gets
+    flags = render.make_context("lodbench render", list(words), help_option_names=names).params
     for name in _NOT_FOR_ONE:
         if flags.pop(name):
             raise InputError(f"--{name}", "given", "not for single frames", "leave it out")

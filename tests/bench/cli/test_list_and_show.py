@@ -53,6 +53,15 @@ def test_help_has_a_short_flag(words: tuple[str, ...], capsys: pytest.CaptureFix
     assert capsys.readouterr().out.startswith("Usage: lodbench")
 
 
+def test_help_keeps_its_short_flag_after_frames(capsys: pytest.CaptureFixture[str]) -> None:
+    """`frames` parses the words of `render` itself; a command keeps the names it first gets."""
+    from bench.cli.commands.render import command as render
+
+    render._help_option = None
+    run("frames", "--print-commands", "meadow", "-o", "a.####.exr", "--variant", "scalar_rgb")
+    assert run("render", "-h") == 0
+
+
 def test_cache_shows_and_clears_what_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
