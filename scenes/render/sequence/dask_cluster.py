@@ -202,7 +202,7 @@ async def _what_is_wrong_at(address: str) -> str:
     except TimeoutError:
         return f"what listens there says nothing for {_ANSWER_S} s"
     except OSError:
-        return "nothing answers there"
+        return "nothing answers there, or closes the connection at once"
     except (ValueError, TypeError) as error:
         known = ("address" in str(error), "TLS" in str(error))
         return str(error) if any(known) else _NOT_DASK
