@@ -7,7 +7,7 @@ a frame displays is moved to where it is a frame later, and rendered from where 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -21,7 +21,7 @@ from lod.pruning.view import View
 from lod.pruning.view_geometry import in_view
 from scenes.field.species_field import SpeciesField
 from scenes.frame.assemble import frame_quality
-from scenes.frame.displayed import DisplayedRepresentation, display
+from scenes.frame.displayed import DisplayedRepresentation, Posing, display
 from scenes.frame.schedule import with_schedule
 from scenes.preset.tables import Preset
 from scenes.world.light import sun_and_sky
@@ -61,11 +61,20 @@ class Frame:
 
     def walked(self, name: str, time_s: float) -> Points:
         """Return how far the objects of displayed parts walk until a time, (n, 3) [m]."""
-        posing = next(each.posing for each in self.shown if each.name == name)
-        assert posing is not None
+        posing = self._posing(name)
         now, then = posing.parts, posing.parts_at(time_s)
         gone: Points = then.state.instances.origin - now.state.instances.origin
         return gone[now.object]
+
+    def all_round(self, name: str) -> Seen:
+        """Return the parts that would be displayed if every direction were in view."""
+        cut = prune(self._posing(name).representation, replace(self.view, look_around=True))
+        return seen_of(cut, np.ones(cut.displayed_parts))
+
+    def _posing(self, name: str) -> Posing:
+        found = next(each.posing for each in self.shown if each.name == name)
+        assert found is not None
+        return found
 
 
 def frames_of(world: World, presets: Sequence[Preset], frames: Sequence[int]) -> Iterator[Frame]:
@@ -103,16 +112,26 @@ def popped(before: Frame, after: Frame) -> int:
 def _only_in(frame: Frame, next_to: Frame, name: str) -> int:
     """Return the parts of one frame that are not displayed in the other, though in view of both."""
     here, there, view, other = frame.seen[name], next_to.seen[name], frame.view, next_to.view
-    both = np.concatenate((there.key, here.key))
-    _, first = np.unique(both, axis=0, return_index=True)
-    alone = first[first >= len(there.key)] - len(there.key)
+    alone = _missing(here.key, there.key)
     alone = alone[here.size[alone] > AT_FULL_SIZE]
     if not len(alone):
         return 0
     centre, bound = here.centre[alone], here.bound[alone]
     by_then = centre + frame.walked(name, other.time_s)[alone] + shift(view.camera, other.camera)
     seen = in_view(view, centre, bound) & in_view(other, by_then, bound)
-    return int(np.count_nonzero(seen))
+    if not seen.any():
+        return 0
+    # Limbs swing as their object walks: what has swung out of view is where it is posed by then.
+    around = next_to.all_round(name)
+    outside = ~in_view(other, around.centre, around.bound)
+    return len(_missing(here.key[alone[seen]], around.key[outside]))
+
+
+def _missing(keys: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """Return the rows of distinct keys (n, 4) that are not among others (m, 4)."""
+    _, first = np.unique(np.concatenate((among, keys)), axis=0, return_index=True)
+    rows: np.ndarray = first[first >= len(among)] - len(among)
+    return rows
 
 
 def shift(old: Camera, new: Camera) -> Float64[np.ndarray, "3"]:

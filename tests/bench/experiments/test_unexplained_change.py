@@ -1,13 +1,13 @@
 """Popping is seen where it is, and only there; with fading a walk has none."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.silhouettes import LUMINANCE, silhouettes
-from bench.experiments.popping.unexplained_change import Frame, Seen, popped, walk
+from bench.experiments.popping.unexplained_change import Frame, Seen, frames_of, popped, walk
 from bench.studies.films.clips import MOST_RATIO
 from bench.studies.films.forest_walk import walk_settings
 from lod.camera import Corner, camera_from_heading
@@ -76,12 +76,16 @@ def test_what_vanishes_is_seen_in_full():
 
 @dataclass(frozen=True, eq=False)
 class Going(Frame):
-    """A frame all of whose objects go the same way."""
+    """A frame all of whose objects go the same way; ``around`` is what out of view is displayed."""
 
     goes: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    around: Seen | None = None
 
     def walked(self, name, time_s):
         return np.tile(self.goes, (len(self.seen[name].key), 1))
+
+    def all_round(self, name):
+        return self.around or self.seen[name]
 
 
 def with_parts(numbers, sizes, ahead=10.0, goes=(0.0, 0.0, 0.0)) -> Frame:
@@ -106,6 +110,25 @@ def test_what_walks_out_of_view_has_not_popped():
     gone, all_there = with_parts([1], [1.0]), ([1, 2], [1.0, 1.0])
     assert popped(with_parts(*all_there, goes=(0.5, 0.0, 0.0)), gone) == 1
     assert popped(with_parts(*all_there, goes=(50.0, 0.0, 0.0)), gone) == 0
+
+
+def test_what_swings_out_of_view_has_not_popped():
+    """A hand whose arm swings is not where the walk of its object alone would have it."""
+    both, one = with_parts([1, 2], [1.0, 1.0]), with_parts([1], [1.0])
+    swung = with_parts([1, 2], [1.0, 1.0]).seen["thing"]
+    assert popped(both, replace(one, around=swung)) == 1, "in view, and not displayed"
+    aside = replace(swung, centre=swung.centre + np.array(((0, 0, 0), (50, 0, 0))))
+    assert popped(both, replace(one, around=aside)) == 0
+
+
+def test_hands_of_people_swing_out_of_the_picture_in_the_wood():
+    """Two frames of `popping_shipped`: hands at the edge leave with the swing of their arms."""
+    words = ("render.size=320x180", "seed=4100", "light.sun_elevation=20", "camera.speed=1.4")
+    trees = ("broadleaf", "birch", "conifer", "dead_tree", "shrub", "sward")
+    bare = [f"species.{name}.density=0" for name in trees]
+    preset = load_preset("forest", (*words, *bare))
+    frames = [*frames_of(build_world(preset), (preset,), (11, 12))]
+    assert popped(*frames) == 0
 
 
 @pytest.mark.slow
