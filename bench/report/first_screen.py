@@ -14,13 +14,11 @@ CHOSEN = (
     ("cost", "prune_share"),
     ("rivals", "crowd/100000/time"),
     ("rivals", "forest/10000/time"),
-    ("popping", "walk/fading/switched"),
     ("colonnade", "blake/column/error_eye"),
     ("figure", "blake/person/exponent_visible"),
     ("figure", "blake/person/exponent"),
-    ("pixels", "blake/tree/pixels_1px"),
 )
-"""The experiments and measured claims that the first screen shows, twelve at most."""
+"""The experiments and measured claims that the first screen shows, ten at most."""
 
 MEASURED, LIMITS = "What was measured", "What this is not"
 """The headings of the first screen."""
