@@ -13,7 +13,7 @@ CHOSEN = (
     ("fidelity_shipped", "meadow/everything/error"),
     ("cost", "prune_share"),
     ("rivals", "crowd/100000/time"),
-    ("rivals", "forest/10000/time"),
+    ("rivals", "forest/10000/memory"),
     ("colonnade", "blake/column/error_eye"),
     ("figure", "blake/person/exponent_visible"),
     ("figure", "blake/person/exponent"),
