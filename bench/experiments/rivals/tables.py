@@ -1,7 +1,7 @@
 """Tables of the rivals experiment: who wins where, what pruning helps, and how faithful it is."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from bench.experiments.fidelity.equal_error import EQUAL_ERROR
 from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.rivals.equal_error import (
     STAGES,
+    AtEqualError,
     at_equal_error,
     at_equal_time,
     beside_best_rival,
@@ -31,17 +32,19 @@ _NOT_HERE = "not measured here"
 
 
 def summary(record: Record) -> Table:
-    """Return a table: at equal error, each arm's seconds and megabytes in every world.
+    """Return a table: in every world what the metric and everything take, and who wins.
 
-    The best rivals' rows say what the metric takes beside them: above 1 the rival wins.
+    The metric's time and memory are divided by those of the rival that needs least of them at
+    equal error: above 1 that rival wins.
     """
-    heads = "world", "arm", "seconds at equal error", "MB", "best rival: blake ÷ it (95 %)"
-    return heads, [row for name, points in _worlds(record) for row in _summary_rows(name, points)]
+    heads = "world", "blake [s; MB]", "everything [s; MB]", *(f"{w}, blake ÷" for w in _COMPARED)
+    return heads, [_winners_row(name, points) for name, points in _worlds(record)]
 
 
 def tables(record: Record) -> tuple[tuple[str, Table], ...]:
-    """Return titled tables: equal time, stages, faithfulness, the walk, and Cycles."""
+    """Return titled tables: each arm, equal time, stages, faithfulness, the walk, and Cycles."""
     return (
+        ("Each arm at equal error", _arms_table(record)),
         ("Error in the time that blake takes at equal error", _time_table(record)),
         ("What pruning helps, and what it does not", _stage_table(record)),
         ("Tone, cover and noise at the last setting within equal error", _tone_table(record)),
@@ -55,19 +58,33 @@ def _worlds(record: Record) -> list[tuple[str, list[Point]]]:
     return [(f"{kind}, {n:g}", row) for (kind, n), row in grouped(here, "kind", "objects").items()]
 
 
-def _summary_rows(world: str, points: Sequence[Point]) -> Iterator[tuple[str, ...]]:
+def _winners_row(world: str, points: Sequence[Point]) -> tuple[str, ...]:
+    """Tell what the metric and everything take, and by whom the metric is beaten or not."""
     found = at_equal_error(points)
-    best = {word: beside_best_rival(found, quantity) for word, quantity in _COMPARED.items()}
-    for (arm,), row in grouped(points, "arm").items():
-        fields = found.get(arm, [])
-        won = [f"{w} {_told(each[1])}" for w, each in best.items() if each and each[0] == arm]
-        if not fields:
-            yield world, arm, *_without_errors(row), ""
-            continue
-        reached = all(each.reached for each in fields)
-        seconds = f"{np.mean([e.seconds for e in fields]):.2f}" if reached else "never reached"
-        held = f"{np.mean([each.megabytes for each in fields]):.0f}"
-        yield world, arm, seconds, held, "; ".join(won)
+    costs = ("; ".join(_cost(found, points, arm)) for arm in ("blake", "full"))
+    best = (beside_best_rival(found, quantity) for quantity in _COMPARED.values())
+    return world, *costs, *(f"{b[0]}: {_told(b[1])}" if b else "not compared" for b in best)
+
+
+def _arms_table(record: Record) -> Table:
+    rows = []
+    for world, points in _worlds(record):
+        found = at_equal_error(points)
+        arms = [arm for (arm,) in grouped(points, "arm")]
+        rows += [(world, arm, *_cost(found, points, arm)) for arm in arms]
+    return ("world", "arm", "seconds at equal error", "MB"), rows
+
+
+def _cost(
+    found: dict[str, list[AtEqualError]], points: Sequence[Point], arm: str
+) -> tuple[str, str]:
+    """Tell an arm's seconds and megabytes at equal error, or why there are none."""
+    fields = found.get(arm, [])
+    if not fields:
+        return _without_errors(where(points, arm=arm))
+    reached = all(each.reached for each in fields)
+    seconds = f"{np.mean([e.seconds for e in fields]):.2f}" if reached else "never reached"
+    return seconds, f"{np.mean([each.megabytes for each in fields]):.0f}"
 
 
 def _told(ratios: np.ndarray) -> str:

@@ -139,7 +139,8 @@ def test_an_arm_that_is_foretold_not_to_fit_is_entered_with_what_it_needs(monkey
     needed = {p.case["arm"]: p.column("foretold_bytes")[0] for p in points if len(p.samples) == 1}
     assert set(needed) == {"full", "distance"} and min(needed.values()) > 1e6
     assert judge(tuple(points)) == () and at_equal_error(points) == {}
-    told = {row[1]: row[2] for row in summary(replace(record, points=tuple(points)))[1]}
+    (_, (_, rows)), *_ = tables(replace(record, points=tuple(points)))
+    told = {row[1]: row[2] for row in rows}
     assert told["full"] == told["distance"] == "does not fit"
     assert told["blake"].startswith("no whole picture; ") and told["blake"].endswith(" at 8")
 
@@ -226,5 +227,6 @@ def test_every_arm_stands_in_the_report(planted, record):
     for heads, told in (point_table(made), summary(made), *(t for _, t in tables(made))):
         assert {len(row) for row in told} <= {len(heads)}
     assert len(point_table(made)[1]) == len(planted)
-    assert {row[1] for row in summary(made)[1]} == {"blake", "full", "nearest", "copy", "cheat"}
+    (_, (_, rows)), *_ = tables(made)
+    assert {row[1] for row in rows} == {"blake", "full", "nearest", "copy", "cheat"}
     assert len(plots(made)) == 2
