@@ -67,7 +67,7 @@ def _winners_row(world: str, points: Sequence[Point]) -> tuple[str, ...]:
 
 
 def _arms_table(record: Record) -> Table:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for world, points in _worlds(record):
         found = at_equal_error(points)
         arms = [arm for (arm,) in grouped(points, "arm")]
