@@ -42,7 +42,8 @@ EXPERIMENT = Experiment(
     quick={
         "worlds": [
             *_worlds(("crowd", "meadow"), (1e3,), 2),
-            *_worlds(("swaying", "forest", "swaying forest"), (300.0,), 2),
+            *_worlds(("swaying",), (300.0,), 2),
+            *_worlds(("forest", "swaying forest"), (300.0,), 2, _RIVALS),
         ],
         "walk": ["crowd", 300.0, "160x90", 8],
         "cycles": [["crowd", 1e3], ["meadow", 1e3]],
