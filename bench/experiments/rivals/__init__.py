@@ -53,7 +53,7 @@ EXPERIMENT = Experiment(
         "repeats": 2,
         "weighed": 1,
     },
-    expected_seconds={"full": 18_000.0, "quick": 700.0},
+    expected_seconds={"full": 18_000.0, "quick": 600.0},
     **functions_of(
         __name__,
         "summary",
