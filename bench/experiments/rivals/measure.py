@@ -50,8 +50,9 @@ MOST_BYTES = 18_000_000_000
 """What an arm may need at most, on a machine that has as much."""
 
 _KEPT_STICK = 200
-"""Bytes that a stick takes here beside what is foretold for ``render``, which frees what it
-displays before it builds (whole woods and crowds of 6 to 31 M sticks: 140 to 195)."""
+"""Bytes that a stick takes here beside what is foretold for ``render``: in whole woods and crowds
+of 6 to 31 M sticks 140 to 195 (``lodbench run rivals``). Some of it ``render`` frees before it
+builds, and some its model leaves out."""
 
 _LONGEST_S = 900
 _ROOT = Path(__file__).resolve().parents[3]

@@ -19,7 +19,7 @@ from bench.experiments.rivals.equal_error import (
     best_rival,
     judged_error,
 )
-from bench.experiments.rivals.measure import _foretold, _peak_bytes, measure
+from bench.experiments.rivals.measure import MOST_BYTES, _foretold, _peak_bytes, measure
 from bench.experiments.rivals.plots import plots, point_table
 from bench.experiments.rivals.tables import summary, tables
 from bench.experiments.rivals.windows import Window
@@ -155,6 +155,15 @@ def test_culling_is_foretold_to_need_no_more_than_everything():
         for name, setting in (("full", 0.0), ("distance", 800.0), ("distance", 50.0))
     )
     assert full == far > near > 0.3 * full
+
+
+@pytest.mark.slow
+def test_a_meadow_that_took_all_the_memory_there_was_is_foretold_not_to_fit():
+    """While arms were compared in it the system killed the process, which held 24 GB by then."""
+    window = Window("meadow", 1e5, 0, Picture("320x180", 16), 1, 1, "llvm_ad_rgb")
+    preset = window.preset(0)
+    needed = _foretold(arms()["full"], 0.0, build_world(preset), preset, "llvm_ad_rgb")
+    assert needed > MOST_BYTES
 
 
 CHEAT = Arm(
