@@ -11,11 +11,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lod.law.flat_ground import count_variance, disc_areas, expected_count, limits_seen
-from lod.law.ground_quadrature import ground_quadrature
-from lod.law.uneven_ground import CountMoments, count_moments
-from lod.pruning.pruner import Cut, prune
-from lod.pruning.view import View
+from lod.law import (
+    CountMoments,
+    count_moments,
+    count_variance,
+    disc_areas,
+    expected_count,
+    ground_quadrature,
+    limits_seen,
+)
+from lod.pruner import Cut, prune
+from lod.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.world.world import World
 

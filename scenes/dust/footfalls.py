@@ -16,7 +16,7 @@ from numba import njit
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
 from scenes.gait.patrol import PatrolOrbit
-from scenes.noise.philox import philox, unit_float
+from scenes.noise import philox, unit_float
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
 

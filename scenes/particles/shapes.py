@@ -5,8 +5,8 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
-from lod.pruning.shapes import Sticks, Triangles
-from scenes.noise.philox import philox, unit_float
+from lod.shapes import Sticks, Triangles
+from scenes.noise import philox, unit_float
 
 _CORNERS = np.array(((1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), float)
 _FACES = np.array(

@@ -7,12 +7,17 @@ import numpy as np
 from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from lod.arrays import Reals
-from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
-from lod.law.ground_quadrature import ground_quadrature
-from lod.law.uneven_ground import count_moments
-from lod.metric.family import Metric
-from lod.metric.hierarchy import Hierarchy
-from lod.vision.viewer import ViewingConditions
+from lod.hierarchy import Hierarchy
+from lod.law import (
+    chained_limits,
+    count_moments,
+    count_variance,
+    disc_areas,
+    expected_count,
+    ground_quadrature,
+)
+from lod.metric import Metric
+from lod.viewing import ViewingConditions
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.prototype import Prototype
 
