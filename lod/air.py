@@ -22,7 +22,6 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from lod import air as layer
 from lod.arrays import Reals, frozen
 from lod.errors import InputError
 
@@ -163,7 +162,7 @@ class Mist:
             raise InputError("mist.scale", self.scale_m, "finite and above 0 m", "try 50m")
 
 
-def mist_extinction(mist: Mist, wavelengths_nm: Bands) -> Bands:
+def mist_base_extinction(mist: Mist, wavelengths_nm: Bands) -> Bands:
     """Compute β of the mist at its base [1/m].
 
     Mist is droplets alone, which follow Ångström's law for its own visibility.
@@ -260,11 +259,11 @@ def haze_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
     return hazy_extinction(air.visibility_m, wavelengths_nm)
 
 
-def mist_extinction_air(air: Air, wavelengths_nm: Bands) -> Bands:
+def mist_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
     """Compute β of the mist at and below its base, at each wavelength [1/m]; 0 without mist."""
     if air.mist is None:
         return np.zeros_like(wavelengths_nm)
-    return layer.mist_extinction(air.mist, wavelengths_nm)
+    return mist_base_extinction(air.mist, wavelengths_nm)
 
 
 def rgb_extinction(air: Air) -> Bands:
@@ -274,12 +273,8 @@ def rgb_extinction(air: Air) -> Bands:
 
 def extinction(air: Air, height_m: Reals, wavelengths_nm: Bands) -> PathBands:
     """Compute β of both layers at each height above the datum, (n, bands) [1/m]."""
-    share = (
-        np.ones_like(height_m)
-        if air.mist is None
-        else layer.relative_extinction(air.mist, height_m)
-    )
-    return haze_extinction(air, wavelengths_nm) + share[:, None] * mist_extinction_air(
+    share = np.ones_like(height_m) if air.mist is None else relative_extinction(air.mist, height_m)
+    return haze_extinction(air, wavelengths_nm) + share[:, None] * mist_extinction(
         air, wavelengths_nm
     )
 
@@ -294,8 +289,8 @@ def optical_depth(
     """
     share = np.ones_like(length_m)
     if air.mist is not None:
-        share = layer.mean_relative_extinction(air.mist, start_m, end_m)
-    beta = haze_extinction(air, wavelengths_nm) + share[:, None] * mist_extinction_air(
+        share = mean_relative_extinction(air.mist, start_m, end_m)
+    beta = haze_extinction(air, wavelengths_nm) + share[:, None] * mist_extinction(
         air, wavelengths_nm
     )
     return length_m[:, None] * beta

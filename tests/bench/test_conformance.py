@@ -27,7 +27,7 @@ from scenes.plugins.representation import plugin_by_name
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose, trusting
 
-PLACE = Path(__file__).parents[2] / "plugin"
+PLACE = Path(__file__).parents[1] / "plugin"
 ROOT = PLACE.parents[1]
 SMALL = ("--size", "64x36", "-D", 'species={one={model="rabbit", density=0.3}}')
 HALFWAY = ("--metric", "halfway")

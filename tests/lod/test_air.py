@@ -30,7 +30,7 @@ from lod.air import (
     haze_extinction,
     least_extinction,
     mean_relative_extinction,
-    mist_extinction,
+    mist_base_extinction,
     optical_depth,
     rayleigh_extinction,
     rgb_extinction,
@@ -154,7 +154,7 @@ def test_least_extinction_is_that_of_red_and_of_the_top():
     assert least_extinction(air, 100.0, GREEN) == pytest.approx(
         math.log(50) / 20e3 + math.log(50) / 100 * math.exp(-2)
     )
-    assert mist_extinction(air.mist, GREEN)[0] == pytest.approx(math.log(50) / 100)
+    assert mist_base_extinction(air.mist, GREEN)[0] == pytest.approx(math.log(50) / 100)
 
 
 @pytest.mark.parametrize("V", [0.0, -1.0, 0.5, math.inf, math.nan, 4e5])

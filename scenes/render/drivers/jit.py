@@ -8,8 +8,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from lod.air import Mist, haze_extinction
-from lod.air import mist_extinction_air as mist_extinction
+from lod.air import Mist, haze_extinction, mist_extinction
 from scenes.frame.quality import Quality, SampleWatch, sampler_seed
 from scenes.render.drivers.accumulate import Samples
 from scenes.render.drivers.camera_rays import in_window, pixel_sums, sample_rays

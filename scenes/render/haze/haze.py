@@ -26,8 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from lod.air import Air, PathBands, base_equivalent_length, optical_depth
-from lod.air import mist_extinction_air as mist_extinction
+from lod.air import Air, PathBands, base_equivalent_length, mist_extinction, optical_depth
 from lod.arrays import Reals
 from scenes.render.description.direction_table import (
     azimuth,

@@ -11,7 +11,7 @@ from lod.air import (
     rgb_extinction,
     rgb_wavelengths,
 )
-from lod.air import mist_extinction_air as mist_extinction
+from lod.air import mist_extinction
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.render.haze.horizon_airlight import horizon
