@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lod import law as ground_quadrature
 from lod.law import (
     CountMoments,
     count_moments,
     count_variance,
     disc_areas,
     expected_count,
-    ground_quadrature,
     limits_seen,
 )
 from lod.pruner import Cut, prune

@@ -15,8 +15,9 @@ from numba import njit
 
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
+from scenes import noise as philox
 from scenes.gait.patrol import PatrolOrbit
-from scenes.noise import philox, unit_float
+from scenes.noise import unit_float
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
 

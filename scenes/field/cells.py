@@ -18,7 +18,8 @@ from lod.arrays import Reals, expand, freeze
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.view import View, compile_view, search_radius, sphere_in_frustum
-from scenes.noise import hash_name, philox, unit_float
+from scenes import noise as philox
+from scenes.noise import hash_name, unit_float
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key
 

@@ -6,7 +6,8 @@ from numba import njit
 
 from lod.arrays import Ints, Points, Reals
 from lod.shapes import Sticks, Triangles
-from scenes.noise import philox, unit_float
+from scenes import noise as philox
+from scenes.noise import unit_float
 
 _CORNERS = np.array(((1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), float)
 _FACES = np.array(

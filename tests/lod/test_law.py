@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lod.metric
+from lod import law as ground_quadrature
 from lod.camera import Corner, camera_from_heading
 from lod.eye import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
@@ -18,7 +19,6 @@ from lod.law import (
     count_variance,
     disc_areas,
     expected_count,
-    ground_quadrature,
 )
 from lod.metric import METRICS, limit_distances
 from lod.view import View

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.random import Philox
 
-from scenes.noise import hash_name, philox, unit_float
+from scenes import noise as philox
+from scenes.noise import hash_name, unit_float
 
 WORDS = st.integers(0, 2**64 - 1)
 

@@ -6,16 +6,10 @@ import numpy as np
 
 from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
+from lod import law as ground_quadrature
 from lod.arrays import Reals
 from lod.hierarchy import Hierarchy
-from lod.law import (
-    chained_limits,
-    count_moments,
-    count_variance,
-    disc_areas,
-    expected_count,
-    ground_quadrature,
-)
+from lod.law import chained_limits, count_moments, count_variance, disc_areas, expected_count
 from lod.metric import Metric
 from lod.viewing import ViewingConditions
 from scenes.plugins.entry_points import metric_by_name

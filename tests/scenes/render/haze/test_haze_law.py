@@ -7,11 +7,11 @@ from lod.air import (
     Air,
     Mist,
     base_equivalent_length,
+    mist_extinction,
     optical_depth,
     rgb_extinction,
     rgb_wavelengths,
 )
-from lod.air import mist_extinction
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.render.haze.horizon_airlight import horizon
