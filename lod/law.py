@@ -227,7 +227,7 @@ def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float
     )
 
 
-def ground_quadrature(
+def ground_nodes(
     hierarchies: tuple[Hierarchy, ...], view: View, nodes: int, farthest_m: float = math.inf
 ) -> GroundQuadrature:
     """Lay about so many nodes over the discs in which objects of these kinds may be displayed.

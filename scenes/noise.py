@@ -50,7 +50,7 @@ def _high_product(_typing, a, b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def philox(c0, c1, c2, c3, k0, k1):  # type: ignore[no-untyped-def]
+def philox4x64(c0, c1, c2, c3, k0, k1):  # type: ignore[no-untyped-def]
     """One block of four 64-bit words from a 256-bit counter and a 128-bit key, all uint64."""
     for _ in range(10):
         high0, low0 = _high_product(_M0, c0), _M0 * c0

@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lod import law as ground_quadrature
 from lod.law import (
     CountMoments,
     count_moments,
     count_variance,
     disc_areas,
     expected_count,
+    ground_nodes,
     limits_seen,
 )
 from lod.pruner import Cut, prune
@@ -158,7 +158,7 @@ def predict(each: SpeciesField, view: View) -> CountMoments | None:
     if view.look_around and low == high and each.extent is None and not each.species.habitat:
         return _flat(each, view, high)
     farthest = math.inf if each.extent is None else _farthest_corner(each, view)
-    net = ground_quadrature(trees, view, _NODES, farthest)
+    net = ground_nodes(trees, view, _NODES, farthest)
     if each.extent is not None:
         net = type(net)(net.xy, np.where(_in_window(each, view, net.xy), net.area, 0.0), net.turn)
     if each.species.habitat is not None:

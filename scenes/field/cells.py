@@ -18,8 +18,7 @@ from lod.arrays import Reals, expand, freeze
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.view import View, compile_view, search_radius, sphere_in_frustum
-from scenes import noise as philox
-from scenes.noise import hash_name, unit_float
+from scenes.noise import hash_name, philox4x64, unit_float
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key
 
@@ -272,7 +271,7 @@ def _counts(cell_x, cell_y, key, cumulative):  # type: ignore[no-untyped-def]
     zero = np.uint64(0)
     for i in range(len(cell_x)):
         x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
-        word, _, _, _ = philox(x, y, zero, zero, key.seed, key.species)
+        word, _, _, _ = philox4x64(x, y, zero, zero, key.seed, key.species)
         u, number = unit_float(word), 0
         while number < len(cumulative) and cumulative[number] <= u:
             number += 1  # about two steps: cells are that small
@@ -288,7 +287,7 @@ def _uniforms(cell_x, cell_y, index, key):  # type: ignore[no-untyped-def]
         block = np.uint64(index[i] + 1)
         for half in range(2):
             x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
-            words = philox(x, y, block, np.uint64(half), key.seed, key.species)
+            words = philox4x64(x, y, block, np.uint64(half), key.seed, key.species)
             for k in range(4):
                 u[i, 4 * half + k] = unit_float(words[k])
     return u
@@ -310,7 +309,7 @@ def _candidates(cells, key, lattice, view, bounds, name, u):  # type: ignore[no-
         south = (cell_y[i] - lattice.cell_y) * side - lattice.rest_y
         for index in range(count[i]):
             block = np.uint64(index + 1)
-            words = philox(x, y, block, np.uint64(0), key.seed, key.species)
+            words = philox4x64(x, y, block, np.uint64(0), key.seed, key.species)
             u0, u1 = unit_float(words[0]), unit_float(words[1])
             if abs((cell_x[i] + u0) * side) > half_window:
                 continue
@@ -321,7 +320,7 @@ def _candidates(cells, key, lattice, view, bounds, name, u):  # type: ignore[no-
             if not _could_pass(view, bounds, kind, west + u0 * side, south + u1 * side):
                 continue
             name[0, kept], name[1, kept], name[2, kept] = cell_x[i], cell_y[i], index
-            rest = philox(x, y, block, one, key.seed, key.species)
+            rest = philox4x64(x, y, block, one, key.seed, key.species)
             for k in range(4):
                 u[kept, k], u[kept, 4 + k] = unit_float(words[k]), unit_float(rest[k])
             kept += 1

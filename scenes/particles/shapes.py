@@ -6,8 +6,7 @@ from numba import njit
 
 from lod.arrays import Ints, Points, Reals
 from lod.shapes import Sticks, Triangles
-from scenes import noise as philox
-from scenes.noise import unit_float
+from scenes.noise import philox4x64, unit_float
 
 _CORNERS = np.array(((1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), float)
 _FACES = np.array(
@@ -68,7 +67,7 @@ def random_units(birth, number, seed, word):  # type: ignore[no-untyped-def]
     key, zero = np.uint64(seed), np.uint64(0)
     for i in range(len(birth)):
         for half in range(2):
-            words = philox(
+            words = philox4x64(
                 np.uint64(birth[i]), np.uint64(number[i]), np.uint64(half), zero, key, word
             )
             for k in range(4):

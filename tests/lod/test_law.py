@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lod.metric
-from lod import law as ground_quadrature
 from lod.camera import Corner, camera_from_heading
 from lod.eye import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
@@ -19,6 +18,7 @@ from lod.law import (
     count_variance,
     disc_areas,
     expected_count,
+    ground_nodes,
 )
 from lod.metric import METRICS, limit_distances
 from lod.view import View
@@ -103,7 +103,7 @@ def test_the_net_gives_the_closed_form_on_flat_ground(name, air):
     camera = camera_from_heading(Corner(0, 0), np.array([4.0, 5.0, 1.7]), 0.0, 0.0, 60.0, (64, 36))
     sight = air and ViewingConditions(BlurWidths(camera.pixel_angle), air, acuity=False)
     view = View(camera, METRICS[name], look_around=True, conditions=sight)
-    net = ground_quadrature((tree,), view, 400 * 400)
+    net = ground_nodes((tree,), view, 400 * 400)
     found = count_moments((tree,), view, net, np.zeros(len(net.area)))
     areas = disc_areas(
         chained_limits(tree, METRICS[name], view.m, sight), 1.7 - tree.position[:, 2]
@@ -126,7 +126,7 @@ def test_a_view_holds_its_share_of_the_turn():
         Corner(0, 0), np.array([0.0, 0.0, 1e-3]), 30.0, 0.0, 60.0, (64, 6400)
     )
     view = View(camera, METRICS["blake"])
-    net = ground_quadrature((tree,), view, 200 * 600)
+    net = ground_nodes((tree,), view, 200 * 600)
     found = count_moments((tree,), view, net, np.zeros(len(net.area)))
     D = 1.0 / view.m
     assert found.objects == pytest.approx(math.pi * D**2 * (1 / 6 + 5 / 6 / 16), rel=5e-4)
@@ -158,7 +158,7 @@ def test_the_integral_tests_every_part_at_every_node_by_itself(look_around):
     )
     sight = ViewingConditions(BlurWidths(camera.pixel_angle), 0.02, acuity=False)
     view = View(camera, METRICS["blake"], look_around=look_around, conditions=sight)
-    net = ground_quadrature((tree,), view, 30 * 24)
+    net = ground_nodes((tree,), view, 30 * 24)
     height = np.sin(net.xy[:, 0])
     found = count_moments((tree,), view, net, height)
     nodes = np.column_stack((net.xy, height))

@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.random import Philox
 
-from scenes import noise as philox
-from scenes.noise import hash_name, unit_float
+from scenes.noise import hash_name, philox4x64, unit_float
 
 WORDS = st.integers(0, 2**64 - 1)
 
@@ -17,7 +16,7 @@ def test_blocks_are_those_of_numpys_philox(counter, key):
     number = (sum(word << (64 * k) for k, word in enumerate(counter)) - 1) % 2**256
     before = [(number >> (64 * k)) & (2**64 - 1) for k in range(4)]
     theirs = Philox(counter=np.array(before, np.uint64), key=np.array(key, np.uint64)).random_raw(4)
-    ours = philox(*(np.uint64(word) for word in (*counter, *key)))
+    ours = philox4x64(*(np.uint64(word) for word in (*counter, *key)))
     assert [int(word) for word in ours] == [int(word) for word in theirs]
 
 

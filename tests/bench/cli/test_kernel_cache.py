@@ -14,8 +14,8 @@ from scenes.processes import source_digest as sources
 
 ROOT = Path(__file__).parents[3]
 PHILOX = (
-    "import numpy as np; from scenes.noise import philox;"
-    "print(philox(*np.arange(6, dtype=np.uint64))[0])"
+    "import numpy as np; from scenes.noise import philox4x64;"
+    "print(philox4x64(*np.arange(6, dtype=np.uint64))[0])"
 )
 WITH_CACHE = f"from bench.cli.kernel_cache import use_kernel_cache; use_kernel_cache(); {PHILOX}"
 
